@@ -131,7 +131,9 @@ enum {
     EDO_SMC_SAMPLE_LOST = 8,             /* a count did not come, or moved as no shaft can: the observers predict */
     EDO_SMC_DISTURBANCE_OVER_BOUND = 16, /* load, friction, or a count that sticks */
     EDO_SMC_STUCK_AT_LIMIT = 32,         /* u at a limit for too long while sigma did not fall */
-    EDO_SMC_STOPPED = 64                 /* an alarm has stopped the drive: reset starts it anew */
+    EDO_SMC_STOPPED = 64,                /* an alarm has stopped the drive: reset starts it anew */
+    EDO_SMC_POSITION_STEPPED = 128,      /* a missed tick or a slip: the position was taken from the counts anew */
+    EDO_SMC_WAITS = 256                  /* counts do not agree with each other yet: no current until they do */
 };
 /* What monitors raise an alarm with, and those of them that no planned stop answers: for config.stops_at. */
 enum { EDO_SMC_ALARMS = 1 + 4 + 16 + 32, EDO_SMC_BEYOND_CONTROL = 1 + 32 };
@@ -141,7 +143,7 @@ typedef struct edo_smc_output {
     float u;          /* hold this until the next tick; within the limits, in the plant's input unit */
     float sigma;      /* the sliding variable, in the unit of x_n */
     float sigma_star; /* the same without its offset at the start */
-    uint8_t health;   /* 0, or some of the bits above */
+    uint16_t health;  /* 0, or some of the bits above */
 } edo_smc_output_t;
 
 /* config.fallback: what goes out when a sample is rejected. */
@@ -183,7 +185,8 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
  *     pwm_set(output.u);
  *
  * The count grows with the angle and is 0 at angle 0: of an encoder that counts down, or stands elsewhere there, hand
- * in what it should have been (0u - register, register - offset); only `bits` of it are read.
+ * in what it should have been (0u - register, register - offset); only `bits` of it are read, and all of a counter that
+ * wraps at another number of states than 2^bits (a timer that is reloaded at 9999 has 10000).
  *
  * A _late drive holds its current in the tick after the one that computed it; begin and end are those of that tick.
  */
@@ -191,6 +194,7 @@ typedef struct edo_smc_encoder {
     double bits;               /* of the counter, 2 .. 32 */
     double counts_per_turn;    /* of the encoder */
     double gear_num, gear_den; /* the encoder makes num turns while the shaft that is meant makes den */
+    double states;             /* before the counter wraps, where that is not 2^bits; else 0 */
 } edo_smc_encoder_t;
 
 typedef struct edo_smc_limits {
@@ -344,10 +348,13 @@ EDO_SMC_PLANS(joint, 4)
  * edo_smc_design_NAME     designs on the spot, to the same bits as on the host. Double precision in software: for the
  *                         main loop. Of what is refused, `refusal` (which may be NULL) says which number it was.
  * edo_smc_init_NAME       looks at a design and makes a state that waits for its first good sample: all counts there,
- *                         at most half a counter from angle 0.
+ *                         at most half a counter from angle 0. No current flows before the counts have agreed with
+ *                         each other for 10 ms, three ticks at least (EDO_SMC_WAITS).
  * edo_smc_tick_NAME       one tick. After an alarm of stops_at the safe u goes out, 0 without one, until reset.
  * edo_smc_go_on_NAME      the same but for a start, which is left to a caller that has the time: its bound is shorter.
  *                         Until `tick` has started, the fallback goes out.
+ * edo_smc_missed_NAME     so many periods have passed without a tick, the current held all the while: a missed timer
+ *                         interrupt that its overflow flag or a time stamp tells of. Before the coming tick.
  * edo_smc_report_applied_NAME  what the power stage held since the last tick, where that is another u: the only
  *                         anti-windup. Before the next tick.
  * edo_smc_estimates_NAME  what is known at the instant of the last tick.
@@ -380,6 +387,8 @@ EDO_SMC_PLANS(joint, 4)
                                          const edo_smc_sample_##plant##_t *sample, edo_smc_output_t *output);          \
     edo_smc_status_t edo_smc_go_on_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,    \
                                           const edo_smc_sample_##plant##_t *sample, edo_smc_output_t *output);         \
+    edo_smc_status_t edo_smc_missed_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,   \
+                                           uint32_t periods);                                                          \
     edo_smc_status_t edo_smc_report_applied_##name(edo_smc_state_##name##_t *state, float u);                          \
     edo_smc_status_t edo_smc_estimates_##name(const edo_smc_design_##name##_t *design,                                 \
                                               const edo_smc_state_##name##_t *state,                                   \
@@ -389,17 +398,17 @@ EDO_SMC_PLANS(joint, 4)
                                            size_t design_size, edo_smc_state_##name##_t *state,                        \
                                            const edo_smc_sample_##plant##_t *sample);
 
-EDO_SMC_DRIVE(motor, motor, 49, 14)
-EDO_SMC_DRIVE(motor_fast, motor, 56, 16)
-EDO_SMC_DRIVE(motor_late, motor, 49, 15)
-EDO_SMC_DRIVE(motor_fast_late, motor, 56, 17)
-EDO_SMC_DRIVE(joint, joint, 86, 26)
-EDO_SMC_DRIVE(joint_fast, joint, 102, 30)
-EDO_SMC_DRIVE(joint_late, joint, 86, 27)
-EDO_SMC_DRIVE(joint_fast_late, joint, 102, 31)
+EDO_SMC_DRIVE(motor, motor, 57, 16)
+EDO_SMC_DRIVE(motor_fast, motor, 64, 18)
+EDO_SMC_DRIVE(motor_late, motor, 57, 17)
+EDO_SMC_DRIVE(motor_fast_late, motor, 64, 19)
+EDO_SMC_DRIVE(joint, joint, 99, 27)
+EDO_SMC_DRIVE(joint_fast, joint, 115, 31)
+EDO_SMC_DRIVE(joint_late, joint, 99, 28)
+EDO_SMC_DRIVE(joint_fast_late, joint, 115, 32)
 
-EDO_SMC_ASSERT(config_motor, sizeof(edo_smc_config_motor_t) == 8 * 26)
-EDO_SMC_ASSERT(config_joint, sizeof(edo_smc_config_joint_t) == 8 * 37)
+EDO_SMC_ASSERT(config_motor, sizeof(edo_smc_config_motor_t) == 8 * 27)
+EDO_SMC_ASSERT(config_joint, sizeof(edo_smc_config_joint_t) == 8 * 39)
 EDO_SMC_ASSERT(sample_motor, sizeof(edo_smc_sample_motor_t) == 4 * 8)
 EDO_SMC_ASSERT(sample_joint, sizeof(edo_smc_sample_joint_t) == 4 * 13)
 EDO_SMC_ASSERT(estimates_motor, sizeof(edo_smc_estimates_motor_t) == 4 * 5)

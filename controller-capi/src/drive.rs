@@ -316,12 +316,12 @@ fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBER
             return Err(CRefusal::of(field, given, 0.0, most));
         }
     }
-    let alarms = Health::from_bits(config.stops_at as u8 & EVERY_ALARM).unwrap_or(ALARMS);
+    let alarms = Health::from_bits(config.stops_at as u16 & EVERY_ALARM).unwrap_or(ALARMS);
     L::of(config, alarms).map_err(|error| CRefusal::of(error.field, error.given, error.low, error.high))
 }
 
 /// Every bit of [`Health`].
-const EVERY_ALARM: u8 = 127;
+const EVERY_ALARM: u16 = 511;
 
 impl CRefusal {
     fn of(name: &str, given: f64, low: f64, high: f64) -> Self {

@@ -228,7 +228,9 @@ unsafe fn start<D: Instance>(
     // SAFETY: as the caller promises; any bit pattern is a `Held`.
     let held = unsafe { &mut *state };
     // SAFETY: `init` has looked at the design of this address.
-    if let Some(started) = unsafe { (*design).start(&sample) } {
+    if let Some(mut started) = unsafe { (*design).start(&sample) } {
+        // SAFETY: as above.
+        unsafe { (*design).law().wait(&mut started) };
         held.state.write(started);
         held.tag = Held::<D>::RUNNING;
         return Status::OK;
@@ -297,6 +299,25 @@ pub(crate) unsafe fn report_applied<D: Instance>(state: *mut Held<D>, u: f32) ->
     // SAFETY: any bit pattern is a state whose flags are 0 or 1.
     let taken = D::Law::report_applied(unsafe { held.state.assume_init_mut() }, u);
     if taken { Status::OK } else { Status::NOT_FINITE }
+}
+
+/// # Safety
+/// Pointers that are not NULL point to memory of their type.
+pub(crate) unsafe fn missed<D: Instance>(design: *const D, state: *mut Held<D>, periods: u32) -> Status {
+    if let Err(status) = place(state) {
+        return status;
+    }
+    // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
+    let held = unsafe { &mut *state };
+    if let Err(status) = held.is_running() {
+        return status;
+    }
+    if held.design != design.addr() {
+        return if design.is_null() { Status::NULL } else { Status::OTHER_DESIGN };
+    }
+    // SAFETY: `init` has looked at the design of this address; any bit pattern is a state whose flags are 0 or 1.
+    unsafe { (*design).law().missed(held.state.assume_init_mut(), periods) };
+    Status::OK
 }
 
 /// # Safety

@@ -202,6 +202,20 @@ macro_rules! drives {
             const _: [(); $law_words] = [(); <$design>::WORDS];
             const _: [(); $state_words] = [(); instance::words_of_state::<$design>()];
 
+            /// Periods have passed without a tick.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_missed_", stringify!($name)))]
+            pub unsafe extern "C" fn missed(
+                design: *const ThisDesign,
+                state: *mut ThisState,
+                periods: u32,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { instance::missed(design, state, periods) }
+            }
+
             /// A tick that does not start.
             ///
             /// # Safety
@@ -241,14 +255,14 @@ macro_rules! drives {
 }
 
 drives! {
-    motor: drive::Motor<0, 0>, drive::MotorConfig, 49, 14;
-    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 56, 16;
-    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 49, 15;
-    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 56, 17;
-    joint: drive::Joint<0, 0>, drive::JointConfig, 86, 26;
-    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 102, 30;
-    joint_late: drive::Joint<0, 1>, drive::JointConfig, 86, 27;
-    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 102, 31;
+    motor: drive::Motor<0, 0>, drive::MotorConfig, 57, 16;
+    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 64, 18;
+    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 57, 17;
+    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 64, 19;
+    joint: drive::Joint<0, 0>, drive::JointConfig, 99, 27;
+    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 115, 31;
+    joint_late: drive::Joint<0, 1>, drive::JointConfig, 99, 28;
+    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 115, 32;
 }
 
 /// Plans of a plant: derivatives that a plan takes over, r included, and those of a target.

@@ -659,6 +659,12 @@ where
         self.reject::<false, ()>(state, None, false)
     }
 
+    /// As after a lost sample: for one tick the estimates learn nothing from x, which has moved by more than a period.
+    #[inline]
+    fn missed(&self, state: &mut Self::State, periods: u32) {
+        state.resuming |= periods > 0;
+    }
+
     /// The observers live on what is held: fed the commanded u, a saturated start-up may never settle. Under saturation
     /// this is the only anti-windup there is, and needed. A value beyond [`INPUT_LIMIT`] is not taken.
     #[inline]

@@ -22,7 +22,7 @@
 //!
 //! ```
 //! use controller_core::drive::*;
-//! use controller_core::{Limits, Running};
+//! use controller_core::{Health, Limits, Running};
 //!
 //! const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 //! const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
@@ -30,6 +30,10 @@
 //! static DRIVE: Drive = Drive::design(&DESIGN);
 //!
 //! let mut drive = Running::new(&DRIVE);
+//! // No current before the counts have agreed with each other for 10 ms.
+//! let here = Target { turn: 0, jet: [0.0; 2] };
+//! while drive.tick(&Sample { counts: [Some(0)], begin: here, end: here }).health.contains(Health::WAITS) {}
+//!
 //! let goal = Rest { turn: 0, angle: 1.0 };
 //! let mut plan: Player<f32, _, 2> = Player::new(Joined::new(goal, [-1.0, 0.0, 0.0], 0, 100, 1e-3), 0);
 //! for count in [0, 0, 1] {

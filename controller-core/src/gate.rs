@@ -234,6 +234,10 @@ where
         self.law.lost(&mut state.law)
     }
     #[inline]
+    fn missed(&self, state: &mut Self::State, periods: u32) {
+        self.law.missed(&mut state.law, periods);
+    }
+    #[inline]
     fn report_applied(state: &mut Self::State, u: C::Scalar) -> bool {
         C::report_applied(&mut state.law, u)
     }

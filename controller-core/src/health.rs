@@ -10,9 +10,9 @@
 
 /// A set of flags, one per kind of trouble; [`OK`](Self::OK) is the empty set.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "u8"))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "u16"))]
 #[repr(transparent)]
-pub struct Health(u8);
+pub struct Health(u16);
 
 impl Health {
     /// No flag set: no trouble.
@@ -35,8 +35,17 @@ impl Health {
     pub const STUCK_AT_LIMIT: Self = Self(32);
     /// A monitor has stopped the drive: the fallback goes out until it starts anew. Drives only.
     pub const STOPPED: Self = Self(64);
+    /// The counts have settled at another place than those before them foretold: a missed tick, a slip. The position was
+    /// taken from them, speed and disturbance stayed. Drives only.
+    pub const POSITION_STEPPED: Self = Self(128);
 
-    const NAMES: [(Self, &'static str); 7] = [
+    /// The counts do not agree with each other yet, at a start or where they were not believed for too long: no current
+    /// until they do. Drives only.
+    pub const WAITS: Self = Self(256);
+
+    /// Every bit that has a meaning.
+    const ALL: u16 = 511;
+    const NAMES: [(Self, &'static str); 9] = [
         (Self::INPUT_REJECTED, "input rejected"),
         (Self::SATURATED, "saturated"),
         (Self::SIGMA_STAR_OVER_BOUND, "sigma* over bound"),
@@ -44,12 +53,14 @@ impl Health {
         (Self::DISTURBANCE_OVER_BOUND, "disturbance over bound"),
         (Self::STUCK_AT_LIMIT, "stuck at limit"),
         (Self::STOPPED, "stopped"),
+        (Self::POSITION_STEPPED, "position stepped"),
+        (Self::WAITS, "waits for counts"),
     ];
 
     /// `flag` if `condition`, else nothing; without a branch.
     #[inline(always)]
     pub(crate) fn when(self, condition: bool) -> Self {
-        Self(self.0 * u8::from(condition))
+        Self(self.0 * u16::from(condition))
     }
 
     /// Both sets together.
@@ -79,13 +90,13 @@ impl Health {
 
     /// The flags as bits, for logs and frames.
     #[inline]
-    pub const fn bits(self) -> u8 {
+    pub const fn bits(self) -> u16 {
         self.0
     }
 
     /// The flags of these bits; `None` if a bit has no meaning.
-    pub const fn from_bits(bits: u8) -> Option<Self> {
-        if bits & 128 == 0 { Some(Self(bits)) } else { None }
+    pub const fn from_bits(bits: u16) -> Option<Self> {
+        if bits & !Self::ALL == 0 { Some(Self(bits)) } else { None }
     }
 }
 
@@ -107,22 +118,22 @@ impl core::ops::BitOrAssign for Health {
     }
 }
 
-/// A byte that is no [`Health`]: a bit in it has no meaning.
+/// A number that is no [`Health`]: a bit in it has no meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct UnknownHealth(u8);
+pub struct UnknownHealth(u16);
 
 impl core::fmt::Display for UnknownHealth {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "health {} has a bit without a meaning: it is a sum of 1, 2, 4, 8, 16, 32 and 64", self.0)
+        write!(f, "health {} has a bit without a meaning: it is a sum of powers of two up to 256", self.0)
     }
 }
 
 impl core::error::Error for UnknownHealth {}
 
-impl TryFrom<u8> for Health {
+impl TryFrom<u16> for Health {
     type Error = UnknownHealth;
 
-    fn try_from(bits: u8) -> Result<Self, UnknownHealth> {
+    fn try_from(bits: u16) -> Result<Self, UnknownHealth> {
         Self::from_bits(bits).ok_or(UnknownHealth(bits))
     }
 }
@@ -152,6 +163,6 @@ impl core::fmt::Debug for Health {
 #[cfg(feature = "defmt")]
 impl defmt::Format for Health {
     fn format(&self, f: defmt::Formatter<'_>) {
-        defmt::write!(f, "Health({=u8:b})", self.0);
+        defmt::write!(f, "Health({=u16:b})", self.0);
     }
 }

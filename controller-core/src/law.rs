@@ -47,4 +47,10 @@ impl Limits {
     pub const fn symmetric(max: f64) -> Self {
         Self { min: -max, max }
     }
+
+    /// What u can do both ways; 0 where it can do something one way alone.
+    pub(crate) const fn weaker(&self) -> f64 {
+        let least = if self.max < -self.min { self.max } else { -self.min };
+        if least > 0.0 { least } else { 0.0 }
+    }
 }

@@ -74,11 +74,26 @@ pub trait ControlLaw {
     /// What goes out as long as there has been no good sample.
     fn not_started(&self) -> Self::Output;
 
+    /// Makes a state that has just [started](Self::start) wait until its samples agree with each other, if the law has
+    /// such a wait.
+    #[inline]
+    fn wait(&self, state: &mut Self::State) {
+        let _ = state;
+    }
+
     /// One tick: a sample in, an output out.
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Self::Output;
 
     /// One tick whose sample never came: what [`tick`](Self::tick) does with one that it cannot take.
     fn lost(&self, state: &mut Self::State) -> Self::Output;
+
+    /// So many periods have passed without a tick, u held all the while: a missed timer interrupt that its overflow
+    /// flag or a time stamp tells of. To be called before the coming tick. A law that keeps no model of its plant has
+    /// nothing to do.
+    #[inline]
+    fn missed(&self, state: &mut Self::State, periods: u32) {
+        let _ = (state, periods);
+    }
 
     /// Tells what the actuator really holds since the last tick, where that is another u; `false` if the value was not
     /// taken.
@@ -119,12 +134,20 @@ macro_rules! as_within {
             $law.not_started()
         }
         #[inline]
+        fn wait(&$this, state: &mut Self::State) {
+            $law.wait(state);
+        }
+        #[inline]
         fn tick(&$this, state: &mut Self::State, sample: &Self::Sample) -> Self::Output {
             $law.tick(state, sample)
         }
         #[inline]
         fn lost(&$this, state: &mut Self::State) -> Self::Output {
             $law.lost(state)
+        }
+        #[inline]
+        fn missed(&$this, state: &mut Self::State, periods: u32) {
+            $law.missed(state, periods);
         }
         #[inline]
         fn report_applied(state: &mut Self::State, u: Self::Scalar) -> bool {
@@ -323,13 +346,27 @@ impl<D: ControlLaw> Running<D> {
     }
 
     /// One tick. The first good sample starts the controller; until then the fallback goes out (0, as far as the
-    /// limits allow it, if there is nothing to hold).
+    /// limits allow it, if there is nothing to hold), and of a drive until its counts agree
+    /// ([`Health::WAITS`](crate::Health::WAITS)).
     #[inline]
     pub fn tick(&mut self, sample: &D::Sample) -> D::Output {
         if self.state.is_none() {
             self.state = self.design.start(sample);
+            if let Some(state) = &mut self.state {
+                self.design.wait(state);
+            }
         }
         self.go_on(sample)
+    }
+
+    /// Starts with a sample that somebody vouches for, without the wait of a drive for counts that agree: a simulation,
+    /// a test. On a real encoder the first counts may be anything, zeros before its bus is up for one, and a current
+    /// would follow from each. Give the next tick the same sample. Nothing happens if it has started.
+    #[inline]
+    pub fn start_at_once(&mut self, sample: &D::Sample) {
+        if self.state.is_none() {
+            self.state = self.design.start(sample);
+        }
     }
 
     /// Has a good sample started it?
@@ -353,6 +390,16 @@ impl<D: ControlLaw> Running<D> {
         match &mut self.state {
             Some(state) => self.design.lost(state),
             None => self.design.not_started(),
+        }
+    }
+
+    /// So many periods have passed without a tick, u held all the while: a missed timer interrupt that its overflow
+    /// flag or a time stamp tells of. Call it before the coming tick. A drive that is not told finds out from the count
+    /// ([`Health::POSITION_STEPPED`](crate::Health::POSITION_STEPPED)).
+    #[inline]
+    pub fn missed(&mut self, periods: u32) {
+        if let Some(state) = &mut self.state {
+            self.design.missed(state, periods);
         }
     }
 

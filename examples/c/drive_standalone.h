@@ -20,7 +20,7 @@
  * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
  * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
  *
- * Design 0x23df119e (FNV-1a, with which its words in Rust begin).
+ * Design 0x78ea4d8b (FNV-1a, with which its words in Rust begin).
  * Scenario drive.toml (CRC-32 0x0c67d321):
  *
  *     # The joint of drive.c, at 5 kHz.
@@ -52,12 +52,12 @@
  *     reaction = "fallback"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x23df119eu
-#error "two designs with the prefix drive, 0x23df119eu here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x23df119eu
+#if DRIVE_STANDALONE != 0x78ea4d8bu
+#error "two designs with the prefix drive, 0x78ea4d8bu here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x78ea4d8bu
 #endif
 #else
-#define DRIVE_STANDALONE 0x23df119eu
+#define DRIVE_STANDALONE 0x78ea4d8bu
 
 #include <float.h>
 #include <stdbool.h>
@@ -83,16 +83,18 @@
 #endif
 
 #define DRIVE_VERSION "0.1.0"
-#define DRIVE_DESIGN 0x23df119eu /* log it: it tells designs apart */
+#define DRIVE_DESIGN 0x78ea4d8bu /* log it: it tells designs apart */
 #define DRIVE_PERIOD_S 0.0002
 #define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
 #define DRIVE_DELAY_TICKS 0 /* from the tick that computes a current to the one that holds it */
 #define DRIVE_ENCODER_LINK_BITS 20 /* on the shaft itself; counts up while the angle grows, 0 at angle 0 */
+#define DRIVE_ENCODER_LINK_STATES 1048576u /* of the counter; 0 for 2^32 */
 #define DRIVE_ENCODER_LINK_COUNTS_PER_TURN 1048576
 #define DRIVE_ENCODER_LINK_UNIT_RAD 5.992112452678286e-6 /* of the shaft, one count */
 #define DRIVE_ENCODER_LINK_REVERSED 0
 #define DRIVE_ENCODER_LINK_OFFSET_COUNTS 0
 #define DRIVE_ENCODER_MOTOR_BITS 20 /* on the shaft itself; counts up while the angle grows, 0 at angle 0 */
+#define DRIVE_ENCODER_MOTOR_STATES 1048576u /* of the counter; 0 for 2^32 */
 #define DRIVE_ENCODER_MOTOR_COUNTS_PER_TURN 1048576
 #define DRIVE_ENCODER_MOTOR_UNIT_RAD 5.992112452678286e-6 /* of the shaft, one count */
 #define DRIVE_ENCODER_MOTOR_REVERSED 0
@@ -104,6 +106,8 @@ enum {
     DRIVE_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
     DRIVE_SATURATED = 2, /* the law asked for more than the limits allow */
     DRIVE_SAMPLE_LOST = 8, /* a count was not there, or moved as no shaft can: the observer predicts */
+    DRIVE_POSITION_STEPPED = 128, /* a missed tick or a slip: the position was taken from the counts anew */
+    DRIVE_WAITS = 256, /* the counts do not agree with each other yet: no current until they do */
     /* what the monitors say of it */
     DRIVE_SIGMA_STAR_OVER_BOUND = 4,
     DRIVE_DISTURBANCE_OVER_BOUND = 16,
@@ -157,8 +161,6 @@ typedef struct {
     uint32_t at_link; /* the same since the base */
     uint32_t at_motor; /* the same since the base */
     uint32_t turn; /* turn of the base */
-    float pull_link; /* acceleration at the last tick, u aside */
-    float pull_motor; /* acceleration at the last tick, u aside */
     float push_link; /* half the coupling at the last tick */
     float push_motor; /* half the coupling at the last tick */
     float p_link; /* estimated position less that of its count */
@@ -176,16 +178,21 @@ typedef struct {
     float reach; /* a sample is believed that is so much further off than the gate */
     float missed_link; /* counts that were not used, in a row */
     float missed_motor; /* counts that were not used, in a row */
-    float offset; /* W = sigma(0) e^(-alpha t) */
+    float off_link; /* how far the last of them was from its prediction */
+    float off_motor; /* how far the last of them was from its prediction */
+    float doubt; /* estimated disturbance, an acceleration */
+    float offset; /* how far the last of them was from its prediction */
     float held; /* what the actuator held since the last tick, A */
     bool started;
 } drive_state;
 
 /* What one part of a tick tells the next. */
 typedef struct {
-    bool missing;
+    bool begins;
     float g_sin; /* g sin, g cos of the link */
     float g_cos; /* g sin, g cos of the link */
+    bool missing;
+    bool stepped;
 } drive_between;
 
 /* A count as the number with a sign that it is; a conversion would be for the compiler to define. */
@@ -195,47 +202,134 @@ static inline int32_t drive_signed(uint32_t count)
     return (count < 0x80000000u) ? (int32_t)count : (-(int32_t)below - 1);
 }
 
-/* Part of the first tick after a start: the estimates are those of the sample already. */
-static inline void drive_begin(drive_state *state, const drive_sample *sample, drive_between *between)
+/* Part of the first tick after a start: the estimates are those of the sample already. False as long as the
+ * drive waits for counts that agree with each other. */
+static inline bool drive_begin(drive_state *state, const drive_sample *sample, drive_between *between)
 {
     DRIVE_AS_WRITTEN
     static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float period = 1.99999995e-4f; /* T, s */
+    static const float gate_link = 1.21685051e-4f; /* where the gate closes to */
+    static const float unit_motor = 2.34473962e-4f; /* one count */
+    static const float gate_motor = 9.45853069e-2f; /* where the gate closes to */
     static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
+    static const float start_ticks = 50.0f; /* for which counts must agree before a current flows */
+    static const float agreement_link = 1.52106313e-5f; /* from tick to tick two counts of one motion agree to this */
+    static const float agreement_motor = 1.18231634e-2f; /* from tick to tick two counts of one motion agree to this */
+    static const float fallback = 0.0f; /* A */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
-    const uint32_t part = sample->lost_link ? state->at_link
-            : (state->at_link + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u));
-    const uint32_t part_2 = (part < 0x80000000u) ? ((part / 1048576u) * 1048576u)
-            : (0u - (((0u - part) / 1048576u) * 1048576u));
-    const uint32_t at_link = (((part - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const float part_3 = (unit_link * (float)drive_signed(at_link)) + state->p_link;
-    const bool holds = (part_3 < (-1.57079637e0f)) || (part_3 > 1.57079637e0f);
-    const float part_4 = (3.14159274e0f - ((part_3 < 0.0f) ? (-part_3) : (part_3 + 0.0f))) + (-8.74227766e-8f);
-    const float part_5 = holds ? ((part_3 < 0.0f) ? (-part_4) : part_4) : part_3;
-    const float part_6 = holds ? (-gravity) : gravity;
-    const float part_7 = part_5 * part_5;
-    const float part_8 = gravity * part_5;
-    between->g_sin = part_8
-            + (part_8 * (part_7 * ((((((2.59986177e-6f * part_7) + (-1.98065289e-4f)) * part_7)
-            + 8.33301619e-3f) * part_7) + (-1.66666567e-1f))));
-    between->g_cos = part_6
-            + (part_6 * (part_7 * ((((((2.31924023e-5f * part_7) + (-1.38558447e-3f)) * part_7)
-            + 4.16639782e-2f) * part_7) + (-4.99999315e-1f))));
+    const bool holds = state->doubt > 0.0f;
+    const uint32_t part = (((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const float part_2 = unit_link * (float)drive_signed(part);
+    const float part_3 = part_2 - (period * state->v_link);
+    const bool holds_2 = (part_3 >= (-gate_link)) && (part_3 <= gate_link);
+    const float part_4 = part_2 / period;
+    const float part_5 = 0.5f * (state->v_link + part_4);
+    const uint32_t part_6 = sample->lost_link ? state->at_link : (state->at_link + part);
+    const uint32_t part_7 = (((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const float part_8 = unit_motor * (float)drive_signed(part_7);
+    const float part_9 = part_8 - (period * state->v_motor);
+    const bool holds_3 = (part_9 >= (-gate_motor)) && (part_9 <= gate_motor);
+    const float part_10 = part_8 / period;
+    const float part_11 = 0.5f * (state->v_motor + part_10);
+    const uint32_t part_12 = (part_6 < 0x80000000u) ? ((part_6 / 1048576u) * 1048576u)
+            : (0u - (((0u - part_6) / 1048576u) * 1048576u));
+    const uint32_t at_link = (((part_6 - part_12) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t at_motor = ((((sample->lost_motor ? state->at_motor : (state->at_motor + part_7))
+            - part_12) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t turn = state->turn
+            + ((part_6 < 0x80000000u) ? ((part_6 / 1048576u) * 1u) : (0u - (((0u - part_6) / 1048576u) * 1u)));
+    const float part_13 = unit_link * (float)drive_signed(at_link);
+    const float part_14 = holds ? part_13 : (part_13 + state->p_link);
+    const bool holds_4 = (part_14 < (-1.57079637e0f)) || (part_14 > 1.57079637e0f);
+    const float part_15 = (3.14159274e0f - ((part_14 < 0.0f) ? (-part_14) : (part_14 + 0.0f))) + (-8.74227766e-8f);
+    const float part_16 = holds_4 ? ((part_14 < 0.0f) ? (-part_15) : part_15) : part_14;
+    const float part_17 = holds_4 ? (-gravity) : gravity;
+    const float part_18 = part_16 * part_16;
+    const float part_19 = gravity * part_16;
+    const float g_sin = part_19
+            + (part_19 * (part_18 * ((((((2.59986177e-6f * part_18) + (-1.98065289e-4f)) * part_18)
+            + 8.33301619e-3f) * part_18) + (-1.66666567e-1f))));
+    if (!holds) {
+        const uint32_t last_link = sample->lost_link ? state->last_link : count_link;
+        const uint32_t last_motor = sample->lost_motor ? state->last_motor : count_motor;
+        between->g_sin = g_sin;
+        between->g_cos = part_17
+                + (part_17 * (part_18 * ((((((2.31924023e-5f * part_18) + (-1.38558447e-3f)) * part_18)
+                + 4.16639782e-2f) * part_18) + (-4.99999315e-1f))));
+        between->missing = false;
+        between->stepped = false;
+        between->begins = false;
+        state->fresh = false;
+        state->last_link = last_link;
+        state->last_motor = last_motor;
+        state->at_link = at_link;
+        state->at_motor = at_motor;
+        state->turn = turn;
+        return true;
+    }
+    const bool holds_5 = state->doubt <= start_ticks;
+    const float part_20 = state->doubt
+            - (((((period * ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)))
+            - (agreement_link + agreement_link)) > 0.0f)
+            && (((period * ((part_11 < 0.0f) ? (-part_11) : (part_11 + 0.0f)))
+            - (agreement_motor + agreement_motor)) > 0.0f)) ? (0.5f * start_ticks) : 1.0f);
+    const bool holds_6 = part_20 > start_ticks;
+    const bool holds_7 = part_20 < 0.0f;
+    const bool holds_8 = part_20 > 0.0f;
+    const float part_21 = part_13 + 0.0f;
+    const bool holds_9 = (part_21 < (-1.57079637e0f)) || (part_21 > 1.57079637e0f);
+    const float part_22 = holds_9 ? (-gravity) : gravity;
+    const float part_23 = (3.14159274e0f - ((part_21 < 0.0f) ? (-part_21) : (part_21 + 0.0f))) + (-8.74227766e-8f);
+    const float part_24 = holds_9 ? ((part_21 < 0.0f) ? (-part_23) : part_23) : part_21;
+    const float part_25 = part_24 * part_24;
+    const float part_26 = gravity * part_24;
+    const bool holds_10 = !holds_2;
+    const bool holds_11 = !holds_3;
+    const bool holds_12 = !holds_5;
+    const uint32_t last_link = sample->lost_link ? state->last_link : count_link;
+    const uint32_t last_motor = sample->lost_motor ? state->last_motor : count_motor;
+    between->g_sin = part_26
+            + (part_26 * (part_25 * ((((((2.59986177e-6f * part_25) + (-1.98065289e-4f)) * part_25)
+            + 8.33301619e-3f) * part_25) + (-1.66666567e-1f))));
+    between->g_cos = part_22
+            + (part_22 * (part_25 * ((((((2.31924023e-5f * part_25) + (-1.38558447e-3f)) * part_25)
+            + 4.16639782e-2f) * part_25) + (-4.99999315e-1f))));
     between->missing = false;
-    const uint32_t next_1 = ((((sample->lost_motor ? state->at_motor
-            : (state->at_motor + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)))
-            - part_2) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    if (!sample->lost_link) {
-        state->last_link = count_link;
-    }
-    if (!sample->lost_motor) {
-        state->last_motor = count_motor;
-    }
-    state->fresh = false;
+    between->stepped = false;
+    between->begins = true;
+    state->fresh = sample->lost_link || sample->lost_motor || holds_10 || holds_11 || holds_12 || holds_6
+            || ((!holds_7) && holds_8);
+    state->last_link = last_link;
+    state->last_motor = last_motor;
     state->at_link = at_link;
-    state->at_motor = next_1;
-    state->turn = state->turn
-            + ((part < 0x80000000u) ? ((part / 1048576u) * 1u) : (0u - (((0u - part) / 1048576u) * 1u)));
+    state->at_motor = at_motor;
+    state->turn = turn;
+    state->push_link = 0.5f * ((unit_motor * (float)drive_signed(at_motor)) + ((gravity * part_13) - g_sin));
+    state->push_motor = half_spring * part_13;
+    state->p_link = 0.0f;
+    state->v_link = sample->lost_link ? 0.0f : (holds_2 ? part_5 : part_4);
+    state->d_dot_link = 0.0f;
+    state->p_motor = 0.0f;
+    state->v_motor = sample->lost_motor ? 0.0f : (holds_3 ? part_11 : part_10);
+    state->d_dot_motor = 0.0f;
+    state->smoothed_link = 0.0f;
+    state->level_link = 0.0f;
+    state->smoothed_motor = 0.0f;
+    state->level_motor = 0.0f;
+    state->reach = 0.0f;
+    state->missed_link = 0.0f;
+    state->missed_motor = 0.0f;
+    state->off_link = 0.0f;
+    state->off_motor = 0.0f;
+    state->doubt = (sample->lost_link || sample->lost_motor || holds_10 || holds_11 || holds_12 || holds_6)
+            ? start_ticks : (holds_7 ? 0.0f : part_20);
+    state->offset = 0.0f;
+    state->held = fallback;
+    return (!sample->lost_link) && (!sample->lost_motor) && holds_2 && holds_3 && holds_5 && (!holds_6)
+            && (holds_7 || (!holds_8));
 }
 
 /* Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
@@ -243,21 +337,28 @@ static inline void drive_begin(drive_state *state, const drive_sample *sample, d
 static inline bool drive_observe(drive_state *state, const drive_sample *sample, drive_between *between)
 {
     DRIVE_AS_WRITTEN
+    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
     static const float g2_link = 1.99993854e-4f; /* the block's model of a tick */
     static const float g1_link = 1.99995913e-8f; /* the block's model of a tick */
     static const float phi_link = 9.99938309e-1f; /* the block's model of a tick */
     static const float h1_link = 1.33331291e-12f; /* the block's model of a tick */
     static const float period = 1.99999995e-4f; /* T, s */
-    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float half_span_motor = 1.22931885e2f; /* half a counter */
     static const float gate_link = 1.21685051e-4f; /* where the gate closes to */
-    static const float lost_ticks = 50.0f;
+    static const float step_price_link = 1.90985930e0f; /* of a step of the position, beside 1 for any; 4 in 0.1 s are too much */
+    static const float agreement_link = 1.52106313e-5f; /* from tick to tick two counts of one motion agree to this */
+    static const float lost_ticks = 50.0f; /* samples in a row that may be missing */
+    static const float unit_motor = 2.34473962e-4f; /* one count */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b = 5.00163428e3f;
     static const float g2_motor = 1.98490961e-4f; /* the block's model of a tick */
     static const float g1_motor = 1.98994847e-8f; /* the block's model of a tick */
     static const float phi_motor = 9.84883487e-1f; /* the block's model of a tick */
     static const float h1_motor = 1.32831018e-12f; /* the block's model of a tick */
-    static const float unit_motor = 2.34473962e-4f; /* one count */
     static const float gate_motor = 9.45853069e-2f; /* where the gate closes to */
+    static const float step_price_motor = 4.88075167e-2f; /* of a step of the position, beside 1 for any; 4 in 0.1 s are too much */
+    static const float agreement_motor = 1.18231634e-2f; /* from tick to tick two counts of one motion agree to this */
     static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
     static const float smoothing_link = 6.44930154e-2f; /* 1 - e^(-T/3 ms), by default */
@@ -284,123 +385,193 @@ static inline bool drive_observe(drive_state *state, const drive_sample *sample,
     static const float gain_motor_3 = 6.90592656e4f; /* of the observer */
     static const float more_motor_4 = 39715456.0f; /* the fast gain set less the quiet one */
     static const float gain_motor_4 = 10778928.0f; /* of the observer */
-    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
-    static const float closing = 9.96805131e-1f; /* and how fast */
+    static const float closing = 9.96805131e-1f; /* and how fast, after a re-tune */
+    static const float forgetting = 9.98001993e-1f; /* e^(-T/0.1 s), of these */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
 
     /* 1. Where the counts are, and whether they are believed. */
-    const float part = g2_link * state->v_link;
-    float p_link = state->p_link + (part + (g1_link * state->pull_link));
-    p_link += h1_link * state->d_dot_link;
+    const bool holds = !sample->lost_motor;
+    const bool holds_2 = !sample->lost_link;
+    const float part = (state->push_link + state->push_link) + state->d_link;
+    const float part_2 = part - (kappa_link * ((unit_link * (float)drive_signed(state->at_link)) + state->p_link));
+    const float part_3 = g2_link * state->v_link;
+    float p_link = state->p_link + (part_3 + (g1_link * part_2));
+    const float part_4 = h1_link * state->d_dot_link;
+    p_link += part_4;
     const float d_link = state->d_link + (period * state->d_dot_link);
-    const uint32_t part_2 = (((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u;
-    const float p1 = p_link - (unit_link * (float)drive_signed(part_2));
-    const bool holds = (p1 >= (-(gate_link + state->reach))) && (p1 <= (gate_link + state->reach));
-    const bool holds_2 = (!sample->lost_link) && holds;
-    const float part_3 = holds_2 ? 0.0f : (state->p_link + part);
-    const uint32_t at_link = holds_2 ? (state->at_link + part_2) : state->at_link;
-    const float part_4 = unit_link * (float)drive_signed(at_link);
-    const float part_5 = part_4 + part_3;
-    const float missed_link = state->missed_link + 1.0f;
-    const bool holds_3 = missed_link >= 1.0f;
-    const bool holds_4 = missed_link <= lost_ticks;
-    const float pull_motor = state->pull_motor + (b * state->held);
-    const float part_6 = g2_motor * state->v_motor;
-    float p_motor = state->p_motor + (part_6 + (g1_motor * pull_motor));
-    p_motor += h1_motor * state->d_dot_motor;
+    const float part_5 = half_span_motor + half_span_motor;
+    const float part_6 = part_5 + part_5;
+    const uint32_t part_7 = (((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const float part_8 = unit_link * (float)drive_signed(part_7);
+    const float p1 = p_link - part_8;
+    const bool holds_3 = (p1 >= (-(gate_link + state->reach))) && (p1 <= (gate_link + state->reach));
+    const bool holds_4 = holds_2 && holds_3;
+    const float part_9 = state->missed_link + 1.0f;
+    const float part_10 = state->doubt + ((step_price_link * ((p1 < 0.0f) ? (-p1) : (p1 + 0.0f))) + 1.0f);
+    const float part_11 = p1 - state->off_link;
+    const float part_12 = agreement_link - ((part_11 < 0.0f) ? (-part_11) : (part_11 + 0.0f));
+    const float part_13 = (gate_link * (part_9 * part_9)) - ((p1 < 0.0f) ? (-p1) : (p1 + 0.0f));
+    const float part_14 = 4.0f - part_10;
+    const float part_15 = (period * ((state->v_link < 0.0f) ? (-state->v_link) : (state->v_link + 0.0f)))
+            - (agreement_link + agreement_link);
+    const float part_16 = state->missed_link - 8.0f;
+    const float part_17 = part_15 - part_16;
+    const float part_18 = (part_15 + part_16) + ((part_17 < 0.0f) ? (-part_17) : (part_17 + 0.0f));
+    const float part_19 = part_12 - part_13;
+    const float part_20 = (part_12 + part_13) - ((part_19 < 0.0f) ? (-part_19) : (part_19 + 0.0f));
+    const float part_21 = part_14 - part_18;
+    const float part_22 = (part_14 + part_18) - ((part_21 < 0.0f) ? (-part_21) : (part_21 + 0.0f));
+    const float part_23 = part_20 - part_22;
+    const bool holds_5 = ((part_20 + part_22) - ((part_23 < 0.0f) ? (-part_23) : (part_23 + 0.0f))) >= 0.0f;
+    const bool holds_6 = holds_3 || holds_5;
+    const bool holds_7 = (!holds_3) && holds_5;
+    const bool holds_8 = holds_2 && holds_6;
+    const float part_24 = holds_8 ? 0.0f : (state->p_link + part_3);
+    const float part_25 = (holds_2 && holds_7) ? part_10 : state->doubt;
+    const uint32_t at_link = holds_8 ? (state->at_link + part_7) : state->at_link;
+    const float part_26 = ((state->missed_link < 0.0f) ? (-state->missed_link) : (state->missed_link + 0.0f)) + 1.0f;
+    const bool holds_9 = part_26 <= lost_ticks;
+    const float part_27 = unit_link * (float)drive_signed(at_link);
+    const float part_28 = part - (kappa_link * (part_27 + state->p_link));
+    const float part_29 = (state->p_link + (part_3 + (g1_link * part_28))) + part_4;
+    const float part_30 = part_27 + part_24;
+    const float part_31 = (state->push_motor + state->push_motor) + state->d_motor;
+    const float part_32 = b * state->held;
+    const float part_33 = (part_31
+            - (kappa_motor * ((unit_motor * (float)drive_signed(state->at_motor)) + state->p_motor))) + part_32;
+    const float part_34 = g2_motor * state->v_motor;
+    float p_motor = state->p_motor + (part_34 + (g1_motor * part_33));
+    const float part_35 = h1_motor * state->d_dot_motor;
+    p_motor += part_35;
     const float d_motor = state->d_motor + (period * state->d_dot_motor);
-    const uint32_t part_7 = (((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u;
-    const float p2 = p_motor - (unit_motor * (float)drive_signed(part_7));
-    const bool holds_5 = (p2 >= (-(gate_motor + state->reach))) && (p2 <= (gate_motor + state->reach));
-    const bool holds_6 = (!sample->lost_motor) && holds_5;
-    const uint32_t at_motor = holds_6 ? (state->at_motor + part_7) : state->at_motor;
-    const float part_8 = unit_motor * (float)drive_signed(at_motor);
-    const float missed_motor = state->missed_motor + 1.0f;
+    const uint32_t part_36 = (((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const float part_37 = unit_motor * (float)drive_signed(part_36);
+    const float p2 = p_motor - part_37;
+    const bool holds_10 = (p2 >= (-(gate_motor + state->reach))) && (p2 <= (gate_motor + state->reach));
+    const bool holds_11 = !holds_10;
+    const float part_38 = state->missed_motor + 1.0f;
+    const float part_39 = part_25 + ((step_price_motor * ((p2 < 0.0f) ? (-p2) : (p2 + 0.0f))) + 1.0f);
+    const float part_40 = p2 - state->off_motor;
+    const float part_41 = agreement_motor - ((part_40 < 0.0f) ? (-part_40) : (part_40 + 0.0f));
+    const float part_42 = (gate_motor * (part_38 * part_38)) - ((p2 < 0.0f) ? (-p2) : (p2 + 0.0f));
+    const float part_43 = 4.0f - part_39;
+    const float part_44 = (period * ((state->v_motor < 0.0f) ? (-state->v_motor) : (state->v_motor + 0.0f)))
+            - (agreement_motor + agreement_motor);
+    const float part_45 = state->missed_motor - 8.0f;
+    const float part_46 = part_44 - part_45;
+    const float part_47 = (part_44 + part_45) + ((part_46 < 0.0f) ? (-part_46) : (part_46 + 0.0f));
+    const float part_48 = part_41 - part_42;
+    const float part_49 = (part_41 + part_42) - ((part_48 < 0.0f) ? (-part_48) : (part_48 + 0.0f));
+    const float part_50 = part_43 - part_47;
+    const float part_51 = (part_43 + part_47) - ((part_50 < 0.0f) ? (-part_50) : (part_50 + 0.0f));
+    const float part_52 = part_49 - part_51;
+    const bool holds_12 = ((part_49 + part_51) - ((part_52 < 0.0f) ? (-part_52) : (part_52 + 0.0f))) >= 0.0f;
+    const bool holds_13 = holds_10 || holds_12;
+    const bool holds_14 = holds && holds_13;
+    const bool holds_15 = holds_11 && holds_12;
+    const bool holds_16 = holds && holds_15;
+    const uint32_t at_motor = holds_14 ? (state->at_motor + part_36) : state->at_motor;
+    const float part_53 = ((state->missed_motor < 0.0f) ? (-state->missed_motor) : (state->missed_motor + 0.0f)) + 1.0f;
+    const bool holds_17 = part_53 <= lost_ticks;
+    const float part_54 = unit_motor * (float)drive_signed(at_motor);
+    const float part_55 = (part_31 - (kappa_motor * (part_54 + state->p_motor))) + part_32;
+    const float part_56 = (state->p_motor + (part_34 + (g1_motor * part_55))) + part_35;
 
     /* 2. Couplings. */
-    const bool holds_7 = (part_5 < (-1.57079637e0f)) || (part_5 > 1.57079637e0f);
-    const float part_9 = (3.14159274e0f - ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f))) + (-8.74227766e-8f);
-    const float part_10 = holds_7 ? ((part_5 < 0.0f) ? (-part_9) : part_9) : part_5;
-    const float part_11 = holds_7 ? (-gravity) : gravity;
-    const float part_12 = part_10 * part_10;
-    const float part_13 = gravity * part_10;
-    const float part_14 = part_13
-            + (part_13 * (part_12 * ((((((2.59986177e-6f * part_12) + (-1.98065289e-4f)) * part_12)
-            + 8.33301619e-3f) * part_12) + (-1.66666567e-1f))));
-    const float part_15 = part_11
-            + (part_11 * (part_12 * ((((((2.31924023e-5f * part_12) + (-1.38558447e-3f)) * part_12)
-            + 4.16639782e-2f) * part_12) + (-4.99999315e-1f))));
-    const float push_link = 0.5f * ((part_8 + (holds_6 ? 0.0f : (state->p_motor + part_6)))
-            + ((gravity * part_5) - part_14));
-    const float push_motor = half_spring * part_5;
+    const bool holds_18 = (part_30 < (-1.57079637e0f)) || (part_30 > 1.57079637e0f);
+    const float part_57 = (3.14159274e0f - ((part_30 < 0.0f) ? (-part_30) : (part_30 + 0.0f))) + (-8.74227766e-8f);
+    const float part_58 = holds_18 ? ((part_30 < 0.0f) ? (-part_57) : part_57) : part_30;
+    const float part_59 = holds_18 ? (-gravity) : gravity;
+    const float part_60 = part_58 * part_58;
+    const float part_61 = gravity * part_58;
+    const float part_62 = part_61
+            + (part_61 * (part_60 * ((((((2.59986177e-6f * part_60) + (-1.98065289e-4f)) * part_60)
+            + 8.33301619e-3f) * part_60) + (-1.66666567e-1f))));
+    const float part_63 = part_59
+            + (part_59 * (part_60 * ((((((2.31924023e-5f * part_60) + (-1.38558447e-3f)) * part_60)
+            + 4.16639782e-2f) * part_60) + (-4.99999315e-1f))));
+    const float push_link = 0.5f * ((part_54 + (holds_14 ? 0.0f : (state->p_motor + part_34)))
+            + ((gravity * part_30) - part_62));
+    const float push_motor = half_spring * part_30;
 
     /* 3. Observers. */
-    const float part_16 = push_link - state->push_link;
-    const float pull_link = state->pull_link + part_16;
-    const float p1_2 = (holds_2 ? p1 : p_link) + (g1_link * part_16);
-    const float part_17 = ((phi_link * state->v_link) + (g2_link * pull_link)) + (g1_link * state->d_dot_link);
+    const float part_64 = push_link - state->push_link;
+    const float p1_2 = (sample->lost_link ? p_link : (holds_3 ? p1 : (holds_5 ? 0.0f : part_29))) + (g1_link * part_64);
+    const float part_65 = ((phi_link * state->v_link)
+            + (g2_link * (((sample->lost_link || holds_6) ? part_2 : part_28) + part_64)))
+            + (g1_link * state->d_dot_link);
     const float smoothed_link = state->smoothed_link - (smoothing_link * (p1_2 + state->smoothed_link));
-    const float part_18 = (((smoothed_link < 0.0f) ? (-smoothed_link) : (smoothed_link + 0.0f))
+    const float part_66 = (((smoothed_link < 0.0f) ? (-smoothed_link) : (smoothed_link + 0.0f))
             - calm_link) * rate_link;
-    const float part_19 = state->level_link * keep_link;
-    const float part_20 = (part_18 > part_19) ? part_18 : part_19;
-    const float level_link = (part_20 > 1.0f) ? 1.0f : ((part_20 < 0.0f) ? 0.0f : part_20);
-    const float p1_3 = holds_2 ? (p1_2 - ((gain_link_1 + (level_link * more_link_1)) * p1_2)) : p1_2;
-    const float d_link_2 = holds_2 ? (d_link - ((gain_link_3 + (level_link * more_link_3)) * p1_2)) : d_link;
-    const float part_21 = push_motor - state->push_motor;
-    const float pull_motor_2 = pull_motor + part_21;
-    const float p2_2 = (holds_6 ? p2 : p_motor) + (g1_motor * part_21);
-    const float part_22 = ((phi_motor * state->v_motor) + (g2_motor * pull_motor_2)) + (g1_motor * state->d_dot_motor);
+    const float part_67 = state->level_link * keep_link;
+    const float part_68 = (part_66 > part_67) ? part_66 : part_67;
+    const float level_link = (part_68 > 1.0f) ? 1.0f : ((part_68 < 0.0f) ? 0.0f : part_68);
+    const float p1_3 = holds_4 ? (p1_2 - ((gain_link_1 + (level_link * more_link_1)) * p1_2)) : p1_2;
+    const float part_69 = push_motor - state->push_motor;
+    const float p2_2 = (sample->lost_motor ? p_motor : (holds_10 ? p2 : (holds_12 ? 0.0f : part_56)))
+            + (g1_motor * part_69);
+    const float part_70 = ((phi_motor * state->v_motor)
+            + (g2_motor * (((sample->lost_motor || holds_13) ? part_33 : part_55) + part_69)))
+            + (g1_motor * state->d_dot_motor);
     const float smoothed_motor = state->smoothed_motor - (smoothing_motor * (p2_2 + state->smoothed_motor));
-    const float part_23 = (((smoothed_motor < 0.0f) ? (-smoothed_motor) : (smoothed_motor + 0.0f))
+    const float part_71 = (((smoothed_motor < 0.0f) ? (-smoothed_motor) : (smoothed_motor + 0.0f))
             - calm_motor) * rate_motor;
-    const float part_24 = state->level_motor * keep_motor;
-    const float part_25 = (part_23 > part_24) ? part_23 : part_24;
-    const float level_motor = (part_25 > 1.0f) ? 1.0f : ((part_25 < 0.0f) ? 0.0f : part_25);
-    const float p2_3 = holds_6 ? (p2_2 - ((gain_motor_1 + (level_motor * more_motor_1)) * p2_2)) : p2_2;
-    const float d_motor_2 = holds_6 ? (d_motor - ((gain_motor_3 + (level_motor * more_motor_3)) * p2_2)) : d_motor;
-    const float part_26 = p1_3 - part_3;
-    const float part_27 = part_26 * part_14;
-    const bool holds_8 = (missed_motor >= 1.0f) && (missed_motor <= lost_ticks);
-    const bool holds_9 = holds_5 || holds_8;
-    const float d_dot_link = holds_2 ? (state->d_dot_link - ((gain_link_4 + (level_link * more_link_4)) * p1_2))
+    const float part_72 = state->level_motor * keep_motor;
+    const float part_73 = (part_71 > part_72) ? part_71 : part_72;
+    const float level_motor = (part_73 > 1.0f) ? 1.0f : ((part_73 < 0.0f) ? 0.0f : part_73);
+    const float part_74 = p1_3 - part_24;
+    const float part_75 = part_74 * part_62;
+    const bool holds_19 = holds_11 && (!holds_12);
+    const bool holds_20 = holds_10 || holds_12 || holds_17;
+    const float d_link_2 = holds_4 ? (d_link - ((gain_link_3 + (level_link * more_link_3)) * p1_2)) : d_link;
+    const float d_dot_link = holds_4 ? (state->d_dot_link - ((gain_link_4 + (level_link * more_link_4)) * p1_2))
             : state->d_dot_link;
-    const float d_dot_motor = holds_6 ? (state->d_dot_motor - ((gain_motor_4 + (level_motor * more_motor_4)) * p2_2))
+    const bool holds_21 = holds && holds_10;
+    const float p2_3 = holds_21 ? (p2_2 - ((gain_motor_1 + (level_motor * more_motor_1)) * p2_2)) : p2_2;
+    const float d_motor_2 = holds_21 ? (d_motor - ((gain_motor_3 + (level_motor * more_motor_3)) * p2_2)) : d_motor;
+    const float d_dot_motor = holds_21 ? (state->d_dot_motor - ((gain_motor_4 + (level_motor * more_motor_4)) * p2_2))
             : state->d_dot_motor;
-    between->g_sin = part_14 + (part_26 * (part_15 - (0.5f * part_27)));
-    between->g_cos = part_15 - part_27;
-    between->missing = sample->lost_link || sample->lost_motor || (!holds) || (!holds_5);
-    if (holds_2) {
+    between->g_sin = part_62 + (part_74 * (part_63 - (0.5f * part_75)));
+    between->g_cos = part_63 - part_75;
+    between->missing = sample->lost_link || sample->lost_motor || (holds_3 ? holds_19 : ((!holds_5) || holds_19));
+    between->stepped = sample->lost_link ? holds_16
+            : (sample->lost_motor ? holds_7 : (holds_3 ? holds_15 : (holds_5 || holds_15)));
+    between->begins = false;
+    if (holds_8) {
         state->last_link = count_link;
+    }
+    if (holds_14) {
+        state->last_motor = count_motor;
+    }
+    if (holds_4) {
         state->smoothed_link = smoothed_link;
         state->level_link = level_link;
     }
-    if (holds_6) {
-        state->last_motor = count_motor;
+    if (holds_21) {
         state->smoothed_motor = smoothed_motor;
         state->level_motor = level_motor;
     }
     state->at_link = at_link;
     state->at_motor = at_motor;
-    state->pull_link = ((push_link + push_link) + d_link_2) - (kappa_link * (part_4 + p1_3));
-    state->pull_motor = ((push_motor + push_motor) + d_motor_2) - (kappa_motor * (part_8 + p2_3));
     state->push_link = push_link;
     state->push_motor = push_motor;
     state->p_link = p1_3;
-    state->v_link = holds_2 ? (part_17 - ((gain_link_2 + (level_link * more_link_2)) * p1_2)) : part_17;
+    state->v_link = holds_4 ? (part_65 - ((gain_link_2 + (level_link * more_link_2)) * p1_2)) : part_65;
     state->d_link = d_link_2;
     state->d_dot_link = d_dot_link;
     state->p_motor = p2_3;
-    state->v_motor = holds_6 ? (part_22 - ((gain_motor_2 + (level_motor * more_motor_2)) * p2_2)) : part_22;
+    state->v_motor = holds_21 ? (part_70 - ((gain_motor_2 + (level_motor * more_motor_2)) * p2_2)) : part_70;
     state->d_motor = d_motor_2;
     state->d_dot_motor = d_dot_motor;
     state->reach = state->reach * closing;
-    state->missed_link = holds_2 ? 0.0f : missed_link;
-    state->missed_motor = holds_6 ? 0.0f : missed_motor;
-    return holds_2 ? (sample->lost_motor ? holds_8 : holds_9)
-            : (sample->lost_motor ? (holds_3 && holds_4 && holds_8) : (holds_3 && holds_4 && holds_9));
+    state->missed_link = holds_8 ? 0.0f : part_26;
+    state->missed_motor = holds_14 ? 0.0f : part_53;
+    state->off_link = sample->lost_link ? part_6 : (holds_6 ? state->off_link : (part_29 - part_8));
+    state->off_motor = sample->lost_motor ? part_6 : (holds_13 ? state->off_motor : (part_56 - part_37));
+    state->doubt = (holds_16 ? part_39 : part_25) * forgetting;
+    return holds_8 ? (sample->lost_motor ? holds_17 : holds_20)
+            : (sample->lost_motor ? (holds_9 && holds_17) : (holds_9 && holds_20));
 }
 
 /* Part of a tick: the law, and the memory. */
@@ -415,6 +586,8 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b2 = 7.51879730e1f; /* damping of the motor, 1/s */
     static const float full_turn = 6.28318548e0f; /* 2 pi */
+    static const float far = 2.40518764e-1f; /* of e_1 no more counts */
+    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
     static const float c_1 = 8000.0f; /* surface */
     static const float c_2 = 1200.0f; /* surface */
     static const float c_3 = 60.0f; /* surface */
@@ -436,166 +609,113 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float us = -2.00241711e-2f; /* law, on sigma* */
     static const float plausible = 15360.0f; /* a demand beyond is looked at, A */
     static const float kw = -2.00041593e-3f; /* law, on the offset W */
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
     static const float u_max = 30.0f; /* limit, A */
     static const float u_min = -30.0f; /* limit, A */
     static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
-    static const float edge_link = 3.53429174e0f; /* 9/16 of the base */
-    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    const float part = unit_link * (float)drive_signed(state->at_link);
-    const float part_2 = part + state->p_link;
+    const bool holds = !between->begins;
+    const float part = (unit_link * (float)drive_signed(state->at_link)) + state->p_link;
 
     /* 4. The chain. */
-    const float part_3 = -(k1 + between->g_cos);
-    const float part_4 = ((unit_motor * (float)drive_signed(state->at_motor)) + state->p_motor) - (k1 * part_2);
-    const float part_5 = (part_4 - (b1 * state->v_link)) - between->g_sin;
-    const float sigma = (state->v_motor + (part_3 * state->v_link)) - (b1 * part_5);
+    const float part_2 = -(k1 + between->g_cos);
+    const float part_3 = ((unit_motor * (float)drive_signed(state->at_motor)) + state->p_motor) - (k1 * part);
+    const float part_4 = (part_3 - (b1 * state->v_link)) - between->g_sin;
+    const float sigma = (state->v_motor + (part_2 * state->v_link)) - (b1 * part_4);
 
     /* 5. Law. */
+    const float part_5 = part
+            - ((full_turn * (float)drive_signed((uint32_t)sample->begin.turn - state->turn)) + sample->begin.r);
     const float v_link = state->v_link - sample->begin.r_dot;
-    const float part_6 = part_5 - sample->begin.r_ddot;
+    const float part_6 = part_4 - sample->begin.r_ddot;
     const float sigma_2 = sigma - sample->begin.r_dddot;
-    float sigma_3 = sigma_2
-            + (c_1 * (part_2
-            - ((full_turn * (float)drive_signed((uint32_t)sample->begin.turn - state->turn)) + sample->begin.r)));
+    const bool holds_2 = (part_5 >= (-far)) && (part_5 <= far);
+    const bool holds_3 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
+    const bool holds_4 = holds_2 || holds_3;
+    const float part_7 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - far;
+    const float part_8 = 3.0f * far;
+    const float part_9 = part_7 - part_8;
+    const float part_10 = 0.5f * ((part_7 + part_8) - ((part_9 < 0.0f) ? (-part_9) : (part_9 + 0.0f)));
+    const float part_11 = part_7 - part_10;
+    const float part_12 = 4.0f * part_8;
+    const float part_13 = 0.5f * 3.33333343e-1f;
+    const float part_14 = part_11 - part_12;
+    const float part_15 = 0.5f * ((part_11 + part_12) - ((part_14 < 0.0f) ? (-part_14) : (part_14 + 0.0f)));
+    const float part_16 = part_11 - part_15;
+    const float part_17 = 4.0f * part_12;
+    const float part_18 = 0.5f * part_13;
+    const float part_19 = part_16 - part_17;
+    const float part_20 = 0.5f * ((part_16 + part_17) - ((part_19 < 0.0f) ? (-part_19) : (part_19 + 0.0f)));
+    const float part_21 = part_16 - part_20;
+    const float part_22 = 4.0f * part_17;
+    const float part_23 = part_21 - part_22;
+    const float part_24 = (((far + (3.33333343e-1f * part_10)) + (part_13 * part_15)) + (part_18 * part_20))
+            + ((0.5f * part_18) * (0.5f * ((part_21 + part_22) - ((part_23 < 0.0f) ? (-part_23) : (part_23 + 0.0f)))));
+    float sigma_3 = sigma_2 + (c_1 * (holds_2 ? part_5 : ((part_5 > 0.0f) ? part_24 : (-part_24))));
     sigma_3 += c_2 * v_link;
     sigma_3 += c_3 * part_6;
     sigma_3 += c_d_link * state->d_link;
     sigma_3 += c_growth_link * state->d_dot_link;
-    const float part_7 = cross - between->g_cos;
-    float bare = -(per_b * (((((((between->g_sin * state->v_link) * state->v_link) - (kappa_motor * part_4))
-            - (b2 * state->v_motor)) + (part_3 * part_5)) - (b1 * sigma))
-            + (state->d_motor + (part_7 * state->d_link))));
+    const float part_25 = cross - between->g_cos;
+    float bare = -(per_b * (((((((between->g_sin * state->v_link) * state->v_link) - (kappa_motor * part_3))
+            - (b2 * state->v_motor)) + (part_2 * part_4)) - (b1 * sigma))
+            + (state->d_motor + (part_25 * state->d_link))));
     bare += kx_2 * v_link;
     bare += kx_3 * part_6;
     bare += kx_4 * sigma_2;
     bare += k_d_link * state->d_link;
     bare += k_growth_link * state->d_dot_link;
-    bare += k_last * (state->d_dot_motor + (part_7 * state->d_dot_link));
-    const float part_8 = sample->end.r - sample->begin.r;
-    const float part_9 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
+    bare += k_last * (state->d_dot_motor + (part_25 * state->d_dot_link));
+    const float part_26 = sample->end.r - sample->begin.r;
+    const float part_27 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
     bare += (((feed_4 * (sample->end.r_dddot - sample->begin.r_dddot))
-            + (feed_1 * ((part_9 != 0.0f) ? (part_8 + (full_turn * part_9)) : part_8)))
+            + (feed_1 * ((part_27 != 0.0f) ? (part_26 + (full_turn * part_27)) : part_26)))
             + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
             + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
-    const float sigma_star = sigma_3 - state->offset;
     const float demand = (bare + (k_offset * state->offset)) + (us * sigma_3);
-    const bool holds = (demand >= (-plausible)) && (demand <= plausible);
-    const float part_10 = bare + (kw * sigma_3);
-    const bool holds_2 = (part_10 >= (-input_limit)) && (part_10 <= input_limit);
-    const float part_11 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
-            : 0.0f)) + fallback;
-    const float part_12 = holds ? demand : (holds_2 ? part_10 : part_11);
-    const bool holds_3 = part_12 > u_max;
-    const bool holds_4 = part_12 < u_min;
-    const float u = holds_3 ? u_max : (holds_4 ? u_min : demand);
+    const bool holds_5 = (demand >= (-plausible)) && (demand <= plausible);
+    const bool holds_6 = holds && holds_5;
+    const float part_28 = holds_6 ? state->offset : sigma_3;
+    const float part_29 = bare + (kw * sigma_3);
+    const float part_30 = holds_4 ? part_29 : state->held;
+    const float part_31 = holds_6 ? demand : part_29;
+    const bool holds_7 = (part_30 >= (-input_limit)) && (part_30 <= input_limit);
+    const bool holds_8 = holds_3 && holds_7;
+    const float part_32 = (hold * (holds_4
+            ? (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held : 0.0f)
+            : (holds_7 ? state->held : 0.0f))) + fallback;
+    const float part_33 = holds_7 ? part_29 : part_32;
+    const float part_34 = between->begins ? (holds_2 ? part_33 : (holds_8 ? part_29 : part_32))
+            : (holds_4 ? (holds_5 ? demand : part_33) : part_32);
+    const bool holds_9 = part_34 > u_max;
+    const bool holds_10 = part_34 < u_min;
+    const float u = holds_9 ? u_max : (holds_10 ? u_min : part_31);
 
     /* 6. Memory. */
-    const float offset = state->offset - (decay * state->offset);
-    const bool saturated = u != demand;
-    const bool holds_5 = (part >= (-edge_link)) && (part <= edge_link);
-    if (holds) {
-        if (holds_5) {
-            output->u = u;
-            output->sigma = sigma_3;
-            output->sigma_star = sigma_star;
-            state->offset = offset;
-            state->held = u;
-            return (saturated ? (unsigned)DRIVE_SATURATED : 0u) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
-        }
-        const bool holds_6 = part > 0.0f;
-        const uint32_t at_link = (((holds_6 ? (state->at_link - 1048576u)
-                : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-        const uint32_t at_motor = (((holds_6 ? (state->at_motor - 1048576u)
-                : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-        const float push_link = state->push_link
-                + ((0.5f * kappa_link) * (unit_link * (float)drive_signed(at_link - state->at_link)));
-        const float push_motor = state->push_motor
-                + ((0.5f * kappa_motor) * (unit_motor * (float)drive_signed(at_motor - state->at_motor)));
-        const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
-        output->u = u;
-        output->sigma = sigma_3;
-        output->sigma_star = sigma_star;
-        state->at_link = at_link;
-        state->at_motor = at_motor;
-        state->turn = turn;
-        state->push_link = push_link;
-        state->push_motor = push_motor;
-        state->offset = offset;
-        state->held = u;
-        return (saturated ? (unsigned)DRIVE_SATURATED : 0u) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
-    }
-    if (!holds_2) {
-        if (holds_5) {
-            const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_11);
-            output->u = u_3;
-            output->sigma = 0.0f;
-            output->sigma_star = 0.0f;
-            state->held = u_3;
-            return ((unsigned)DRIVE_INPUT_REJECTED) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
-        }
-
-        /* 5. Law. */
-        const bool holds_6 = part > 0.0f;
-        const uint32_t at_link = (((holds_6 ? (state->at_link - 1048576u)
-                : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-        const uint32_t at_motor = (((holds_6 ? (state->at_motor - 1048576u)
-                : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-        const float push_link = state->push_link
-                + ((0.5f * kappa_link) * (unit_link * (float)drive_signed(at_link - state->at_link)));
-        const float push_motor = state->push_motor
-                + ((0.5f * kappa_motor) * (unit_motor * (float)drive_signed(at_motor - state->at_motor)));
-        const float u_3 = holds_3 ? u_max : (holds_4 ? u_min : part_11);
-        const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
-        output->u = u_3;
-        output->sigma = 0.0f;
-        output->sigma_star = 0.0f;
-        state->at_link = at_link;
-        state->at_motor = at_motor;
-        state->turn = turn;
-        state->push_link = push_link;
-        state->push_motor = push_motor;
-        state->held = u_3;
-        return ((unsigned)DRIVE_INPUT_REJECTED) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
-    }
-
-    /* 5. Law. */
-    const float u_2 = holds_3 ? u_max : (holds_4 ? u_min : part_10);
-
-    /* 6. Memory. */
-    const float sigma_4 = sigma_3 - (decay * sigma_3);
-    const bool saturated_2 = u_2 != part_10;
-    if (holds_5) {
-        output->u = u_2;
-        output->sigma = sigma_3;
-        output->sigma_star = 0.0f;
-        state->offset = sigma_4;
-        state->held = u_2;
-        return (saturated_2 ? (unsigned)DRIVE_SATURATED : 0u) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
-    }
-    const bool holds_6 = part > 0.0f;
-    const uint32_t at_link = (((holds_6 ? (state->at_link - 1048576u)
-            : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t at_motor = (((holds_6 ? (state->at_motor - 1048576u)
-            : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const float push_link = state->push_link
-            + ((0.5f * kappa_link) * (unit_link * (float)drive_signed(at_link - state->at_link)));
-    const float push_motor = state->push_motor
-            + ((0.5f * kappa_motor) * (unit_motor * (float)drive_signed(at_motor - state->at_motor)));
-    const uint32_t turn = holds_6 ? (state->turn + 1u) : (state->turn - 1u);
+    const float offset = part_28 - (decay * part_28);
+    const bool holds_11 = u != part_31;
+    const float u_2 = holds_9 ? u_max : (holds_10 ? u_min : part_34);
+    const bool holds_12 = holds_5 || holds_7;
+    const bool holds_13 = holds_3 && holds_12;
+    const float sigma_star = (holds && holds_2 && holds_5) ? (sigma_3 - state->offset) : 0.0f;
+    const bool holds_14 = !holds_7;
+    const bool holds_15 = (!holds_5) && holds_14;
+    const bool holds_16 = !holds_3;
+    const bool holds_17 = holds_7 && holds_11;
     output->u = u_2;
-    output->sigma = sigma_3;
-    output->sigma_star = 0.0f;
-    state->at_link = at_link;
-    state->at_motor = at_motor;
-    state->turn = turn;
-    state->push_link = push_link;
-    state->push_motor = push_motor;
-    state->offset = sigma_4;
+    output->sigma = holds_2 ? (between->begins ? (holds_7 ? sigma_3 : 0.0f) : (holds_12 ? sigma_3 : 0.0f))
+            : (between->begins ? (holds_8 ? sigma_3 : 0.0f) : (holds_13 ? sigma_3 : 0.0f));
+    output->sigma_star = sigma_star;
+    state->offset = holds_2
+            ? (between->begins ? (holds_7 ? offset : state->offset) : (holds_12 ? offset : state->offset))
+            : (between->begins ? (holds_8 ? offset : state->offset) : (holds_13 ? offset : state->offset));
     state->held = u_2;
-    return (saturated_2 ? (unsigned)DRIVE_SATURATED : 0u) | (between->missing ? (unsigned)DRIVE_SAMPLE_LOST : 0u);
+    return ((holds_2 ? (between->begins ? holds_14 : holds_15)
+            : (between->begins ? (holds_16 || holds_14) : (holds_16 || holds_15))) ? (unsigned)DRIVE_INPUT_REJECTED
+            : 0u)
+            | ((holds_2 ? (holds_6 ? holds_11 : holds_17)
+            : (between->begins ? (holds_3 && holds_17) : (holds_3 && (holds_5 ? holds_11 : holds_17))))
+            ? (unsigned)DRIVE_SATURATED : 0u);
 }
 
 /* Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again
@@ -608,99 +728,24 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
     static const float fallback = 0.0f; /* A */
     static const float u_max = 30.0f; /* limit, A */
     static const float u_min = -30.0f; /* limit, A */
-    static const float half_span_motor = 1.22931885e2f; /* half a counter */
-    static const float unit_link = 5.99211262e-6f; /* one count */
-    static const float unit_motor = 2.34473962e-4f; /* one count */
-    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
-    static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
-    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
-    const uint32_t count_link = sample->count_link;
-    const uint32_t count_motor = sample->count_motor;
+    static const float start_ticks = 50.0f; /* for which counts must agree before a current flows */
     const float part = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const uint32_t part_2 = sample->lost_link ? state->at_link
-            : (state->at_link + ((((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u));
-    const uint32_t part_3 = (part_2 < 0x80000000u) ? ((part_2 / 1048576u) * 1048576u)
-            : (0u - (((0u - part_2) / 1048576u) * 1048576u));
-    const uint32_t at_link = (((part_2 - part_3) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t at_motor = ((((sample->lost_motor ? state->at_motor
-            : (state->at_motor + ((((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u)))
-            - part_3) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t turn = state->turn
-            + ((part_2 < 0x80000000u) ? ((part_2 / 1048576u) * 1u) : (0u - (((0u - part_2) / 1048576u) * 1u)));
-    const float reach = -(half_span_motor + half_span_motor);
-    if (sample->lost_link) {
-        const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
-        output->u = u;
-        output->sigma = 0.0f;
-        output->sigma_star = 0.0f;
-        if (!sample->lost_motor) {
-            state->last_motor = count_motor;
-        }
-        state->at_link = at_link;
-        state->at_motor = at_motor;
-        state->turn = turn;
-        state->reach = reach;
-        state->held = u;
-        return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
-    }
-    if (sample->lost_motor) {
-        const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
-        output->u = u;
-        output->sigma = 0.0f;
-        output->sigma_star = 0.0f;
-        state->last_link = count_link;
-        state->at_link = at_link;
-        state->at_motor = at_motor;
-        state->turn = turn;
-        state->reach = reach;
-        state->held = u;
-        return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
-    }
-    const float part_4 = unit_link * (float)drive_signed(at_link);
-    const float part_5 = unit_motor * (float)drive_signed(at_motor);
-    const float part_6 = (3.14159274e0f - ((part_4 < 0.0f) ? (-part_4) : (part_4 + 0.0f))) + (-8.74227766e-8f);
-    const float part_7 = ((part_4 < (-1.57079637e0f)) || (part_4 > 1.57079637e0f))
-            ? ((part_4 < 0.0f) ? (-part_6) : part_6) : part_4;
-    const float part_8 = part_7 * part_7;
-    const float part_9 = gravity * part_7;
-    const float push_link = 0.5f * (part_5
-            + ((gravity * part_4)
-            - (part_9
-            + (part_9 * (part_8 * ((((((2.59986177e-6f * part_8) + (-1.98065289e-4f)) * part_8)
-            + 8.33301619e-3f) * part_8) + (-1.66666567e-1f)))))));
-    const float push_motor = half_spring * part_4;
     const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
     output->u = u;
     output->sigma = 0.0f;
     output->sigma_star = 0.0f;
-    state->fresh = true;
-    state->last_link = count_link;
-    state->last_motor = count_motor;
-    state->at_link = at_link;
-    state->at_motor = at_motor;
-    state->turn = turn;
-    state->pull_link = ((push_link + push_link) + 0.0f) - (kappa_link * (part_4 + 0.0f));
-    state->pull_motor = ((push_motor + push_motor) + 0.0f) - (kappa_motor * (part_5 + 0.0f));
-    state->push_link = push_link;
-    state->push_motor = push_motor;
-    state->p_link = 0.0f;
-    state->v_link = 0.0f;
-    state->d_link = 0.0f;
-    state->d_dot_link = 0.0f;
-    state->p_motor = 0.0f;
-    state->v_motor = 0.0f;
-    state->d_motor = 0.0f;
-    state->d_dot_motor = 0.0f;
-    state->smoothed_link = 0.0f;
-    state->level_link = 0.0f;
-    state->smoothed_motor = 0.0f;
-    state->level_motor = 0.0f;
-    state->reach = half_span_motor;
-    state->missed_link = 0.0f;
-    state->missed_motor = 0.0f;
-    state->offset = 0.0f;
+    if ((!sample->lost_link) && (!sample->lost_motor)) {
+        state->fresh = true;
+    }
+    if (!(sample->lost_link || sample->lost_motor)) {
+        state->d_link = 0.0f;
+        state->d_motor = 0.0f;
+        state->doubt = start_ticks;
+    }
+    if (sample->lost_link || sample->lost_motor) {
+        state->reach = 0.0f;
+    }
     state->held = u;
     return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
 }
@@ -724,6 +769,180 @@ static inline unsigned drive_refuse(drive_state *state, drive_output *output)
     return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
 }
 
+/* A period that passed without a tick. False where more is missing than can be foreseen. */
+static inline bool drive_pass(drive_state *state)
+{
+    DRIVE_AS_WRITTEN
+    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
+    static const float g2_link = 1.99993854e-4f; /* the block's model of a tick */
+    static const float g1_link = 1.99995913e-8f; /* the block's model of a tick */
+    static const float phi_link = 9.99938309e-1f; /* the block's model of a tick */
+    static const float h1_link = 1.33331291e-12f; /* the block's model of a tick */
+    static const float period = 1.99999995e-4f; /* T, s */
+    static const float half_span_motor = 1.22931885e2f; /* half a counter */
+    static const float lost_ticks = 50.0f; /* samples in a row that may be missing */
+    static const float unit_motor = 2.34473962e-4f; /* one count */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float b = 5.00163428e3f;
+    static const float g2_motor = 1.98490961e-4f; /* the block's model of a tick */
+    static const float g1_motor = 1.98994847e-8f; /* the block's model of a tick */
+    static const float phi_motor = 9.84883487e-1f; /* the block's model of a tick */
+    static const float h1_motor = 1.32831018e-12f; /* the block's model of a tick */
+    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
+    static const float closing = 9.96805131e-1f; /* and how fast, after a re-tune */
+    static const float forgetting = 9.98001993e-1f; /* e^(-T/0.1 s), of these */
+    static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
+
+    /* 1. Where the counts are, and whether they are believed. */
+    const float part = unit_link * (float)drive_signed(state->at_link);
+    const float part_2 = ((state->push_link + state->push_link) + state->d_link)
+            - (kappa_link * (part + state->p_link));
+    const float part_3 = g2_link * state->v_link;
+    float p_link = state->p_link + (part_3 + (g1_link * part_2));
+    p_link += h1_link * state->d_dot_link;
+    const float d_link = state->d_link + (period * state->d_dot_link);
+    const float part_4 = half_span_motor + half_span_motor;
+    const float off_link = part_4 + part_4;
+    const float missed_link = ((state->missed_link < 0.0f) ? (-state->missed_link) : (state->missed_link + 0.0f))
+            + 1.0f;
+    const float part_5 = part + (state->p_link + part_3);
+    const float part_6 = unit_motor * (float)drive_signed(state->at_motor);
+    const float part_7 = (((state->push_motor + state->push_motor) + state->d_motor)
+            - (kappa_motor * (part_6 + state->p_motor))) + (b * state->held);
+    const float part_8 = g2_motor * state->v_motor;
+    float p_motor = state->p_motor + (part_8 + (g1_motor * part_7));
+    p_motor += h1_motor * state->d_dot_motor;
+    const float d_motor = state->d_motor + (period * state->d_dot_motor);
+    const float missed_motor = ((state->missed_motor < 0.0f) ? (-state->missed_motor) : (state->missed_motor + 0.0f))
+            + 1.0f;
+
+    /* 2. Couplings. */
+    const float part_9 = (3.14159274e0f - ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f))) + (-8.74227766e-8f);
+    const float part_10 = ((part_5 < (-1.57079637e0f)) || (part_5 > 1.57079637e0f))
+            ? ((part_5 < 0.0f) ? (-part_9) : part_9) : part_5;
+    const float part_11 = part_10 * part_10;
+    const float part_12 = gravity * part_10;
+    const float push_link = 0.5f * ((part_6 + (state->p_motor + part_8))
+            + ((gravity * part_5)
+            - (part_12
+            + (part_12 * (part_11 * ((((((2.59986177e-6f * part_11) + (-1.98065289e-4f)) * part_11)
+            + 8.33301619e-3f) * part_11) + (-1.66666567e-1f)))))));
+    const float push_motor = half_spring * part_5;
+
+    /* 3. Observers. */
+    const float part_13 = push_link - state->push_link;
+    const float p1 = p_link + (g1_link * part_13);
+    const float part_14 = push_motor - state->push_motor;
+    const float p2 = p_motor + (g1_motor * part_14);
+    const float offset = state->offset - (decay * state->offset);
+    state->push_link = push_link;
+    state->push_motor = push_motor;
+    state->p_link = p1;
+    state->v_link = ((phi_link * state->v_link) + (g2_link * (part_2 + part_13))) + (g1_link * state->d_dot_link);
+    state->d_link = d_link;
+    state->p_motor = p2;
+    state->v_motor = ((phi_motor * state->v_motor) + (g2_motor * (part_7 + part_14))) + (g1_motor * state->d_dot_motor);
+    state->d_motor = d_motor;
+    state->reach = state->reach * closing;
+    state->missed_link = missed_link;
+    state->missed_motor = missed_motor;
+    state->off_link = off_link;
+    state->off_motor = off_link;
+    state->doubt = state->doubt * forgetting;
+    state->offset = offset;
+    return (missed_link <= lost_ticks) && (missed_motor <= lost_ticks);
+}
+
+/* Part of a tick: the base follows the shaft by whole turns. */
+static inline void drive_follow(drive_state *state)
+{
+    DRIVE_AS_WRITTEN
+    static const float unit_link = 5.99211262e-6f; /* one count */
+    static const float edge_link = 3.53429174e0f; /* 9/16 of the base */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float unit_motor = 2.34473962e-4f; /* one count */
+    const float part = unit_link * (float)drive_signed(state->at_link);
+    if ((part >= (-edge_link)) && (part <= edge_link)) {
+        return;
+    }
+    const bool holds = part > 0.0f;
+    const uint32_t at_link = (((holds ? (state->at_link - 1048576u)
+            : (state->at_link + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t at_motor = (((holds ? (state->at_motor - 1048576u)
+            : (state->at_motor + 1048576u)) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const float next_1 = state->push_link
+            + ((0.5f * kappa_link) * (unit_link * (float)drive_signed(at_link - state->at_link)));
+    const float next_2 = state->push_motor
+            + ((0.5f * kappa_motor) * (unit_motor * (float)drive_signed(at_motor - state->at_motor)));
+    state->at_link = at_link;
+    state->at_motor = at_motor;
+    state->turn = holds ? (state->turn + 1u) : (state->turn - 1u);
+    state->push_link = next_1;
+    state->push_motor = next_2;
+}
+
+/* Part of a tick in which a count was missing: counts go along with the prediction, by quarters of the
+ * counter. */
+static inline void drive_carry(drive_state *state)
+{
+    DRIVE_AS_WRITTEN
+    static const float quarter_link = 1.57079637e0f; /* of the counter or of the base, whichever is less */
+    static const float quarter_motor = 6.14659424e1f; /* of the counter or of the base, whichever is less */
+    const bool holds = state->p_link > 0.0f;
+    if (((state->p_motor >= (-quarter_motor)) && (state->p_motor <= quarter_motor))
+            || ((state->p_motor < (-(quarter_motor + quarter_motor)))
+            || (state->p_motor > (quarter_motor + quarter_motor)))) {
+        const bool holds_2 = ((state->p_link >= (-quarter_link)) && (state->p_link <= quarter_link))
+                || ((state->p_link < (-(quarter_link + quarter_link)))
+                || (state->p_link > (quarter_link + quarter_link)));
+        const uint32_t last_link = holds_2 ? state->last_link
+                : (holds ? (state->last_link + 262144u) : (state->last_link - 262144u));
+        const uint32_t at_link = holds_2 ? state->at_link
+                : (holds ? (state->at_link + 262144u) : (state->at_link - 262144u));
+        const float p_link = holds_2 ? state->p_link
+                : (holds ? (state->p_link - quarter_link) : (state->p_link + quarter_link));
+        state->last_link = last_link;
+        state->at_link = at_link;
+        state->p_link = p_link;
+        return;
+    }
+    if (!(state->p_motor > 0.0f)) {
+        const bool holds_2 = ((state->p_link >= (-quarter_link)) && (state->p_link <= quarter_link))
+                || ((state->p_link < (-(quarter_link + quarter_link)))
+                || (state->p_link > (quarter_link + quarter_link)));
+        const uint32_t last_link = holds_2 ? state->last_link
+                : (holds ? (state->last_link + 262144u) : (state->last_link - 262144u));
+        const uint32_t at_link = holds_2 ? state->at_link
+                : (holds ? (state->at_link + 262144u) : (state->at_link - 262144u));
+        const float p_link = holds_2 ? state->p_link
+                : (holds ? (state->p_link - quarter_link) : (state->p_link + quarter_link));
+        state->last_link = last_link;
+        state->last_motor = state->last_motor - 262144u;
+        state->at_link = at_link;
+        state->at_motor = state->at_motor - 262144u;
+        state->p_link = p_link;
+        state->p_motor = state->p_motor + quarter_motor;
+        return;
+    }
+    const bool holds_2 = ((state->p_link >= (-quarter_link)) && (state->p_link <= quarter_link))
+            || ((state->p_link < (-(quarter_link + quarter_link))) || (state->p_link > (quarter_link + quarter_link)));
+    const uint32_t last_link = holds_2 ? state->last_link
+            : (holds ? (state->last_link + 262144u) : (state->last_link - 262144u));
+    const uint32_t at_link = holds_2 ? state->at_link
+            : (holds ? (state->at_link + 262144u) : (state->at_link - 262144u));
+    const float p_link = holds_2 ? state->p_link
+            : (holds ? (state->p_link - quarter_link) : (state->p_link + quarter_link));
+    state->last_link = last_link;
+    state->last_motor = state->last_motor + 262144u;
+    state->at_link = at_link;
+    state->at_motor = state->at_motor + 262144u;
+    state->p_link = p_link;
+    state->p_motor = state->p_motor - quarter_motor;
+}
+
 /* The state before the first tick, from the sample that the first tick gets too: every count must be
  * there. Its angle is then within half a counter of 0. False, and the state as it was, if the sample is not good
  * enough: try the next one. */
@@ -735,18 +954,18 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
     static const float unit_motor = 2.34473962e-4f; /* one count */
     static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
-    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float u_min = -30.0f; /* limit, A */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b = 5.00163428e3f;
     static const float b1 = 3.04347813e-1f; /* damping of the link, 1/s */
     static const float full_turn = 6.28318548e0f; /* 2 pi */
+    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float far = 2.40518764e-1f; /* of e_1 no more counts */
     static const float c_1 = 8000.0f; /* surface */
     static const float c_2 = 1200.0f; /* surface */
     static const float c_3 = 60.0f; /* surface */
     static const float c_d_link = 5.96956520e1f; /* surface, on d */
     static const float c_growth_link = 1.0f; /* surface, on d' */
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
     static const float half_span_motor = 1.22931885e2f; /* half a counter */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
@@ -770,46 +989,68 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
             ? ((part_3 < 0.0f) ? (-part_5) : part_5) : part_3;
     const float part_7 = part_6 * part_6;
     const float part_8 = gravity * part_6;
-    const float push_link = 0.5f * (part_4
-            + ((gravity * part_3)
-            - (part_8
-            + (part_8 * (part_7 * ((((((2.59986177e-6f * part_7) + (-1.98065289e-4f)) * part_7)
-            + 8.33301619e-3f) * part_7) + (-1.66666567e-1f)))))));
-    const float push_motor = half_spring * part_3;
     const float part_9 = part_3 + 0.0f;
-    const float part_10 = part_4 + 0.0f;
-    const float part_11 = part_10 - (k1 * part_9);
-    const float part_12 = kappa_motor * part_11;
-    if (!((part_12 >= (-((2.0f * b) * (-u_min)))) && (part_12 <= ((2.0f * b) * (-u_min))))) {
+    const float part_10 = (part_4 + 0.0f) - (k1 * part_9);
+    const float part_11 = kappa_motor * part_10;
+    if (!((part_11 >= (-((2.0f * b) * (-u_min)))) && (part_11 <= ((2.0f * b) * (-u_min))))) {
         return false;
     }
     const bool holds = (part_9 < (-1.57079637e0f)) || (part_9 > 1.57079637e0f);
-    const float part_13 = holds ? (-gravity) : gravity;
-    const float part_14 = (3.14159274e0f - ((part_9 < 0.0f) ? (-part_9) : (part_9 + 0.0f))) + (-8.74227766e-8f);
-    const float part_15 = holds ? ((part_9 < 0.0f) ? (-part_14) : part_14) : part_9;
-    const float part_16 = part_15 * part_15;
-    const float part_17 = gravity * part_15;
+    const float part_12 = holds ? (-gravity) : gravity;
+    const float part_13 = (3.14159274e0f - ((part_9 < 0.0f) ? (-part_9) : (part_9 + 0.0f))) + (-8.74227766e-8f);
+    const float part_14 = holds ? ((part_9 < 0.0f) ? (-part_13) : part_13) : part_9;
+    const float part_15 = part_14 * part_14;
+    const float part_16 = gravity * part_14;
 
     /* 4. The chain. */
-    const float part_18 = (part_11 - (b1 * 0.0f))
-            - (part_17
-            + (part_17 * (part_16 * ((((((2.59986177e-6f * part_16) + (-1.98065289e-4f)) * part_16)
-            + 8.33301619e-3f) * part_16) + (-1.66666567e-1f)))));
+    const float part_17 = (part_10 - (b1 * 0.0f))
+            - (part_16
+            + (part_16 * (part_15 * ((((((2.59986177e-6f * part_15) + (-1.98065289e-4f)) * part_15)
+            + 8.33301619e-3f) * part_15) + (-1.66666567e-1f)))));
     float sigma = (0.0f
             + ((-(k1
-            + (part_13
-            + (part_13 * (part_16 * ((((((2.31924023e-5f * part_16) + (-1.38558447e-3f)) * part_16)
-            + 4.16639782e-2f) * part_16) + (-4.99999315e-1f))))))) * 0.0f)) - (b1 * part_18);
+            + (part_12
+            + (part_12 * (part_15 * ((((((2.31924023e-5f * part_15) + (-1.38558447e-3f)) * part_15)
+            + 4.16639782e-2f) * part_15) + (-4.99999315e-1f))))))) * 0.0f)) - (b1 * part_17);
 
     /* 5. Law. */
+    const float part_18 = part_9
+            - ((full_turn * (float)drive_signed((uint32_t)sample->begin.turn - turn)) + sample->begin.r);
+    const float part_19 = 0.0f - sample->begin.r_dot;
+    const float part_20 = part_17 - sample->begin.r_ddot;
     sigma -= sample->begin.r_dddot;
-    sigma += c_1 * (part_9
-            - ((full_turn * (float)drive_signed((uint32_t)sample->begin.turn - turn)) + sample->begin.r));
-    sigma += c_2 * (0.0f - sample->begin.r_dot);
-    sigma += c_3 * (part_18 - sample->begin.r_ddot);
-    sigma += c_d_link * d_link;
-    sigma += c_growth_link * 0.0f;
-    const bool answer = ((sigma >= (-input_limit)) && (sigma <= input_limit))
+    if (!(((part_18 >= (-input_limit)) && (part_18 <= input_limit))
+            && ((part_19 >= (-input_limit)) && (part_19 <= input_limit))
+            && ((part_20 >= (-input_limit)) && (part_20 <= input_limit))
+            && ((sigma >= (-input_limit)) && (sigma <= input_limit)))) {
+        return false;
+    }
+    const float part_21 = ((part_18 < 0.0f) ? (-part_18) : (part_18 + 0.0f)) - far;
+    const float part_22 = 3.0f * far;
+    const float part_23 = part_21 - part_22;
+    const float part_24 = 0.5f * ((part_21 + part_22) - ((part_23 < 0.0f) ? (-part_23) : (part_23 + 0.0f)));
+    const float part_25 = part_21 - part_24;
+    const float part_26 = 4.0f * part_22;
+    const float part_27 = 0.5f * 3.33333343e-1f;
+    const float part_28 = part_25 - part_26;
+    const float part_29 = 0.5f * ((part_25 + part_26) - ((part_28 < 0.0f) ? (-part_28) : (part_28 + 0.0f)));
+    const float part_30 = part_25 - part_29;
+    const float part_31 = 4.0f * part_26;
+    const float part_32 = 0.5f * part_27;
+    const float part_33 = part_30 - part_31;
+    const float part_34 = 0.5f * ((part_30 + part_31) - ((part_33 < 0.0f) ? (-part_33) : (part_33 + 0.0f)));
+    const float part_35 = part_30 - part_34;
+    const float part_36 = 4.0f * part_31;
+    const float part_37 = part_35 - part_36;
+    const float part_38 = (((far + (3.33333343e-1f * part_24)) + (part_27 * part_29)) + (part_32 * part_34))
+            + ((0.5f * part_32) * (0.5f * ((part_35 + part_36) - ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f)))));
+    float sigma_2 = sigma
+            + (c_1 * (((part_18 >= (-far)) && (part_18 <= far)) ? part_18 : ((part_18 > 0.0f) ? part_38 : (-part_38))));
+    sigma_2 += c_2 * part_19;
+    sigma_2 += c_3 * part_20;
+    sigma_2 += c_d_link * d_link;
+    sigma_2 += c_growth_link * 0.0f;
+    const bool answer = ((sigma_2 >= (-input_limit)) && (sigma_2 <= input_limit))
             && ((d_link >= (-input_limit)) && (d_link <= input_limit))
             && ((d_motor >= (-input_limit)) && (d_motor <= input_limit));
     if (answer) {
@@ -819,10 +1060,12 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
         state->at_link = at_link;
         state->at_motor = at_motor;
         state->turn = turn;
-        state->pull_link = ((push_link + push_link) + d_link) - (kappa_link * part_9);
-        state->pull_motor = ((push_motor + push_motor) + d_motor) - (kappa_motor * part_10);
-        state->push_link = push_link;
-        state->push_motor = push_motor;
+        state->push_link = 0.5f * (part_4
+                + ((gravity * part_3)
+                - (part_8
+                + (part_8 * (part_7 * ((((((2.59986177e-6f * part_7) + (-1.98065289e-4f)) * part_7)
+                + 8.33301619e-3f) * part_7) + (-1.66666567e-1f)))))));
+        state->push_motor = half_spring * part_3;
         state->p_link = 0.0f;
         state->v_link = 0.0f;
         state->d_link = d_link;
@@ -838,7 +1081,10 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
         state->reach = half_span_motor;
         state->missed_link = 0.0f;
         state->missed_motor = 0.0f;
-        state->offset = sigma;
+        state->off_link = 0.0f;
+        state->off_motor = 0.0f;
+        state->doubt = 0.0f;
+        state->offset = sigma_2;
         state->held = 0.0f;
         state->started = true;
     }
@@ -853,7 +1099,7 @@ static inline unsigned drive_not_started(drive_output *output)
     output->u = fallback;
     output->sigma = 0.0f;
     output->sigma_star = 0.0f;
-    return (unsigned)DRIVE_INPUT_REJECTED;
+    return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_WAITS);
 }
 
 /* One tick: counts and targets in, current out. Call it once per period, with the counts read at its beginning. Returns
@@ -861,24 +1107,40 @@ static inline unsigned drive_not_started(drive_output *output)
 static inline unsigned drive_tick(drive_state *state, const drive_sample *sample, drive_output *output)
 {
     drive_between between;
+    unsigned health;
     if (state->fresh) {
-        drive_begin(state, sample, &between);
+        if (!drive_begin(state, sample, &between)) {
+            return drive_not_started(output);
+        }
     } else {
         if (!drive_observe(state, sample, &between)) {
-            return drive_give_up(state, sample, output);
+            health = drive_give_up(state, sample, output);
+            drive_follow(state);
+            drive_carry(state);
+            return health;
         }
     }
-    return drive_law(state, sample, &between, output);
+    health = drive_law(state, sample, &between, output);
+    drive_follow(state);
+    health |= between.stepped ? (unsigned)DRIVE_POSITION_STEPPED : 0u;
+    if (between.missing) {
+        drive_carry(state);
+        health |= (unsigned)DRIVE_SAMPLE_LOST;
+    }
+    return health;
 }
 
-/* The tick of a drive that need not have started: the first good sample starts it; until then the fallback goes out.
- * Needs a state of zeros the first time. */
+/* The tick of a drive that need not have started: good samples that agree with each other for 50.0 ticks start
+ * it; until then the fallback goes out. Needs a state of zeros the first time. */
 static inline unsigned drive_tick_or_start(drive_state *state, const drive_sample *sample, drive_output *output)
 {
-    if (state->started || drive_start(state, sample)) {
-        return drive_tick(state, sample, output);
+    if (!state->started) {
+        if (!drive_start(state, sample)) {
+            return drive_not_started(output);
+        }
+        state->doubt = 50.0f;
     }
-    return drive_not_started(output);
+    return drive_tick(state, sample, output);
 }
 
 /* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
@@ -887,14 +1149,33 @@ static inline unsigned drive_lost(drive_state *state, drive_output *output)
     if (!state->started) {
         return drive_not_started(output);
     }
-    if (!state->fresh) {
-        static const drive_sample nothing = {0u, 0u, true, true, {0, 0.0f, 0.0f, 0.0f, 0.0f}, {0, 0.0f, 0.0f, 0.0f, 0.0f}};
-        drive_between between;
-        if (!drive_observe(state, &nothing, &between)) {
-            return drive_give_up(state, &nothing, output);
-        }
+    static const drive_sample nothing = {0u, 0u, true, true, {0, 0.0f, 0.0f, 0.0f, 0.0f}, {0, 0.0f, 0.0f, 0.0f, 0.0f}};
+    drive_between between;
+    unsigned health;
+    if (state->fresh && (state->doubt > 0.0f)) {
+        (void)drive_begin(state, &nothing, &between);
+        return drive_not_started(output);
     }
-    return drive_refuse(state, output);
+    if (!state->fresh && !drive_observe(state, &nothing, &between)) {
+        health = drive_give_up(state, &nothing, output);
+    } else {
+        health = drive_refuse(state, output);
+    }
+    drive_follow(state);
+    drive_carry(state);
+    return health;
+}
+
+/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its overflow
+ * flag or a time stamp tells of. Call it before the coming tick. */
+static inline void drive_missed(drive_state *state, uint32_t periods)
+{
+    uint32_t left = periods;
+    while ((left > 0u) && state->started && !state->fresh && drive_pass(state)) {
+        drive_follow(state);
+        drive_carry(state);
+        left--;
+    }
 }
 
 /* Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
@@ -957,8 +1238,6 @@ static inline void drive_reset(drive_state *state)
         state->at_link = 0u;
         state->at_motor = 0u;
         state->turn = 0u;
-        state->pull_link = 0.0f;
-        state->pull_motor = 0.0f;
         state->push_link = 0.0f;
         state->push_motor = 0.0f;
         state->p_link = 0.0f;
@@ -976,6 +1255,9 @@ static inline void drive_reset(drive_state *state)
         state->reach = 0.0f;
         state->missed_link = 0.0f;
         state->missed_motor = 0.0f;
+        state->off_link = 0.0f;
+        state->off_motor = 0.0f;
+        state->doubt = 0.0f;
         state->offset = 0.0f;
         state->held = 0.0f;
     }
@@ -1002,7 +1284,7 @@ static inline unsigned drive_watch(drive_monitor *monitor, const drive_state *st
 {
     const float sigma = drive_magnitude(output->sigma);
     unsigned health = told;
-    if (!state->started) {
+    if (!state->started || ((health & DRIVE_WAITS) != 0u)) {
         return health;
     }
     health |= (drive_magnitude(state->d_link) <= 10.483162f) ? 0u : (unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
@@ -1032,7 +1314,8 @@ static inline unsigned drive_watch(drive_monitor *monitor, const drive_state *st
 static inline unsigned drive_watched_tick(drive_monitor *monitor, drive_state *state, const drive_sample *sample, drive_output *output)
 {
     if (monitor->stopped) {
-        return drive_not_started(output) | DRIVE_STOPPED;
+        (void)drive_not_started(output);
+        return DRIVE_INPUT_REJECTED | DRIVE_STOPPED;
     }
     return drive_watch(monitor, state, drive_tick_or_start(state, sample, output), output);
 }
@@ -1041,7 +1324,8 @@ static inline unsigned drive_watched_tick(drive_monitor *monitor, drive_state *s
 static inline unsigned drive_watched_lost(drive_monitor *monitor, drive_state *state, drive_output *output)
 {
     if (monitor->stopped) {
-        return drive_not_started(output) | DRIVE_STOPPED;
+        (void)drive_not_started(output);
+        return DRIVE_INPUT_REJECTED | DRIVE_STOPPED;
     }
     return drive_watch(monitor, state, drive_lost(state, output), output);
 }

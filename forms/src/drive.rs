@@ -56,12 +56,20 @@ fn means(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str
         "law" => Some(&functions.law),
         "give_up" => Some(&functions.give_up),
         "refuse" => Some(&functions.refuse),
+        "pass" => Some(&functions.pass),
+        "follow" => Some(&functions.follow),
+        "carry" => Some(&functions.carry),
         _ => None,
     };
     let record = match (part, function) {
         (Some(part), _) => part.clone(),
         (None, "tick_u") => tick(drive)?,
-        _ => recorded_function(drive, functions, function, "tick_u, begin, observe, law, give_up, refuse, ")?,
+        _ => recorded_function(
+            drive,
+            functions,
+            function,
+            "tick_u, begin, observe, law, give_up, refuse, pass, follow, carry, ",
+        )?,
     };
     let layout = DriveLayout::of(functions);
     let place = |port: &Port| layout.means(function, port, &record.results);
@@ -262,7 +270,7 @@ impl Exported<'_> {
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
-const CONSTANTS: [(&str, &str); 45] = [
+const CONSTANTS: [(&str, &str); 52] = [
     ("k1", "K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle"),
     ("b1", "damping of the link, 1/s"),
     ("gravity", "weight of the link over its inertia, 1/s^2"),
@@ -286,8 +294,15 @@ const CONSTANTS: [(&str, &str); 45] = [
     ("smoothing", "1 - e^(-T/3 ms), by default"),
     ("keep", "e^(-T/20 ms), by default"),
     ("gate", "where the gate closes to"),
-    ("closing", "and how fast"),
+    ("closing", "and how fast, after a re-tune"),
+    ("quarter", "of the counter or of the base, whichever is less"),
+    ("lost_ticks", "samples in a row that may be missing"),
+    ("step_price", "of a step of the position, beside 1 for any; 4 in 0.1 s are too much"),
+    ("forgetting", "e^(-T/0.1 s), of these"),
+    ("start_ticks", "for which counts must agree before a current flows"),
     ("inertia", "kg m^2"),
+    ("far", "of e_1 no more counts"),
+    ("agreement", "from tick to tick two counts of one motion agree to this"),
     ("c_d", "surface, on d"),
     ("c_growth", "surface, on d'"),
     ("c_", "surface"),
@@ -311,13 +326,12 @@ const CONSTANTS: [(&str, &str); 45] = [
 ];
 
 /// What is said of a word of the state, by how its name begins.
-const WORDS: [(&str, &str); 20] = [
+const WORDS: [(&str, &str); 21] = [
     ("fresh", "no tick has passed since the start"),
     ("started", ""),
     ("last", "count of the last good sample"),
     ("at", "the same since the base"),
     ("turn", "turn of the base"),
-    ("pull", "acceleration at the last tick, u aside"),
     ("push", "half the coupling at the last tick"),
     ("p", "estimated position less that of its count"),
     ("v", "estimated speed"),
@@ -327,6 +341,8 @@ const WORDS: [(&str, &str); 20] = [
     ("level", "how far the fast gains are in, 0 to 1"),
     ("reach", "a sample is believed that is so much further off than the gate"),
     ("missed", "counts that were not used, in a row"),
+    ("off", "how far the last of them was from its prediction"),
+    ("doubt", "steps of the position lately, by their price; while it is fresh, agreements that are wanted"),
     ("offset", "W = sigma(0) e^(-alpha t)"),
     ("held", "what the actuator held since the last tick, A"),
     ("queued", "what it holds now, A"),
@@ -387,8 +403,11 @@ impl C<'_> {
             .into_iter()
             .map(|(shaft, encoder, _)| {
                 let read = format!("sample.count{shaft} = encoder{shaft}();");
-                let register =
-                    if encoder.bits == 32 { "all 32 bits".into() } else { format!("the low {} bits", encoder.bits) };
+                let register = match encoder.counter() {
+                    states if !states.is_power_of_two() => format!("0 to {}, all bits", states - 1),
+                    states if states == 1 << 32 => "all 32 bits".into(),
+                    states => format!("the low {} bits", states.trailing_zeros()),
+                };
                 format!(" *     {read:<49} {register} are read; or sample.lost{shaft} = true;\n")
             })
             .collect();
@@ -448,7 +467,7 @@ impl C<'_> {
         }
         for (shaft, encoder, mounting) in exported.encoders() {
             let name = format!("{capitals}_ENCODER{}", shaft.to_ascii_uppercase());
-            let Encoder { bits, counts_per_turn, gear_num, gear_den } = encoder;
+            let Encoder { bits, counts_per_turn, gear_num, gear_den, .. } = encoder;
             let Mounting { is_reversed, offset_counts } = mounting;
             let gear = if gear_num == gear_den {
                 "on the shaft itself".into()
@@ -459,9 +478,11 @@ impl C<'_> {
             let _ = writeln!(
                 out,
                 "#define {name}_BITS {bits} /* {gear}; counts {way} while the angle grows, {offset_counts} at \
-                 angle 0 */\n#define {name}_COUNTS_PER_TURN {counts_per_turn}\n\
+                 angle 0 */\n#define {name}_STATES {}u /* of the counter; 0 for 2^32 */\n\
+                 #define {name}_COUNTS_PER_TURN {counts_per_turn}\n\
                  #define {name}_UNIT_RAD {:?} /* of the shaft, one count */\n\
                  #define {name}_REVERSED {}\n#define {name}_OFFSET_COUNTS {offset_counts}",
+                encoder.counter() as u32,
                 encoder.unit_rad(),
                 u8::from(is_reversed),
             );
@@ -569,14 +590,16 @@ impl C<'_> {
     }
 
     fn parts(&self) -> String {
-        let DriveFunctions { begin, observe, law, give_up, refuse, .. } = &self.exported.recorded.functions;
+        let DriveFunctions { begin, observe, law, give_up, refuse, pass, follow, carry, .. } =
+            &self.exported.recorded.functions;
         let functions = [
             "\n/* A count as the number with a sign that it is; a conversion would be for the compiler to define. */\n"
                 .into(),
             c::signed(&self.file.signed()),
             self.function(
-                "Part of the first tick after a start: the estimates are those of the sample already.",
-                "void @_begin(@_state *state, const @_sample *sample, @_between *between)",
+                "Part of the first tick after a start: the estimates are those of the sample already. False as long as the
+ * drive waits for counts that agree with each other.",
+                "bool @_begin(@_state *state, const @_sample *sample, @_between *between)",
                 begin,
                 "output",
             ),
@@ -605,6 +628,25 @@ impl C<'_> {
                 "Part of a tick, where nobody says what to do: the fallback goes out.",
                 "unsigned @_refuse(@_state *state, @_output *output)",
                 refuse,
+                "output",
+            ),
+            self.function(
+                "A period that passed without a tick. False where more is missing than can be foreseen.",
+                "bool @_pass(@_state *state)",
+                pass,
+                "output",
+            ),
+            self.function(
+                "Part of a tick: the base follows the shaft by whole turns.",
+                "void @_follow(@_state *state)",
+                follow,
+                "output",
+            ),
+            self.function(
+                "Part of a tick in which a count was missing: counts go along with the prediction, by quarters of the
+ * counter.",
+                "void @_carry(@_state *state)",
+                carry,
                 "output",
             ),
         ];
@@ -656,8 +698,9 @@ impl C<'_> {
     }
 
     fn functions(&self) -> String {
-        let DriveFunctions { start, not_started, report_applied, estimates, reset, .. } =
+        let DriveFunctions { start, not_started, begin, report_applied, estimates, reset, .. } =
             &self.exported.recorded.functions;
+        let start_ticks = begin.constant("start_ticks").unwrap_or(0.0);
         // Counts, whether they are lost, targets: in the order of their declaration, which C++ wants whole.
         let shafts = self.shafts().len();
         let jet = format!("{{0{}}}", ", 0.0f".repeat(2 * shafts));
@@ -692,28 +735,44 @@ float @_tick_u(@_state *state, const @_sample *sample);
                 "static inline unsigned @_tick(@_state *state, const @_sample *sample, @_output *output)
 {
     @_between between;
+    unsigned health;
     if (state->fresh) {
-        @_begin(state, sample, &between);
+        if (!@_begin(state, sample, &between)) {
+            return @_not_started(output);
+        }
     } else {
         if (!@_observe(state, sample, &between)) {
-            return @_give_up(state, sample, output);
+            health = @_give_up(state, sample, output);
+            @_follow(state);
+            @_carry(state);
+            return health;
         }
     }
-    return @_law(state, sample, &between, output);
+    health = @_law(state, sample, &between, output);
+    @_follow(state);
+    health |= between.stepped ? (unsigned)@@_POSITION_STEPPED : 0u;
+    if (between.missing) {
+        @_carry(state);
+        health |= (unsigned)@@_SAMPLE_LOST;
+    }
+    return health;
 }
 "
             }),
-            self.file.c("
-/* The tick of a drive that need not have started: the first good sample starts it; until then the fallback goes out.
- * Needs a state of zeros the first time. */
+            self.file.c(&format!("
+/* The tick of a drive that need not have started: good samples that agree with each other for {start_ticks:?} ticks start
+ * it; until then the fallback goes out. Needs a state of zeros the first time. */
 static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @_output *output)
-{
-    if (state->started || @_start(state, sample)) {
-        return @_tick(state, sample, output);
-    }
-    return @_not_started(output);
-}
-"),
+{{
+    if (!state->started) {{
+        if (!@_start(state, sample)) {{
+            return @_not_started(output);
+        }}
+        state->doubt = {start_ticks:?}f;
+    }}
+    return @_tick(state, sample, output);
+}}
+")),
             self.file.c(&format!(
                 "
 /* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
@@ -722,17 +781,37 @@ static inline unsigned @_lost(@_state *state, @_output *output)
     if (!state->started) {{
         return @_not_started(output);
     }}
-    if (!state->fresh) {{
-        static const @_sample nothing = {{{nothing}}};
-        @_between between;
-        if (!@_observe(state, &nothing, &between)) {{
-            return @_give_up(state, &nothing, output);
-        }}
+    static const @_sample nothing = {{{nothing}}};
+    @_between between;
+    unsigned health;
+    if (state->fresh && (state->doubt > 0.0f)) {{
+        (void)@_begin(state, &nothing, &between);
+        return @_not_started(output);
     }}
-    return @_refuse(state, output);
+    if (!state->fresh && !@_observe(state, &nothing, &between)) {{
+        health = @_give_up(state, &nothing, output);
+    }} else {{
+        health = @_refuse(state, output);
+    }}
+    @_follow(state);
+    @_carry(state);
+    return health;
 }}
 "
             )),
+            self.file.c("
+/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its overflow
+ * flag or a time stamp tells of. Call it before the coming tick. */
+static inline void @_missed(@_state *state, uint32_t periods)
+{
+    uint32_t left = periods;
+    while ((left > 0u) && state->started && !state->fresh && @_pass(state)) {
+        @_follow(state);
+        @_carry(state);
+        left--;
+    }
+}
+"),
             self.function(
                 "Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
  * the only anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not

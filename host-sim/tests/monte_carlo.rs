@@ -92,8 +92,8 @@ fn bytes(folder: &str) -> Vec<u8> {
     fs::read(Path::new(folder).join("trials.parquet")).expect("trials")
 }
 
-/// A joint by its data sheet that is off by up to half is unstable in many corners; its current is limited, so that it
-/// shakes instead of running away.
+/// A joint by its data sheet that is off by up to half is unstable in many corners. As its current is limited it shakes,
+/// but where all of its numbers are off at once, which may run away.
 #[test]
 fn a_drive_that_shakes_has_failed() {
     let folder = Folder::new("shakes");
@@ -111,9 +111,10 @@ fn a_drive_that_shakes_has_failed() {
     let never = (0..200).filter(|k| outcomes[*k].word() == "finished" && settling[*k].is_nan()).count();
     // What grows at rest is seen in the run: more than the encoders' steps make of u.
     assert!(unstable.len() > 10 && unstable.iter().all(|k| noise[*k] > 2.0 * of_file), "{unstable:?} {noise:?}");
-    assert_eq!(told["failures"]["count"], unstable.len());
+    let gone = (0..200).filter(|k| outcomes[*k].word() == "unbounded").count();
+    assert_eq!(told["failures"]["count"], unstable.len() + gone);
     assert_eq!(told["failures"]["unsettled"], never);
-    assert!(never > 0 && told["outcomes"]["unbounded"].is_null(), "{told}");
+    assert!(never > 0 && gone <= 1, "{told}");
 }
 
 /// Waits for a file of a process that writes it.

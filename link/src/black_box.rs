@@ -37,7 +37,7 @@ pub struct Remembered {
 impl Remembered {
     /// As the wire has it; `None` if the health is none.
     pub fn from_words(counts: [u32; 9], u: u32, health: u32) -> Option<Self> {
-        let health = u8::try_from(health).ok().and_then(Health::from_bits)?;
+        let health = u16::try_from(health).ok().and_then(Health::from_bits)?;
         Some(Self { counts: Counts::from_words(counts), u: f32::from_bits(u), health })
     }
 }

@@ -355,7 +355,8 @@ vectorised! {
             let output = law.tick_lane(states, l, &std::array::from_fn(|i| samples[i][l]));
             u[l] = output.u;
             sigma_star[l] = output.sigma_star;
-            health[l] = output.health.bits();
+            // A law of the state has the first three flags only.
+            health[l] = output.health.bits() as u8;
         }
     }
 }

@@ -224,13 +224,14 @@ impl LinearTick {
         let rows = |range: std::ops::Range<usize>| {
             (0..order).map(|i| columns[range.clone()].iter().map(|column| column.memory[i]).collect()).collect()
         };
-        let of_u = |range: std::ops::Range<usize>| columns[range].iter().map(|column| column.u).collect();
+        let of_u = |range: std::ops::Range<usize>| columns[range].iter().map(|column| column.u).collect::<Vec<_>>();
         let e = if is_told { columns[order + inputs].memory.clone() } else { vec![0.0; order] };
+        let a = without_idle(rows(0..order), &of_u(0..order));
         let of_told = |i: usize, range: std::ops::Range<usize>| columns[range].iter().map(|it| it.told[i]).collect();
         let told = 0..columns.first().map_or(0, |column| column.told.len());
         Self {
             told: told.map(|i| [of_told(i, 0..order), of_told(i, order..order + inputs)]).collect(),
-            a: rows(0..order),
+            a,
             b: rows(order..order + inputs),
             c: of_u(0..order),
             d: of_u(order..order + inputs),
@@ -238,6 +239,17 @@ impl LinearTick {
             u,
         }
     }
+}
+
+/// What a tick leaves as it is and nothing else reads is no part of the loop: it may stay so for ever.
+fn without_idle(mut a: Matrix, c: &[f64]) -> Matrix {
+    for i in 0..a.len() {
+        let is_read = c[i] != 0.0 || (0..a.len()).any(|j| j != i && a[j][i] != 0.0);
+        if !is_read && a[i][i] == 1.0 {
+            a[i][i] = 0.0;
+        }
+    }
+    a
 }
 
 /// Φ and Γ of the module's head.

@@ -52,6 +52,7 @@ impl<L: Watched<E> + DriveLaw<E, N> + Clone, const E: usize, const N: usize> Dri
     }
 
     fn ticked(&mut self, sample: &L::Sample) -> Driven {
+        self.running.start_at_once(sample);
         let Output { u, sigma, sigma_star, health } = self.running.tick(sample);
         let (mut turn, mut estimates) = (0, [[0.0; 4]; MAX_E]);
         if let Some(known) = self.running.estimates() {
@@ -116,7 +117,7 @@ fn made<D, L: Watched<E>, const NUMBERS: usize, const E: usize>(
     let (numbers, bounds, stops_at) = read(words)?;
     let design = described(&numbers);
     let law = designed(&design).map_err(|_| Refusal::of(Reason::Coefficients))?;
-    let alarms = Health::from_bits(stops_at as u8).filter(|alarms| f64::from(alarms.bits()) == stops_at);
+    let alarms = Health::from_bits(stops_at as u16).filter(|alarms| f64::from(alarms.bits()) == stops_at);
     let alarms = alarms.ok_or(Refusal::of(Reason::Coefficients))?;
     Ok((design, Monitored::new(law, &bounds).stopping_at(alarms)))
 }
@@ -259,7 +260,7 @@ impl Reach {
     /// At the fastest the counts of a tick go over a share of half their counter: beyond the half nobody knows which
     /// way it went.
     fn of(period_s: f64, limits: Limits, encoders: &[Encoder]) -> Self {
-        let half = |encoder: &Encoder| encoder.unit_rad() * (1_u64 << (encoder.bits - 1)) as f64;
+        let half = |encoder: &Encoder| 0.5 * encoder.unit_rad() * encoder.counter() as f64;
         let fastest_rad_s = COUNTED * encoders.iter().map(half).fold(f64::INFINITY, f64::min) / period_s;
         Self { period_s, limits, fastest_rad_s }
     }

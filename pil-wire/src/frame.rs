@@ -661,7 +661,7 @@ impl Reply {
             }
             Self::Observed(it) => {
                 let Observed { tick, u, sigma_star, health, turn, estimates, reference, worst, missed, .. } = it;
-                let flags = [it.frozen, it.started, it.moving].into_iter().zip(8..);
+                let flags = [it.frozen, it.started, it.moving].into_iter().zip(16..);
                 let flags = flags.fold(u32::from(health.bits()), |flags, (flag, bit)| flags | u32::from(flag) << bit);
                 words[..5].copy_from_slice(&[tick, u.to_bits(), sigma_star.to_bits(), flags, turn as u32]);
                 for (word, number) in words[5..].iter_mut().zip(estimates.as_flattened()) {
@@ -696,7 +696,7 @@ impl Reply {
         let (version, kind, sequence) = head(frame);
         let words: [u32; REPLY_WORDS] = words(frame);
         let [a, b, c, d, e, ..] = words;
-        let health = || u8::try_from(d).ok().and_then(Health::from_bits);
+        let health = || u16::try_from(d).ok().and_then(Health::from_bits);
         let reply = match kind {
             IDENTITY => Some(Self::Identity(Identity { version, layout: a, core_version: b, last_sequence: c })),
             _ if version != VERSION => None,
@@ -717,12 +717,12 @@ impl Reply {
                 let [u, sigma, sigma_star] = [a, b, c].map(f32::from_bits);
                 Self::Driven(Driven { u, sigma, sigma_star, health, turn: e as i32, estimates })
             }),
-            134 => Health::from_bits(d as u8).filter(|_| d < 1 << 11).map(|health| {
+            134 => Health::from_bits(d as u16).filter(|_| d < 1 << 19).map(|health| {
                 let mut estimates = [[0.0; 4]; MAX_E];
                 for (number, word) in estimates.as_flattened_mut().iter_mut().zip(&words[5..]) {
                     *number = f32::from_bits(*word);
                 }
-                let [frozen, started, moving] = [8, 9, 10].map(|bit| d >> bit & 1 == 1);
+                let [frozen, started, moving] = [16, 17, 18].map(|bit| d >> bit & 1 == 1);
                 let [.., reference, worst, missed] = words;
                 let [u, sigma_star, reference] = [b, c, reference].map(f32::from_bits);
                 let turn = e as i32;

@@ -95,9 +95,13 @@ pub struct MotorTable {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EncoderTable {
-    /// Bits of the counter. Must be given.
+    /// Bits of the counter. Must be given, or its states.
     #[schemars(range(min = 2, max = 32))]
     pub bits: Option<u32>,
+    /// How many states the counter has before it wraps, a power of two or not: a timer with a reload of 9999 has 10000.
+    /// Default 2^bits; must be given with counts_per_turn.
+    #[schemars(range(min = 2, max = 4_294_967_296_u64))]
+    pub states: Option<u64>,
     /// Counts in a turn of the encoder: four per line of an incremental one. Default 2^bits.
     #[schemars(range(min = 4, max = 16_777_216))]
     pub counts_per_turn: Option<u32>,

@@ -144,7 +144,7 @@ where
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
     let mut run =
         Run { asked: Vec::new(), words: 7 + 1 + 4 * E, configurations: configurations.len(), expected: configurations };
-    let (mut seen, mut retuned, mut turns_gone, mut stopped, mut done) = ([0_usize; 128], [0_usize; 4], 0, false, 0);
+    let (mut seen, mut retuned, mut turns_gone, mut stopped, mut done) = ([0_usize; 512], [0_usize; 4], 0, false, 0);
     while done < ticks {
         let what = match rng.integer(0, 999) {
             // Somebody sees that it has stopped.
@@ -477,7 +477,7 @@ fn said_by_drive_c(tuned: bool) -> [String; 3] {
     // It follows under load and friction, is tuned without a jump, and ends in nothing else than what is told.
     assert!(worst < 1.7e-3, "{worst} rad");
     assert!(jump < 0.05, "{jump} A");
-    assert_eq!(health, Health::STOPPED | Health::SAMPLE_LOST | Health::INPUT_REJECTED);
+    assert_eq!(health, Health::STOPPED | Health::SAMPLE_LOST | Health::INPUT_REJECTED | Health::WAITS);
     assert!((BROKEN..BROKEN + 60).contains(&stopped), "{stopped}");
     [format!("stopped at tick {stopped}"), format!("health {:08x}", health.bits()), format!("sum {sum:08x}")]
 }

@@ -10,8 +10,8 @@ use controller_core::drive::{
 use controller_core::{Limits, Running};
 use integration_tests::data;
 use integration_tests::drive::{
-    Flexible, JointSample, LinearLaw, Run, Trace, blended_sine, peak, point_to_point, recovered, rms, run_joint,
-    shortest_to_rest, to_rest,
+    AtOnce as _, Flexible, JointSample, LinearLaw, Run, Trace, blended_sine, peak, point_to_point, recovered, rms,
+    run_joint, shortest_to_rest, to_rest,
 };
 use integration_tests::sampled;
 use integration_tests::strategy::Rng;
@@ -236,8 +236,8 @@ fn noise(period_s: f64, bits: u32, bandwidths: JointBandwidths) -> f64 {
             let unit = std::f64::consts::TAU / f64::from(1 << bits);
             [plant.x[0], plant.x[2] / Flexible::K_1].map(|angle| Some((angle / unit + 0.5).floor() as i32))
         };
-        let u = shown.tick(&Sample { counts: counts(bits), begin, end }).u;
-        let of_exact = exact.tick(&Sample { counts: counts(FINE), begin, end }).u;
+        let u = shown.tick_at_once(&Sample { counts: counts(bits), begin, end }).u;
+        let of_exact = exact.tick_at_once(&Sample { counts: counts(FINE), begin, end }).u;
         exact.report_applied(u);
         apart.push(u - of_exact);
         plant.advance(t, u, period_s);
@@ -541,9 +541,9 @@ fn a_re_tune_in_motion_does_not_move_u() {
                 sample.end = target(t + new_s);
                 running.retune(laws[1], &sample).expect("designs that can take over");
                 period_s = new_s;
-                jump = jump.max((f64::from(running.clone().tick(&sample).u) - last).abs());
+                jump = jump.max((f64::from(running.clone().tick_at_once(&sample).u) - last).abs());
             }
-            last = f64::from(running.tick(&sample).u);
+            last = f64::from(running.tick_at_once(&sample).u);
             if k > swap {
                 error = error.max((plant.x[0] - plan(t)[0]).abs());
             }
@@ -579,7 +579,7 @@ fn a_change_of_the_period_on_a_fast_move_does_not_move_u() {
             if k == swap {
                 running.retune(laws[1], &sample).expect("designs that can take over");
             }
-            u = [u[1], u[2], f64::from(running.tick(&sample).u)];
+            u = [u[1], u[2], f64::from(running.tick_at_once(&sample).u)];
             plant.advance(t, u[2], period_s);
             t += period_s;
         }

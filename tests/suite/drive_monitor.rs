@@ -5,7 +5,7 @@ use controller_core::drive::{
     Position, Sample, Target,
 };
 use controller_core::{Health, Limits, Running};
-use integration_tests::drive::{Flexible, Shaft, blended_sine, peak, point_to_point, recovered};
+use integration_tests::drive::{AtOnce as _, Flexible, Shaft, blended_sine, peak, point_to_point, recovered};
 use std::f64::consts::TAU;
 
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
@@ -48,7 +48,7 @@ fn run<const FAST: usize>(
             held = (shaft.x[0] / unit + 0.5).floor() as i32;
         }
         let [begin, end] = [plan(t), plan(t + t_s)].map(|jet| Target { turn: 0, jet: jet.map(|r| r as f32) });
-        let output = running.tick(&Sample { counts: [Some(held)], begin, end });
+        let output = running.tick_at_once(&Sample { counts: [Some(held)], begin, end });
         let error = (shaft.x[0] - plan(t)[0]).abs();
         if shown.alarm.is_none() && output.health.contains(Health::DISTURBANCE_OVER_BOUND) {
             (shown.alarm, shown.at_alarm) = (Some(k - stuck.unwrap_or(0)), error);
@@ -183,7 +183,7 @@ fn watch(
         let angles = [plant.x[0], plant.x[2] / Flexible::K_1];
         let counts = fault(k, angles.map(|angle| (angle / STEP_RAD + 0.5).floor() as i32));
         let [begin, end] = [plan(t), plan(t + 1e-3)].map(|jet| Target { turn: 0, jet: jet.map(|r| r as f32) });
-        let output = running.tick(&Sample { counts: counts.map(Some), begin, end });
+        let output = running.tick_at_once(&Sample { counts: counts.map(Some), begin, end });
         let u = f64::from(output.u);
         for i in 0..2 {
             let off = foreseen.map_or(0.0, |foreseen| f64::from(counts[i]) - foreseen[i] / STEP_RAD);
@@ -363,7 +363,7 @@ fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
     let mut first = None;
     for k in 0..600 {
         let at = |k: u32| Target { turn: 0, jet: [5e-4 * k as f32, 0.5] };
-        let output = running.tick(&Sample { counts: [Some(0)], begin: at(k), end: at(k + 1) });
+        let output = running.tick_at_once(&Sample { counts: [Some(0)], begin: at(k), end: at(k + 1) });
         if output.health.contains(Health::STOPPED) {
             first = first.or(Some(k));
             assert_eq!(output.u, 0.0);
@@ -377,7 +377,7 @@ fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
     assert!(again.words().eq(running.words()));
     running.reset();
     let at = Target { turn: 0, jet: [0.0; 2] };
-    assert!(running.tick(&Sample { counts: [Some(0)], begin: at, end: at }).health.is_ok());
+    assert!(running.tick_at_once(&Sample { counts: [Some(0)], begin: at, end: at }).health.is_ok());
 }
 
 /// A loop that swings between the limits: σ falls half of the time, and yet it is seen; and a drive whose other alarms
@@ -394,8 +394,8 @@ fn a_drive_that_swings_from_limit_to_limit_is_seen() {
         // 1 rad to and fro at 4 Hz, and nothing that u does changes it.
         let count = (16384.0 / TAU * (TAU * 4e-3 * f64::from(k)).sin()) as i32;
         let sample = Sample { counts: [Some(count)], begin: still, end: still };
-        let output = running.tick(&sample);
-        stopped = stopped.or(alone.tick(&sample).health.contains(Health::STOPPED).then_some(k));
+        let output = running.tick_at_once(&sample);
+        stopped = stopped.or(alone.tick_at_once(&sample).health.contains(Health::STOPPED).then_some(k));
         saturated += u32::from(output.health.contains(Health::SATURATED));
         seen = seen.or(output.health.contains(Health::STUCK_AT_LIMIT).then_some(k));
     }

@@ -9,7 +9,9 @@ use controller_core::drive::{
 };
 use controller_core::{Health, Limits, Running};
 use integration_tests::data;
-use integration_tests::drive::{LinearLaw, Run, Shaft, Trace, blended_sine, peak, point_to_point, rms, run_motor};
+use integration_tests::drive::{
+    AtOnce as _, LinearLaw, Run, Shaft, Trace, blended_sine, peak, point_to_point, rms, run_motor,
+};
 use integration_tests::sampled;
 use integration_tests::strategy::Rng;
 use std::f64::consts::TAU;
@@ -50,7 +52,7 @@ fn a_drive_starts_where_its_counter_is() {
                 TAU * f64::from(known.turn) + f64::from(known.position[0])
             };
             for tick in 0..20 {
-                let output = running.tick(&sample([Some(count)]));
+                let output = running.tick_at_once(&sample([Some(count)]));
                 let off = reckoned(&running) - angle;
                 assert!(
                     off.abs() < 1e-5 && output.u.abs() < 1e-2,
@@ -64,7 +66,7 @@ fn a_drive_starts_where_its_counter_is() {
             let gone = if count > 0 { -30_000 } else { 30_000 };
             let (away, there, mut counted) = (count + gone, angle + f64::from(gone) * encoder.unit_rad(), 0.0);
             for _ in 0..3 {
-                running.tick(&sample([Some(away)]));
+                running.tick_at_once(&sample([Some(away)]));
                 counted = reckoned(&running) - there;
             }
             // It drives back meanwhile; a base is 1.5 rad or more.
@@ -528,7 +530,7 @@ fn a_base_that_does_not_follow_is_missed() {
                     let [r, v] = sine(t);
                     Target { turn: (away / TAU) as i32, jet: [r as f32, v as f32] }
                 });
-                u.push(f64::from(running.tick(&Sample { counts: [Some(count)], begin, end }).u));
+                u.push(f64::from(running.tick_at_once(&Sample { counts: [Some(count)], begin, end }).u));
                 shaft.advance(t, u[u.len() - 1], period_s);
             }
             rms(&second_half(&u).windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>())
@@ -624,8 +626,8 @@ fn holding_is_following_zero() {
     let zero = Target { turn: 0, jet: [0.0; 2] };
     for _ in 0..2000 {
         let counts = [Some(rng.integer(0, 30) as i32 - 15)];
-        let a = hold.tick(&Sample { counts, begin: (), end: () });
-        let b = follow.tick(&Sample { counts, begin: zero, end: zero });
+        let a = hold.tick_at_once(&Sample { counts, begin: (), end: () });
+        let b = follow.tick_at_once(&Sample { counts, begin: zero, end: zero });
         assert_eq!(a.u.to_bits(), b.u.to_bits());
         assert!(!a.health.contains(Health::INPUT_REJECTED));
     }

@@ -53,7 +53,7 @@ const INSTANCES: [Instance; 12] = [
     (
         "one_set_late",
         MOTOR,
-        "encoder = { bits = 16, counts_per_turn = 4000 }\ndrive = { delay_ticks = 1, uncertain_percent = 30 }",
+        "encoder = { bits = 16, states = 4000, counts_per_turn = 4000 }\ndrive = { delay_ticks = 1, uncertain_percent = 30 }",
         motor::<Position, 0, 1, 3>,
     ),
     ("four_states", MOTOR, "encoder = { bits = 20 }\ndrive = { observer_states = 4 }", motor::<Position, 1, 0, 4>),
@@ -73,7 +73,7 @@ const INSTANCES: [Instance; 12] = [
     (
         "speed_late",
         GEARED,
-        "encoder = { bits = 32, counts_per_turn = 4096 }
+        "encoder = { bits = 32, states = 4294967296, counts_per_turn = 4096 }
          drive = { mode = 'speed', delay_ticks = 1, uncertain_percent = 30, observer_states = 4 }
          reference = { kind = 'speed', speed_rad_s = 20 }",
         motor::<Speed, 0, 1, 4>,
@@ -96,7 +96,7 @@ const INSTANCES: [Instance; 12] = [
     (
         "joint_late",
         JOINT,
-        "encoder = { link = { bits = 24 }, motor = { bits = 16, counts_per_turn = 4000 } }
+        "encoder = { link = { bits = 24 }, motor = { bits = 16, states = 65536, counts_per_turn = 4000 } }
          drive = { delay_ticks = 1 }",
         joint::<1, 1>,
     ),
@@ -338,7 +338,7 @@ where
     let mut running = Running::new(law);
     let (mut wanted, mut counters) =
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
-    let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), [0_usize; 128], 0);
+    let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), [0_usize; 512], 0);
     let (mut ticks, mut turns_gone, mut stopped) = (0, 0, false);
     while ticks < TICKS {
         let what = match rng.integer(0, 999) {
@@ -373,6 +373,9 @@ where
             _ => {
                 if what == FORGET || what == START {
                     running.reset();
+                }
+                if what == START {
+                    running.start_at_once(&sample);
                 }
                 said = Some(if what == LOST { running.lost() } else { running.tick(&sample) });
             }
@@ -421,7 +424,7 @@ where
 }
 
 /// No drive is exercised by a run in which it hardly ever works, or always.
-pub(super) fn assert_exercised(name: &str, ticks: usize, seen: &[usize; 128], turns_gone: u32) {
+pub(super) fn assert_exercised(name: &str, ticks: usize, seen: &[usize; 512], turns_gone: u32) {
     let with = |flag: Health| -> usize {
         let of = seen.iter().enumerate();
         of.filter(|(bits, _)| bits & usize::from(flag.bits()) != 0).map(|(_, ticks)| ticks).sum()
@@ -439,7 +442,8 @@ pub(super) fn assert_exercised(name: &str, ticks: usize, seen: &[usize; 128], tu
         "{name}: {ticks} ticks, {working} working, {saturated} saturated, {lost} lost, {rejected} rejected, {alarms} \
          with an alarm of the disturbance, {stops} stopped, {turns_gone} turns"
     );
-    assert!(working > ticks / 10 && saturated > ticks / 1000 && alarms > ticks / 1000, "{name}: {seen:?}");
+    // A far target and a refused count seldom end in an alarm.
+    assert!(working > ticks / 10 && saturated > ticks / 1000 && alarms > ticks / 50_000, "{name}: {seen:?}");
     assert!(lost > ticks / 200 && rejected > ticks / 1000 && turns_gone > 0, "{name}: {seen:?}");
 }
 

@@ -59,7 +59,8 @@ impl Seen {
         for number in [u, sigma, sigma_star] {
             self.hash.number(number);
         }
-        self.hash.bytes(&[health.bits()]);
+        let bits = health.bits();
+        self.hash.bytes(&bits.to_le_bytes()[..1 + usize::from(bits > 255)]);
         self.rejected += u32::from(health.contains(Health::INPUT_REJECTED));
         self.saturated += u32::from(health.contains(Health::SATURATED));
     }

@@ -31,6 +31,7 @@ mod page;
 mod paper;
 mod precision;
 mod properties;
+mod real_shaft;
 mod recovery;
 mod refusals;
 mod robustness;

@@ -7,6 +7,7 @@ use controller_core::{Health, Limits, RetuneError, Running};
 use host_sim::figures::CATALOGUE;
 use integration_tests::data::scenario_file;
 use integration_tests::deep;
+use integration_tests::drive::AtOnce as _;
 use integration_tests::strategy::Rng;
 use integration_tests::talk::{Host, crc32};
 use link::remote::{LONGEST_WAIT, Loadable, Remote, for_target};
@@ -496,7 +497,7 @@ fn a_drive_is_tuned_anew_in_motion_with_the_same_bits() {
             request = Request::Retune(counts);
             here.retune(law(next), &sample).expect("a design that is near");
         }
-        let output = here.tick(&sample);
+        let output = here.tick_at_once(&sample);
         begin = end;
         let Reply::Driven(driven) = host.ask(&request) else { panic!("tick {tick}: not ticked") };
         let known = here.estimates().expect("started");

@@ -573,7 +573,9 @@ impl<'a> Cold<'a> {
         let bit = |result: &Open<'_>| if let Role::Flag(bit) = result.port.role { 1_u32 << bit } else { 1 };
         let holds = |result: &&&Open<'_>| self.node(result.n) == Node::Truth(true);
         let always: u32 = told.iter().filter(holds).map(|result| bit(result)).sum();
-        put!(self.code, "mov.w r0, #{always}");
+        // What eight bits do not hold needs the other encoding.
+        let mov = if always < 256 { "mov.w" } else { "movw" };
+        put!(self.code, "{mov} r0, #{always}");
         for result in told {
             if !matches!(self.node(result.n), Node::Truth(_)) {
                 let truth = core(self.core_value(result.n)?);

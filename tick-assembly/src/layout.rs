@@ -12,8 +12,10 @@ pub struct DriveLayout {
     pub(crate) groups: Vec<usize>,
     /// Behind them its counts, by name.
     pub counts: Vec<String>,
-    /// Numbers that an ordinary tick sets to 0; then the flags `fresh` and `started`, a byte each.
+    /// Numbers that an ordinary tick sets to 0.
     pub cleared: Vec<String>,
+    /// Numbers that it leaves as they are; then the flags `fresh` and `started`, a byte each.
+    pub rare: Vec<String>,
     shafts: Vec<String>,
     /// The numbers of both targets as they lie behind one another, with what lies between them.
     pub(crate) targets: Vec<Option<String>>,
@@ -42,7 +44,7 @@ impl Pointers {
             "tick_u" | "start" => (r0, r1, None, None),
             "refuse" | "estimates" => (r0, None, None, r1),
             "not_started" => (None, None, None, r0),
-            "report_applied" | "reset" => (r0, None, None, None),
+            "report_applied" | "reset" | "pass" | "follow" | "carry" => (r0, None, None, None),
             _ => return None,
         };
         Some(Self { state, sample, between, output })
@@ -55,10 +57,12 @@ impl DriveLayout {
         let names =
             |kind: Kind| functions.state.iter().filter(move |word| word.kind == kind).map(|word| word.name.clone());
         let out = if functions.state.iter().any(|word| word.name == "queued") { "queued" } else { "held" };
-        let (cleared, mut numbers): (Vec<String>, Vec<String>) =
-            names(Kind::Number).partition(|name| name.starts_with("missed"));
         let shafts: Vec<String> =
             functions.state.iter().filter_map(|word| word.name.strip_prefix("last")).map(String::from).collect();
+        let is_rare = |name: &String| shafts.iter().any(|shaft| *name == format!("off{shaft}"));
+        let (rare, numbers): (Vec<String>, Vec<String>) = names(Kind::Number).partition(is_rare);
+        let (cleared, mut numbers): (Vec<String>, Vec<String>) =
+            numbers.into_iter().partition(|name| name.starts_with("missed"));
         // Of one encoder all words fit into registers till the end, and what is needed last is loaded last. Of two what
         // the law keeps is first, and each encoder has its group; what all share is with the last one.
         let shaft = |name: &str| shafts.iter().position(|shaft| name.ends_with(shaft.as_str()));
@@ -92,6 +96,7 @@ impl DriveLayout {
             numbers,
             counts: names(Kind::Count).collect(),
             cleared,
+            rare,
             groups,
             shafts,
             targets,
@@ -141,7 +146,7 @@ impl DriveLayout {
 
     /// The words of the state in front of the flags.
     pub fn words(&self) -> impl Iterator<Item = &String> {
-        self.numbers.iter().chain(&self.counts).chain(&self.cleared)
+        self.numbers.iter().chain(&self.counts).chain(&self.cleared).chain(&self.rare)
     }
 
     fn words_bytes(&self) -> i32 {

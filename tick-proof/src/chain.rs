@@ -23,7 +23,7 @@ use tick_record::{Functions, Kind, Role};
 use crate::drive::applied;
 use crate::smt::{Script, number};
 use crate::statement::{
-    Question, Statement, Step, all, bounded, called, constant, either, finite, not, numbers, same, then, within,
+    Question, Statement, Step, all, bounded, called, either, finite, not, numbers, same, then, within,
 };
 
 /// Into how many shares what may be asked is cut in the box of samples.
@@ -66,8 +66,8 @@ pub fn of_a_map(functions: &Functions) -> Vec<Statement> {
 
 impl<'a> Design<'a> {
     fn of(functions: &'a Functions) -> Self {
-        let of = |name: &str| constant(&functions.tick, name).unwrap_or(0.0);
-        let limit = constant(&functions.report_applied, "input_limit").unwrap_or(1e12);
+        let of = |name: &str| functions.tick.constant(name).unwrap_or(0.0);
+        let limit = functions.report_applied.constant("input_limit").unwrap_or(1e12);
         Self { functions, limit, u: [of("u_min"), of("u_max")] }
     }
 
@@ -174,7 +174,7 @@ impl<'a> Design<'a> {
     /// What M asks of each word after a tick that took its sample: a name and the claim.
     fn m(&self, step: &Step) -> Vec<(String, String)> {
         let tick = &self.functions.tick;
-        let of = |name: &str| constant(tick, name).unwrap_or(0.0);
+        let of = |name: &str| tick.constant(name).unwrap_or(0.0);
         let product = |k: &str, word: &str| finite(&format!("(fp.mul RNE {} {word})", number(of(k))));
         let n = self.order();
         let mut words = Vec::new();
@@ -207,8 +207,8 @@ impl<'a> Design<'a> {
 
     /// W takes four steps: each alone is a matter of a second, all at once of a minute.
     fn offset_in_m(&self, step: &Step) -> [Question; 4] {
-        let of = |name: &str| number(constant(&self.functions.tick, name).unwrap_or(0.0));
-        let bound = largest(constant(&self.functions.tick, "kw").unwrap_or(0.0));
+        let of = |name: &str| number(self.functions.tick.constant(name).unwrap_or(0.0));
+        let bound = largest(self.functions.tick.constant("kw").unwrap_or(0.0));
         let faded = |w: &str| format!("(fp.sub RNE {w} (fp.mul RNE {} {w}))", of("decay"));
         let asked = |w: &str| finite(&format!("(fp.mul RNE {} {w})", of("kw")));
         let mut any = Script::default();
@@ -224,7 +224,7 @@ impl<'a> Design<'a> {
     /// What a(x)/b and A of the driven channel make together, from what the law asks for: u asked = v unit - (a/b + A).
     fn drift_in_m(&self, step: &Step) -> Vec<Question> {
         let tick = &self.functions.tick;
-        let of = |name: &str| constant(tick, name).unwrap_or(0.0);
+        let of = |name: &str| tick.constant(name).unwrap_or(0.0);
         let n = self.order();
         let driven = format!("a{n}");
         let driven = numbers(&self.functions.state).find(|name| *name == driven);
@@ -283,7 +283,7 @@ impl<'a> Design<'a> {
             questions
                 .push(step.ask("the first leaves its sum", &all([resuming, either([bounded(&sum, self.limit), far])])));
             // The second is of the same plant.
-            let of = |name: &str| constant(&self.functions.tick, name).unwrap_or(0.0);
+            let of = |name: &str| self.functions.tick.constant(name).unwrap_or(0.0);
             let bound = largest(of("kw")).min(self.limit);
             step.script.suppose(&all(["resuming".into(), bounded(&aside, bound), bounded(&sum, bound)]));
             let share = number((of("us") + of("kw")) * of("unit"));
@@ -299,7 +299,7 @@ impl<'a> Design<'a> {
 
     /// The box of samples in which one of three is taken: bounds of the entries, of a(x)/b, and of their σ.
     fn of_no_doubt(&self) -> ([f32; MAX_N], f32, f32) {
-        let of = |name: &str| constant(&self.functions.tick, name).unwrap_or(0.0).abs();
+        let of = |name: &str| self.functions.tick.constant(name).unwrap_or(0.0).abs();
         let share = of("plausible") / SHARES;
         let sigma = [share / (of("kw") * of("unit")), share / (2.0 * of("us") * of("unit")), self.limit];
         let sigma = sigma.into_iter().fold(f32::MAX, f32::min);
@@ -347,7 +347,7 @@ impl<'a> Design<'a> {
         let mut step = Step::of(&self.functions.tick);
         let rejected = step.after("input_rejected").to_string();
         step.script.suppose(&rejected);
-        let bound = largest(constant(&self.functions.tick, "kw").unwrap_or(0.0)).min(self.limit);
+        let bound = largest(self.functions.tick.constant("kw").unwrap_or(0.0)).min(self.limit);
         step.script.suppose(&bounded("offset", bound));
         let same = |name: &str| {
             let after = step.after(name);

@@ -16,7 +16,7 @@
 //!
 //! as powers of two bound d', d, v and p: they are far from any motor, and they are numbers. Beside them: the smoothed
 //! innovation within 2 G, the level within \[0, 1\], the reach of the gate within two half spans, lost samples within
-//! 2^24, held within 1e12, what is queued within the limits of u, the offset finite.
+//! 2^24, doubt within 4 or the ticks of a start, held within 1e12, what is queued within the limits of u, the offset finite.
 //!
 //! A joint has no such box. Its couplings are polynomials of the link's angle, and where the link has been seen to jump
 //! by half a turn in its first ticks, and fifty samples are lost then, what is foreseen does overflow (test
@@ -27,9 +27,7 @@ use tick_record::drive::DriveFunctions;
 use tick_record::{Kind, Op, Record, Role};
 
 use crate::smt::{Script, number};
-use crate::statement::{
-    Question, Statement, Step, all, bounded, constant, either, finite, not, numbers, same, then, within,
-};
+use crate::statement::{Question, Statement, Step, all, bounded, either, finite, not, numbers, same, then, within};
 
 /// The parts in which a tick ends, by their names.
 fn ends(functions: &DriveFunctions) -> [(&'static str, &Record); 4] {
@@ -47,9 +45,9 @@ struct Design<'a> {
 
 /// Everything that is claimed.
 pub fn statements(functions: &DriveFunctions) -> Vec<Statement> {
-    let of = |name: &str| constant(&functions.law, name).unwrap_or(0.0);
+    let of = |name: &str| functions.law.constant(name).unwrap_or(0.0);
     let shafts = functions.state.iter().filter_map(|word| word.name.strip_prefix("missed")).collect();
-    let limit = constant(&functions.report_applied, "input_limit").unwrap_or(1e12);
+    let limit = functions.report_applied.constant("input_limit").unwrap_or(1e12);
     let design = Design { functions, shafts, u: [of("u_min"), of("u_max")], limit };
     let mut statements = vec![
         design.limits(),
@@ -116,7 +114,7 @@ impl Design<'_> {
     }
 
     fn is_observer(&self, name: &str) -> bool {
-        let words = ["p", "v", "d", "d_dot", "smoothed", "level", "missed"];
+        let words = ["p", "v", "d", "d_dot", "smoothed", "level", "missed", "off"];
         self.shafts.iter().any(|shaft| name.strip_suffix(shaft).is_some_and(|word| words.contains(&word)))
     }
 
@@ -127,11 +125,7 @@ impl Design<'_> {
             let u = step.after("u");
             let at_limit = either(self.u.map(|limit| format!("(fp.eq {u} {})", number(limit))));
             let claim = format!("(and (not (and {rejected} {saturated})) {})", then(saturated, &at_limit));
-            let mut questions = vec![step.ask(part, &claim)];
-            if part == "law" {
-                questions.push(step.ask("law: sample_lost", &same(step.after("sample_lost"), "missing")));
-            }
-            questions
+            vec![step.ask(part, &claim)]
         });
         Statement::new("health is one of its values and true of u, any bits", questions)
     }
@@ -178,7 +172,7 @@ impl Design<'_> {
             let (d, d_dot) = (format!("d{shaft}"), format!("d_dot{shaft}"));
             let mut kept = vec![same(step.after(&format!("last{shaft}")), &format!("last{shaft}"))];
             if step.gives(&d_dot) {
-                let period = number(constant(observe, "period").unwrap_or(0.0));
+                let period = number(observe.constant("period").unwrap_or(0.0));
                 kept.push(same(step.after(&d), &format!("(fp.add RNE {d} (fp.mul RNE {period} {d_dot}))")));
                 kept.push(same(step.after(&d_dot), &d_dot));
             } else {
@@ -193,13 +187,13 @@ impl Design<'_> {
     /// From any bits in the state a count is believed, or the drive gives up before too many are lost.
     fn counted(&self) -> Statement {
         let step = Step::of(&self.functions.observe);
-        let most = constant(&self.functions.observe, "lost_ticks").unwrap_or(0.0);
+        let most = self.functions.observe.constant("lost_ticks").unwrap_or(0.0);
         let answer = step.after("answer");
         let questions = self.shafts.iter().flat_map(|shaft| {
             let name = format!("missed{shaft}");
             let after = step.after(&name);
             let used = format!("(fp.isZero {after})");
-            let one_more = format!("(= {after} (fp.add RNE {name} {}))", number(1.0));
+            let one_more = format!("(= {after} (fp.add RNE (fp.abs {name}) {}))", number(1.0));
             let counted = all([one_more, within(after, 1.0, most)]);
             [
                 step.ask(
@@ -220,27 +214,40 @@ impl Design<'_> {
         for shaft in &self.shafts {
             step.script.suppose(&not(&format!("lost{shaft}")));
         }
-        let gone = |name: &&str| !["held", "queued", "reach"].contains(name);
-        let zero = numbers(&self.functions.state).filter(gone).map(|name| {
+        let ticks = self.functions.give_up.constant("start_ticks").unwrap_or(0.0);
+        let mut questions =
+            vec![step.ask("fresh", step.after("fresh")), step.ask("doubt", &same(step.after("doubt"), &number(ticks)))];
+        questions.extend(self.shafts.iter().map(|shaft| {
+            let d = format!("d{shaft}");
+            step.ask(&d, &format!("(fp.isZero {})", step.after(&d)))
+        }));
+        // The tick after it, and every one that waits, makes all words anew.
+        let mut step = Step::of(&self.functions.begin);
+        step.script.suppose("(fp.gt doubt (_ +zero 8 24))");
+        for shaft in &self.shafts {
+            step.script.suppose(&not(&format!("lost{shaft}")));
+            step.script.suppose(&format!("(fp.isZero d{shaft})"));
+        }
+        questions.extend(numbers(&self.functions.state).map(|name| {
             let after = step.after(name);
-            let claim = if name.starts_with("pu") { finite(after) } else { format!("(fp.isZero {after})") };
-            step.ask(name, &claim)
-        });
-        let mut questions: Vec<Question> = zero.collect();
-        questions.push(
-            step.ask("reach", &all([finite(step.after("reach")), format!("(fp.isPositive {})", step.after("reach"))])),
-        );
-        questions.push(step.ask("fresh", step.after("fresh")));
-        Statement::new("giving up, with all counts there, is a start: from any bits", questions)
+            let claim = match name {
+                "doubt" => within(after, 0.0, ticks),
+                "held" | "queued" => within(after, self.u[0], self.u[1]),
+                _ if name.starts_with('v') || name.starts_with("pu") => finite(after),
+                _ => format!("(fp.isZero {after})"),
+            };
+            step.ask(&format!("waiting: {name}"), &claim)
+        }));
+        Statement::new("giving up, with all counts there, is a start that waits: from any bits", questions)
     }
 
     /// Bounds of the box, word by word.
     fn motor_box(&self) -> Vec<(String, [f32; 2])> {
         let observe = &self.functions.observe;
-        let of = |name: &str| f64::from(constant(observe, name).unwrap_or(0.0)).abs();
+        let of = |name: &str| f64::from(observe.constant(name).unwrap_or(0.0)).abs();
         let wide = |at_least: f64| (at_least * 1.01).log2().ceil().exp2();
         let absorbs = |added: f64| wide(added * 33_554_432.0);
-        let span = f64::from(constant(&self.functions.give_up, "half_span").unwrap_or(0.0)).abs();
+        let span = f64::from(self.functions.start.constant("half_span").unwrap_or(0.0)).abs();
         let gate = of("gate") + 2.0 * span;
         let gain = |j: usize| (of(&format!("gain_{j}")) + of(&format!("more_{j}"))) * gate;
         let d_dot = if gain(4) > 0.0 { absorbs(gain(4)) } else { 0.0 };
@@ -249,6 +256,7 @@ impl Design<'_> {
         let v = absorbs((of("g2") * m).max(of("g1") * d_dot).max(gain(2)));
         let p = absorbs(of("g2") * v + of("g1") * m + of("h1") * d_dot).max(gate);
         let within = |bound: f64| [-bound as f32, bound as f32];
+        let start_ticks = self.functions.give_up.constant("start_ticks").unwrap_or(0.0);
         numbers(&self.functions.state)
             .map(|name| {
                 let bounds = match name {
@@ -260,6 +268,8 @@ impl Design<'_> {
                     "level" => [0.0, 1.0],
                     "reach" => within(2.0 * span),
                     "missed" => [0.0, 16_777_216.0],
+                    "off" => within(1.01 * (p + 8.0 * span)),
+                    "doubt" => [0.0, start_ticks.max(4.0)],
                     "held" => [-self.limit, self.limit],
                     "queued" => self.u,
                     _ => [-f32::MAX, f32::MAX],
@@ -272,7 +282,8 @@ impl Design<'_> {
     fn finite_again(&self) -> Statement {
         let bounds = self.motor_box();
         let inside = all(bounds.iter().map(|(name, [low, high])| within(name, *low, *high)));
-        let DriveFunctions { start, begin, observe, law, give_up, refuse, report_applied, .. } = self.functions;
+        let DriveFunctions { start, begin, observe, law, give_up, refuse, pass, follow, carry, report_applied, .. } =
+            self.functions;
         let parts = [
             ("start", start),
             ("begin", begin),
@@ -280,6 +291,9 @@ impl Design<'_> {
             ("law", law),
             ("give_up", give_up),
             ("refuse", refuse),
+            ("pass", pass),
+            ("follow", follow),
+            ("carry", carry),
             ("report_applied", report_applied),
         ];
         let mut questions = Vec::new();
@@ -287,7 +301,7 @@ impl Design<'_> {
             let mut step = Step::of(record);
             step.script.suppose(&inside);
             let claims = bounds.iter().map(|(name, [low, high])| (name, within(step.after(name), *low, *high)));
-            if part == "observe" {
+            if ["observe", "pass"].contains(&part) {
                 questions.extend(claims.map(|(name, claim)| step.ask(&format!("{part}: {name}"), &claim)));
             } else {
                 questions.push(step.ask(part, &all(claims.map(|(_, claim)| claim))));
@@ -333,7 +347,7 @@ mod tests {
             law.tick(&mut state, &sample(Some(if k % 2 == 0 { 500_000 } else { 0 })));
         }
         let mut lost = false;
-        for _ in 0..50 {
+        for _ in 0..400 {
             let output = law.tick(&mut state, &sample(None));
             assert!(output.u.abs() <= 30.0 && output.sigma.is_finite(), "{output:?}");
             // Six words before them are flag and counts.

@@ -1,6 +1,6 @@
 //! A statement: questions that a solver answers one by one, all of which must be proved.
 
-use tick_record::{Kind, Op, Port, Record};
+use tick_record::{Kind, Port, Record};
 
 use crate::smt::{Results, Script, number};
 
@@ -72,14 +72,6 @@ impl Step {
     pub(crate) fn ask(&self, what: &str, claim: &str) -> Question {
         Question::new(what, &self.script, claim)
     }
-}
-
-/// A constant of a record, by its name.
-pub(crate) fn constant(record: &Record, name: &str) -> Option<f32> {
-    record.values.iter().find_map(|value| match value.op {
-        Op::Constant(number) if value.name.as_deref() == Some(name) => Some(number as f32),
-        _ => None,
-    })
 }
 
 /// The last value of this name, as a term.

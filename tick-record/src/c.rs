@@ -382,6 +382,9 @@ impl<'a> Text<'a> {
         }
         if let Some(returned) = returned {
             self.line(depth, &format!("return {returned};"));
+        } else if depth > 1 {
+            // On the way out of an `if`, what follows is another way.
+            self.line(depth, "return;");
         }
     }
 

@@ -1,9 +1,10 @@
 //! A drive as records: counts and targets in, u out, in the parts that its tick is made of.
 //!
 //! ```text
-//! tick:  fresh?  begin                              else  observe --known?--> give_up
+//! tick:  fresh?  begin --known?--> not_started      else  observe --known?--> give_up --> follow --> carry
 //!                  `-----------------> law <---------------'
-//! lost:  not fresh: observe, with nothing there --known?--> give_up;      then  refuse
+//!                                       `--> follow --missing?--> carry
+//! lost:  waiting?  begin --> not_started;  else  observe, nothing there, --known?--> give_up or refuse --> follow --> carry
 //! ```
 //!
 //! A part is a function of the core that its tick calls. What one hands to another that is no word of the state
@@ -16,8 +17,8 @@ use controller_core::drive::{
 use controller_core::{ControlLaw, Controller, Health, Linear, Output, Real, Words as _, as_within};
 
 use crate::law::{Around, Functions, Recorded, Words, around, coefficients_of, functions, of_numbers, recorded};
-use crate::record::{Port, Record, Role};
-use crate::recorder::{CountSymbol, Recorder, Symbol};
+use crate::record::{Kind, Port, Record, Role};
+use crate::recorder::{CountSymbol, Recorder, Symbol, port};
 
 /// What a drive does, each as a record. The head of the module says how they make a tick.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +41,12 @@ pub struct DriveFunctions {
     pub give_up: Record,
     /// Nothing is asked for: the fallback goes out.
     pub refuse: Record,
+    /// A period that passed without a tick. The answer is "no" where too much is missing.
+    pub pass: Record,
+    /// After a tick: the base follows.
+    pub follow: Record,
+    /// After a tick in which a count was missing: counts go along with the prediction.
+    pub carry: Record,
     /// [`Running::report_applied`](controller_core::Running::report_applied).
     pub report_applied: Record,
     /// [`Running::estimates`](controller_core::Running::estimates); zeros and the answer "no" before the start.
@@ -132,15 +139,14 @@ where
 
     /// The law, on what the observers hand on.
     fn ask(&self, recorder: &Recorder, state: &mut StateOf<M, A, E, N, S, FAST, LATE>) {
-        let missing = recorder.truth("missing", Role::Between);
+        let begins = recorder.truth("begins", Role::Between);
         let number = |name: &str| recorder.number(name, Role::Between);
         let seen = M::seen_of(&M::SEEN.iter().map(|name| number(name)).collect::<Vec<_>>());
         let push: Vec<u32> = M::PUSHED.iter().map(|shaft| number(&push_before(shaft)).to_words()[0]).collect();
         let push = recorder.silently(|| M::Push::from_words(&mut push.into_iter())).expect("the words of couplings");
         let [begin, end] = ["begin", "end"].map(|when| A::target(recorder, when));
         let sample = Sample { counts: [None; E], begin, end };
-        let health = if missing { Health::SAMPLE_LOST } else { Health::OK };
-        Self::put_output(recorder, &self.law.ask_rest(state, &sample, seen, &push, health));
+        Self::put_output(recorder, &self.law.ask_rest(state, &sample, seen, &push, begins));
     }
 }
 
@@ -167,7 +173,6 @@ fn state_names(shafts: &[&str], pushed: &[&str], states: usize, has_fast: bool, 
     all.extend(of(&["last"], shafts));
     all.extend(of(&["at"], shafts));
     all.push("turn".into());
-    all.extend(of(&["pull"], pushed));
     all.extend(of(&["push"], pushed));
     all.extend(of(&["p", "v", "d", "d_dot"][..states], shafts));
     if has_fast {
@@ -175,7 +180,8 @@ fn state_names(shafts: &[&str], pushed: &[&str], states: usize, has_fast: bool, 
     }
     all.push("reach".into());
     all.extend(of(&["missed"], shafts));
-    all.extend(["offset", "held"].map(String::from));
+    all.extend(of(&["off"], shafts));
+    all.extend(["doubt", "offset", "held"].map(String::from));
     if is_late {
         all.push("queued".into());
     }
@@ -220,11 +226,16 @@ where
 }
 
 /// What the health of a drive may say.
-const FLAGS: [(&str, Health); 3] = [
+const FLAGS: [(&str, Health); 5] = [
     ("input_rejected", Health::INPUT_REJECTED),
     ("saturated", Health::SATURATED),
     ("sample_lost", Health::SAMPLE_LOST),
+    ("position_stepped", Health::POSITION_STEPPED),
+    ("waits", Health::WAITS),
 ];
+
+/// What a tick adds to the health of its law: what the observers saw, by its name among what is handed on.
+pub const TOLD: [(&str, Health); 2] = [("missing", Health::SAMPLE_LOST), ("stepped", Health::POSITION_STEPPED)];
 
 /// Records a drive in its parts. `design` makes it, of [constants](Recorder::constant) or of
 /// [numbers](Recorder::number) that any design may hold.
@@ -255,8 +266,10 @@ where
         })
     };
     let law = part(&going_on, &|recorder, law, state| law.ask(recorder, state));
-    let between: Vec<Port> =
+    let mut between: Vec<Port> =
         law.inputs.iter().filter(|port| port.role == Role::Between && law.reads(port)).cloned().collect();
+    // What the tick tells beside what the law says.
+    between.extend(TOLD.map(|(name, _)| port(name, Role::Between, Kind::Truth)));
     let put_seen = |recorder: &Recorder, seen: &M::Seen| {
         M::SEEN.iter().zip(M::numbers_of(seen)).for_each(|(name, number)| hand_on(recorder, &between, name, number));
     };
@@ -268,16 +281,21 @@ where
     };
     let begin = part(&words, &|recorder, law, state| {
         put_before(recorder);
-        let seen = law.law.begun(state, &law.counts(recorder));
+        let (seen, begins, known) = law.law.begun(state, &law.counts(recorder));
         put_seen(recorder, &seen);
         recorder.put_truth("missing", Role::Between, false);
+        recorder.put_truth("stepped", Role::Between, false);
+        recorder.put_truth("begins", Role::Between, begins);
+        recorder.put_truth("answer", Role::Answer, known);
     });
     let observe = part(&going_on, &|recorder, law, state| {
         put_before(recorder);
-        let (seen, used, known) = law.law.observe_rest(state, &law.counts(recorder));
-        put_seen(recorder, &seen);
-        recorder.put_truth("missing", Role::Between, used.contains(&false));
-        recorder.put_truth("answer", Role::Answer, known);
+        let seen = law.law.observe_rest(state, &law.counts(recorder));
+        put_seen(recorder, &seen.seen);
+        recorder.put_truth("missing", Role::Between, seen.missing);
+        recorder.put_truth("stepped", Role::Between, seen.stepped);
+        recorder.put_truth("begins", Role::Between, false);
+        recorder.put_truth("answer", Role::Answer, seen.known);
     });
     let give_up = part(&words, &|recorder, law, state| {
         let output = law.law.give_up(state, &law.counts(recorder));
@@ -287,6 +305,12 @@ where
         let output = law.law.refuse(state, Health::SAMPLE_LOST);
         Mounted::<M, A, E, N, S, FAST, LATE>::put_output(recorder, &output);
     });
+    let pass = part(&going_on, &|recorder, law, state| {
+        let known = law.law.pass(state);
+        recorder.put_truth("answer", Role::Answer, known);
+    });
+    let follow = part(&going_on, &|_, law, state| law.law.follow(state));
+    let carry = part(&going_on, &|_, law, state| law.law.carry(state));
     DriveFunctions {
         state: words.ports(),
         between,
@@ -297,6 +321,9 @@ where
         law,
         give_up,
         refuse,
+        pass,
+        follow,
+        carry,
         report_applied,
         estimates,
         reset,

@@ -27,8 +27,13 @@ impl<const E: usize> Words for Seen<E> {
 }
 
 /// What it may say of itself.
-const SAID: [(&str, Health); 3] =
-    [("law_rejected", Health::INPUT_REJECTED), ("law_saturated", Health::SATURATED), ("law_lost", Health::SAMPLE_LOST)];
+const SAID: [(&str, Health); 5] = [
+    ("law_rejected", Health::INPUT_REJECTED),
+    ("law_saturated", Health::SATURATED),
+    ("law_lost", Health::SAMPLE_LOST),
+    ("law_stepped", Health::POSITION_STEPPED),
+    ("law_waits", Health::WAITS),
+];
 
 fn argument(name: &str) -> Symbol {
     Recorder::of_this_thread().number(name, Role::Argument)
@@ -85,7 +90,7 @@ impl<const E: usize> Watched<E> for AnyLaw<E> {
 }
 
 /// What a drive with its monitors says.
-const FLAGS: [(&str, Health); 7] = [
+const FLAGS: [(&str, Health); 9] = [
     ("input_rejected", Health::INPUT_REJECTED),
     ("saturated", Health::SATURATED),
     ("sigma_star_over_bound", Health::SIGMA_STAR_OVER_BOUND),
@@ -93,6 +98,8 @@ const FLAGS: [(&str, Health); 7] = [
     ("disturbance_over_bound", Health::DISTURBANCE_OVER_BOUND),
     ("stuck_at_limit", Health::STUCK_AT_LIMIT),
     ("stopped_now", Health::STOPPED),
+    ("position_stepped", Health::POSITION_STEPPED),
+    ("waits", Health::WAITS),
 ];
 
 impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {

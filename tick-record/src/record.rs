@@ -340,6 +340,14 @@ impl Record {
         }
     }
 
+    /// A constant of the design, by its name.
+    pub fn constant(&self, name: &str) -> Option<f32> {
+        self.values.iter().find_map(|value| match value.op {
+            Op::Constant(number) if value.name.as_deref() == Some(name) => Some(number as f32),
+            _ => None,
+        })
+    }
+
     /// Where in [`inputs`](Self::inputs) this name is.
     pub fn input(&self, name: &str) -> Option<usize> {
         self.inputs.iter().position(|port| port.name == name)

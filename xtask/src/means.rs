@@ -16,7 +16,7 @@ const FOLDER: &str = "target/means";
 const FUNCTIONS: [&str; 6] = ["tick", "start", "not_started", "report_applied", "estimates", "reset"];
 /// What the assembly holds: with a tick of u alone, of a drive also the parts of its tick.
 const ASSEMBLED: [&str; 7] = ["tick_u", "tick", "start", "not_started", "report_applied", "estimates", "reset"];
-const ASSEMBLED_DRIVE: [&str; 12] = [
+const ASSEMBLED_DRIVE: [&str; 15] = [
     "tick",
     "tick_u",
     "begin",
@@ -24,6 +24,9 @@ const ASSEMBLED_DRIVE: [&str; 12] = [
     "law",
     "give_up",
     "refuse",
+    "pass",
+    "follow",
+    "carry",
     "start",
     "not_started",
     "report_applied",

@@ -83,7 +83,10 @@ use crate::running::Words;
 /// // Held at a quarter turn the weight is known at once: 400/250 A.
 /// let at = |angle| Target { turn: 0, jet: [angle, 0.0] };
 /// let quarter = core::f32::consts::FRAC_PI_2;
-/// let output = Running::new(&drive).tick(&Sample { counts: [Some(4096)], begin: at(quarter), end: at(quarter) });
+/// let sample = Sample { counts: [Some(4096)], begin: at(quarter), end: at(quarter) };
+/// let mut running = Running::new(&drive);
+/// running.start_at_once(&sample);
+/// let output = running.tick(&sample);
 /// assert!((output.u - 1.6).abs() < 1e-4, "{}", output.u);
 /// # Ok::<(), DriveError>(())
 /// ```

@@ -31,10 +31,8 @@ impl<T: Real, M, A, const E: usize, const N: usize, const S: usize, const FAST: 
         let sensors = core::array::from_fn(|i| self.sensors[i].converted(i + 1, to));
         let fast = core::array::from_fn(|f| core::array::from_fn(|i| self.fast[f][i].converted(i + 1, to)));
         let mut of = |name, encoder, number| to(NumberName { name, encoder, entry: 0 }, number);
-        let gate = core::array::from_fn(|i| of("gate", i + 1, self.gate[i]));
         let inertia = core::array::from_fn(|i| of("inertia", i + 1, self.inertia[i]));
-        let (closing, lost_ticks) = (of("closing", 0, self.closing), of("lost_ticks", 0, self.lost_ticks));
-        let (row, at_rest) = (self.row.converted(0, to), self.at_rest);
-        EncoderForm { model, blocks, sensors, fast, row, gate, closing, lost_ticks, inertia, at_rest, of: PhantomData }
+        let (row, belief, at_rest) = (self.row.converted(0, to), self.belief.converted(0, to), self.at_rest);
+        EncoderForm { model, blocks, sensors, fast, row, belief, inertia, at_rest, of: PhantomData }
     }
 }

@@ -1,7 +1,9 @@
 //! An encoder: counts that wrap, made an angle that does not.
 //!
 //! The counter has `bits` bits and wraps; the difference of two samples, its low bits with their sign, does not, as
-//! long as the shaft moves less than half a counter per tick. The angle is kept as a whole number of counts since a
+//! long as the shaft moves less than half a counter per tick. A timer that is reloaded at 9999, or an absolute encoder
+//! of 4000 positions, has a number of `states` that is no power of two: a difference of more than half of them is one
+//! of so many less. The angle is kept as a whole number of counts since a
 //! *base* that follows the shaft in whole turns: the f32 numbers of the tick stay below some turns, and so keep their
 //! digits however far it goes. One step is
 //!
@@ -14,15 +16,18 @@ use core::f64::consts::TAU;
 
 use super::error::DriveError;
 use super::fields::fields;
-use crate::real::Count;
+use crate::real::{Count, Real};
 
 /// An encoder and the gear between it and the shaft whose angle is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Encoder {
-    /// Bits of the counter, 2..=32; higher bits of a sample are not read.
+    /// Bits of the counter, 2..=32; higher bits of a sample are not read, unless it has a number of `states`.
     pub bits: u32,
+    /// From 0 to one less the counter counts before it wraps, 2..2^31; 0 for 2^bits.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub states: u32,
     /// Counts while the encoder turns once, 4..=2^24.
     pub counts_per_turn: u32,
     /// Turns of the encoder, 1..=1000, while the shaft makes ...
@@ -34,12 +39,24 @@ pub struct Encoder {
 impl Encoder {
     /// An absolute encoder of one turn on the shaft itself: 2^bits counts.
     pub const fn absolute(bits: u32) -> Self {
-        Self { bits, counts_per_turn: 1u32.wrapping_shl(bits), gear_num: 1, gear_den: 1 }
+        Self { bits, states: 0, counts_per_turn: 1u32.wrapping_shl(bits), gear_num: 1, gear_den: 1 }
     }
 
     /// A counter of so many bits behind an encoder of `counts_per_turn`, four per line; it is 0 at angle 0.
     pub const fn incremental(bits: u32, counts_per_turn: u32) -> Self {
-        Self { bits, counts_per_turn, gear_num: 1, gear_den: 1 }
+        Self { bits, states: 0, counts_per_turn, gear_num: 1, gear_den: 1 }
+    }
+
+    /// The same with a counter that wraps after so many states: `incremental(16, 10_000).wrapping_at(10_000)` is a timer
+    /// with a reload of 9999 behind 2500 lines.
+    #[must_use]
+    pub const fn wrapping_at(self, states: u32) -> Self {
+        Self { states, ..self }
+    }
+
+    /// How many states its counter has.
+    pub const fn counter(&self) -> u64 {
+        if self.states == 0 { 1u64 << (self.bits & 63) } else { self.states as u64 }
     }
 
     /// The same behind a gear: `num` turns of the encoder are `den` turns of the shaft.
@@ -67,9 +84,15 @@ impl Encoder {
     }
 
     pub(crate) const fn check(&self, field: &'static str) -> Result<(), DriveError> {
-        let Self { bits, counts_per_turn, gear_num, gear_den } = *self;
+        let Self { bits, states, counts_per_turn, gear_num, gear_den } = *self;
         let ranges = [
             (bits, 2, 32, "an encoder's counter has 2 to 32 bits"),
+            (
+                if states == 0 { 2 } else { states },
+                2,
+                MOST_STATES,
+                "an encoder's counter has 2 to 2^31 - 1 states, or 2^bits",
+            ),
             (counts_per_turn, 4, 1 << 24, "an encoder makes 4 to 2^24 counts per turn"),
             (gear_num, 1, 1000, "the turns of a gear are 1 to 1000"),
             (gear_den, 1, 1000, "the turns of a gear are 1 to 1000"),
@@ -98,14 +121,20 @@ impl Encoder {
         while width < 32 && (1u64 << (width - 1)) < 4 * counts {
             width += 1;
         }
+        let span = self.counter();
+        let is_whole = span.is_power_of_two();
+        let quarter_counts = if counts < span { counts } else { span } / 4;
         Sensor {
             unit: self.unit_rad(),
-            half_span: self.unit_rad() * (1u64 << self.bits) as f64 / 2.0,
+            half_span: self.unit_rad() * span as f64 / 2.0,
+            quarter: self.unit_rad() * quarter_counts as f64,
             edge: 9.0 / 16.0 * counts as f64 * self.unit_rad(),
-            unread: 32 - self.bits,
+            unread: if is_whole { 32 - span.trailing_zeros() } else { 0 },
+            states: if is_whole { 0 } else { span as i32 },
             beyond: 32 - width,
             base_counts: counts as i32,
             base_turns: turns as i32,
+            quarter_counts: quarter_counts as i32,
         }
     }
 }
@@ -151,21 +180,51 @@ fields! {
         unit: T,
         /// Half the counter: further it cannot move in a tick.
         half_span: T,
+        /// A quarter of the counter or of the base, whichever is less.
+        quarter: T,
         /// 9/16 of the base: there it is moved, and does not come back for noise.
         edge: T,
         /// High bits of a sample that are not read.
         unread: u32,
+        /// Of a counter that wraps at another number than a power of two; else 0.
+        states: i32,
         /// High bits that no count since the base needs, but for its sign.
         beyond: u32,
         base_counts: i32,
         base_turns: i32,
+        quarter_counts: i32,
+    }
+}
+
+/// Of a counter whose difference has a sign.
+const MOST_STATES: u32 = i32::MAX as u32;
+
+impl<T: Real> Sensor<T> {
+    /// What the count has moved: the difference of two samples that is within half a counter.
+    #[inline(always)]
+    pub(crate) fn moved(&self, difference: T::Count) -> T::Count {
+        if self.states == 0 {
+            return difference.signed(self.unread);
+        }
+        let difference = difference.since(difference.whole(self.states, self.states));
+        let (way, states) = (self.unit * T::from_count(difference), T::Count::of(self.states));
+        if way > self.half_span {
+            difference.since(states)
+        } else if way < -self.half_span {
+            difference.plus(states)
+        } else {
+            difference
+        }
     }
 }
 
 impl<T> Sensor<T> {
     /// Does a count mean the same to both?
     pub(crate) const fn counts_alike(&self, other: &Self) -> bool {
-        self.unread == other.unread && self.base_counts == other.base_counts && self.base_turns == other.base_turns
+        self.unread == other.unread
+            && self.states == other.states
+            && self.base_counts == other.base_counts
+            && self.base_turns == other.base_turns
     }
 }
 
@@ -173,7 +232,13 @@ impl Sensor<f64> {
     /// With the position in another unit.
     #[must_use]
     pub(crate) const fn scaled(self, factor: f64) -> Self {
-        Self { unit: self.unit * factor, half_span: self.half_span * factor, edge: self.edge * factor, ..self }
+        Self {
+            unit: self.unit * factor,
+            half_span: self.half_span * factor,
+            quarter: self.quarter * factor,
+            edge: self.edge * factor,
+            ..self
+        }
     }
 }
 

@@ -382,6 +382,10 @@ where
         output
     }
 
+    fn missed(&self, state: &mut Self::State, periods: u32) {
+        self.law.missed(&mut state.within, periods);
+    }
+
     fn report_applied(state: &mut Self::State, u: T) -> bool {
         Controller::<T, Linear<T, N>, N, R, MASK, O>::report_applied(&mut state.within, u)
     }

@@ -43,12 +43,12 @@ use super::block::Block;
 use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
-use super::law::{EncoderForm, Row};
+use super::law::{BRAKING, Belief, EncoderForm, QUARTER_TURN, Row};
 use super::monitor::{Bounds, misjudged};
-use super::motor::{OBSERVED, POSITIVE, Switching, decay};
+use super::motor::{OBSERVED, POSITIVE, Switching};
 use super::target::{Aim, Position};
 use super::trigonometry::sin_cos;
-use crate::config::{Config, Fallback, Options};
+use crate::config::{Config, Fallback, INPUT_LIMIT, Options};
 use crate::design;
 use crate::law::{Limits, ReachingLaw};
 use crate::model::Nominal;
@@ -547,18 +547,22 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, Join
         let Ok(rows) = design::coefficients::<4, 2, 3>(&config, &[1, 2, 3]) else {
             return Err(DriveError::new("joint", f64::NAN, 0.0, 0.0, "a coefficient overflows in f32"));
         };
+        // At w_c far/3, and of three equal poles it brakes with 0.0902 w_c² far at most (τ²/6 e^-τ at 2).
+        let (w_c, inertia) = (bandwidths.surface_rad_s, joint.link_inertia_kg_m2 + joint.motor_inertia_kg_m2);
+        let torque = joint.torque_n_m_per_a.abs() * limits.weaker() - joint.weight_n_m.abs();
+        let far = BRAKING * torque / (inertia * 0.0902 * w_c * w_c);
+        let far = if far > 0.0 && far < INPUT_LIMIT { far } else { INPUT_LIMIT };
         let omega = [bandwidths.link_rad_s, bandwidths.motor_rad_s];
         let sensors = [encoders[0].sensor(), encoders[1].sensor().scaled(model.k1)];
         let mut blocks = [Block::<f64, 4>::design(kappa[0], lambda[0], t, omega[0]); 2];
         blocks[1] = Block::<f64, 4>::design(kappa[1], lambda[1], t, omega[1]);
         let mut fast = [design.switching.gains(&blocks[0].gains, blocks[0].gains, sensors[0].unit, t); 2];
-        let mut gate = [0.0; 2];
+        let (mut gate, quarters) = ([0.0; 2], [QUARTER_TURN, QUARTER_TURN * model.k1]);
         let mut i = 0;
         while i < 2 {
             let gains = Block::<f64, 4>::gains_at(kappa[i], lambda[i], t, omega[i] * design.fast_ratios[i]);
             fast[i] = design.switching.gains(&blocks[i].gains, gains, sensors[i].unit, t);
-            let wanted = design.gate_steps[i] * sensors[i].unit;
-            gate[i] = if wanted < sensors[i].half_span { wanted } else { sensors[i].half_span };
+            gate[i] = design.gate_steps[i] * sensors[i].unit;
             i += 1;
         }
         Ok(Self {
@@ -566,10 +570,8 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, Join
             blocks,
             sensors,
             fast: [fast; FAST],
-            row: Row::of(&rows, &gradient, &model.shares(), *limits, design.fallback),
-            gate,
-            closing: 1.0 - decay(0.2 * omega[0] * t),
-            lost_ticks: design.lost_ticks as f64,
+            row: Row::of(&rows, &gradient, &model.shares(), *limits, design.fallback, far),
+            belief: Belief::of(gate, &sensors, quarters, 0.2 * omega[0], design.lost_ticks, t),
             inertia: [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2],
             at_rest: false,
             of: PhantomData,
@@ -673,7 +675,9 @@ mod tests {
         let count = |bits: u32, turns: f64| Some((turns * f64::from(1 << bits)) as i32);
         let start = |motor_turns: f64| {
             let counts = [count(20, 1.0 / TAU), count(14, motor_turns)];
-            Running::new(&law).tick(&Sample { counts, begin: still, end: still })
+            let (mut running, sample) = (Running::new(&law), Sample { counts, begin: still, end: still });
+            running.start_at_once(&sample);
+            running.tick(&sample)
         };
         // The motor has made 1.59 turns.
         let good = start(10.0 / TAU);

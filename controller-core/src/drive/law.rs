@@ -46,6 +46,7 @@ use super::block::Block;
 use super::chain::ChainModel;
 use super::encoder::Sensor;
 use super::fields::fields;
+use super::motor::decay;
 use super::state::EncoderState;
 use super::target::{Aim, Target};
 use crate::config::{Fallback, INPUT_LIMIT};
@@ -77,11 +78,7 @@ pub struct EncoderForm<T, M, A, const E: usize, const N: usize, const S: usize, 
     pub(crate) sensors: [Sensor<T>; E],
     pub(crate) fast: [[FastGains<T, S>; E]; FAST],
     pub(crate) row: Row<T, E, N>,
-    /// Where the gate of each encoder closes to, in the unit of its block, and how fast.
-    pub(crate) gate: [T; E],
-    pub(crate) closing: T,
-    /// Samples of an encoder in a row that may be missing.
-    pub(crate) lost_ticks: T,
+    pub(crate) belief: Belief<T, E>,
     /// Inertia of each block, for estimates as torques; the tick does not use it.
     pub(crate) inertia: [T; E],
     /// A re-tune to this design leaves no offset.
@@ -104,10 +101,83 @@ fields! {
 }
 
 fields! {
+    /// Which counts are believed.
+    struct Belief<T, const E> {
+        /// Where the gate of each encoder closes to, in the unit of its block, and how fast.
+        gate: [T; E],
+        closing: T,
+        /// From tick to tick two counts of one motion agree to this.
+        agreement: [T; E],
+        /// Samples of an encoder in a row that may be missing.
+        lost_ticks: T,
+        /// What a step of the position by one unit adds to 1, the price of each; the sum is forgotten with 0.1 s.
+        step_price: [T; E],
+        forgetting: T,
+        /// Ticks for which the counts must agree before a current flows.
+        start_ticks: T,
+    }
+}
+
+impl<const E: usize> Belief<f64, E> {
+    /// Three steps in a row, or one of a quarter of a turn (or of the counter, if that is less), are too much.
+    /// `closing_rate`: of the gate after a re-tune, 1/s; `quarters`: of a turn, in the unit of each block.
+    pub(crate) const fn of(
+        gate: [f64; E],
+        sensors: &[Sensor<f64>; E],
+        quarters: [f64; E],
+        closing_rate: f64,
+        lost_ticks: u32,
+        period_s: f64,
+    ) -> Self {
+        let mut this = Self {
+            gate,
+            agreement: [0.0; E],
+            closing: 1.0 - decay(closing_rate * period_s),
+            lost_ticks: lost_ticks as f64,
+            step_price: [0.0; E],
+            forgetting: 1.0 - decay(period_s / 0.1),
+            start_ticks: 3.0,
+        };
+        while this.start_ticks * period_s < 0.01 - 1e-9 {
+            this.start_ticks += 1.0;
+        }
+        let mut i = 0;
+        while i < E {
+            let half = 0.5 * sensors[i].half_span;
+            if gate[i] > sensors[i].half_span {
+                this.gate[i] = sensors[i].half_span;
+            }
+            this.agreement[i] = if gate[i] > 16.0 * sensors[i].unit { gate[i] / 8.0 } else { 2.0 * sensors[i].unit };
+            this.step_price[i] = STEPS / if quarters[i] < half { quarters[i] } else { half };
+            i += 1;
+        }
+        this
+    }
+}
+
+/// Of the curve along which a far target is approached.
+const CHORDS: usize = 4;
+
+/// Share of u with which a far target is braked for, near it; a third more along the chords. The rest is for load and
+/// friction.
+pub(crate) const BRAKING: f64 = 0.6;
+
+/// A quarter of a turn, rad.
+pub(crate) const QUARTER_TURN: f64 = core::f64::consts::FRAC_PI_2;
+
+/// Samples in a row that were not used before a count at rest is believed to be a step.
+const AT_REST: f64 = 8.0;
+
+/// What steps of the position may add up to.
+const STEPS: f64 = 3.0;
+
+fields! {
     /// Rows of the law, see the module's head; entry j belongs to e_j or Δr^(j-1), from 0, entry i to block i.
     struct Row<T, const E, const N> {
         /// The last one is 1 and not read.
         c: [T; N],
+        /// Of e_1 no more counts: a target that is further away is approached at a speed that u can brake.
+        far: T,
         /// Entry 0 is 0 and not read.
         kx: [T; N],
         /// ff/b on Δr, Δr', ..
@@ -148,6 +218,7 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
         shares: &[[f64; E]; N],
         limits: Limits,
         fallback: Fallback,
+        far: f64,
     ) -> Self {
         let t_1 = rows.period * phi_functions(gradient[N - 1] * rows.period)[1];
         let (t, b) = (rows.period, rows.input_gain);
@@ -176,6 +247,7 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
         };
         Self {
             c: rows.c,
+            far,
             kx: rows.kx,
             c_d,
             c_growth,
@@ -229,9 +301,7 @@ impl<A, M, const E: usize, const N: usize, const S: usize, const FAST: usize, co
             sensors,
             fast,
             row: self.row.in_f32(),
-            gate: row_f32(&self.gate),
-            closing: self.closing as f32,
-            lost_ticks: self.lost_ticks as f32,
+            belief: self.belief.in_f32(),
             inertia: row_f32(&self.inertia),
             at_rest: self.at_rest,
             of: PhantomData,
@@ -292,6 +362,25 @@ struct Known<T, V, const E: usize, const N: usize> {
     /// d'; 0 with three states.
     growth: [T; E],
     seen: V,
+}
+
+/// What a tick that is not ordinary has seen.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct Observed<V> {
+    pub seen: V,
+    /// A count was not there or not believed.
+    pub missing: bool,
+    /// A position was taken from its count anew.
+    pub stepped: bool,
+    /// `false` when too many samples are missing.
+    pub known: bool,
+}
+
+/// e_1 .. e_n, and a_z.
+struct Errors<T, const N: usize> {
+    e: [T; N],
+    drift: T,
 }
 
 /// What the law asks for.
@@ -411,7 +500,7 @@ where
     /// m of the tick that has passed, with the couplings of its beginning.
     #[inline(always)]
     fn driven(&self, state: &StateOf<Self>, i: usize) -> T {
-        let mut m = M::of_block(&state.pull, i).unwrap_or(state.x[i][2]);
+        let mut m = self.pull(state, i).unwrap_or(state.x[i][2]);
         if i == Self::DRIVEN {
             m += self.model.input_gain() * state.held;
         }
@@ -428,6 +517,7 @@ where
         for i in 0..E {
             let k = &self.sensors[i];
             let count = counts[i]?;
+            // Where a counter wraps that is not of its bits alone the difference is far off, and the other way takes it.
             let difference = count.since(last[i]).signed(k.unread);
             (last[i], at[i]) = (count, at[i].plus(difference));
             raw[i] = k.unit * T::from_count(at[i]);
@@ -449,19 +539,14 @@ where
     /// Is a count that is p from its prediction within the gate? It closes after a start.
     #[inline(always)]
     fn is_believed(&self, state: &StateOf<Self>, i: usize, p: T) -> bool {
-        p.abs() <= self.gate[i] + state.reach
+        p.abs() <= self.belief.gate[i] + state.reach
     }
 
-    /// Steps 1 to 3 of any tick, of an ordinary one with the same bits: which counts were used; `false` when too many
-    /// samples are missing.
+    /// Steps 1 to 3 of any tick, of an ordinary one with the same bits.
     #[doc(hidden)]
-    pub fn observe_rest(
-        &self,
-        state: &mut StateOf<Self>,
-        counts: &[Option<T::Count>; E],
-    ) -> (M::Seen, [bool; E], bool) {
+    pub fn observe_rest(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Observed<M::Seen> {
         T::section("1. Where the counts are, and whether they are believed.");
-        let (mut used, mut known) = ([false; E], true);
+        let (mut used, [mut missing, mut stepped, mut known]) = ([false; E], [false, false, true]);
         let (mut m, mut p, mut ahead) = ([T::ZERO; E], [T::ZERO; E], [T::ZERO; E]);
         let mut position = [T::ZERO; E];
         for i in 0..E {
@@ -471,27 +556,66 @@ where
             p[i] = self.foreseen(i, &state.x[i], m[i])[0];
             // Where nothing is measured the couplings see the prediction.
             ahead[i] = state.x[i][0] + self.blocks[i].g2 * state.x[i][1];
+            let (mut off, mut steps) = (self.nowhere(), false);
             if let Some(count) = counts[i] {
-                let difference = count.since(state.last[i]).signed(k.unread);
-                let less = p[i] - k.unit * T::from_count(difference);
-                used[i] = self.is_believed(state, i, less);
-                if used[i] {
+                let difference = k.moved(count.since(state.last[i]));
+                off = p[i] - k.unit * T::from_count(difference);
+                used[i] = self.is_believed(state, i, off);
+                steps = !used[i] && self.steps(state, i, off);
+                if used[i] || steps {
                     state.last[i] = count;
                     state.at[i] = state.at[i].plus(difference);
-                    (p[i], ahead[i]) = (less, T::ZERO);
+                    (p[i], ahead[i]) = (if steps { T::ZERO } else { off }, T::ZERO);
                 }
             }
-            position[i] = self.raw(state, i) + ahead[i];
-            if used[i] {
+            stepped = stepped || steps;
+            let one = T::from_f64(1.0);
+            if used[i] || steps {
                 state.missed[i] = T::ZERO;
             } else {
-                let one = T::from_f64(1.0);
-                state.missed[i] += one;
-                known = known && state.missed[i] >= one && state.missed[i] <= self.lost_ticks;
+                missing = true;
+                state.off[i] = off;
+                state.missed[i] = state.missed[i].abs() + one;
+                known = known && state.missed[i] <= self.belief.lost_ticks;
             }
+            position[i] = self.raw(state, i) + ahead[i];
         }
         let seen = self.correct(state, &position, m, p, used);
-        (self.model.seen_ahead(seen, state.x[0][0] - ahead[0]), used, known)
+        Observed { seen: self.model.seen_ahead(seen, state.x[0][0] - ahead[0]), missing, stepped, known }
+    }
+
+    /// Is a count that is `off` from its prediction where the shaft is now: after a missed tick, a slip? The one before
+    /// said the same, it is no further off than what has been missed may explain, and there were few such steps lately.
+    /// Of a shaft that moves two counts suffice, as no false one moves with it; at rest a constant may look like that,
+    /// and it takes [`AT_REST`].
+    #[inline(always)]
+    fn steps(&self, state: &mut StateOf<Self>, i: usize, off: T) -> bool {
+        let (k, one) = (&self.belief, T::from_f64(1.0));
+        let passed = state.missed[i] + one;
+        let steps = state.doubt + (k.step_price[i] * off.abs() + one);
+        let is_confirmed = k.agreement[i] - (off - state.off[i]).abs();
+        let is_near = k.gate[i] * (passed * passed) - off.abs();
+        let is_rare = T::from_f64(STEPS + 1.0) - steps;
+        let is_sure = greater(self.moves(state, i), state.missed[i] - T::from_f64(AT_REST));
+        // All of them as one comparison: each would double the ways through the tick.
+        let is_step = lesser(lesser(is_confirmed, is_near), lesser(is_rare, is_sure)) >= T::ZERO;
+        if is_step {
+            state.doubt = steps;
+        }
+        is_step
+    }
+
+    /// By how much more it moves in a tick than counts agree to, twice.
+    #[inline(always)]
+    fn moves(&self, state: &StateOf<Self>, i: usize) -> T {
+        self.row.period * state.x[i][1].abs() - (self.belief.agreement[i] + self.belief.agreement[i])
+    }
+
+    /// No count is so far off, nor near what is.
+    fn nowhere(&self) -> T {
+        let span = self.span();
+        let far = span + span;
+        far + far
     }
 
     /// Steps 2 and 3: couplings at these positions, estimates, corrected where a count was used. m and p are those for
@@ -529,27 +653,22 @@ where
             }
             state.x[i] = x;
         }
-        self.remember(state, &push);
-        state.reach = state.reach * self.closing;
+        state.push = push;
+        state.reach = state.reach * self.belief.closing;
+        state.doubt = state.doubt * self.belief.forgetting;
         seen
     }
 
-    /// The couplings, and of every block w + d - κX: what the next tick has at its beginning.
+    /// w + d - κX of a block at the last tick, u aside; `None` where nothing pushes and nothing pulls back.
     #[inline(always)]
-    fn remember(&self, state: &mut StateOf<Self>, push: &M::Push) {
-        let mut pull = [T::ZERO; E];
-        for i in 0..E {
-            if let Some(half) = M::of_block(push, i) {
-                pull[i] = (half + half) + state.x[i][2] - self.model.kappa(i) * self.position(state, i);
-            }
-        }
-        (state.pull, state.push) = (M::per_block(pull), *push);
+    fn pull(&self, state: &StateOf<Self>, i: usize) -> Option<T> {
+        let half = M::of_block(&state.push, i)?;
+        Some((half + half) + state.x[i][2] - self.model.kappa(i) * self.position(state, i))
     }
 
     /// The same with the couplings where the counts are.
     fn remember_counts(&self, state: &mut StateOf<Self>) {
-        let push = self.push_at_counts(state);
-        self.remember(state, &push);
+        state.push = self.push_at_counts(state);
     }
 
     fn push_at_counts(&self, state: &StateOf<Self>) -> M::Push {
@@ -584,7 +703,7 @@ where
             if LATE == 1 {
                 let mut m = d_i;
                 if let (Some(pull), Some(last), Some(now)) =
-                    (M::of_block(&state.pull, i), M::of_block(before, i), M::of_block(&state.push, i))
+                    (self.pull(state, i), M::of_block(before, i), M::of_block(&state.push, i))
                 {
                     // w at the end of the tick is not known: it goes on as it did.
                     m = pull + (now - last);
@@ -610,25 +729,30 @@ where
         Known { x, d, growth, seen }
     }
 
-    /// Steps 4 and 5, for a reference that moves `pace` as much.
+    /// Step 4, and how far that is from the target.
+    #[inline(always)]
+    fn errors(&self, known: &Known<T, M::Seen, E, N>, turn: T::Count, begin: &A::Target) -> Errors<T, N> {
+        T::section("4. The chain.");
+        let (z, drift) = self.model.chain(&known.x, &known.seen);
+
+        T::section("5. Law.");
+        Errors { e: A::errors(&z, turn, self.row.turn, begin), drift }
+    }
+
+    /// Step 5, for a reference that moves `pace` as much.
     #[inline(always)]
     fn asked(
         &self,
         known: &Known<T, M::Seen, E, N>,
-        turn: T::Count,
+        errors: &Errors<T, N>,
         begin: &A::Target,
         end: &A::Target,
         pace: Option<T>,
     ) -> Asked<T> {
         let k = &self.row;
-        T::section("4. The chain.");
-        let (z, drift) = self.model.chain(&known.x, &known.seen);
-
-        T::section("5. Law.");
-        let Known { d, growth, seen, .. } = known;
-        let e = A::errors(&z, turn, k.turn, begin);
-        let sigma = self.sigma(&e, d, growth);
-        let mut bare = -(k.per_b * (drift + self.model.last(seen, d)));
+        let (Known { d, growth, seen, .. }, Errors { e, drift }) = (known, errors);
+        let sigma = self.sigma(e, d, growth);
+        let mut bare = -(k.per_b * (*drift + self.model.last(seen, d)));
         if A::POSITION {
             for j in 1..N {
                 bare += k.kx[j] * e[j];
@@ -655,6 +779,32 @@ where
         Asked { sigma, bare: bare.called("bare", 0) }
     }
 
+    /// Is the target so far away, or no number, that the law must not go for it as it does near it?
+    #[inline(always)]
+    fn is_far(&self, errors: &Errors<T, N>) -> bool {
+        let is_near = errors.e[0].abs() <= self.row.far;
+        A::POSITION && !is_near
+    }
+
+    /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed; from
+    /// `far` on it counts less and less, so that four times the way is done at twice the speed: along chords of
+    /// $v = \sqrt{2 a |e_1|}$, from which a steady braking comes to rest. Beyond 256 times `far` the speed stays.
+    fn approached(&self, mut errors: Errors<T, N>) -> Errors<T, N> {
+        if !self.is_far(&errors) {
+            return errors;
+        }
+        let (away, mut counts) = (errors.e[0], self.row.far);
+        let (mut left, mut chord, mut gain) = (away.abs() - counts, T::from_f64(3.0) * counts, T::from_f64(1.0 / 3.0));
+        for _ in 0..CHORDS {
+            let part = T::HALF * lesser(left, chord);
+            counts += gain * part;
+            left -= part;
+            (chord, gain) = (T::from_f64(4.0) * chord, T::HALF * gain);
+        }
+        errors.e[0] = if away > T::ZERO { counts } else { -counts };
+        errors
+    }
+
     /// A state that starts where the counts are.
     fn started(&self, counts: [T::Count; E], at: [T::Count; E], turn: T::Count, d: &[T; E]) -> StateOf<Self> {
         let mut x = [[T::ZERO; S]; E];
@@ -667,11 +817,12 @@ where
             at,
             turn,
             x,
-            pull: none,
             push: none,
             alert: [[[T::ZERO; 2]; E]; FAST],
             reach: self.span(),
             missed: [T::ZERO; E],
+            off: [T::ZERO; E],
+            doubt: T::ZERO,
             offset: T::ZERO,
             held: T::ZERO,
             queued: [T::ZERO; LATE],
@@ -707,7 +858,7 @@ where
             let k = &self.sensors[i];
             match counts[i] {
                 Some(count) => {
-                    state.at[i] = state.at[i].plus(count.since(state.last[i]).signed(k.unread));
+                    state.at[i] = state.at[i].plus(k.moved(count.since(state.last[i])));
                     state.last[i] = count;
                 }
                 None => all = false,
@@ -717,9 +868,31 @@ where
         all
     }
 
+    /// Where nothing is measured the count goes along with the prediction, in quarters of the counter: what comes again
+    /// is compared with where the shaft must be, not with where it was seen last. A prediction that runs away by more in a
+    /// tick than any shaft moves counts no turns.
+    #[doc(hidden)]
+    pub fn carry(&self, state: &mut StateOf<Self>) {
+        for i in 0..E {
+            T::channel(i + 1);
+            let (k, p) = (&self.sensors[i], state.x[i][0]);
+            let quarter = T::Count::of(k.quarter_counts);
+            if p.abs() <= k.quarter || p.abs() > k.quarter + k.quarter {
+                continue;
+            }
+            if p > T::ZERO {
+                (state.last[i], state.at[i]) = (state.last[i].plus(quarter), state.at[i].plus(quarter));
+                state.x[i][0] = p - k.quarter;
+            } else {
+                (state.last[i], state.at[i]) = (state.last[i].since(quarter), state.at[i].since(quarter));
+                state.x[i][0] = p + k.quarter;
+            }
+        }
+    }
+
     /// The base follows by whole turns. That changes no acceleration: w moves as κX does.
-    #[inline(always)]
-    fn follow(&self, state: &mut StateOf<Self>) {
+    #[doc(hidden)]
+    pub fn follow(&self, state: &mut StateOf<Self>) {
         let raw = self.raw(state, 0);
         if raw.abs() <= self.sensors[0].edge {
             return;
@@ -743,27 +916,112 @@ where
     #[inline(never)]
     fn rest(&self, state: &mut StateOf<Self>, sample: &Sample<T::Count, A::Target, E>) -> Output<T> {
         let (before, counts) = (state.push, &sample.counts);
-        let (seen, used) = if state.fresh {
-            (self.begun(state, counts), true)
-        } else {
-            let (seen, used, known) = self.observe_rest(state, counts);
+        let mut missing = false;
+        let (seen, begins, health) = if state.fresh {
+            let (seen, begins, known) = self.begun(state, counts);
             if !known {
-                return self.give_up(state, counts);
+                return self.not_started();
             }
-            (seen, used == [true; E])
+            (seen, begins, Health::OK)
+        } else {
+            let observed = self.observe_rest(state, counts);
+            missing = observed.missing;
+            let Observed { seen, stepped, known, .. } = observed;
+            if !known {
+                let output = self.give_up(state, counts);
+                self.follow(state);
+                self.carry(state);
+                return output;
+            }
+            (seen, false, Health::SAMPLE_LOST.when(missing).union(Health::POSITION_STEPPED.when(stepped)))
         };
-        self.ask_rest(state, sample, seen, &before, Health::SAMPLE_LOST.when(!used))
+        let output = self.ask_rest(state, sample, seen, &before, begins);
+        self.follow(state);
+        if missing {
+            self.carry(state);
+        }
+        Output { health: output.health.union(health), ..output }
     }
 
-    /// The first tick of a state: there is none that has passed.
+    /// The first tick of a state, there is none that has passed, or one of waiting for counts that agree: whether the
+    /// waiting is over, and whether the law may be asked.
     #[doc(hidden)]
-    pub fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> M::Seen {
-        state.fresh = false;
-        self.go_on_to(state, counts);
-        self.model.seen(&core::array::from_fn(|i| self.position(state, i)))
+    pub fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, bool, bool) {
+        let was_waiting = state.doubt > T::ZERO;
+        if was_waiting {
+            self.agree(state, counts);
+        } else {
+            self.go_on_to(state, counts);
+        }
+        let is_waiting = state.doubt > T::ZERO;
+        state.fresh = is_waiting;
+        let seen = self.model.seen(&core::array::from_fn(|i| self.position(state, i)));
+        (seen, was_waiting, !is_waiting)
     }
 
-    /// Steps 4 to 6 of any tick; then the base follows.
+    /// One tick of waiting. Counts that are all there and move on by what they moved before, give or take the gate, are
+    /// one agreement more; others begin anew. The speed is what they move by.
+    fn agree(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) {
+        let mut agree = true;
+        let mut speed = [T::ZERO; E];
+        for i in 0..E {
+            T::channel(i + 1);
+            let k = &self.sensors[i];
+            if let Some(count) = counts[i] {
+                let moved = k.unit * T::from_count(k.moved(count.since(state.last[i])));
+                let before = state.x[i][1];
+                let agrees = (moved - self.row.period * before).abs() <= self.belief.gate[i];
+                speed[i] = moved / self.row.period;
+                if agrees {
+                    // Half of what one step of the encoder does to a difference.
+                    speed[i] = T::HALF * (before + speed[i]);
+                }
+                agree = agree && agrees;
+            } else {
+                agree = false;
+            }
+        }
+        let (most, waiting) = (self.belief.start_ticks, state.doubt);
+        self.go_on_to(state, counts);
+        self.start_anew(state, &speed, most);
+        if agree && waiting <= most {
+            // Counts that move as one shaft does are soon believed; a constant may be no count at all.
+            let moves = (0..E).all(|i| self.moves(state, i) > T::ZERO);
+            let left = waiting - if moves { T::HALF * most } else { T::from_f64(1.0) };
+            state.doubt = left.limited(T::ZERO, most);
+        }
+    }
+
+    /// Where the counts are now, at this speed, waiting for so many agreements with the fallback out; d stays. Word by
+    /// word: a whole state would be copied by a loop, which has no bound.
+    fn start_anew(&self, state: &mut StateOf<Self>, speed: &[T; E], waiting: T) {
+        let u = self.not_started().u;
+        for i in 0..E {
+            let d = state.x[i][2];
+            state.x[i] = [T::ZERO; S];
+            (state.x[i][1], state.x[i][2]) = (speed[i], d);
+            (state.missed[i], state.off[i]) = (T::ZERO, T::ZERO);
+            for f in 0..FAST {
+                state.alert[f][i] = [T::ZERO; 2];
+            }
+        }
+        (state.reach, state.offset) = (T::ZERO, T::ZERO);
+        (state.doubt, state.held, state.queued) = (waiting, u, [u; LATE]);
+        self.remember_counts(state);
+    }
+
+    /// A period that passed without a tick: what was queued went out and stayed. `false` when too much is missing.
+    #[doc(hidden)]
+    pub fn pass(&self, state: &mut StateOf<Self>) -> bool {
+        let Observed { known, .. } = self.observe_rest(state, &[None; E]);
+        for queued in state.queued {
+            state.held = queued;
+        }
+        state.offset -= self.row.decay * state.offset;
+        known
+    }
+
+    /// Steps 4 to 6 of any tick.
     #[doc(hidden)]
     pub fn ask_rest(
         &self,
@@ -771,67 +1029,107 @@ where
         sample: &Sample<T::Count, A::Target, E>,
         seen: M::Seen,
         before: &M::Push,
-        health: Health,
+        begins: bool,
     ) -> Output<T> {
-        let output = self.ask(state, sample, &self.known(state, seen, before), health);
-        self.follow(state);
-        output
+        let known = self.known(state, seen, before);
+        let errors = self.errors(&known, state.turn, &sample.begin);
+        let is_far = self.is_far(&errors);
+        if is_far && !is_sound(errors.e[0]) {
+            return self.refuse(state, Health::OK);
+        }
+        let asked = self.asked(&known, &self.approached(errors), &sample.begin, &sample.end, None);
+        let output = if begins { self.start_offset(state, asked.sigma, asked.bare) } else { self.answer(state, asked) };
+        if is_far { Self::without_sigma_star(output) } else { output }
     }
 
-    /// Steps 4 and 5, and what goes out.
+    /// What is said of σ* is said of the linear surface.
+    fn without_sigma_star(output: Output<T>) -> Output<T> {
+        Output { sigma_star: T::ZERO, ..output }
+    }
+
+    /// Steps 4 and 5 of an ordinary tick, and what goes out.
     #[inline(always)]
     fn ask(
         &self,
         state: &mut StateOf<Self>,
         sample: &Sample<T::Count, A::Target, E>,
-        known: &Known<T, M::Seen, E, N>,
-        health: Health,
+        seen: M::Seen,
+        before: M::Push,
     ) -> Output<T> {
+        let known = self.known(state, seen, &before);
+        let errors = self.errors(&known, state.turn, &sample.begin);
+        if self.is_far(&errors) {
+            // All of it once more: what is handed over would have to be kept in every tick.
+            return self.ask_far(state, sample, [before; LATE]);
+        }
+        self.answer(state, self.asked(&known, &errors, &sample.begin, &sample.end, None))
+    }
+
+    /// Far from the target.
+    #[cold]
+    #[inline(never)]
+    fn ask_far(
+        &self,
+        state: &mut StateOf<Self>,
+        sample: &Sample<T::Count, A::Target, E>,
+        before: [M::Push; LATE],
+    ) -> Output<T> {
+        let raw = core::array::from_fn(|i| self.raw(state, i));
+        let seen = self.model.seen_ahead(self.model.seen(&raw), state.x[0][0]);
+        // Without a tick of delay nobody reads it.
+        let before = before.first().copied().unwrap_or(state.push);
+        self.ask_rest(state, sample, seen, &before, false)
+    }
+
+    #[inline(always)]
+    fn answer(&self, state: &mut StateOf<Self>, asked: Asked<T>) -> Output<T> {
         let k = &self.row;
-        let Asked { sigma, bare } = self.asked(known, state.turn, &sample.begin, &sample.end, None);
+        let Asked { sigma, bare } = asked;
         let sigma_star = (sigma - state.offset).called("sigma_star", 0);
         let demand = (bare + k.k_offset * state.offset + k.us * sigma).called("demand", 0);
         let is_plausible = demand.abs() <= k.plausible;
         if !is_plausible {
-            return self.start_offset(state, sigma, bare, health);
+            return self.start_offset(state, sigma, bare);
         }
-        self.put_out(state, sigma, sigma_star, demand, health)
+        self.put_out(state, sigma, sigma_star, demand)
     }
 
     /// Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
     #[cold]
     #[inline(never)]
-    fn start_offset(&self, state: &mut StateOf<Self>, sigma: T, bare: T, health: Health) -> Output<T> {
+    fn start_offset(&self, state: &mut StateOf<Self>, sigma: T, bare: T) -> Output<T> {
         let demand = bare + self.row.kw * sigma;
         if !is_sound(demand) {
-            return self.refuse(state, health);
+            return self.refuse(state, Health::OK);
         }
         state.offset = sigma;
-        self.put_out(state, sigma, T::ZERO, demand, health)
+        self.put_out(state, sigma, T::ZERO, demand)
     }
 
     #[inline(always)]
-    fn put_out(&self, state: &mut StateOf<Self>, sigma: T, sigma_star: T, demand: T, health: Health) -> Output<T> {
+    fn put_out(&self, state: &mut StateOf<Self>, sigma: T, sigma_star: T, demand: T) -> Output<T> {
         let k = &self.row;
         let u = demand.limited(k.u_min, k.u_max).called("u", 0);
         T::section("6. Memory.");
         Self::hold(state, u);
         state.offset -= k.decay * state.offset;
-        Output { u, sigma, sigma_star, health: health.union(Health::SATURATED.when(u != demand)) }
+        Output { u, sigma, sigma_star, health: Health::SATURATED.when(u != demand) }
     }
 
-    /// Nothing is known any more: the fallback goes out, and the observers start again with the next count of each
-    /// encoder.
+    /// Too much is missing, and the fallback goes out. Without all counts the observers go on predicting; where they are
+    /// there, and were not believed for so long, the drive waits for them to agree with each other.
     #[cold]
     #[inline(never)]
     #[doc(hidden)]
     pub fn give_up(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
         let u = self.fallback(state);
-        if self.go_on_to(state, counts) {
-            *state = self.started(state.last, state.at, state.turn, &[T::ZERO; E]);
+        if counts.iter().all(Option::is_some) {
+            (state.fresh, state.doubt) = (true, self.belief.start_ticks);
+            for x in &mut state.x {
+                x[2] = T::ZERO;
+            }
         } else {
-            // No difference is made over a gap: until all are there nothing is believed.
-            state.reach = -(self.span() + self.span());
+            state.reach = T::ZERO;
         }
         Self::hold(state, u);
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health: Health::INPUT_REJECTED.union(Health::SAMPLE_LOST) }
@@ -899,8 +1197,14 @@ where
         let blocks = self.blocks.iter().flat_map(Block::numbers);
         let sensors = self.sensors.iter().flat_map(Sensor::numbers);
         let fast = self.fast.as_flattened().iter().flat_map(FastGains::numbers);
-        let gates = self.gate.into_iter().chain([self.closing, self.lost_ticks]).chain(self.inertia);
-        blocks.chain(sensors).chain(fast).chain(self.row.numbers()).chain(gates).chain(self.model.numbers())
+        let (belief, inertia) = (self.belief.numbers(), self.inertia);
+        blocks
+            .chain(sensors)
+            .chain(fast)
+            .chain(self.row.numbers())
+            .chain(belief)
+            .chain(inertia)
+            .chain(self.model.numbers())
     }
 
     /// u is on its way to the actuator.
@@ -952,6 +1256,18 @@ impl<L: DriveLaw<E, N>, const E: usize, const N: usize> DriveLaw<E, N> for &L {
     }
 }
 
+/// Twice the lesser of both; no number if one of them is none.
+#[inline(always)]
+fn lesser<T: Real>(a: T, b: T) -> T {
+    a + b - (a - b).abs()
+}
+
+/// Twice the greater.
+#[inline(always)]
+fn greater<T: Real>(a: T, b: T) -> T {
+    a + b + (a - b).abs()
+}
+
 /// Within ±[`INPUT_LIMIT`]? False for NaN and infinities.
 #[inline(always)]
 fn is_sound<T: Real>(value: T) -> bool {
@@ -983,7 +1299,7 @@ where
         let mut d = *d;
         for i in 0..E {
             counts[i] = sample.counts[i]?;
-            at[i] = counts[i].signed(self.sensors[i].unread);
+            at[i] = self.sensors[i].moved(counts[i]);
             d[i] = d[i] * self.model.per_rad(i);
         }
         let (at, turn) = self.folded(at, T::Count::of(0));
@@ -994,7 +1310,11 @@ where
             return None;
         }
         let known = self.known(&state, self.model.seen(&position), &state.push);
-        state.offset = self.asked(&known, state.turn, &sample.begin, &sample.end, None).sigma;
+        let errors = self.errors(&known, state.turn, &sample.begin);
+        if !errors.e.iter().all(|&e| is_sound(e)) {
+            return None;
+        }
+        state.offset = self.asked(&known, &self.approached(errors), &sample.begin, &sample.end, None).sigma;
         (is_sound(state.offset) && d.iter().all(|&d| is_sound(d))).then_some(state)
     }
 
@@ -1004,8 +1324,14 @@ where
             u: self.row.fallback.limited(self.row.u_min, self.row.u_max),
             sigma: T::ZERO,
             sigma_star: T::ZERO,
-            health: Health::INPUT_REJECTED,
+            health: Health::INPUT_REJECTED.union(Health::WAITS),
         }
+    }
+
+    /// The state just started believes nothing until its counts have agreed with each other for 10 ms, three ticks at
+    /// least.
+    fn wait(&self, state: &mut Self::State) {
+        state.doubt = self.belief.start_ticks;
     }
 
     #[inline(always)]
@@ -1014,7 +1340,7 @@ where
         let ordinary = if state.fresh { None } else { self.observe(state, &sample.counts) };
         // All the rest of a tick is in both ways: behind a common end everything would be loaded again.
         match ordinary {
-            Some(seen) => self.ask(state, sample, &self.known(state, seen, &before), Health::OK),
+            Some(seen) => self.ask(state, sample, seen, before),
             None => self.rest(state, sample),
         }
     }
@@ -1022,10 +1348,28 @@ where
     /// No counts and no targets: the observers predict, the fallback goes out.
     fn lost(&self, state: &mut Self::State) -> Output<T> {
         let counts = [None; E];
-        if !state.fresh && !self.observe_rest(state, &counts).2 {
-            return self.give_up(state, &counts);
+        if state.fresh && state.doubt > T::ZERO {
+            self.begun(state, &counts);
+            return self.not_started();
         }
-        self.refuse(state, Health::SAMPLE_LOST)
+        let output = if !state.fresh && !self.observe_rest(state, &counts).known {
+            self.give_up(state, &counts)
+        } else {
+            self.refuse(state, Health::SAMPLE_LOST)
+        };
+        self.follow(state);
+        self.carry(state);
+        output
+    }
+
+    /// The model goes on by them, u held; more than samples may be missing are not foreseen.
+    fn missed(&self, state: &mut Self::State, periods: u32) {
+        let mut left = periods;
+        while left > 0 && !state.fresh && self.pass(state) {
+            self.follow(state);
+            self.carry(state);
+            left -= 1;
+        }
     }
 
     #[inline]
@@ -1063,14 +1407,14 @@ where
         if same_period {
             shift = self.convert(from, &mut old);
         }
-        let (seen, _, known) = if old.fresh {
+        let (seen, known) = if old.fresh {
             self.go_on_to(&mut old, &sample.counts);
             let position = core::array::from_fn(|i| self.position(&old, i));
-            (self.model.seen(&position), [true; E], true)
-        } else if same_period {
-            self.observe_rest(&mut old, &sample.counts)
+            (self.model.seen(&position), true)
         } else {
-            from.observe_rest(&mut old, &sample.counts)
+            let under = if same_period { self } else { from };
+            let Observed { seen, known, .. } = under.observe_rest(&mut old, &sample.counts);
+            (seen, known)
         };
         if !same_period {
             shift = self.convert(from, &mut old);
@@ -1090,8 +1434,10 @@ where
         let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
         let before = Known { x, d, growth, seen };
         let Sample { begin, end, .. } = sample;
-        let asked = self.asked(&now, new.turn, begin, end, None);
-        let wanted = from.asked(&before, new.turn, begin, end, (!same_period).then_some(pace));
+        let errors = self.approached(self.errors(&now, new.turn, begin));
+        let asked = self.asked(&now, &errors, begin, end, None);
+        let errors = from.approached(from.errors(&before, new.turn, begin));
+        let wanted = from.asked(&before, &errors, begin, end, (!same_period).then_some(pace));
         let wanted = wanted.bare + from.row.kw * new.offset + from.row.us * (wanted.sigma - new.offset);
         let offset = (wanted - (asked.bare + k.us * asked.sigma)) / (k.kw - k.us);
         if !known || !is_sound(asked.sigma) || !is_sound(wanted) {
@@ -1101,6 +1447,10 @@ where
             return Err(RetuneError::OffsetOutOfRange);
         }
         new.offset = if self.at_rest { T::ZERO } else { offset };
+        if !state.fresh {
+            // Of a state that is fresh it would be a wait.
+            new.doubt = T::ZERO;
+        }
         new.fresh = true;
         Ok(new)
     }
@@ -1109,7 +1459,8 @@ where
     fn fingerprint(&self) -> u32 {
         let shape = [E, S, FAST, LATE, usize::from(A::POSITION)].map(|number| number as u32);
         let head = [crate::VERSION_NUMBER, T::WORDS as u32].into_iter().chain(shape);
-        let sensors = self.sensors.iter().flat_map(|k| [k.unread, k.base_counts as u32, k.base_turns as u32]);
+        let sensors =
+            self.sensors.iter().flat_map(|k| [k.unread, k.states as u32, k.base_counts as u32, k.base_turns as u32]);
         hash(head.chain(sensors).chain(self.numbers().flat_map(Real::to_words)))
     }
 }

@@ -245,7 +245,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     fn stopped(&self, state: &MonitoredState<L::State, L::Scalar>) -> Option<Output<L::Scalar>> {
         state.stopped.then(|| {
             let output = self.law.not_started();
-            Output { health: output.health.union(Health::STOPPED), ..output }
+            Output { health: Health::INPUT_REJECTED.union(Health::STOPPED), ..output }
         })
     }
 
@@ -273,6 +273,10 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         state: &mut MonitoredState<L::State, L::Scalar>,
         mut output: Output<L::Scalar>,
     ) -> Output<L::Scalar> {
+        if output.health.contains(Health::WAITS) {
+            // Nothing is estimated yet, and nothing flows.
+            return output;
+        }
         let d = L::disturbance(&state.within);
         for i in 0..E {
             // No number is over any bound.
@@ -330,6 +334,11 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
         self.law.not_started()
     }
 
+    #[inline]
+    fn wait(&self, state: &mut Self::State) {
+        self.law.wait(&mut state.within);
+    }
+
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &L::Sample) -> Self::Output {
         self.stopped(state).unwrap_or_else(|| {
@@ -344,6 +353,13 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
             let output = self.law.lost(&mut state.within);
             self.judged(state, output)
         })
+    }
+
+    #[inline]
+    fn missed(&self, state: &mut Self::State, periods: u32) {
+        if !state.stopped {
+            self.law.missed(&mut state.within, periods);
+        }
     }
 
     #[inline]

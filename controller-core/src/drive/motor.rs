@@ -28,7 +28,9 @@
 //!
 //! let mut running = Running::new(&DRIVE);
 //! let at = |angle| Target { turn: 0, jet: [angle, 0.0] };
-//! let output = running.tick(&Sample { counts: [Some(7)], begin: at(0.0), end: at(0.0) });
+//! let sample = Sample { counts: [Some(7)], begin: at(0.0), end: at(0.0) };
+//! running.start_at_once(&sample);
+//! let output = running.tick(&sample);
 //! assert!(output.health.is_ok() && output.u < 0.0);
 //! ```
 
@@ -38,10 +40,10 @@ use super::block::Block;
 use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
-use super::law::{EncoderForm, FastGains, Row};
+use super::law::{BRAKING, Belief, EncoderForm, FastGains, QUARTER_TURN, Row};
 use super::monitor::{Bounds, misjudged};
 use super::target::{Aim, Position};
-use crate::config::{Config, Fallback, Options};
+use crate::config::{Config, Fallback, INPUT_LIMIT, Options};
 use crate::design;
 use crate::exponential::phi_functions;
 use crate::law::{Limits, ReachingLaw};
@@ -435,6 +437,9 @@ impl<A: Aim<f64, 2>, const S: usize, const FAST: usize, const LATE: usize>
         let Ok(rows) = design::coefficients::<2, 2, 1>(&config, &[1]) else {
             return Err(DriveError::new("motor", f64::NAN, 0.0, 0.0, "a coefficient overflows in f32"));
         };
+        // From w_c far the law brakes with w_c² far.
+        let far = BRAKING * motor.input_gain().abs() * limits.weaker() / (w_c * w_c);
+        let far = if far > 0.0 && far < INPUT_LIMIT { far } else { INPUT_LIMIT };
         let omega = bandwidths.observer_rad_s;
         let block = Block::<f64, S>::design(0.0, lambda, t, omega);
         let sensor = encoder.sensor();
@@ -446,10 +451,8 @@ impl<A: Aim<f64, 2>, const S: usize, const FAST: usize, const LATE: usize>
             blocks: [block],
             sensors: [sensor],
             fast: [[fast]; FAST],
-            row: Row::of(&rows, &gradient, &[[0.0]; 2], *limits, design.fallback),
-            gate: [if gate < sensor.half_span { gate } else { sensor.half_span }],
-            closing: 1.0 - decay(0.2 * omega * t),
-            lost_ticks: design.lost_ticks as f64,
+            row: Row::of(&rows, &gradient, &[[0.0]; 2], *limits, design.fallback, far),
+            belief: Belief::of([gate], &[sensor], [QUARTER_TURN], 0.2 * omega, design.lost_ticks, t),
             inertia: [motor.inertia_kg_m2],
             at_rest: false,
             of: PhantomData,

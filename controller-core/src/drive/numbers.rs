@@ -60,18 +60,20 @@ macro_rules! numbers {
 }
 
 numbers! {
-    MotorDesign, 23, MOTOR, it: [
+    MotorDesign, 24, MOTOR, it: [
         it.period_s, it.motor.inertia_kg_m2, it.motor.torque_n_m_per_a, it.motor.damping_n_m_s,
-        it.encoder.bits, it.encoder.counts_per_turn, it.encoder.gear_num, it.encoder.gear_den,
+        it.encoder.bits, it.encoder.counts_per_turn, it.encoder.gear_num, it.encoder.gear_den, it.encoder.states,
         it.limits.min, it.limits.max, it.bandwidths.surface_rad_s, it.bandwidths.observer_rad_s,
         it.bandwidths.reaching_per_s, it.bandwidths.offset_per_s, it.fast_ratio, it.switching.calm_steps,
         it.switching.alert_steps, it.switching.smoothing_s, it.switching.keep_s, it.gate_steps, it.lost_ticks,
     ];
-    JointDesign, 34, JOINT, it: [
+    JointDesign, 36, JOINT, it: [
         it.period_s, it.joint.link_inertia_kg_m2, it.joint.link_damping_n_m_s, it.joint.weight_n_m,
         it.joint.stiffness_n_m, it.joint.motor_inertia_kg_m2, it.joint.motor_damping_n_m_s, it.joint.torque_n_m_per_a,
         it.encoders[0].bits, it.encoders[0].counts_per_turn, it.encoders[0].gear_num, it.encoders[0].gear_den,
+        it.encoders[0].states,
         it.encoders[1].bits, it.encoders[1].counts_per_turn, it.encoders[1].gear_num, it.encoders[1].gear_den,
+        it.encoders[1].states,
         it.limits.min, it.limits.max, it.bandwidths.surface_rad_s, it.bandwidths.link_rad_s,
         it.bandwidths.motor_rad_s, it.bandwidths.reaching_per_s, it.bandwidths.offset_per_s, it.fast_ratios[0],
         it.fast_ratios[1], it.switching.calm_steps, it.switching.alert_steps, it.switching.smoothing_s,

@@ -19,8 +19,6 @@ where
     pub(crate) turn: T::Count,
     /// Estimates of each block: p, the position less that of its count; v; d; with four states d'.
     pub(crate) x: [[T; S]; E],
-    /// w + d - κX of each block at the last tick: what the coming one needs of its beginning, u aside.
-    pub(crate) pull: M::Push,
     /// w/2 at the last tick.
     pub(crate) push: M::Push,
     /// With two gain sets, of each block: smoothed innovation, and how far the fast set is in.
@@ -29,6 +27,11 @@ where
     pub(crate) reach: T,
     /// Samples of each encoder that were not used, in a row.
     pub(crate) missed: [T; E],
+    /// How far the last count of each encoder that was not used was from its prediction.
+    pub(crate) off: [T; E],
+    /// Steps of the position lately, by their price; as long as the state is fresh, agreements of the counts that are
+    /// still wanted before the law is asked.
+    pub(crate) doubt: T,
     /// W = σ(0) e^(-αt).
     pub(crate) offset: T,
     /// What the actuator held since the last tick.
@@ -57,13 +60,12 @@ where
     M: ChainModel<T, E, N>,
 {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let Self { last, at, turn, x, pull, push, alert, reach, missed, offset, held, queued, fresh } = self;
+        let Self { last, at, turn, x, push, alert, reach, missed, off, doubt, offset, held, queued, fresh } = self;
         let counts = last.iter().chain(at).chain([turn]).copied().map(Count::to_word);
         let alert = alert.as_flattened().as_flattened();
-        let numbers =
-            x.as_flattened().iter().chain(alert).chain([reach]).chain(missed).chain([offset, held]).chain(queued);
-        let numbers = numbers.flat_map(each_word);
-        [u32::from(*fresh)].into_iter().chain(counts).chain(pull.words()).chain(push.words()).chain(numbers)
+        let numbers = x.as_flattened().iter().chain(alert).chain([reach]).chain(missed).chain(off);
+        let numbers = numbers.chain([doubt, offset, held]).chain(queued).flat_map(each_word);
+        [u32::from(*fresh)].into_iter().chain(counts).chain(push.words()).chain(numbers)
     }
 
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
@@ -78,27 +80,27 @@ where
         }
         let [last, at] = counts;
         let turn = T::Count::from_word(words.next()?);
-        let pull = M::Push::from_words(words)?;
         let push = M::Push::from_words(words)?;
         let mut state = Self {
             last,
             at,
             turn,
             x: [[T::ZERO; S]; E],
-            pull,
             push,
             alert: [[[T::ZERO; 2]; E]; FAST],
             reach: T::ZERO,
             missed: [T::ZERO; E],
+            off: [T::ZERO; E],
+            doubt: T::ZERO,
             offset: T::ZERO,
             held: T::ZERO,
             queued: [T::ZERO; LATE],
             fresh,
         };
-        let Self { x, alert, reach, missed, offset, held, queued, .. } = &mut state;
+        let Self { x, alert, reach, missed, off, doubt, offset, held, queued, .. } = &mut state;
         let alert = alert.as_flattened_mut().as_flattened_mut();
-        let numbers = x.as_flattened_mut().iter_mut().chain(alert).chain([reach]).chain(missed);
-        for number in numbers.chain([offset, held]).chain(queued) {
+        let numbers = x.as_flattened_mut().iter_mut().chain(alert).chain([reach]).chain(missed).chain(off);
+        for number in numbers.chain([doubt, offset, held]).chain(queued) {
             *number = next(words)?;
         }
         Some(state)

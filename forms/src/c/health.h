@@ -5,6 +5,8 @@ enum {
     @@_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
     @@_SATURATED = 2, /* the law asked for more than the limits allow */
     @@_SAMPLE_LOST = 8, /* a count was not there, or moved as no shaft can: the observer predicts */
+    @@_POSITION_STEPPED = 128, /* a missed tick or a slip: the position was taken from the counts anew */
+    @@_WAITS = 256, /* the counts do not agree with each other yet: no current until they do */
     /* what the monitors say of it */
     @@_SIGMA_STAR_OVER_BOUND = 4,
     @@_DISTURBANCE_OVER_BOUND = 16,

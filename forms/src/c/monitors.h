@@ -19,7 +19,7 @@ static inline unsigned @_watch(@_monitor *monitor, const @_state *state, unsigne
 {
     const float sigma = @_magnitude(output->sigma);
     unsigned health = told;
-    if (!state->started) {
+    if (!state->started || ((health & @@_WAITS) != 0u)) {
         return health;
     }
 $looks$    if ((health & @@_SATURATED) != 0u) {
@@ -40,7 +40,8 @@ $stops$    return health;
 static inline unsigned @_watched_tick(@_monitor *monitor, @_state *state, const @_sample *sample, @_output *output)
 {
     if (monitor->stopped) {
-        return @_not_started(output) | @@_STOPPED;
+        (void)@_not_started(output);
+        return @@_INPUT_REJECTED | @@_STOPPED;
     }
     return @_watch(monitor, state, @_tick_or_start(state, sample, output), output);
 }
@@ -49,7 +50,8 @@ static inline unsigned @_watched_tick(@_monitor *monitor, @_state *state, const 
 static inline unsigned @_watched_lost(@_monitor *monitor, @_state *state, @_output *output)
 {
     if (monitor->stopped) {
-        return @_not_started(output) | @@_STOPPED;
+        (void)@_not_started(output);
+        return @@_INPUT_REJECTED | @@_STOPPED;
     }
     return @_watch(monitor, state, @_lost(state, output), output);
 }

@@ -1028,7 +1028,7 @@ fn what_cannot_be_reached_is_told_and_nothing_is_written() {
     for (more, told) in [
         (["--noise", "0"], "expected a number above 0"),
         (["--load", "nan"], "expected a number above 0"),
-        (["--cycles", "400"], "a tick of this drive takes up to 452 with one gain set"),
+        (["--cycles", "400"], "a tick of this drive takes up to 799 with one gain set"),
         (["--uncertain", "30"], "30"),
         (["--evaluations", "1"], "1"),
     ] {

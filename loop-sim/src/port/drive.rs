@@ -391,7 +391,9 @@ where
 {
     fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError> {
         let Sample { counts, begin, end } = sample;
-        let output = self.tick(&L::sample(*counts, begin, end));
+        let sample = L::sample(*counts, begin, end);
+        self.start_at_once(&sample);
+        let output = self.tick(&sample);
         Ok((output, self.estimates().map_or([0.0; E], |known| known.disturbance)))
     }
 

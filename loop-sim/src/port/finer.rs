@@ -35,7 +35,9 @@ impl Finer {
         let finer = |encoder: Encoder| {
             let Encoder { bits, counts_per_turn, .. } = encoder;
             // A counter that is as wide as they come holds 256 turns and more of the finer steps.
-            Encoder { bits: (bits + k).min(32), counts_per_turn: counts_per_turn << k, ..encoder }
+            let states = if encoder.states >> (31 - k) == 0 { encoder.states << k } else { 0 };
+            let bits = if states == encoder.states << k { (bits + k).min(32) } else { 32 };
+            Encoder { bits, states, counts_per_turn: counts_per_turn << k, ..encoder }
         };
         let designed = designed.finer(finer, times);
         Some(Self { designed, times })

@@ -1,9 +1,9 @@
 //! Encoders: an angle becomes a count that wraps, and what happens to counts.
 //!
 //! $$ \text{count} = \left(\pm \left\lfloor \frac{\theta}{2\pi} \thinspace \frac{\text{num}}{\text{den}} \thinspace
-//!    \text{counts per turn} + \frac12 \right\rfloor + \text{offset}\right) \bmod 2^{\text{bits}} $$
+//!    \text{counts per turn} + \frac12 \right\rfloor + \text{offset}\right) \bmod \text{states} $$
 //!
-//! with num turns of the encoder to den of the shaft. A count is a whole number in an f64, exact for every counter; one
+//! with num turns of the encoder to den of the shaft, and 2^bits states where nothing else is said. A count is a whole number in an f64, exact for every counter; one
 //! that is lost is NaN. The sample of a drive is the counts of its encoders, in order, and zeros for the rest of the
 //! states. [`Faulty`] is what goes wrong at a given time: a wrapper, as all faults are.
 
@@ -32,13 +32,13 @@ impl Mounted {
 
     /// The count at this angle.
     pub fn count(&self, angle_rad: f64) -> f64 {
-        let Encoder { bits, counts_per_turn, gear_num, gear_den } = self.encoder;
+        let Encoder { counts_per_turn, gear_num, gear_den, .. } = self.encoder;
         // The steps before the quotient: a whole number of turns is a whole number of counts.
         let steps = angle_rad / TAU * f64::from(counts_per_turn) * f64::from(gear_num) / f64::from(gear_den);
         let steps = libm::floor(steps + 0.5);
         let Mounting { is_reversed, offset_counts } = self.mounting;
         let count = if is_reversed { -steps } else { steps } + f64::from(offset_counts);
-        let span = (1_u64 << bits) as f64;
+        let span = self.encoder.counter() as f64;
         count - span * libm::floor(count / span)
     }
 

@@ -271,9 +271,9 @@ fn resolved(
 
 /// Where the first count says that the shaft is.
 fn start(mounted: Mounted, angle_rad: f64) -> Option<f64> {
-    let above = 32 - mounted.encoder.bits;
-    let count = mounted.upright(mounted.count(angle_rad))?;
-    Some(f64::from((count << above) >> above) * mounted.encoder.unit_rad())
+    let states = mounted.encoder.counter() as f64;
+    let count = f64::from(mounted.upright(mounted.count(angle_rad))?);
+    Some((count - states * (count / states + 0.5).floor()) * mounted.encoder.unit_rad())
 }
 
 fn reaction(table: &MonitorTable, period_s: f64) -> Result<Reaction, Problem> {
@@ -510,7 +510,7 @@ const MOST_COUNTS: u64 = 1 << 24;
 /// What of an encoder before a gear no drive reads, in the numbers of the file. `needs_turn`: a turn of the shaft must
 /// be a whole number of counts.
 fn unreadable(table: &EncoderTable, encoder: Encoder, key: &str, needs_turn: bool) -> Option<Problem> {
-    let Encoder { bits, counts_per_turn, gear_num, gear_den } = encoder;
+    let Encoder { bits, counts_per_turn, gear_num, gear_den, .. } = encoder;
     let (counts, den) = (u64::from(counts_per_turn) * u64::from(gear_num), u64::from(gear_den));
     let common = {
         let (mut a, mut b) = (counts, den);
@@ -546,10 +546,57 @@ fn unreadable(table: &EncoderTable, encoder: Encoder, key: &str, needs_turn: boo
     None
 }
 
+/// Bits of a counter, and its number of states where that is no power of two, else 0.
+fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
+    let problem = |name: &str, message: String| Err(Problem { key: format!("{key}.{name}"), message });
+    let Some(states) = table.states else {
+        let Some(bits) = table.bits else { return missing(&format!("{key}.bits"), "bits of the encoder's counter") };
+        let all = 1_u64 << bits;
+        return match table.counts_per_turn {
+            Some(counts) if u64::from(counts) < all && !counts.is_power_of_two() => problem(
+                "states",
+                format!(
+                    "missing: does the counter wrap after {counts} counts (a timer with a reload of {}, an absolute \
+                     encoder of {counts} positions) or after 2^{bits} = {all}? Say states = {counts} or states = {all}",
+                    counts - 1
+                ),
+            ),
+            _ => Ok((bits, 0)),
+        };
+    };
+    let least = (2..32).find(|bits| 1_u64 << bits >= states).unwrap_or(32);
+    let bits = table.bits.unwrap_or(least);
+    if bits < least {
+        return problem("states", format!("{states} states need a counter of {least} bits, and bits = {bits}"));
+    }
+    if states.is_power_of_two() {
+        return Ok((least, 0));
+    }
+    match i32::try_from(states) {
+        Ok(states) => Ok((bits, states as u32)),
+        Err(_) => problem(
+            "states",
+            format!("{states} states: up to 2^31 any number is taken, beyond that 2^32 = 4294967296 alone"),
+        ),
+    }
+}
+
+/// A question about a counter whose number of states was not given, where a turn is less than its bits hold.
+fn asked_states(table: &EncoderTable, key: &str) -> Option<String> {
+    let (bits, counts) = (table.bits?, table.counts_per_turn?);
+    let all = 1_u64 << bits;
+    (table.states.is_none() && u64::from(counts) < all).then(|| {
+        format!(
+            "{key}.states is not given: the counter is taken to wrap after 2^{bits}; if it wraps after {counts} (a reload \
+             of {}) say states = {counts}, else states = {all}",
+            counts - 1
+        )
+    })
+}
+
 /// The encoder with its gear to the shaft that is meant.
 fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, problems: &mut Problems) -> Mounted {
-    let given = table.bits.map_or_else(|| missing(&format!("{key}.bits"), "bits of the encoder's counter"), Ok);
-    let bits = problems.take(given).unwrap_or(14);
+    let (bits, states) = problems.take(counter(table, key)).unwrap_or((14, 0));
     let counts = table.counts_per_turn.map_or_else(
         || match bits {
             ..=24 => Ok(1 << bits),
@@ -559,13 +606,14 @@ fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, prob
     );
     let counts_per_turn = problems.take(counts).unwrap_or(4096);
     let [num, den] = if table.behind_gear { [1, 1] } else { gear };
-    let encoder = Encoder::incremental(bits, counts_per_turn).geared(num, den);
+    let encoder = Encoder::incremental(bits, counts_per_turn).wrapping_at(states).geared(num, den);
     problems.0.extend(unreadable(table, encoder, key, key == "encoder.motor"));
-    let half_span = 0.5 * (1_u64 << bits) as f64 * encoder.unit_rad();
+    let half_span = 0.5 * encoder.counter() as f64 * encoder.unit_rad();
     if start_rad.abs() >= half_span {
         let message = format!(
-            "the run starts at {start_rad:.4} rad there, but its counter of {bits} bits tells angles within \
-             {half_span:.4} rad of 0 only, and the drive would take it for another turn: start nearer to 0"
+            "the run starts at {start_rad:.4} rad there, but its counter of {} states tells angles \
+             within {half_span:.4} rad of 0 only, and the drive would take it for another turn: start nearer to 0",
+            encoder.counter()
         );
         problems.0.push(Problem { key: key.into(), message });
     }
@@ -743,12 +791,12 @@ fn on_link(table: &EncoderTable) -> Option<Problem> {
 /// Shafts that move so far in a tick that nobody can tell which way.
 fn beyond_counters(mounted: &[(usize, Mounted)], moved_rad: f64) -> impl Iterator<Item = String> {
     mounted.iter().filter_map(move |(_, Mounted { encoder, .. })| {
-        let counter_rad = (1_u64 << encoder.bits) as f64 * encoder.unit_rad();
+        let counter_rad = encoder.counter() as f64 * encoder.unit_rad();
         (moved_rad > 0.4 * counter_rad).then(|| {
             format!(
-                "a counter of {} bits is {counter_rad:.3} rad, of which the shaft moves {moved_rad:.3} in a tick: \
+                "a counter of {} states is {counter_rad:.3} rad, of which the shaft moves {moved_rad:.3} in a tick: \
                  nobody can tell which way",
-                encoder.bits
+                encoder.counter()
             )
         })
     })
@@ -961,6 +1009,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     };
     let form = common.form(drive.gain_sets);
     let mut warnings = common.warnings();
+    warnings.extend(asked_states(&file.encoder, "encoder"));
     warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let feed_forward = |jet: &_| nominal.feed_forward(jet);
@@ -1193,6 +1242,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         }
     };
     let mut warnings = common.warnings();
+    warnings.extend(asked_states(&file.encoder.link, "encoder.link"));
+    warnings.extend(asked_states(&file.encoder.motor, "encoder.motor"));
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
     warnings.extend(friction_warnings(&file.friction, limit * truth.motor.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);

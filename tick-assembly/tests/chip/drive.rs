@@ -43,13 +43,16 @@ fn reference(functions: &DriveFunctions) -> String {
                 .body();
         let _ = writeln!(text, "static {head}\n{{\n{body}}}");
     };
-    let DriveFunctions { begin, observe, law, give_up, refuse, .. } = functions;
-    function("void c_begin(c_state *state, const sample *sample, between *between)", begin, "output");
+    let DriveFunctions { begin, observe, law, give_up, refuse, pass, follow, carry, .. } = functions;
+    function("bool c_begin(c_state *state, const sample *sample, between *between)", begin, "output");
     function("bool c_observe(c_state *state, const sample *sample, between *between)", observe, "output");
     let head = "unsigned c_law(c_state *state, const sample *sample, const between *between, output *output)";
     function(head, law, "output");
     function("unsigned c_give_up(c_state *state, const sample *sample, output *output)", give_up, "output");
     function("unsigned c_refuse(c_state *state, output *output)", refuse, "output");
+    function("bool c_pass(c_state *state)", pass, "output");
+    function("void c_follow(c_state *state)", follow, "output");
+    function("void c_carry(c_state *state)", carry, "output");
     function("bool c_start(c_state *state, const sample *sample)", &functions.start, "output");
     function("unsigned c_not_started(output *output)", &functions.not_started, "output");
     function("bool c_report_applied(c_state *state, float u)", &functions.report_applied, "output");
@@ -96,7 +99,8 @@ fn program(functions: &DriveFunctions, layout: &DriveLayout, plant: &Plant, tick
     let counts = layout.counts.iter().map(|name| (name.clone(), Kind::Count));
     let flags = ["fresh", "started"].map(|name| (name.to_owned(), Kind::Truth));
     let cleared = layout.cleared.iter().map(|name| (name.clone(), Kind::Number));
-    let s_state = fields(&mut numbers.chain(counts).chain(cleared).chain(flags));
+    let rare = layout.rare.iter().map(|name| (name.clone(), Kind::Number));
+    let s_state = fields(&mut numbers.chain(counts).chain(cleared).chain(rare).chain(flags));
     let _ = writeln!(
         types,
         "typedef struct {{\n{between}}} between;\ntypedef struct {{\n{c_state}}} c_state;\n\
@@ -170,11 +174,14 @@ typedef struct { float u, sigma, sigma_star; } output;
 @types
 @help
 @reference
-extern void s_begin(s_state *state, const sample *sample, between *between);
+extern bool s_begin(s_state *state, const sample *sample, between *between);
 extern bool s_observe(s_state *state, const sample *sample, between *between);
 extern unsigned s_law(s_state *state, const sample *sample, const between *between, output *output);
 extern unsigned s_give_up(s_state *state, const sample *sample, output *output);
 extern unsigned s_refuse(s_state *state, output *output);
+extern bool s_pass(s_state *state);
+extern void s_follow(s_state *state);
+extern void s_carry(s_state *state);
 extern unsigned s_tick(s_state *state, const sample *sample, output *output);
 extern float s_tick_u(s_state *state, const sample *sample);
 extern bool s_start(s_state *state, const sample *sample);
@@ -186,20 +193,39 @@ static unsigned c_tick(c_state *state, const sample *in, output *out)
 {
     between handed;
     if (state->fresh) {
-        c_begin(state, in, &handed);
+        if (!c_begin(state, in, &handed)) {
+            return c_not_started(out);
+        }
     } else if (!c_observe(state, in, &handed)) {
-        return c_give_up(state, in, out);
+        unsigned health = c_give_up(state, in, out);
+        c_follow(state);
+        c_carry(state);
+        return health;
     }
-    return c_law(state, in, &handed, out);
+    unsigned health = c_law(state, in, &handed, out) | (handed.stepped ? 128u : 0u) | (handed.missing ? 8u : 0u);
+    c_follow(state);
+    if (handed.missing) {
+        c_carry(state);
+    }
+    return health;
 }
 #define LOST(x) \
 static unsigned x##_lost(x##_state *state, const sample *nothing, output *out) \
 { \
     between handed; \
-    if (!state->fresh && !x##_observe(state, nothing, &handed)) { \
-        return x##_give_up(state, nothing, out); \
+    unsigned health; \
+    if (state->fresh && state->doubt > 0.0f) { \
+        (void)x##_begin(state, nothing, &handed); \
+        return x##_not_started(out); \
     } \
-    return x##_refuse(state, out); \
+    if (!state->fresh && !x##_observe(state, nothing, &handed)) { \
+        health = x##_give_up(state, nothing, out); \
+    } else { \
+        health = x##_refuse(state, out); \
+    } \
+    x##_follow(state); \
+    x##_carry(state); \
+    return health; \
 }
 LOST(c)
 LOST(s)

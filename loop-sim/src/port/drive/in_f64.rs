@@ -31,6 +31,7 @@ where
         let count = |i: usize| sample.get(i).and_then(|&count| self.mounted[i].upright(count));
         let [begin, end] = self.player.next_tick();
         let sample = (self.sample)(std::array::from_fn(count), &begin, &end);
+        self.running.start_at_once(&sample);
         let Output { u, sigma, sigma_star, health } = self.running.tick(&sample);
         let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
         let disturbance = self.running.estimates().map_or([0.0; E], |known| known.disturbance);

@@ -1,0 +1,341 @@
+//! What happens to counts on a real shaft: interrupts that are missed, counts that are lost, slip or are false at the
+//! start, counters that wrap anywhere. The bars are those of a drive that keeps its head, in rad of the shaft; the plant
+//! is the suite's own, with friction, cogging and a current loop.
+
+use std::f64::consts::TAU;
+
+use controller_core::drive::{
+    Encoder, Joint, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive, Position, Sample, Target,
+};
+use controller_core::{Health, Limits, Output, Running};
+use integration_tests::drive::{Flexible, Shaft};
+
+const PERIOD_S: f64 = 1e-3;
+const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+const ENCODER: Encoder = Encoder::absolute(14);
+
+type Drive = MotorDrive<f32, Position, 1>;
+
+fn drive(encoder: Encoder) -> Drive {
+    Drive::design(&MotorDesign::by_rule(PERIOD_S, MOTOR, encoder, Limits::symmetric(10.0)))
+}
+
+/// What its encoder says at an angle, as its counter has it.
+fn count(encoder: Encoder, angle_rad: f64) -> i32 {
+    ((angle_rad / encoder.unit_rad()).round() as i64).rem_euclid(encoder.counter() as i64) as i32
+}
+
+fn target(r: f64, v: f64) -> Target<f32, i32, 2> {
+    let turn = (r / TAU).round();
+    Target { turn: turn as i32, jet: [(r - turn * TAU) as f32, v as f32] }
+}
+
+/// A motor on its drive.
+struct Rig {
+    running: Running<Drive>,
+    shaft: Shaft,
+    encoder: Encoder,
+    tick: u32,
+    u: f64,
+    seen: Health,
+    /// Largest |y - r|, and where the shaft was.
+    worst: f64,
+    ticks_lost: u32,
+}
+
+impl Rig {
+    fn new(encoder: Encoder, shaft: Shaft) -> Self {
+        let running = Running::new(drive(encoder));
+        Self { running, shaft, encoder, tick: 0, u: 0.0, seen: Health::OK, worst: 0.0, ticks_lost: 0 }
+    }
+
+    /// One period: the interrupt comes, with this count, or it does not.
+    fn period(&mut self, interrupt: Option<Option<i32>>, reference: &dyn Fn(f64) -> [f64; 2]) -> Option<Output<f32>> {
+        let t = f64::from(self.tick) * PERIOD_S;
+        let [begin, end] = [t, t + PERIOD_S].map(|t| reference(t)).map(|[r, v]| target(r, v));
+        let output = interrupt.map(|count| self.running.tick(&Sample { counts: [count], begin, end }));
+        if let Some(Output { u, health, .. }) = output {
+            self.u = f64::from(u);
+            self.seen |= health;
+            self.ticks_lost += u32::from(health.contains(Health::SAMPLE_LOST));
+        }
+        self.shaft.advance(t, self.u, PERIOD_S);
+        self.tick += 1;
+        self.worst = self.worst.max((self.shaft.x[0] - reference(t + PERIOD_S)[0]).abs());
+        output
+    }
+
+    fn seen_count(&self) -> i32 {
+        count(self.encoder, self.shaft.x[0])
+    }
+
+    /// Periods without a fault.
+    fn healthy(&mut self, periods: u32, reference: &dyn Fn(f64) -> [f64; 2]) {
+        for _ in 0..periods {
+            self.period(Some(Some(self.seen_count())), reference);
+        }
+    }
+}
+
+/// From rest to a speed within half a second.
+fn ramp(speed: f64) -> impl Fn(f64) -> [f64; 2] {
+    move |t| {
+        let s = ((t - 0.1) / 0.5).max(0.0);
+        if s > 1.0 { [speed * (t - 0.1 - 0.25), speed] } else { [speed * 0.25 * s * s, speed * s] }
+    }
+}
+
+/// At a speed, from then on without what came before.
+fn at_speed(speed: f64) -> (Rig, impl Fn(f64) -> [f64; 2]) {
+    let reference = ramp(speed);
+    let mut rig = Rig::new(ENCODER, Shaft::ROUGH);
+    rig.healthy(1000, &reference);
+    assert!((rig.seen | Health::WAITS | Health::INPUT_REJECTED) == Health::WAITS | Health::INPUT_REJECTED);
+    (rig.worst, rig.seen) = (0.0, Health::OK);
+    (rig, reference)
+}
+
+/// Nobody says that interrupts were missed: the drive finds out from the counts, and never loses a turn.
+#[test]
+fn missed_interrupts_cost_a_little_and_never_a_turn() {
+    for (speed, missed, bar) in
+        [(60.0, 1, 0.0025), (100.0, 1, 0.011), (200.0, 1, 0.07), (60.0, 4, 0.087), (-60.0, 1, 0.0025)]
+    {
+        let (mut rig, reference) = at_speed(speed);
+        for _ in 0..missed {
+            rig.period(None, &reference);
+        }
+        rig.healthy(800, &reference);
+        println!("{missed} missed at {speed} rad/s: {:.4} rad, {} counts refused", rig.worst, rig.ticks_lost);
+        assert!(rig.worst <= bar, "{missed} missed at {speed} rad/s: {}", rig.worst);
+        assert!(rig.seen.contains(Health::POSITION_STEPPED) && !rig.seen.contains(Health::INPUT_REJECTED));
+        let error = rig.shaft.x[0] - reference(f64::from(rig.tick) * PERIOD_S)[0];
+        assert!(error.abs() < 1e-3, "{error} rad at the end");
+    }
+}
+
+/// Whoever is late and says so costs nothing but the periods without control.
+#[test]
+fn a_drive_that_is_told_of_missed_interrupts_steps_nowhere() {
+    for (speed, missed, bar) in [(60.0, 1, 0.0015), (200.0, 1, 0.0015), (200.0, 5, 0.003), (100.0, 20, 0.005)] {
+        let (mut rig, reference) = at_speed(speed);
+        for _ in 0..missed {
+            rig.period(None, &reference);
+        }
+        rig.running.missed(missed);
+        rig.healthy(500, &reference);
+        println!("{missed} missed and told at {speed} rad/s: {:.5} rad", rig.worst);
+        assert!(rig.worst <= bar && rig.seen.is_ok(), "{missed} at {speed} rad/s: {}, {:?}", rig.worst, rig.seen);
+    }
+}
+
+/// 60 ms are more than the 50 that are bridged with a current.
+#[test]
+fn a_gap_in_the_counts_is_crossed_by_the_model() {
+    let (mut rig, reference) = at_speed(60.0);
+    for _ in 0..60 {
+        rig.period(Some(None), &reference);
+    }
+    rig.healthy(500, &reference);
+    println!("60 ms without counts at 60 rad/s: {:.4} rad", rig.worst);
+    assert!(rig.worst <= 0.003, "{}", rig.worst);
+    assert!(rig.seen.contains(Health::INPUT_REJECTED) && !rig.seen.contains(Health::POSITION_STEPPED));
+}
+
+/// A magnet that slips moves the position by its slip, tells so, and no more. More than three slips in a row are no
+/// slips: nothing is believed of them.
+#[test]
+fn a_slip_costs_the_slip_and_a_flag() {
+    for slip_rad in [0.1, -0.3, 1.0] {
+        for speed in [0.0, 60.0] {
+            let (mut rig, reference) = at_speed(speed);
+            for _ in 0..600 {
+                let count = count(ENCODER, rig.shaft.x[0] + slip_rad);
+                rig.period(Some(Some(count)), &reference);
+            }
+            let error = rig.shaft.x[0] - reference(f64::from(rig.tick) * PERIOD_S)[0];
+            println!("slip of {slip_rad} rad at {speed} rad/s: {error:.4} rad at the end, {:.4} at most", rig.worst);
+            assert!((error + slip_rad).abs() < 2e-3, "slip of {slip_rad} at {speed}: {error}");
+            assert!(rig.worst < slip_rad.abs() * 1.3, "{}", rig.worst);
+            assert!(rig.seen.contains(Health::POSITION_STEPPED));
+        }
+    }
+}
+
+#[test]
+fn slip_after_slip_is_rejected() {
+    let (mut rig, reference) = at_speed(60.0);
+    for k in 0..300 {
+        let slip_rad = 0.2 * f64::from(k / 10);
+        let count = count(ENCODER, rig.shaft.x[0] + slip_rad);
+        rig.period(Some(Some(count)), &reference);
+    }
+    assert!(rig.seen.contains(Health::INPUT_REJECTED | Health::WAITS), "{:?}", rig.seen);
+}
+
+/// A bus that is not up yet answers 0; the shaft stands at 3.07 rad and is to stay there.
+#[test]
+fn false_first_counts_move_nothing() {
+    for zeros in [1, 5] {
+        let mut rig = Rig::new(ENCODER, Shaft { x: [3.07, 0.0, 0.0], ..Shaft::ROUGH });
+        let hold = |_| [3.07, 0.0];
+        for _ in 0..zeros {
+            rig.period(Some(Some(0)), &hold);
+        }
+        assert!(rig.u == 0.0);
+        rig.healthy(1000, &hold);
+        println!("{zeros} ms of zeros: {:.5} rad", rig.worst);
+        assert!(rig.worst < TAU / 360.0, "{zeros} ms of zeros: {}", rig.worst);
+    }
+}
+
+/// The drive is switched on while the shaft turns: it joins there, at its speed, within some ticks.
+#[test]
+fn a_start_in_motion_knows_the_speed_at_once() {
+    for speed in [60.0, -200.0] {
+        let mut rig = Rig::new(ENCODER, Shaft { x: [1.0, speed, 0.0], ..Shaft::CLEAN });
+        // Where it is.
+        let along = |t: f64| [1.0 + speed * t, speed];
+        let mut first = None;
+        for tick in 0..200 {
+            let output = rig.period(Some(Some(rig.seen_count())), &along).expect("an interrupt");
+            if first.is_none() && !output.health.contains(Health::WAITS) {
+                let known = rig.running.estimates().expect("it has started");
+                first = Some((tick, f64::from(known.speed[0])));
+            }
+        }
+        let (tick, known) = first.expect("it starts");
+        println!("{speed} rad/s: believed after {tick} ticks, speed {known:.2}; {:.4} rad at most", rig.worst);
+        assert!(tick <= 5 && (known / speed - 1.0).abs() < 0.02 && rig.worst < 0.01);
+        assert!(!rig.seen.intersects(Health::SAMPLE_LOST | Health::SATURATED), "{:?}", rig.seen);
+    }
+}
+
+/// One word in ten is all ones, and nobody says so: at rest, where such a word is always the same, too.
+#[test]
+fn bad_frames_at_rest_are_no_step() {
+    let mut rig = Rig::new(ENCODER, Shaft { x: [1.5, 0.0, 0.0], ..Shaft::ROUGH });
+    let hold = |_| [1.5, 0.0];
+    rig.healthy(20, &hold);
+    let mut seed = 1_u32;
+    for _ in 0..4000 {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let count = if seed >> 16 < 6554 { -1 } else { rig.seen_count() };
+        rig.period(Some(Some(count)), &hold);
+    }
+    assert!(rig.ticks_lost > 300 && rig.worst < 0.01, "{} lost, {} rad", rig.ticks_lost, rig.worst);
+    assert!(!rig.seen.contains(Health::POSITION_STEPPED), "{:?}", rig.seen);
+}
+
+/// A target that is typed, not planned, from rest and from a shaft that is thrown: no overshoot, no swing, no alarm.
+#[test]
+fn a_target_typed_at_once_is_reached_without_overshoot() {
+    for step in [0.03, 0.1, 1.0, -3.14, 20.0, 500.0] {
+        let mut rig = Rig::new(ENCODER, Shaft::ROUGH);
+        let reference = |t: f64| [if t >= 0.1 { step } else { 0.0 }, 0.0];
+        let mut most = 0.0_f64;
+        for _ in 0..6000 {
+            rig.period(Some(Some(rig.seen_count())), &reference);
+            most = most.max(rig.shaft.x[0] * step.signum());
+        }
+        let error = rig.shaft.x[0] - step;
+        println!("{step} rad at once: {most:.4} rad at most, {error:.5} at the end");
+        assert!(most <= 1.02 * step.abs() && error.abs() < 2e-3, "{step}: {most}, {error}");
+        assert!(!rig.seen.intersects(Health::SIGMA_STAR_OVER_BOUND | Health::SAMPLE_LOST), "{:?}", rig.seen);
+    }
+}
+
+#[test]
+fn a_shaft_that_is_thrown_is_caught_without_a_swing_back() {
+    for speed in [20.0, 60.0, 200.0, -500.0_f64] {
+        let mut rig = Rig::new(ENCODER, Shaft { x: [0.0, speed, 0.0], ..Shaft::ROUGH });
+        let hold = |_| [0.0, 0.0];
+        let (mut furthest, mut back) = (0.0_f64, 0.0_f64);
+        for _ in 0..4000 {
+            rig.period(Some(Some(rig.seen_count())), &hold);
+            let way = rig.shaft.x[0] * speed.signum();
+            (furthest, back) = (furthest.max(way), back.min(way));
+        }
+        // With all the current, from the first tick on.
+        let least = speed * speed / (2.0 * 0.05 * 10.0 / 2e-4);
+        println!("thrown at {speed} rad/s: {furthest:.3} rad out (least {least:.3}), {:.4} back", -back);
+        assert!(furthest < 1.05 * least + speed.abs() * 0.006 && back > -0.003, "{speed}: {furthest}, {back}");
+    }
+}
+
+/// A timer that is reloaded at 9999, an absolute encoder of 4000 positions, one of seven turns: u is that of a counter
+/// of 32 bits, bit by bit, over every seam.
+#[test]
+fn a_counter_may_wrap_anywhere() {
+    for (states, counts_per_turn) in
+        [(10_000, 10_000), (4000, 4000), (7 * 4096, 4096), (65_535, 10_000), (3000, 10_000)]
+    {
+        let wide = Encoder::incremental(32, counts_per_turn);
+        let narrow = Encoder::incremental(16, counts_per_turn).wrapping_at(states);
+        let reference = |t: f64| [20.0 * (3.0 * t).sin(), 60.0 * (3.0 * t).cos()];
+        let mut rigs = [wide, narrow].map(|encoder| Rig::new(encoder, Shaft::ROUGH));
+        for tick in 0..4000 {
+            // Where the counter is less than a turn, other quarters of it are gone along in a gap.
+            let lost = states >= counts_per_turn && (300..310).contains(&(tick % 1000));
+            let bits = rigs.each_mut().map(|rig| {
+                let count = if lost { None } else { Some(rig.seen_count()) };
+                // The unwrapped counter has a sign.
+                let output = rig.period(Some(count), &reference).expect("an interrupt");
+                (output.u.to_bits(), output.health)
+            });
+            assert_eq!(bits[0], bits[1], "{states} states, tick {tick}");
+        }
+        let error = rigs[1].shaft.x[0] - reference(4.0)[0];
+        assert!(error.abs() < 0.01, "{states} states: {error} rad at the end");
+    }
+}
+
+/// The same on a joint, whose two encoders are missed together.
+#[test]
+fn a_joint_survives_missed_interrupts() {
+    let encoders = [Encoder::absolute(20); 2];
+    let design = JointDesign::new(PERIOD_S, Joint::TABLE_I, encoders, Limits::symmetric(30.0), 1.3);
+    let law = JointDrive::<f32, Position, 1>::design(&design);
+    for (missed, told) in [(1, false), (4, false), (4, true)] {
+        let (mut running, mut plant, mut worst, mut seen, mut u) =
+            (Running::new(law), Flexible::NOMINAL, 0.0_f64, Health::OK, 0.0);
+        // Up to 3 rad/s, and on.
+        let reference = |t: f64| {
+            let s = (t / 1.0).min(1.0);
+            let [s2, s3, s4] = [s * s, s * s * s, s * s * s * s];
+            let past = (t - 1.0).max(0.0);
+            [
+                3.0 * (2.5 * s4 - 3.0 * s4 * s + s4 * s2 + past),
+                3.0 * (10.0 * s3 - 15.0 * s4 + 6.0 * s4 * s),
+                3.0 * (30.0 * s2 - 60.0 * s3 + 30.0 * s4),
+                3.0 * (60.0 * s - 180.0 * s2 + 120.0 * s3),
+            ]
+        };
+        let angles = |plant: &Flexible| [plant.x[0], plant.x[2] / Flexible::K_1];
+        let target = |t: f64| {
+            let [r, jet @ ..] = reference(t);
+            let turn = (r / TAU).round();
+            let [v, a, j] = jet.map(|number| number as f32);
+            Target { turn: turn as i32, jet: [(r - turn * TAU) as f32, v, a, j] }
+        };
+        for tick in 0..3000_u32 {
+            let t = f64::from(tick) * PERIOD_S;
+            if tick < 2000 || tick >= 2000 + missed {
+                if told && tick == 2000 + missed {
+                    running.missed(missed);
+                }
+                let counts = angles(&plant).map(|angle| Some(count(encoders[0], angle)));
+                let output = running.tick(&Sample { counts, begin: target(t), end: target(t + PERIOD_S) });
+                seen |= output.health;
+                u = f64::from(output.u);
+            }
+            plant.advance(t, u, PERIOD_S);
+            if tick > 1500 {
+                worst = worst.max((angles(&plant)[0] - reference(t + PERIOD_S)[0]).abs());
+            }
+        }
+        println!("{missed} missed, told {told}: {worst:.5} rad, {seen}");
+        assert!(worst < 0.005, "{missed} missed, told {told}: {worst}");
+        assert!(seen.contains(Health::POSITION_STEPPED) != told, "{seen}");
+    }
+}
