@@ -35,8 +35,8 @@ impl Health {
     pub const STUCK_AT_LIMIT: Self = Self(32);
     /// A monitor has stopped the drive: the fallback goes out until it starts anew. Drives only.
     pub const STOPPED: Self = Self(64);
-    /// The counts have settled at another place than those before them foretold: a missed tick, a slip. The position was
-    /// taken from them, speed and disturbance stayed. Drives only.
+    /// The counts have settled at another place than those before them foretold: a missed tick, a slip. The position
+    /// was taken from them, speed and disturbance stayed. Drives only.
     pub const POSITION_STEPPED: Self = Self(128);
 
     /// The counts do not agree with each other yet, at a start or where they were not believed for too long: no current

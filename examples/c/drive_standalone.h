@@ -202,8 +202,8 @@ static inline int32_t drive_signed(uint32_t count)
     return (count < 0x80000000u) ? (int32_t)count : (-(int32_t)below - 1);
 }
 
-/* Part of the first tick after a start: the estimates are those of the sample already. False as long as the
- * drive waits for counts that agree with each other. */
+/* Part of the first tick after a start: the estimates are those of the sample already. False as long as
+ * the drive waits for counts that agree with each other. */
 static inline bool drive_begin(drive_state *state, const drive_sample *sample, drive_between *between)
 {
     DRIVE_AS_WRITTEN
@@ -1130,8 +1130,8 @@ static inline unsigned drive_tick(drive_state *state, const drive_sample *sample
     return health;
 }
 
-/* The tick of a drive that need not have started: good samples that agree with each other for 50.0 ticks start
- * it; until then the fallback goes out. Needs a state of zeros the first time. */
+/* The tick of a drive that need not have started: good samples that agree with each other for 50.0 ticks
+ * start it; until then the fallback goes out. Needs a state of zeros the first time. */
 static inline unsigned drive_tick_or_start(drive_state *state, const drive_sample *sample, drive_output *output)
 {
     if (!state->started) {
@@ -1166,8 +1166,8 @@ static inline unsigned drive_lost(drive_state *state, drive_output *output)
     return health;
 }
 
-/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its overflow
- * flag or a time stamp tells of. Call it before the coming tick. */
+/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its
+ * overflow flag or a time stamp tells of. Call it before the coming tick. */
 static inline void drive_missed(drive_state *state, uint32_t periods)
 {
     uint32_t left = periods;

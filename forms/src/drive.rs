@@ -597,8 +597,8 @@ impl C<'_> {
                 .into(),
             c::signed(&self.file.signed()),
             self.function(
-                "Part of the first tick after a start: the estimates are those of the sample already. False as long as the
- * drive waits for counts that agree with each other.",
+                "Part of the first tick after a start: the estimates are those of the sample already. False as long as
+ * the drive waits for counts that agree with each other.",
                 "bool @_begin(@_state *state, const @_sample *sample, @_between *between)",
                 begin,
                 "output",
@@ -759,9 +759,10 @@ float @_tick_u(@_state *state, const @_sample *sample);
 }
 "
             }),
-            self.file.c(&format!("
-/* The tick of a drive that need not have started: good samples that agree with each other for {start_ticks:?} ticks start
- * it; until then the fallback goes out. Needs a state of zeros the first time. */
+            self.file.c(&format!(
+                "
+/* The tick of a drive that need not have started: good samples that agree with each other for {start_ticks:?} ticks
+ * start it; until then the fallback goes out. Needs a state of zeros the first time. */
 static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @_output *output)
 {{
     if (!state->started) {{
@@ -772,7 +773,8 @@ static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @
     }}
     return @_tick(state, sample, output);
 }}
-")),
+"
+            )),
             self.file.c(&format!(
                 "
 /* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
@@ -800,8 +802,8 @@ static inline unsigned @_lost(@_state *state, @_output *output)
 "
             )),
             self.file.c("
-/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its overflow
- * flag or a time stamp tells of. Call it before the coming tick. */
+/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its
+ * overflow flag or a time stamp tells of. Call it before the coming tick. */
 static inline void @_missed(@_state *state, uint32_t periods)
 {
     uint32_t left = periods;

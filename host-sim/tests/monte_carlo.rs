@@ -92,8 +92,8 @@ fn bytes(folder: &str) -> Vec<u8> {
     fs::read(Path::new(folder).join("trials.parquet")).expect("trials")
 }
 
-/// A joint by its data sheet that is off by up to half is unstable in many corners. As its current is limited it shakes,
-/// but where all of its numbers are off at once, which may run away.
+/// A joint by its data sheet that is off by up to half is unstable in many corners. As its current is limited it
+/// shakes, but where all of its numbers are off at once, which may run away.
 #[test]
 fn a_drive_that_shakes_has_failed() {
     let folder = Folder::new("shakes");

@@ -53,7 +53,8 @@ const INSTANCES: [Instance; 12] = [
     (
         "one_set_late",
         MOTOR,
-        "encoder = { bits = 16, states = 4000, counts_per_turn = 4000 }\ndrive = { delay_ticks = 1, uncertain_percent = 30 }",
+        "encoder = { bits = 16, states = 4000, counts_per_turn = 4000 }\n\
+         drive = { delay_ticks = 1, uncertain_percent = 30 }",
         motor::<Position, 0, 1, 3>,
     ),
     ("four_states", MOTOR, "encoder = { bits = 20 }\ndrive = { observer_states = 4 }", motor::<Position, 1, 0, 4>),

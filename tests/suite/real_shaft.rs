@@ -1,6 +1,6 @@
 //! What happens to counts on a real shaft: interrupts that are missed, counts that are lost, slip or are false at the
-//! start, counters that wrap anywhere. The bars are those of a drive that keeps its head, in rad of the shaft; the plant
-//! is the suite's own, with friction, cogging and a current loop.
+//! start, counters that wrap anywhere. The bars are those of a drive that keeps its head, in rad of the shaft; the
+//! plant is the suite's own, with friction, cogging and a current loop.
 
 use std::f64::consts::TAU;
 

@@ -16,7 +16,8 @@
 //!
 //! as powers of two bound d', d, v and p: they are far from any motor, and they are numbers. Beside them: the smoothed
 //! innovation within 2 G, the level within \[0, 1\], the reach of the gate within two half spans, lost samples within
-//! 2^24, doubt within 4 or the ticks of a start, held within 1e12, what is queued within the limits of u, the offset finite.
+//! 2^24, doubt within 4 or the ticks of a start, held within 1e12, what is queued within the limits of u, the offset
+//! finite.
 //!
 //! A joint has no such box. Its couplings are polynomials of the link's angle, and where the link has been seen to jump
 //! by half a turn in its first ticks, and fifty samples are lost then, what is foreseen does overflow (test

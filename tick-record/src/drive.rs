@@ -4,7 +4,8 @@
 //! tick:  fresh?  begin --known?--> not_started      else  observe --known?--> give_up --> follow --> carry
 //!                  `-----------------> law <---------------'
 //!                                       `--> follow --missing?--> carry
-//! lost:  waiting?  begin --> not_started;  else  observe, nothing there, --known?--> give_up or refuse --> follow --> carry
+//! lost:  waiting?  begin --> not_started
+//!        else      observe, nothing there --known?--> give_up, else refuse, then follow, carry
 //! ```
 //!
 //! A part is a function of the core that its tick calls. What one hands to another that is no word of the state

@@ -47,8 +47,8 @@ impl Encoder {
         Self { bits, states: 0, counts_per_turn, gear_num: 1, gear_den: 1 }
     }
 
-    /// The same with a counter that wraps after so many states: `incremental(16, 10_000).wrapping_at(10_000)` is a timer
-    /// with a reload of 9999 behind 2500 lines.
+    /// The same with a counter that wraps after so many states: `incremental(16, 10_000).wrapping_at(10_000)` is a
+    /// timer with a reload of 9999 behind 2500 lines.
     #[must_use]
     pub const fn wrapping_at(self, states: u32) -> Self {
         Self { states, ..self }

@@ -517,7 +517,7 @@ where
         for i in 0..E {
             let k = &self.sensors[i];
             let count = counts[i]?;
-            // Where a counter wraps that is not of its bits alone the difference is far off, and the other way takes it.
+            // Where a counter wraps that has no power of two of states this is far off, and the other way takes it.
             let difference = count.since(last[i]).signed(k.unread);
             (last[i], at[i]) = (count, at[i].plus(difference));
             raw[i] = k.unit * T::from_count(at[i]);
@@ -786,8 +786,8 @@ where
         A::POSITION && !is_near
     }
 
-    /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed; from
-    /// `far` on it counts less and less, so that four times the way is done at twice the speed: along chords of
+    /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed.
+    /// From `far` on it counts less and less, so that four times the way is done at twice the speed: along chords of
     /// $v = \sqrt{2 a |e_1|}$, from which a steady braking comes to rest. Beyond 256 times `far` the speed stays.
     fn approached(&self, mut errors: Errors<T, N>) -> Errors<T, N> {
         if !self.is_far(&errors) {
@@ -869,8 +869,8 @@ where
     }
 
     /// Where nothing is measured the count goes along with the prediction, in quarters of the counter: what comes again
-    /// is compared with where the shaft must be, not with where it was seen last. A prediction that runs away by more in a
-    /// tick than any shaft moves counts no turns.
+    /// is compared with where the shaft must be, not with where it was seen last. A prediction that runs away by more in
+    /// a tick than any shaft moves counts no turns.
     #[doc(hidden)]
     pub fn carry(&self, state: &mut StateOf<Self>) {
         for i in 0..E {
@@ -1116,8 +1116,8 @@ where
         Output { u, sigma, sigma_star, health: Health::SATURATED.when(u != demand) }
     }
 
-    /// Too much is missing, and the fallback goes out. Without all counts the observers go on predicting; where they are
-    /// there, and were not believed for so long, the drive waits for them to agree with each other.
+    /// Too much is missing, and the fallback goes out. Without all counts the observers go on predicting; where all
+    /// are there, and were not believed for so long, the drive waits for them to agree with each other.
     #[cold]
     #[inline(never)]
     #[doc(hidden)]

@@ -3,7 +3,8 @@
 //! $$ \text{count} = \left(\pm \left\lfloor \frac{\theta}{2\pi} \thinspace \frac{\text{num}}{\text{den}} \thinspace
 //!    \text{counts per turn} + \frac12 \right\rfloor + \text{offset}\right) \bmod \text{states} $$
 //!
-//! with num turns of the encoder to den of the shaft, and 2^bits states where nothing else is said. A count is a whole number in an f64, exact for every counter; one
+//! with num turns of the encoder to den of the shaft, and 2^bits states where nothing else is said. A
+//! count is a whole number in an f64, exact for every counter; one
 //! that is lost is NaN. The sample of a drive is the counts of its encoders, in order, and zeros for the rest of the
 //! states. [`Faulty`] is what goes wrong at a given time: a wrapper, as all faults are.
 

@@ -587,8 +587,8 @@ fn asked_states(table: &EncoderTable, key: &str) -> Option<String> {
     let all = 1_u64 << bits;
     (table.states.is_none() && u64::from(counts) < all).then(|| {
         format!(
-            "{key}.states is not given: the counter is taken to wrap after 2^{bits}; if it wraps after {counts} (a reload \
-             of {}) say states = {counts}, else states = {all}",
+            "{key}.states is not given: the counter is taken to wrap after 2^{bits}; if it wraps after {counts} (a \
+             reload of {}) say states = {counts}, else states = {all}",
             counts - 1
         )
     })

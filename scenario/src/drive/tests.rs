@@ -39,8 +39,8 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
         (
             MOTOR,
             "motor.start_rad=4",
-            "`encoder`: the run starts at 4.0000 rad there, but its counter of 16384 states tells angles within 3.1416 rad \
-             of 0",
+            "`encoder`: the run starts at 4.0000 rad there, but its counter of 16384 states tells angles within \
+             3.1416 rad of 0",
         ),
         (
             MOTOR,
