@@ -869,8 +869,8 @@ where
     }
 
     /// Where nothing is measured the count goes along with the prediction, in quarters of the counter: what comes again
-    /// is compared with where the shaft must be, not with where it was seen last. A prediction that runs away by more in
-    /// a tick than any shaft moves counts no turns.
+    /// is compared with where the shaft must be, not with where it was seen last. A prediction that runs away by
+    /// more in a tick than any shaft moves counts no turns.
     #[doc(hidden)]
     pub fn carry(&self, state: &mut StateOf<Self>) {
         for i in 0..E {
