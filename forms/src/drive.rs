@@ -697,6 +697,68 @@ impl C<'_> {
         }
     }
 
+    /// What a drive does beside a tick of its own: the start, a tick without a sample, ticks that were missed.
+    fn beside_a_tick(&self, start_ticks: f32, nothing: &str) -> String {
+        let functions = [
+            self.file.c(&format!(
+                "
+/* The tick of a drive that need not have started: good samples that agree with each other for {start_ticks:?} ticks
+ * start it; until then the fallback goes out. Needs a state of zeros the first time. */
+static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @_output *output)
+{{
+    if (!state->started) {{
+        if (!@_start(state, sample)) {{
+            return @_not_started(output);
+        }}
+        state->doubt = {start_ticks:?}f;
+    }}
+    return @_tick(state, sample, output);
+}}
+"
+            )),
+            self.file.c(&format!(
+                "
+/* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
+static inline unsigned @_lost(@_state *state, @_output *output)
+{{
+    if (!state->started) {{
+        return @_not_started(output);
+    }}
+    static const @_sample nothing = {{{nothing}}};
+    @_between between;
+    unsigned health;
+    if (state->fresh && (state->doubt > 0.0f)) {{
+        (void)@_begin(state, &nothing, &between);
+        return @_not_started(output);
+    }}
+    if (!state->fresh && !@_observe(state, &nothing, &between)) {{
+        health = @_give_up(state, &nothing, output);
+    }} else {{
+        health = @_refuse(state, output);
+    }}
+    @_follow(state);
+    @_carry(state);
+    return health;
+}}
+"
+            )),
+            self.file.c("
+/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its
+ * overflow flag or a time stamp tells of. Call it before the coming tick. */
+static inline void @_missed(@_state *state, uint32_t periods)
+{
+    uint32_t left = periods;
+    while ((left > 0u) && state->started && !state->fresh && @_pass(state)) {
+        @_follow(state);
+        @_carry(state);
+        left--;
+    }
+}
+"),
+        ];
+        functions.concat()
+    }
+
     fn functions(&self) -> String {
         let DriveFunctions { start, not_started, begin, report_applied, estimates, reset, .. } =
             &self.exported.recorded.functions;
@@ -759,61 +821,7 @@ float @_tick_u(@_state *state, const @_sample *sample);
 }
 "
             }),
-            self.file.c(&format!(
-                "
-/* The tick of a drive that need not have started: good samples that agree with each other for {start_ticks:?} ticks
- * start it; until then the fallback goes out. Needs a state of zeros the first time. */
-static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @_output *output)
-{{
-    if (!state->started) {{
-        if (!@_start(state, sample)) {{
-            return @_not_started(output);
-        }}
-        state->doubt = {start_ticks:?}f;
-    }}
-    return @_tick(state, sample, output);
-}}
-"
-            )),
-            self.file.c(&format!(
-                "
-/* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
-static inline unsigned @_lost(@_state *state, @_output *output)
-{{
-    if (!state->started) {{
-        return @_not_started(output);
-    }}
-    static const @_sample nothing = {{{nothing}}};
-    @_between between;
-    unsigned health;
-    if (state->fresh && (state->doubt > 0.0f)) {{
-        (void)@_begin(state, &nothing, &between);
-        return @_not_started(output);
-    }}
-    if (!state->fresh && !@_observe(state, &nothing, &between)) {{
-        health = @_give_up(state, &nothing, output);
-    }} else {{
-        health = @_refuse(state, output);
-    }}
-    @_follow(state);
-    @_carry(state);
-    return health;
-}}
-"
-            )),
-            self.file.c("
-/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its
- * overflow flag or a time stamp tells of. Call it before the coming tick. */
-static inline void @_missed(@_state *state, uint32_t periods)
-{
-    uint32_t left = periods;
-    while ((left > 0u) && state->started && !state->fresh && @_pass(state)) {
-        @_follow(state);
-        @_carry(state);
-        left--;
-    }
-}
-"),
+            self.beside_a_tick(start_ticks, &nothing),
             self.function(
                 "Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
  * the only anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not

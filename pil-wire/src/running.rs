@@ -100,6 +100,7 @@ shapes!(planar => libms);
 shapes!(planar => micromaths);
 
 /// The tick that a design asked for.
+#[allow(clippy::large_enum_variant, reason = "one of them lies in a static, and nothing is allocated")]
 pub(crate) enum Loaded {
     Linear(Linears),
     BenchmarkLibm(Libms),

@@ -60,7 +60,7 @@ impl Seen {
             self.hash.number(number);
         }
         let bits = health.bits();
-        self.hash.bytes(&bits.to_le_bytes()[..1 + usize::from(bits > 255)]);
+        self.hash.bytes(&bits.to_le_bytes()[..=usize::from(bits > 255)]);
         self.rejected += u32::from(health.contains(Health::INPUT_REJECTED));
         self.saturated += u32::from(health.contains(Health::SATURATED));
     }

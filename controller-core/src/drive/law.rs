@@ -384,6 +384,7 @@ struct Errors<T, const N: usize> {
 }
 
 /// What the law asks for.
+#[derive(Clone, Copy)]
 struct Asked<T> {
     sigma: T,
     /// Without the offset: kw W + us (σ - W) is to be added.
