@@ -507,7 +507,8 @@ impl C<'_> {
             "typedef struct {\n".into(),
             self.state().into_iter().map(word).collect(),
             "} @_state;\n\n/* What one part of a tick tells the next. */\ntypedef struct {\n".into(),
-            between.iter().map(word).collect(),
+            // The assembly has a word for each.
+            between.iter().map(|port| if self.assembly.is_some() { Self::word(port) } else { word(port) }).collect(),
             "} @_between;\n".into(),
             layout,
         ];
@@ -555,6 +556,12 @@ impl C<'_> {
         let Some(assembly) = self.assembly else { return words.iter().collect() };
         let placed = assembly.layout.words().filter_map(|name| words.iter().find(|word| word.name == *name));
         placed.chain(words.iter().filter(|word| word.kind == Kind::Truth)).collect()
+    }
+
+    /// A member that takes a word whatever it is.
+    fn word(port: &Port) -> String {
+        let kind = if port.kind == Kind::Truth { Kind::Count } else { port.kind };
+        Self::member(&Port { kind, ..port.clone() })
     }
 
     fn member(word: &Port) -> String {

@@ -356,7 +356,7 @@ mod tests {
         }
         assert!(lost, "the state stayed finite: there may be a box after all");
         // Good counts, and it runs again.
-        for _ in 0..3 {
+        for _ in 0..60 {
             law.tick(&mut state, &sample(Some(0)));
         }
         let output = law.tick(&mut state, &sample(Some(0)));

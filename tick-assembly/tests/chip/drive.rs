@@ -93,7 +93,9 @@ fn program(functions: &DriveFunctions, layout: &DriveLayout, plant: &Plant, tick
     let fields = |words: &mut dyn Iterator<Item = (String, Kind)>| -> String {
         words.fold(String::new(), |text, (name, kind)| text + &format!("    {} {name};\n", c_type(kind)))
     };
-    let between = fields(&mut functions.between.iter().map(|port| (port.name.clone(), port.kind)));
+    // A word each, as the assembly has them.
+    let word = |port: &Port| (port.name.clone(), if port.kind == Kind::Truth { Kind::Count } else { port.kind });
+    let between = fields(&mut functions.between.iter().map(word));
     let c_state = fields(&mut functions.state.iter().map(|port| (port.name.clone(), port.kind)));
     let numbers = layout.numbers.iter().map(|name| (name.clone(), Kind::Number));
     let counts = layout.counts.iter().map(|name| (name.clone(), Kind::Count));
