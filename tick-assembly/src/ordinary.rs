@@ -50,7 +50,7 @@ struct Resolved {
 
 impl<'a> Ordinary<'a> {
     pub(crate) fn of(functions: &'a DriveFunctions) -> Result<Self, String> {
-        let DriveFunctions { observe, law, .. } = functions;
+        let DriveFunctions { observe, followed: law, .. } = functions;
         let mut inputs: Vec<Port> = Vec::new();
         for port in observe.inputs.iter().chain(&law.inputs) {
             if port.role != Role::Between && !inputs.contains(port) {
@@ -222,7 +222,7 @@ fn candidates(record: &Record, in_law: bool) -> impl Iterator<Item = Assumed> {
 /// The assumptions without which the results would be others, and what comes of them.
 fn fewest(graph: &mut Graph, functions: &DriveFunctions, inputs: &[Port]) -> Result<(Vec<Assumed>, Resolved), String> {
     let mut assumed: Vec<Assumed> =
-        candidates(&functions.observe, false).chain(candidates(&functions.law, true)).collect();
+        candidates(&functions.observe, false).chain(candidates(&functions.followed, true)).collect();
     let all = resolved(graph, functions, inputs, &assumed)
         .ok_or("this tick decides more than what is assumed of an ordinary one")?;
     let mut at = 0;
@@ -253,7 +253,7 @@ fn tested(
     let (mut sizes, mut equal) = (Vec::new(), Vec::new());
     for Assumed { in_law, at, .. } in assumed {
         let (record, values) =
-            if *in_law { (&functions.law, &all.of_law) } else { (&functions.observe, &all.of_observe) };
+            if *in_law { (&functions.followed, &all.of_law) } else { (&functions.observe, &all.of_observe) };
         let of = |id: Id| values[id.index()];
         match record.values[*at].op {
             Op::Compare(Test::LessOrEqual, size, limit) => sizes.push((of(size), of(limit))),
@@ -272,7 +272,7 @@ fn tested(
 
 /// The results under assumptions; `None` where a decision is left.
 fn resolved(graph: &mut Graph, functions: &DriveFunctions, inputs: &[Port], assumed: &[Assumed]) -> Option<Resolved> {
-    let DriveFunctions { observe, law, .. } = functions;
+    let DriveFunctions { observe, followed: law, .. } = functions;
     let mut part = |record: &Record, in_law: bool, before: &dyn Fn(&Port) -> Option<N>| {
         let mut given = HashMap::new();
         for (at, value) in record.values.iter().enumerate() {

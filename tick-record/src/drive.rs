@@ -46,6 +46,8 @@ pub struct DriveFunctions {
     pub pass: Record,
     /// After a tick: the base follows.
     pub follow: Record,
+    /// Law and follow as one: what an ordinary tick supposes is in it.
+    pub followed: Record,
     /// After a tick in which a count was missing: counts go along with the prediction.
     pub carry: Record,
     /// [`Running::report_applied`](controller_core::Running::report_applied).
@@ -311,6 +313,10 @@ where
         recorder.put_truth("answer", Role::Answer, known);
     });
     let follow = part(&going_on, &|_, law, state| law.law.follow(state));
+    let followed = part(&going_on, &|recorder, law, state| {
+        law.ask(recorder, state);
+        law.law.follow(state);
+    });
     let carry = part(&going_on, &|_, law, state| law.law.carry(state));
     DriveFunctions {
         state: words.ports(),
@@ -324,6 +330,7 @@ where
         refuse,
         pass,
         follow,
+        followed,
         carry,
         report_applied,
         estimates,
