@@ -80,159 +80,172 @@ joint_drive_tick_u:
 	vmov s26, s27, r5, r3
 	add.w r1, r1, #16
 	adr.w r5, .Ljoint_drive_tick_u_table
-	vcvt.f32.s32 s26, s26
-	vcvt.f32.s32 s22, s22
-	vldmia r0!, {s19-s20}
-	vldmia r0!, {s14-s18}
-	vcvt.f32.s32 s23, s23
-	vldmia r5!, {s6-s13}
-	vmul.f32 s19, s6, s19
-	vcvt.f32.s32 s27, s27
-	vmul.f32 s26, s7, s26
-	vmul.f32 s27, s7, s27
-	vcvt.f32.s32 s21, s21
 	vcvt.f32.s32 s25, s25
-	vmul.f32 s7, s7, s22
-	vldmia r0!, {s0-s6}
-	vadd.f32 s22, s0, s0
-	vmul.f32 s21, s8, s21
-	vadd.f32 s22, s22, s3
-	vadd.f32 s21, s21, s15
-	vadd.f32 s7, s7, s1
+	vldmia r0!, {s19-s20}
+	vcvt.f32.s32 s14, s21
+	vldmia r5!, {s17-s18}
+	vmul.f32 s21, s17, s14
+	vldmia r0!, {s12-s16}
+	vcvt.f32.s32 s22, s22
 	vcvt.f32.s32 s24, s24
-	vmul.f32 s9, s9, s7
-	vmul.f32 s24, s8, s24
-	vsub.f32 s22, s22, s9
-	vmul.f32 s25, s8, s25
-	vadd.f32 s19, s22, s19
-	vmul.f32 s7, s10, s25
-	vmul.f32 s11, s11, s19
-	vadd.f32 s22, s14, s14
-	vabs.f32 s8, s25
-	vsub.f32 s0, s7, s0
-	vmul.f32 s9, s12, s2
-	vadd.f32 s19, s19, s0
-	vadd.f32 s9, s9, s11
-	vmul.f32 s13, s13, s4
-	vadd.f32 s11, s1, s9
-	vldmia r5!, {s9-s10}
-	vmul.f32 s1, s9, s2
-	vadd.f32 s13, s11, s13
-	vmul.f32 s12, s12, s19
-	vmov.f32 s19, #1.0
-	vmov.f32 s2, s25
-	vcmp.f32 s8, s10
+	vldmia r0!, {s5-s11}
+	vmul.f32 s18, s18, s7
+	vldmia r5!, {s0-s4}
+	vmul.f32 s19, s0, s19
+	vadd.f32 s0, s5, s5
+	vmul.f32 s25, s17, s25
+	vmul.f32 s1, s1, s14
+	vmul.f32 s24, s17, s24
+	vadd.f32 s0, s0, s8
+	vadd.f32 s21, s21, s13
+	vmul.f32 s17, s2, s22
+	vadd.f32 s22, s12, s12
+	vadd.f32 s17, s17, s6
+	vadd.f32 s22, s22, s15
+	vmul.f32 s21, s3, s21
+	vmul.f32 s17, s4, s17
+	vcvt.f32.s32 s26, s26
+	vcvt.f32.s32 s23, s23
+	vsub.f32 s0, s0, s17
+	vsub.f32 s22, s22, s21
+	vadd.f32 s19, s0, s19
+	vldmia r5!, {s2-s4}
+	vmul.f32 s2, s2, s22
+	vmul.f32 s14, s3, s14
+	vadd.f32 s21, s1, s2
+	vmul.f32 s17, s4, s16
+	vadd.f32 s13, s13, s21
+	vldmia r5!, {s0-s4}
+	vmul.f32 s21, s0, s7
+	vmul.f32 s1, s1, s9
+	vcvt.f32.s32 s27, s27
+	vadd.f32 s17, s13, s17
+	vmul.f32 s2, s2, s19
+	vmul.f32 s7, s3, s25
+	vmul.f32 s4, s4, s16
+	vadd.f32 s21, s21, s2
+	vabs.f32 s2, s25
+	vsub.f32 s13, s7, s5
+	vadd.f32 s21, s6, s21
+	vadd.f32 s19, s19, s13
+	vsub.f32 s17, s17, s24
+	vadd.f32 s21, s21, s1
+	vadd.f32 s15, s15, s4
+	vldmia r5!, {s3-s6}
+	vmul.f32 s24, s3, s27
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_u_away_56_16
+	vmul.f32 s0, s0, s19
+	vmov.f32 s27, #1.0
+	vmov.f32 s19, s25
+	vcmp.f32 s2, s5
 	vmrs APSR_nzcv, fpscr
 	bgt.w .Ljoint_drive_tick_u_mirrored
 .Ljoint_drive_tick_u_turned:
-	vmul.f32 s8, s2, s2
-	vadd.f32 s1, s1, s12
-	vldmia r5!, {s9-s12}
-	vmul.f32 s9, s9, s4
-	vsub.f32 s26, s13, s26
-	vadd.f32 s1, s1, s9
-	vmul.f32 s13, s10, s8
-	vadd.f32 s22, s22, s17
-	vmul.f32 s21, s11, s21
-	vadd.f32 s13, s13, s12
-	vsub.f32 s21, s22, s21
-	vldmia r5!, {s9-s12}
-	vmul.f32 s9, s9, s8
-	vmul.f32 s13, s13, s8
-	vmul.f32 s0, s10, s0
-	vadd.f32 s22, s13, s11
-	vmul.f32 s23, s12, s23
-	vldmia r5!, {s10-s13}
-	vadd.f32 s10, s9, s10
-	vadd.f32 s11, s11, s5
-	vmul.f32 s22, s22, s8
-	vabs.f32 s9, s26
-	vmul.f32 s12, s12, s16
-	vmul.f32 s10, s10, s8
-	vcmp.f32 s9, s11
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_u_away_56_16
-	vadd.f32 s0, s26, s0
-	vadd.f32 s22, s22, s13
-	vldmia r5!, {s26}
-	vmul.f32 s9, s26, s21
-	vmul.f32 s22, s8, s22
-	vadd.f32 s9, s12, s9
-	vmul.f32 s22, s2, s22
-	vadd.f32 s15, s15, s9
-	vadd.f32 s22, s2, s22
-	vldmia r5!, {s11-s13}
-	vmul.f32 s11, s11, s18
-	vmul.f32 s16, s12, s16
-	vadd.f32 s10, s10, s13
-	vadd.f32 s15, s15, s11
-	vmul.f32 s2, s10, s8
-	vsub.f32 s9, s25, s22
-	vldmia r5!, {s10-s13}
-	vadd.f32 s2, s2, s10
-	vmul.f32 s11, s11, s0
-	vmul.f32 s12, s5, s12
-	vadd.f32 s9, s27, s9
 	vmul.f32 s13, s6, s13
-	vsub.f32 s15, s15, s24
-	vmul.f32 s24, s8, s2
-	vmov.f32 s10, #0.5
-	vmul.f32 s2, s10, s9
-	vldmia r5!, {s8-s10}
-	vmul.f32 s6, s8, s18
-	vsub.f32 s11, s4, s11
-	vmul.f32 s4, s8, s4
-	vmul.f32 s24, s19, s24
-	vsub.f32 s14, s2, s14
-	vabs.f32 s8, s15
-	vadd.f32 s9, s9, s5
-	vadd.f32 s3, s3, s4
-	vadd.f32 s17, s17, s6
-	vadd.f32 s21, s21, s14
-	vcmp.f32 s8, s9
+	vadd.f32 s18, s18, s0
+	vmul.f32 s6, s19, s19
+	vldmia r5!, {s0-s5}
+	vmul.f32 s0, s0, s6
+	vmul.f32 s26, s1, s26
+	vadd.f32 s2, s0, s2
+	vmul.f32 s3, s3, s6
+	vmul.f32 s0, s4, s9
+	vadd.f32 s5, s3, s5
+	vmul.f32 s1, s2, s6
+	vmul.f32 s5, s5, s6
+	vldmia r5!, {s2-s4}
+	vadd.f32 s2, s1, s2
+	vsub.f32 s26, s21, s26
+	vadd.f32 s21, s8, s0
+	vadd.f32 s0, s5, s3
+	vmul.f32 s2, s2, s6
+	vmul.f32 s0, s0, s6
+	vadd.f32 s2, s2, s4
+	vabs.f32 s8, s26
+	vmul.f32 s1, s6, s2
+	vldmia r5!, {s2-s5}
+	vadd.f32 s2, s2, s10
+	vmul.f32 s1, s19, s1
+	vadd.f32 s26, s26, s13
+	vadd.f32 s19, s19, s1
+	vabs.f32 s1, s17
+	vsub.f32 s13, s25, s19
+	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_drive_tick_u_away_56_16
-	vmul.f32 s21, s10, s21
-	vldmia r5!, {s8-s10}
-	vmul.f32 s4, s8, s0
-	vmul.f32 s9, s9, s0
-	vmul.f32 s10, s10, s0
-	vsub.f32 s8, s0, s9
-	vmul.f32 s14, s26, s14
-	vsub.f32 s9, s1, s4
-	vsub.f32 s10, s3, s10
-	vmul.f32 s26, s26, s18
-	vadd.f32 s16, s16, s21
-	vstmdb r0!, {s7-s13}
-	vadd.f32 s15, s15, s14
-	vldmia r5!, {s3-s7}
-	vmul.f32 s3, s3, s15
-	vmul.f32 s4, s4, s15
-	vsub.f32 s3, s15, s3
-	vmul.f32 s5, s5, s15
-	vadd.f32 s24, s19, s24
-	vadd.f32 s26, s16, s26
-	vmul.f32 s21, s3, s22
-	vadd.f32 s8, s27, s8
-	vmul.f32 s6, s6, s15
-	vmov.f32 s27, #0.5
-	vmul.f32 s27, s27, s21
+	vadd.f32 s0, s0, s3
+	vadd.f32 s13, s24, s13
+	vmul.f32 s0, s6, s0
+	vmov.f32 s6, #0.5
+	vmul.f32 s2, s6, s13
+	vmul.f32 s0, s27, s0
+	vmul.f32 s23, s4, s23
+	vsub.f32 s1, s2, s12
+	vmul.f32 s13, s5, s16
+	vadd.f32 s22, s22, s1
+	vldmia r5!, {s3-s6}
+	vmul.f32 s1, s3, s1
+	vmul.f32 s22, s4, s22
+	vadd.f32 s17, s17, s1
+	vadd.f32 s22, s14, s22
+	vmul.f32 s14, s5, s17
+	vmul.f32 s6, s6, s17
+	vldmia r5!, {s3-s5}
+	vmul.f32 s12, s3, s17
+	vsub.f32 s3, s17, s6
+	vadd.f32 s22, s22, s13
+	vmul.f32 s1, s3, s19
+	vadd.f32 s4, s4, s10
+	vmul.f32 s17, s5, s17
+	vsub.f32 s6, s16, s12
+	vsub.f32 s5, s15, s17
+	vadd.f32 s27, s27, s0
+	vcmp.f32 s8, s4
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_u_away_56_16
+	vsub.f32 s4, s22, s14
+	vmov.f32 s22, #0.5
+	vmul.f32 s22, s22, s1
+	vldmia r5!, {s12-s17}
+	vmul.f32 s0, s12, s26
+	vsub.f32 s22, s27, s22
+	vmul.f32 s13, s13, s26
 	vadd.f32 s25, s25, s3
-	vsub.f32 s5, s17, s5
-	vsub.f32 s27, s24, s27
-	vmul.f32 s19, s7, s25
-	vsub.f32 s24, s24, s21
-	vsub.f32 s4, s26, s4
-	vsub.f32 s14, s8, s19
-	vsub.f32 s6, s18, s6
-	vadd.f32 s26, s7, s24
-	vmul.f32 s27, s3, s27
-	vldmia r5!, {s15-s19}
+	vsub.f32 s27, s27, s1
+	vmul.f32 s12, s10, s14
 	vmul.f32 s15, s15, s9
-	vmul.f32 s21, s16, s4
-	vsub.f32 s17, s17, s24
-	vneg.f32 s26, s26
-	vadd.f32 s27, s22, s27
+	vmul.f32 s14, s16, s26
+	vsub.f32 s8, s26, s13
+	vsub.f32 s10, s21, s0
+	vmul.f32 s13, s11, s17
+	vadd.f32 s24, s24, s8
+	vmul.f32 s22, s3, s22
+	vadd.f32 s21, s18, s15
+	vadd.f32 s22, s19, s22
+	vsub.f32 s11, s9, s14
+	vldmia r5!, {s14-s19}
+	vmul.f32 s0, s14, s25
+	vadd.f32 s14, s14, s27
+	vsub.f32 s24, s24, s0
+	vmul.f32 s26, s15, s26
+	vsub.f32 s16, s16, s27
+	vmul.f32 s15, s22, s4
+	vneg.f32 s14, s14
+	vmul.f32 s0, s16, s5
+	vsub.f32 s9, s21, s26
+	vmul.f32 s21, s17, s4
+	vmul.f32 s18, s18, s24
+	vstmdb r0!, {s7-s13}
+	vmul.f32 s26, s16, s6
+	vmul.f32 s16, s14, s4
+	vmul.f32 s15, s15, s4
+	vsub.f32 s24, s24, s21
+	vsub.f32 s21, s15, s18
+	vadd.f32 s15, s9, s16
+	vadd.f32 s16, s11, s26
+	vsub.f32 s24, s24, s22
 	vstmdb r0!, {s2-s6}
 	str.w r2, [r0, #48]
 	str.w r4, [r0, #52]
@@ -241,94 +254,84 @@ joint_drive_tick_u:
 	mov.w r2, #0
 	str.w r2, [r0, #68]
 	str.w r2, [r0, #72]
-	vmul.f32 s22, s17, s5
-	vmul.f32 s13, s26, s4
-	vsub.f32 s21, s14, s21
-	vmul.f32 s14, s18, s14
-	vmul.f32 s18, s17, s6
-	vmul.f32 s17, s27, s4
-	vadd.f32 s22, s10, s22
-	vsub.f32 s21, s21, s27
-	vadd.f32 s9, s9, s13
-	vadd.f32 s18, s11, s18
-	vmul.f32 s17, s17, s4
-	vmul.f32 s19, s19, s18
-	vmul.f32 s18, s16, s21
-	vsub.f32 s17, s17, s14
-	vldmia r5!, {s0-s3}
-	vmul.f32 s0, s0, s6
-	vsub.f32 s18, s9, s18
-	vsub.f32 s17, s17, s15
+	vadd.f32 s0, s10, s0
+	vmul.f32 s26, s19, s9
+	vmul.f32 s18, s17, s24
+	vmul.f32 s19, s14, s24
+	vsub.f32 s18, s15, s18
 	vldmia r1!, {s7-s15}
 	vsub.f32 s4, s4, s8
-	vsub.f32 s12, s12, s7
-	vmul.f32 s26, s26, s21
-	vmul.f32 s16, s16, s18
-	vadd.f32 s17, s17, s26
-	vadd.f32 s23, s23, s7
-	vmul.f32 s1, s1, s12
-	vsub.f32 s26, s13, s8
-	vsub.f32 s23, s25, s23
-	vsub.f32 s21, s21, s9
-	vsub.f32 s15, s15, s10
-	vmul.f32 s2, s2, s21
+	vmul.f32 s17, s17, s18
+	vsub.f32 s14, s14, s9
+	vsub.f32 s21, s21, s26
 	vsub.f32 s18, s18, s10
-	vmul.f32 s25, s3, s15
-	vsub.f32 s17, s17, s16
-	vsub.f32 s16, s14, s9
-	vadd.f32 s17, s17, s22
-	vadd.f32 s25, s25, s1
-	vldmia r5!, {s8-s15}
-	vmul.f32 s8, s8, s4
-	vmul.f32 s9, s9, s26
-	vmul.f32 s17, s10, s17
-	vmul.f32 s26, s11, s18
-	vneg.f32 s17, s17
-	vadd.f32 s17, s17, s8
-	vadd.f32 s22, s25, s9
-	vmul.f32 s12, s12, s23
-	vadd.f32 s25, s17, s2
-	vmul.f32 s17, s13, s4
-	vmul.f32 s14, s14, s5
-	vadd.f32 s18, s18, s12
-	vmul.f32 s21, s15, s21
-	vadd.f32 s17, s18, s17
-	vldmia r5!, {s7-s13}
-	vmul.f32 s15, s7, s16
-	vadd.f32 s21, s17, s21
-	vmul.f32 s8, s8, s5
-	vadd.f32 s16, s25, s26
-	vmul.f32 s9, s9, s20
-	vadd.f32 s17, s21, s8
-	vadd.f32 s26, s16, s14
-	vadd.f32 s14, s22, s15
-	vadd.f32 s15, s26, s0
-	vmul.f32 s26, s10, s20
+	vsub.f32 s24, s24, s9
+	vsub.f32 s15, s15, s10
+	vsub.f32 s26, s13, s8
+	vadd.f32 s23, s23, s7
+	vsub.f32 s7, s12, s7
+	vldmia r5!, {s9-s13}
+	vmul.f32 s1, s9, s4
+	vmul.f32 s26, s10, s26
+	vadd.f32 s19, s21, s19
+	vmul.f32 s15, s11, s15
+	vsub.f32 s17, s19, s17
+	vsub.f32 s23, s25, s23
+	vmul.f32 s19, s12, s7
+	vmul.f32 s25, s13, s14
+	vldmia r5!, {s7-s14}
+	vmul.f32 s7, s7, s6
+	vmul.f32 s8, s8, s18
+	vadd.f32 s21, s17, s0
+	vmul.f32 s17, s9, s4
+	vmul.f32 s10, s10, s21
 	vadd.f32 s19, s15, s19
-	vadd.f32 s6, s17, s6
-	vadd.f32 s25, s19, s14
-	vmul.f32 s6, s11, s6
-	vadd.f32 s25, s25, s9
-	vabs.f32 s23, s23
-	vadd.f32 s0, s25, s6
-	vsub.f32 s1, s20, s26
-	vabs.f32 s14, s0
-	vmov.f32 s26, #30.0
-	vmov.f32 s25, #-30.0
-	vcmp.f32 s0, s26
+	vneg.f32 s21, s10
+	vadd.f32 s15, s21, s1
+	vadd.f32 s19, s19, s26
+	vmul.f32 s21, s11, s5
+	vmul.f32 s12, s12, s24
+	vmul.f32 s13, s13, s23
+	vadd.f32 s26, s15, s12
+	vmul.f32 s24, s14, s24
+	vadd.f32 s18, s18, s13
+	vadd.f32 s14, s26, s8
+	vadd.f32 s15, s18, s17
+	vadd.f32 s21, s14, s21
+	vadd.f32 s25, s19, s25
+	vadd.f32 s21, s21, s7
+	vldmia r5!, {s8-s14}
+	vmul.f32 s8, s8, s20
+	vmul.f32 s9, s9, s16
+	vmul.f32 s16, s10, s5
+	vadd.f32 s15, s15, s24
+	vmul.f32 s11, s11, s20
+	vadd.f32 s16, s15, s16
+	vadd.f32 s9, s21, s9
+	vadd.f32 s6, s16, s6
+	vadd.f32 s26, s9, s25
+	vmul.f32 s6, s12, s6
+	vadd.f32 s26, s26, s11
+	vabs.f32 s25, s23
+	vadd.f32 s0, s26, s6
+	vcmp.f32 s25, s13
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_u_law
+	vsub.f32 s1, s20, s8
+	vabs.f32 s26, s0
+	vcmp.f32 s26, s14
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_u_law
+	vmov.f32 s27, #30.0
+	vmov.f32 s26, #-30.0
+	vcmp.f32 s0, s27
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s0, s26
-	vcmp.f32 s0, s25
+	vmovgt.f32 s0, s27
+	vcmp.f32 s0, s26
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s25
-	vcmp.f32 s23, s12
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_u_law
-	vcmp.f32 s14, s13
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_u_law
+	vmovmi.f32 s0, s26
 	vstmdb r0!, {s0-s1}
 	vpop {s16-s27}
 	pop.w {r4-r5}
@@ -337,13 +340,13 @@ joint_drive_tick_u:
 	vcmp.f32 s25, #0.0
 	vmrs APSR_nzcv, fpscr
 	vpush {s0}
-	vldr s0, [r5, #220]
-	vsub.f32 s2, s0, s8
-	vldr s0, [r5, #224]
-	vadd.f32 s2, s2, s0
+	vldr s0, [r5, #208]
+	vsub.f32 s19, s0, s2
+	vldr s0, [r5, #212]
+	vadd.f32 s19, s19, s0
 	it mi
-	vnegmi.f32 s2, s2
-	vneg.f32 s19, s19
+	vnegmi.f32 s19, s19
+	vneg.f32 s27, s27
 	vpop {s0}
 	b.w .Ljoint_drive_tick_u_turned
 .Ljoint_drive_tick_u_law:
@@ -351,8 +354,8 @@ joint_drive_tick_u:
 	sub.w r1, r1, #52
 	push.w {r4, lr}
 	sub.w sp, sp, #40
-	vstr s27, [sp, #4]
-	vstr s24, [sp, #8]
+	vstr s22, [sp, #4]
+	vstr s27, [sp, #8]
 	mov.w ip, #0
 	strb.w ip, [sp, #0]
 	strb.w ip, [sp, #12]
@@ -385,68 +388,74 @@ joint_drive_tick_u:
 	pop {r4, pc}
 	.balign 4
 .Ljoint_drive_tick_u_table:
-	.word 0x459c4d13 @ 5001.6343
-	.word 0x3975dd20 @ 0.00023447396
 	.word 0x36c90fdb @ 5.9921126e-6
+	.word 0x3f6c4815 @ 0.9229749
+	.word 0x459c4d13 @ 5001.6343
+	.word 0x3a830d1a @ 0.0009998411
+	.word 0x3975dd20 @ 0.00023447396
+	.word 0x42208591 @ 40.130436
 	.word 0x46170c19 @ 9667.024
-	.word 0x4838b45c @ 189137.44
-	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x35063423 @ 4.999476e-7
+	.word 0x3f7feabe @ 0.99967563
+	.word 0x2f373cd5 @ 1.6665365e-10
 	.word 0x3a7c1fef @ 0.00096177956
 	.word 0x2f33c5ab @ 1.6350181e-10
-	.word 0x3f6c4815 @ 0.9229749
+	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x4838b45c @ 189137.44
+	.word 0x3a83126f @ 0.001
+	.word 0x3975dd20 @ 0.00023447396
+	.word 0x406231d6 @ 3.5342917
 	.word 0x3fc90fdb @ 1.5707964
 	.word 0x3502cfaf @ 4.8730993e-7
 	.word 0x362e7949 @ 2.5998618e-6
-	.word 0x42208591 @ 40.130436
+	.word 0x3975dd20 @ 0.00023447396
 	.word 0xb94fafbf @ -0.00019806529
 	.word 0x37c28d4e @ 2.3192402e-5
-	.word 0x3502cfaf @ 4.8730993e-7
-	.word 0x3c088734 @ 0.008333016
-	.word 0x40c90fdb @ 6.2831855
-	.word 0xbab59c80 @ -0.0013855845
-	.word 0x3dc1b5f1 @ 0.09458531
-	.word 0x3a830d1a @ 0.0009998411
-	.word 0xbe2aaaa4 @ -0.16666657
-	.word 0x35063423 @ 4.999476e-7
-	.word 0x2f373cd5 @ 1.6665365e-10
-	.word 0x3f7feabe @ 0.99967563
-	.word 0x3d2aa7d9 @ 0.04166398
-	.word 0xbeffffe9 @ -0.4999993
-	.word 0x4be536cc @ 30043544.0
-	.word 0x3f7befc5 @ 0.98412734
-	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x3a83126f @ 0.001
+	.word 0xbab59c80 @ -0.0013855845
+	.word 0x3c088734 @ 0.008333016
+	.word 0x3d2aa7d9 @ 0.04166398
+	.word 0xbe2aaaa4 @ -0.16666657
 	.word 0x38ff312a @ 0.00012168505
+	.word 0xbeffffe9 @ -0.4999993
+	.word 0x40c90fdb @ 6.2831855
+	.word 0x35063423 @ 4.999476e-7
+	.word 0x35063423 @ 4.999476e-7
 	.word 0x3a830d1a @ 0.0009998411
-	.word 0x43f408fd @ 488.07022
-	.word 0x3f461ed1 @ 0.7739077
-	.word 0x483f7812 @ 196064.28
-	.word 0x3e623391 @ 0.22089984
 	.word 0x41c5f1a4 @ 24.742989
-	.word 0x44b4fcb2 @ 1447.8967
+	.word 0x3e623391 @ 0.22089984
 	.word 0x470d47c1 @ 36167.754
+	.word 0x3dc1b5f1 @ 0.09458531
+	.word 0x44b4fcb2 @ 1447.8967
+	.word 0x483f7812 @ 196064.28
+	.word 0x3f461ed1 @ 0.7739077
+	.word 0x3f7befc5 @ 0.98412734
+	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x4be536cc @ 30043544.0
+	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x421c8591 @ 39.130436
-	.word 0x4296603e @ 75.18797
-	.word 0x3e9bd37a @ 0.3043478
+	.word 0x43f408fd @ 488.07022
 	.word 0xc21c26b7 @ -39.037807
+	.word 0x3e9bd37a @ 0.3043478
 	.word 0x46170c19 @ 9667.024
-	.word 0xb3d731df @ -1.0020789e-7
-	.word 0xb8fa1f22 @ -0.00011926728
-	.word 0x3f7a81e5 @ 0.97854453
-	.word 0xbe77b548 @ -0.24190247
-	.word 0x3e548ee5 @ 0.20757635
+	.word 0x4296603e @ 75.18797
 	.word 0xbfce201e @ -1.6103551
 	.word 0x3f1a6e60 @ 0.6032467
-	.word 0x3951a58c @ 0.00019993464
-	.word 0xbc37d91e @ -0.011221198
-	.word 0x45fa0000 @ 8000.0
-	.word 0x44960000 @ 1200.0
-	.word 0xbe743606 @ -0.23848733
-	.word 0x42700000 @ 60.0
+	.word 0x3e548ee5 @ 0.20757635
+	.word 0x3f7a81e5 @ 0.97854453
 	.word 0x3f7c23eb @ 0.98492306
+	.word 0xb8fa1f22 @ -0.00011926728
+	.word 0xbc37d91e @ -0.011221198
+	.word 0x44960000 @ 1200.0
+	.word 0x3951a58c @ 0.00019993464
+	.word 0xbe743606 @ -0.23848733
+	.word 0xbe77b548 @ -0.24190247
+	.word 0x45fa0000 @ 8000.0
+	.word 0x42700000 @ 60.0
+	.word 0x3c230606 @ 0.009950167
+	.word 0xb3d731df @ -1.0020789e-7
 	.word 0x426ec859 @ 59.695652
 	.word 0x3c94952f @ 0.018137543
-	.word 0x3c230606 @ 0.009950167
 	.word 0xbca50026 @ -0.020141672
 	.word 0x3e764a8d @ 0.24051876
 	.word 0x46700000 @ 15360.0
@@ -492,150 +501,172 @@ joint_drive_tick:
 	adr.w r6, .Ljoint_drive_tick_table
 	mov.w r7, #0
 	vcvt.f32.s32 s25, s25
-	vldmia r0!, {s19-s20}
-	vldmia r0!, {s14-s18}
-	vcvt.f32.s32 s22, s22
-	vldmia r6!, {s12-s13}
-	vmul.f32 s22, s12, s22
-	vcvt.f32.s32 s24, s24
-	vldmia r0!, {s6-s12}
-	vadd.f32 s22, s22, s7
 	vcvt.f32.s32 s21, s21
-	vadd.f32 s0, s14, s14
-	vmul.f32 s21, s13, s21
-	vadd.f32 s5, s6, s6
-	vldmia r6!, {s1-s4}
-	vmul.f32 s1, s1, s19
-	vmul.f32 s22, s2, s22
-	vadd.f32 s19, s5, s9
-	vcvt.f32.s32 s27, s27
-	vsub.f32 s19, s19, s22
-	vmul.f32 s27, s3, s27
-	vmul.f32 s22, s4, s8
-	vadd.f32 s19, s19, s1
-	vadd.f32 s0, s0, s17
-	vadd.f32 s21, s21, s15
-	vmul.f32 s25, s13, s25
-	vldmia r6!, {s1-s5}
-	vmul.f32 s21, s1, s21
-	vmul.f32 s2, s2, s16
-	vsub.f32 s21, s0, s21
-	vmul.f32 s3, s3, s19
-	vmul.f32 s4, s4, s21
-	vadd.f32 s22, s22, s3
-	vcvt.f32.s32 s23, s23
-	vadd.f32 s4, s2, s4
-	vmul.f32 s0, s5, s10
-	vadd.f32 s15, s15, s4
-	vadd.f32 s22, s7, s22
 	vcvt.f32.s32 s26, s26
-	vadd.f32 s22, s22, s0
-	vabs.f32 s7, s25
-	vldmia r6!, {s0-s5}
-	vmul.f32 s0, s0, s18
-	vmul.f32 s24, s13, s24
-	vmul.f32 s23, s1, s23
-	vmul.f32 s13, s2, s8
-	vadd.f32 s15, s15, s0
-	vmul.f32 s3, s3, s26
-	vsub.f32 s15, s15, s24
-	vmov.f32 s26, #1.0
+	vldmia r6!, {s20}
+	vmul.f32 s20, s20, s21
+	vcvt.f32.s32 s14, s22
+	vldmia r0!, {s21-s22}
+	vldmia r0!, {s15-s19}
+	vadd.f32 s20, s20, s16
+	vldmia r6!, {s8-s13}
+	vmul.f32 s25, s8, s25
+	vmul.f32 s14, s9, s14
+	vcvt.f32.s32 s24, s24
+	vmul.f32 s20, s10, s20
+	vadd.f32 s0, s15, s15
+	vldmia r0!, {s4-s10}
+	vmul.f32 s3, s11, s19
+	vmul.f32 s12, s12, s17
+	vadd.f32 s0, s0, s18
+	vmul.f32 s21, s13, s21
+	vsub.f32 s20, s0, s20
+	vmul.f32 s0, s11, s8
+	vadd.f32 s18, s18, s3
+	vldmia r6!, {s1-s3}
+	vmul.f32 s1, s1, s20
+	vadd.f32 s14, s14, s5
+	vadd.f32 s13, s4, s4
+	vmul.f32 s2, s2, s19
+	vadd.f32 s13, s13, s7
+	vadd.f32 s0, s7, s0
+	vadd.f32 s1, s12, s1
+	vmul.f32 s14, s3, s14
+	vcvt.f32.s32 s23, s23
+	vabs.f32 s3, s25
+	vadd.f32 s16, s16, s1
+	vldmia r6!, {s11-s12}
+	vmul.f32 s24, s11, s24
+	vadd.f32 s2, s16, s2
+	vsub.f32 s14, s13, s14
+	vmul.f32 s7, s12, s25
+	vsub.f32 s16, s2, s24
+	vadd.f32 s14, s14, s21
+	vldmia r6!, {s11-s13}
 	vmov.f32 s24, s25
-	vcmp.f32 s7, s4
+	vcmp.f32 s3, s11
 	vmrs APSR_nzcv, fpscr
 	bgt.w .Ljoint_drive_tick_mirrored
 .Ljoint_drive_tick_turned:
-	vmul.f32 s0, s24, s24
-	vmul.f32 s7, s5, s25
-	vsub.f32 s22, s22, s3
-	vldmia r6!, {s1-s5}
-	vmul.f32 s8, s1, s0
-	vmul.f32 s2, s2, s0
-	vsub.f32 s6, s7, s6
-	vadd.f32 s3, s2, s3
-	vadd.f32 s8, s8, s4
-	vadd.f32 s5, s5, s11
-	vmul.f32 s1, s3, s0
-	vldmia r6!, {s2-s4}
-	vadd.f32 s1, s1, s2
-	vabs.f32 s2, s22
-	vmul.f32 s8, s8, s0
-	vcmp.f32 s2, s5
+	vcmp.f32 s3, s13
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_drive_tick_away_56_16
-	vadd.f32 s8, s8, s3
-	vmul.f32 s5, s4, s6
-	vmul.f32 s8, s8, s0
-	vmul.f32 s4, s1, s0
-	vadd.f32 s22, s22, s5
 	vldmia r6!, {s1-s3}
-	vadd.f32 s5, s4, s1
-	vadd.f32 s19, s19, s6
-	vmul.f32 s1, s0, s5
-	vmul.f32 s16, s2, s16
-	vmul.f32 s19, s3, s19
-	vmul.f32 s1, s24, s1
-	vldmia r6!, {s2-s6}
-	vadd.f32 s2, s2, s11
-	vadd.f32 s19, s13, s19
-	vadd.f32 s24, s24, s1
-	vadd.f32 s3, s8, s3
-	vabs.f32 s1, s15
-	vcmp.f32 s1, s2
+	vmul.f32 s26, s1, s26
+	vmul.f32 s21, s24, s24
+	vsub.f32 s1, s7, s4
+	vmul.f32 s13, s2, s14
+	vmul.f32 s11, s3, s21
+	vldmia r6!, {s2-s4}
+	vmul.f32 s2, s2, s6
+	vadd.f32 s11, s11, s3
+	vmul.f32 s3, s4, s6
+	vadd.f32 s14, s14, s1
+	vmul.f32 s11, s11, s21
+	vadd.f32 s3, s3, s13
+	vmul.f32 s14, s4, s14
+	vadd.f32 s13, s5, s3
+	vldmia r6!, {s3-s6}
+	vmul.f32 s3, s3, s21
+	vmul.f32 s23, s4, s23
+	vadd.f32 s14, s2, s14
+	vcvt.f32.s32 s27, s27
+	vadd.f32 s2, s3, s5
+	vadd.f32 s11, s11, s6
+	vldmia r6!, {s3-s6}
+	vmul.f32 s1, s3, s1
+	vmul.f32 s11, s11, s21
+	vmul.f32 s3, s2, s21
+	vadd.f32 s4, s11, s4
+	vadd.f32 s11, s3, s5
+	vmul.f32 s27, s6, s27
+	vmul.f32 s2, s21, s4
+	vldmia r6!, {s3-s6}
+	vmul.f32 s3, s3, s8
+	vadd.f32 s4, s4, s9
+	vmul.f32 s11, s11, s21
+	vmul.f32 s2, s24, s2
+	vadd.f32 s5, s11, s5
+	vadd.f32 s3, s13, s3
+	vadd.f32 s24, s24, s2
+	vmul.f32 s21, s21, s5
+	vsub.f32 s2, s25, s24
+	vmul.f32 s13, s10, s6
+	vabs.f32 s11, s16
+	vmul.f32 s21, s12, s21
+	vcmp.f32 s11, s4
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_drive_tick_away_56_16
-	vmul.f32 s13, s4, s10
-	vsub.f32 s1, s25, s24
-	vmul.f32 s0, s0, s3
-	vadd.f32 s19, s19, s13
-	vadd.f32 s13, s27, s1
-	vmov.f32 s8, #0.5
-	vmul.f32 s2, s8, s13
-	vmul.f32 s13, s12, s5
-	vmul.f32 s1, s6, s10
-	vsub.f32 s14, s2, s14
-	vldmia r6!, {s3-s5}
-	vmul.f32 s3, s3, s14
-	vmul.f32 s12, s11, s4
-	vmul.f32 s6, s6, s18
-	vadd.f32 s14, s21, s14
-	vadd.f32 s15, s15, s3
-	vmul.f32 s21, s5, s22
-	vadd.f32 s17, s17, s6
-	vldmia r6!, {s3-s6}
-	vmul.f32 s3, s3, s22
-	vmul.f32 s4, s4, s22
-	vmul.f32 s11, s26, s0
-	vmul.f32 s14, s5, s14
-	vadd.f32 s1, s9, s1
-	vsub.f32 s8, s22, s4
-	vsub.f32 s9, s19, s3
-	vmul.f32 s19, s6, s15
-	vldmia r6!, {s3-s6}
-	vmul.f32 s22, s3, s22
-	vmul.f32 s4, s4, s18
-	vsub.f32 s3, s15, s19
-	vadd.f32 s14, s16, s14
-	vmul.f32 s19, s3, s24
-	vadd.f32 s16, s26, s11
-	vmul.f32 s5, s5, s15
+	vadd.f32 s2, s27, s2
+	vsub.f32 s3, s3, s26
 	vmov.f32 s26, #0.5
-	vmul.f32 s26, s26, s19
+	vmul.f32 s2, s26, s2
+	vadd.f32 s1, s3, s1
+	vldmia r6!, {s4-s6}
+	vmul.f32 s4, s4, s1
+	vsub.f32 s15, s2, s15
+	vmul.f32 s5, s5, s1
+	vadd.f32 s20, s20, s15
+	vadd.f32 s21, s12, s21
+	vmul.f32 s6, s6, s8
+	vldmia r6!, {s10-s12}
+	vmul.f32 s15, s10, s15
+	vadd.f32 s14, s14, s6
+	vabs.f32 s3, s3
+	vadd.f32 s15, s16, s15
+	vmul.f32 s16, s11, s1
+	vmul.f32 s20, s12, s20
+	vsub.f32 s11, s8, s4
+	vsub.f32 s10, s0, s16
+	vsub.f32 s8, s1, s5
+	vldmia r6!, {s4-s6}
+	vadd.f32 s4, s4, s9
+	vmul.f32 s16, s5, s15
+	vcmp.f32 s3, s4
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_away_56_16
+	vsub.f32 s3, s15, s16
+	vmul.f32 s1, s6, s1
+	vmul.f32 s16, s3, s24
+	vldmia r6!, {s4-s6}
+	vmul.f32 s12, s9, s4
 	vadd.f32 s27, s27, s8
-	vadd.f32 s14, s14, s4
-	vadd.f32 s25, s25, s3
-	vmul.f32 s6, s6, s15
-	vsub.f32 s11, s10, s22
-	vldmia r6!, {s22}
-	vmul.f32 s15, s22, s15
-	vsub.f32 s10, s1, s21
-	vsub.f32 s5, s17, s5
-	vsub.f32 s26, s16, s26
-	vsub.f32 s6, s18, s6
-	vmul.f32 s26, s3, s26
-	vsub.f32 s4, s14, s15
-	vsub.f32 s22, s16, s19
+	vsub.f32 s9, s14, s1
+	vmul.f32 s17, s5, s17
 	vstmdb r0!, {s7-s13}
+	vadd.f32 s25, s25, s3
+	vmul.f32 s14, s6, s19
+	vmul.f32 s26, s26, s16
+	vadd.f32 s20, s17, s20
+	vldmia r6!, {s4-s8}
+	vmul.f32 s17, s4, s15
+	vmul.f32 s0, s5, s15
+	vsub.f32 s26, s21, s26
+	vmul.f32 s15, s6, s15
+	vadd.f32 s14, s20, s14
+	vsub.f32 s6, s19, s15
+	vsub.f32 s4, s14, s17
+	vmul.f32 s26, s3, s26
+	vmul.f32 s14, s7, s4
+	vadd.f32 s26, s24, s26
+	vsub.f32 s24, s21, s16
+	vsub.f32 s5, s18, s0
+	vmul.f32 s8, s8, s9
+	vldmia r1!, {s18-s21}
+	vldmia r6!, {s15-s17}
+	vmul.f32 s13, s15, s25
+	vadd.f32 s23, s23, s18
+	vsub.f32 s13, s27, s13
+	vadd.f32 s15, s15, s24
+	vmul.f32 s27, s26, s4
+	vmul.f32 s16, s16, s13
+	vsub.f32 s17, s17, s24
+	vmul.f32 s27, s27, s4
+	vneg.f32 s15, s15
+	vmul.f32 s0, s15, s4
+	vsub.f32 s23, s25, s23
+	vsub.f32 s27, s27, s16
+	vsub.f32 s14, s13, s14
 	vstmdb r0!, {s2-s6}
 	str.w r4, [r0, #48]
 	str.w r5, [r0, #52]
@@ -644,110 +675,93 @@ joint_drive_tick:
 	mov.w r4, #0
 	str.w r4, [r0, #68]
 	str.w r4, [r0, #72]
-	vldmia r6!, {s12-s19}
-	vadd.f32 s21, s12, s22
-	vmul.f32 s12, s12, s25
-	vsub.f32 s13, s13, s22
-	vldmia r1!, {s0-s3}
-	vsub.f32 s27, s27, s12
-	vadd.f32 s24, s24, s26
-	vmul.f32 s14, s14, s27
-	vmul.f32 s26, s15, s4
-	vmul.f32 s16, s16, s5
-	vmul.f32 s7, s13, s5
-	vneg.f32 s21, s21
-	vsub.f32 s27, s27, s26
-	vmul.f32 s17, s17, s9
-	vsub.f32 s27, s27, s24
-	vmul.f32 s26, s24, s4
-	vmul.f32 s18, s18, s5
-	vmul.f32 s19, s19, s6
-	vmul.f32 s5, s21, s4
-	vmul.f32 s13, s13, s6
-	vadd.f32 s5, s9, s5
-	vadd.f32 s7, s10, s7
-	vadd.f32 s13, s11, s13
-	vldmia r1!, {s8-s12}
-	vmul.f32 s21, s21, s27
-	vmul.f32 s26, s26, s4
-	vadd.f32 s23, s23, s0
-	vsub.f32 s10, s10, s1
-	vmul.f32 s8, s15, s27
-	vsub.f32 s11, s11, s2
-	vsub.f32 s14, s26, s14
-	vsub.f32 s8, s5, s8
-	vsub.f32 s26, s27, s2
-	vmul.f32 s15, s15, s8
-	vsub.f32 s12, s12, s3
-	vsub.f32 s27, s4, s1
-	vsub.f32 s14, s14, s17
-	vsub.f32 s23, s25, s23
-	vsub.f32 s8, s8, s3
-	vsub.f32 s25, s9, s0
-	vldmia r6!, {s0-s5}
-	vmul.f32 s0, s0, s26
-	vadd.f32 s21, s14, s21
+	vmul.f32 s16, s17, s5
+	vadd.f32 s9, s9, s0
+	vsub.f32 s8, s27, s8
+	vldmia r6!, {s0-s3}
+	vmul.f32 s0, s0, s22
+	vsub.f32 s27, s4, s19
+	vsub.f32 s25, s14, s26
 	vmul.f32 s1, s1, s23
+	vmul.f32 s17, s17, s6
+	vadd.f32 s14, s10, s16
+	vmul.f32 s15, s15, s25
+	vmul.f32 s16, s7, s25
+	vsub.f32 s25, s25, s20
+	vsub.f32 s16, s9, s16
+	vadd.f32 s8, s8, s15
+	vadd.f32 s15, s11, s17
+	vldmia r1!, {s9-s13}
+	vmul.f32 s7, s7, s16
+	vsub.f32 s16, s16, s21
 	vmul.f32 s2, s2, s27
-	vsub.f32 s15, s21, s15
-	vmul.f32 s27, s3, s27
-	vadd.f32 s21, s8, s1
-	vadd.f32 s15, s15, s7
-	vadd.f32 s21, s21, s2
-	vmul.f32 s17, s4, s8
-	vmul.f32 s14, s5, s25
-	vadd.f32 s21, s21, s0
-	vldmia r6!, {s0-s5}
-	vmul.f32 s25, s0, s13
-	vadd.f32 s18, s21, s18
-	vmul.f32 s1, s1, s12
-	vmul.f32 s21, s2, s15
-	vadd.f32 s6, s18, s6
-	vneg.f32 s21, s21
-	vadd.f32 s14, s1, s14
-	vadd.f32 s27, s21, s27
-	vmul.f32 s21, s3, s11
-	vmul.f32 s15, s4, s26
-	vsub.f32 s18, s6, s20
-	vadd.f32 s15, s27, s15
-	vmul.f32 s10, s5, s10
-	vadd.f32 s27, s15, s17
-	vadd.f32 s14, s14, s10
-	vadd.f32 s15, s27, s16
-	vldmia r6!, {s0-s5}
-	vmul.f32 s0, s0, s20
-	vadd.f32 s19, s15, s19
-	vadd.f32 s14, s14, s21
-	vmul.f32 s1, s1, s20
-	vadd.f32 s15, s19, s25
-	vmul.f32 s2, s2, s6
+	vsub.f32 s12, s12, s20
+	vsub.f32 s21, s13, s21
+	vsub.f32 s17, s11, s19
+	vsub.f32 s18, s10, s18
+	vmul.f32 s3, s3, s12
+	vadd.f32 s1, s16, s1
+	vsub.f32 s7, s8, s7
+	vldmia r6!, {s8-s13}
+	vmul.f32 s8, s8, s5
+	vmul.f32 s16, s9, s16
+	vadd.f32 s20, s7, s14
+	vmul.f32 s27, s10, s27
+	vmul.f32 s20, s11, s20
+	vabs.f32 s23, s23
+	vmul.f32 s19, s12, s25
+	vmul.f32 s15, s13, s15
+	vneg.f32 s20, s20
+	vldmia r6!, {s9-s14}
+	vmul.f32 s9, s9, s17
+	vmul.f32 s18, s10, s18
+	vmul.f32 s11, s11, s25
+	vadd.f32 s2, s1, s2
+	vadd.f32 s27, s20, s27
+	vmul.f32 s25, s12, s6
+	vadd.f32 s17, s27, s11
+	vadd.f32 s2, s2, s19
+	vmul.f32 s5, s13, s5
+	vadd.f32 s16, s17, s16
+	vmul.f32 s14, s14, s21
+	vadd.f32 s16, s16, s5
+	vadd.f32 s14, s14, s18
+	vadd.f32 s25, s16, s25
+	vldmia r6!, {s17-s21}
+	vmul.f32 s16, s17, s22
+	vcmp.f32 s23, s18
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_law
+	vadd.f32 s15, s25, s15
+	vadd.f32 s14, s14, s9
+	vadd.f32 s8, s2, s8
+	vadd.f32 s14, s14, s3
+	vadd.f32 s8, s8, s6
 	vadd.f32 s15, s15, s14
-	vabs.f32 s27, s23
-	vstr s6, [r2, #4]
-	vadd.f32 s14, s15, s1
-	vstr s18, [r2, #8]
-	vadd.f32 s14, s14, s2
-	vsub.f32 s1, s20, s0
-	vabs.f32 s15, s14
-	vmov.f32 s23, #30.0
-	vmov.f32 s0, s14
-	vcmp.f32 s0, s23
+	vmul.f32 s19, s19, s8
+	vadd.f32 s27, s15, s16
+	vstr s8, [r2, #4]
+	vsub.f32 s25, s8, s22
+	vadd.f32 s19, s27, s19
+	vstr s25, [r2, #8]
+	vsub.f32 s1, s22, s0
+	vmov.f32 s27, #-30.0
+	vmov.f32 s0, s19
+	vcmp.f32 s0, s20
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s0, s23
-	vcmp.f32 s0, s3
+	vmovgt.f32 s0, s20
+	vcmp.f32 s0, s27
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s3
-	vcmp.f32 s0, s14
+	vmovmi.f32 s0, s27
+	vcmp.f32 s0, s19
 	vmrs APSR_nzcv, fpscr
 	it ne
 	addne r7, #2
+	vabs.f32 s27, s19
 	vstr s0, [r2, #0]
-	vcmp.f32 s15, s4
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_law
-	vcmp.f32 s27, s5
+	vcmp.f32 s27, s21
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_drive_tick_law
 	vstmdb r0!, {s0-s1}
@@ -759,13 +773,13 @@ joint_drive_tick:
 	vcmp.f32 s25, #0.0
 	vmrs APSR_nzcv, fpscr
 	vpush {s0}
-	vldr s0, [r6, #216]
-	vsub.f32 s24, s0, s7
-	vldr s0, [r6, #220]
+	vldr s0, [r6, #236]
+	vsub.f32 s24, s0, s3
+	vldr s0, [r6, #240]
 	vadd.f32 s24, s24, s0
 	it mi
 	vnegmi.f32 s24, s24
-	vneg.f32 s26, s26
+	vneg.f32 s12, s12
 	vpop {s0}
 	b.w .Ljoint_drive_tick_turned
 .Ljoint_drive_tick_law:
@@ -773,8 +787,8 @@ joint_drive_tick:
 	sub.w r1, r1, #52
 	push.w {r4, lr}
 	sub.w sp, sp, #40
-	vstr s24, [sp, #4]
-	vstr s22, [sp, #8]
+	vstr s26, [sp, #4]
+	vstr s24, [sp, #8]
 	mov.w ip, #0
 	strb.w ip, [sp, #0]
 	strb.w ip, [sp, #12]
@@ -800,77 +814,80 @@ joint_drive_tick:
 	b.w joint_drive_rest
 	.balign 4
 .Ljoint_drive_tick_table:
-	.word 0x3975dd20 @ 0.00023447396
 	.word 0x36c90fdb @ 5.9921126e-6
-	.word 0x459c4d13 @ 5001.6343
-	.word 0x46170c19 @ 9667.024
+	.word 0x36c90fdb @ 5.9921126e-6
 	.word 0x3975dd20 @ 0.00023447396
-	.word 0x3a7c1fef @ 0.00096177956
 	.word 0x42208591 @ 40.130436
+	.word 0x3a83126f @ 0.001
 	.word 0x3a830d1a @ 0.0009998411
-	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x459c4d13 @ 5001.6343
 	.word 0x35063423 @ 4.999476e-7
-	.word 0x2f33c5ab @ 1.6350181e-10
 	.word 0x2f373cd5 @ 1.6665365e-10
-	.word 0x40c90fdb @ 6.2831855
-	.word 0x3f6c4815 @ 0.9229749
-	.word 0x3975dd20 @ 0.00023447396
-	.word 0x3fc90fdb @ 1.5707964
+	.word 0x46170c19 @ 9667.024
+	.word 0x36c90fdb @ 5.9921126e-6
 	.word 0x4838b45c @ 189137.44
-	.word 0x37c28d4e @ 2.3192402e-5
+	.word 0x3fc90fdb @ 1.5707964
+	.word 0x3f800000 @ 1.0
+	.word 0x406231d6 @ 3.5342917
+	.word 0x3975dd20 @ 0.00023447396
+	.word 0x3502cfaf @ 4.8730993e-7
 	.word 0x362e7949 @ 2.5998618e-6
+	.word 0x3f6c4815 @ 0.9229749
 	.word 0xb94fafbf @ -0.00019806529
+	.word 0x3a7c1fef @ 0.00096177956
+	.word 0x37c28d4e @ 2.3192402e-5
+	.word 0x40c90fdb @ 6.2831855
 	.word 0xbab59c80 @ -0.0013855845
-	.word 0x3dc1b5f1 @ 0.09458531
 	.word 0x3c088734 @ 0.008333016
-	.word 0x3d2aa7d9 @ 0.04166398
 	.word 0x3502cfaf @ 4.8730993e-7
 	.word 0xbe2aaaa4 @ -0.16666657
-	.word 0x3f7feabe @ 0.99967563
-	.word 0x3a7c1fef @ 0.00096177956
+	.word 0x3d2aa7d9 @ 0.04166398
+	.word 0x3975dd20 @ 0.00023447396
+	.word 0x2f33c5ab @ 1.6350181e-10
 	.word 0x38ff312a @ 0.00012168505
 	.word 0xbeffffe9 @ -0.4999993
-	.word 0x3502cfaf @ 4.8730993e-7
 	.word 0x3f7d73e8 @ 0.99004984
-	.word 0x3a83126f @ 0.001
-	.word 0x35063423 @ 4.999476e-7
-	.word 0x3f7befc5 @ 0.98412734
-	.word 0x483f7812 @ 196064.28
-	.word 0x43f408fd @ 488.07022
-	.word 0x3f461ed1 @ 0.7739077
-	.word 0x3a830d1a @ 0.0009998411
-	.word 0x3e623391 @ 0.22089984
 	.word 0x4be536cc @ 30043544.0
+	.word 0x3f461ed1 @ 0.7739077
+	.word 0x3502cfaf @ 4.8730993e-7
 	.word 0x35063423 @ 4.999476e-7
+	.word 0x483f7812 @ 196064.28
+	.word 0x3a830d1a @ 0.0009998411
+	.word 0x3dc1b5f1 @ 0.09458531
+	.word 0x3e623391 @ 0.22089984
+	.word 0x43f408fd @ 488.07022
+	.word 0x3f7befc5 @ 0.98412734
+	.word 0x3f7feabe @ 0.99967563
+	.word 0x35063423 @ 4.999476e-7
+	.word 0x41c5f1a4 @ 24.742989
 	.word 0x44b4fcb2 @ 1447.8967
 	.word 0x470d47c1 @ 36167.754
-	.word 0x41c5f1a4 @ 24.742989
-	.word 0x421c8591 @ 39.130436
-	.word 0xc21c26b7 @ -39.037807
-	.word 0x46170c19 @ 9667.024
 	.word 0x3e9bd37a @ 0.3043478
-	.word 0xbe743606 @ -0.23848733
 	.word 0x4296603e @ 75.18797
-	.word 0x426ec859 @ 59.695652
-	.word 0xb8fa1f22 @ -0.00011926728
-	.word 0x42700000 @ 60.0
+	.word 0x421c8591 @ 39.130436
+	.word 0x46170c19 @ 9667.024
+	.word 0xc21c26b7 @ -39.037807
+	.word 0x3c230606 @ 0.009950167
 	.word 0x45fa0000 @ 8000.0
 	.word 0x44960000 @ 1200.0
-	.word 0xbfce201e @ -1.6103551
-	.word 0xbc37d91e @ -0.011221198
-	.word 0x3f7a81e5 @ 0.97854453
-	.word 0xb3d731df @ -1.0020789e-7
-	.word 0x3e548ee5 @ 0.20757635
-	.word 0x3951a58c @ 0.00019993464
 	.word 0x3f7c23eb @ 0.98492306
-	.word 0xbe77b548 @ -0.24190247
+	.word 0x426ec859 @ 59.695652
+	.word 0xbc37d91e @ -0.011221198
+	.word 0xbfce201e @ -1.6103551
+	.word 0x3951a58c @ 0.00019993464
+	.word 0x42700000 @ 60.0
+	.word 0xb3d731df @ -1.0020789e-7
 	.word 0x3f1a6e60 @ 0.6032467
-	.word 0x3c230606 @ 0.009950167
+	.word 0x3f7a81e5 @ 0.97854453
+	.word 0xbe77b548 @ -0.24190247
+	.word 0xb8fa1f22 @ -0.00011926728
+	.word 0xbe743606 @ -0.23848733
+	.word 0x3e548ee5 @ 0.20757635
 	.word 0x3c94952f @ 0.018137543
-	.word 0xbca50026 @ -0.020141672
-	.word 0xc1f00000 @ -30.0
-	.word 0x46700000 @ 15360.0
 	.word 0x3e764a8d @ 0.24051876
+	.word 0xbca50026 @ -0.020141672
+	.word 0x41f00000 @ 30.0
+	.word 0x46700000 @ 15360.0
 	.word 0x40490fdb @ 3.1415927
 	.word 0xb3bbbd2e @ -8.742278e-8
 	.size joint_drive_tick, .-joint_drive_tick

@@ -58,77 +58,83 @@ motor_tick_u:
 	vmov s14, s15, r3, r2
 	add.w r1, r1, #12
 	adr.w r3, .Lmotor_tick_u_table
-	vldmia r0!, {s7-s12}
-	vldmia r3!, {s1-s6}
-	vmul.f32 s7, s1, s7
-	vmul.f32 s0, s2, s9
-	vadd.f32 s7, s10, s7
-	vmul.f32 s9, s3, s9
-	vmul.f32 s4, s4, s7
-	vcvt.f32.s32 s13, s13
-	vmul.f32 s3, s3, s7
-	vcvt.f32.s32 s7, s15
-	vadd.f32 s15, s9, s4
-	vmul.f32 s7, s5, s7
-	vadd.f32 s9, s0, s3
-	vldmia r1!, {s0-s4}
-	vadd.f32 s8, s8, s15
 	vcvt.f32.s32 s14, s14
-	vmul.f32 s13, s6, s13
-	vmul.f32 s14, s5, s14
-	vsub.f32 s15, s4, s1
-	vsub.f32 s14, s8, s14
-	vldmia r3!, {s2-s6}
-	vmul.f32 s8, s2, s14
-	vmul.f32 s2, s3, s14
-	vadd.f32 s4, s4, s11
-	vsub.f32 s2, s9, s2
-	vmul.f32 s9, s5, s14
-	vadd.f32 s0, s13, s0
-	vsub.f32 s13, s2, s1
-	vsub.f32 s1, s14, s8
-	vsub.f32 s3, s10, s9
-	vadd.f32 s10, s7, s1
-	vabs.f32 s14, s14
-	vsub.f32 s10, s10, s0
-	vmul.f32 s7, s6, s2
-	vcmp.f32 s14, s4
+	vldmia r3!, {s5-s12}
+	vldmia r0!, {s0-s4}
+	vmul.f32 s0, s5, s0
+	vcvt.f32.s32 s15, s15
+	vcvt.f32.s32 s13, s13
+	vadd.f32 s5, s3, s0
+	vadd.f32 s0, s6, s4
+	vmul.f32 s14, s7, s14
+	vmul.f32 s6, s8, s2
+	vmul.f32 s15, s7, s15
+	vmul.f32 s9, s9, s5
+	vmul.f32 s8, s8, s5
+	vadd.f32 s6, s6, s9
+	vabs.f32 s7, s15
+	vadd.f32 s9, s1, s6
+	vmul.f32 s10, s10, s2
+	vmul.f32 s13, s11, s13
+	vcmp.f32 s7, s12
 	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_24_32
-	vadd.f32 s14, s7, s3
-	vldmia r3!, {s4-s9}
-	vmul.f32 s14, s4, s14
-	vmul.f32 s5, s5, s15
-	vldmia r0!, {s15}
-	vmul.f32 s6, s6, s13
-	vneg.f32 s14, s14
-	vadd.f32 s14, s14, s6
-	vmul.f32 s7, s7, s10
-	vadd.f32 s14, s14, s5
-	vabs.f32 s10, s10
-	vadd.f32 s13, s13, s7
-	vcmp.f32 s10, s8
+	bhi.w .Lmotor_tick_u_away_20_12
+	vsub.f32 s14, s9, s14
+	vadd.f32 s7, s10, s8
+	vldmia r3!, {s8-s12}
+	vmul.f32 s8, s8, s14
+	vmul.f32 s9, s9, s14
+	vsub.f32 s2, s7, s8
+	vsub.f32 s1, s14, s9
+	vldmia r1!, {s5-s9}
+	vadd.f32 s13, s13, s5
+	vsub.f32 s7, s2, s6
+	vsub.f32 s9, s9, s6
+	vldmia r0!, {s5-s6}
+	vmul.f32 s5, s5, s10
+	vmul.f32 s8, s11, s14
+	vadd.f32 s15, s15, s1
+	vmul.f32 s12, s12, s2
+	vabs.f32 s10, s14
+	vcmp.f32 s10, s0
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_u_away_28_32
-	vmul.f32 s4, s11, s9
-	vldmia r3!, {s5-s11}
-	vmul.f32 s0, s5, s15
-	vmul.f32 s13, s6, s13
-	vadd.f32 s0, s14, s0
-	vmul.f32 s5, s12, s7
-	vadd.f32 s0, s0, s13
-	vmul.f32 s8, s8, s15
-	vabs.f32 s14, s0
-	vsub.f32 s6, s15, s8
-	vcmp.f32 s0, s9
+	vsub.f32 s3, s3, s8
+	vsub.f32 s8, s15, s13
+	vadd.f32 s10, s12, s3
+	vldmia r3!, {s11-s15}
+	vmul.f32 s10, s11, s10
+	vmul.f32 s11, s12, s8
+	vabs.f32 s8, s8
+	vcmp.f32 s8, s13
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_u_away_28_32
+	vmul.f32 s14, s14, s9
+	vmul.f32 s15, s15, s7
+	vadd.f32 s7, s7, s11
+	vneg.f32 s8, s10
+	vadd.f32 s15, s8, s15
+	vldmia r3!, {s8-s13}
+	vmul.f32 s8, s8, s6
+	vadd.f32 s14, s15, s14
+	vmul.f32 s9, s9, s7
+	vadd.f32 s14, s14, s8
+	vmul.f32 s10, s10, s6
+	vadd.f32 s15, s14, s9
+	vmul.f32 s4, s4, s11
+	vmov.f32 s14, #-10.0
+	vmov.f32 s0, s15
+	vcmp.f32 s0, s12
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s0, s9
-	vcmp.f32 s0, s10
+	vmovgt.f32 s0, s12
+	vcmp.f32 s0, s14
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s10
-	vcmp.f32 s14, s11
+	vmovmi.f32 s0, s14
+	vabs.f32 s7, s15
+	vsub.f32 s6, s6, s10
+	vcmp.f32 s7, s13
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_u_away_28_32
 	vstmdb r0!, {s0-s6}
@@ -137,9 +143,9 @@ motor_tick_u:
 	mov.w ip, #0
 	str.w ip, [r0, #40]
 	bx lr
-.Lmotor_tick_u_away_24_32:
-	sub.w r0, r0, #24
-	sub.w r1, r1, #32
+.Lmotor_tick_u_away_20_12:
+	sub.w r0, r0, #20
+	sub.w r1, r1, #12
 	b.w .Lmotor_tick_u_leave
 .Lmotor_tick_u_away_28_32:
 	sub.w r0, r0, #28
@@ -157,28 +163,28 @@ motor_tick_u:
 	.balign 4
 .Lmotor_tick_u_table:
 	.word 0x437a0000 @ 250.0
-	.word 0x3f7ffcb9 @ 0.99995
+	.word 0x3d145f16 @ 0.036223494
+	.word 0x39c90fdb @ 0.0003834952
 	.word 0x3a831198 @ 0.000999975
 	.word 0x3506372a @ 4.9999164e-7
-	.word 0x39c90fdb @ 0.0003834952
+	.word 0x3f7ffcb9 @ 0.99995
 	.word 0x40c90fdb @ 6.2831855
-	.word 0x3ebb850f @ 0.36624953
+	.word 0x406231d6 @ 3.5342917
 	.word 0x428a9a62 @ 69.30153
-	.word 0x3d145f16 @ 0.036223494
+	.word 0x3ebb850f @ 0.36624953
+	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x45a4393b @ 5255.154
 	.word 0xbd4ccccd @ -0.05
 	.word 0x3b83126f @ 0.004
-	.word 0x408000d2 @ 4.0001
-	.word 0xbef0f274 @ -0.47059977
 	.word 0x42fa0000 @ 125.0
 	.word 0x3dc49ba6 @ 0.096
-	.word 0x3f7693e9 @ 0.96319443
+	.word 0x408000d2 @ 4.0001
+	.word 0xbef0f274 @ -0.47059977
 	.word 0x4062594d @ 3.5367005
 	.word 0xc070f274 @ -3.7647982
-	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x3d782a02 @ 0.060586937
+	.word 0x3f7693e9 @ 0.96319443
 	.word 0x41200000 @ 10.0
-	.word 0xc1200000 @ -10.0
 	.word 0x45a00000 @ 5120.0
 	.size motor_tick_u, .-motor_tick_u
 
@@ -207,87 +213,92 @@ motor_tick:
 	add.w r1, r1, #12
 	adr.w r3, .Lmotor_tick_table
 	mov.w r5, #0
-	vldmia r0!, {s6-s12}
-	vldmia r3!, {s0-s5}
-	vmul.f32 s0, s0, s6
 	vcvt.f32.s32 s14, s14
-	vadd.f32 s0, s9, s0
-	vcvt.f32.s32 s13, s13
-	vmul.f32 s6, s1, s8
-	vmul.f32 s2, s2, s0
-	vmul.f32 s8, s3, s8
-	vmul.f32 s14, s4, s14
-	vadd.f32 s2, s6, s2
-	vmul.f32 s0, s1, s0
-	vadd.f32 s7, s7, s2
-	vcvt.f32.s32 s15, s15
-	vmul.f32 s13, s5, s13
-	vmul.f32 s15, s4, s15
-	vsub.f32 s7, s7, s14
-	vldmia r3!, {s2-s6}
-	vmul.f32 s14, s2, s7
-	vmul.f32 s3, s3, s7
-	vadd.f32 s8, s8, s0
-	vsub.f32 s1, s7, s14
-	vmul.f32 s14, s4, s7
-	vmul.f32 s4, s10, s5
-	vabs.f32 s7, s7
-	vsub.f32 s2, s8, s3
-	vadd.f32 s10, s6, s10
-	vsub.f32 s3, s9, s14
-	vcmp.f32 s7, s10
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_away_28_12
-	vldmia r1!, {s6-s10}
-	vsub.f32 s14, s10, s7
-	vadd.f32 s13, s13, s6
-	vadd.f32 s8, s15, s1
-	vldmia r3!, {s9-s10}
+	vcvt.f32.s32 s7, s13
+	vldmia r0!, {s0-s6}
+	vldmia r3!, {s8-s13}
+	vmul.f32 s0, s8, s0
 	vmul.f32 s14, s9, s14
-	vsub.f32 s13, s8, s13
-	vsub.f32 s15, s2, s7
-	vmul.f32 s5, s11, s10
-	vldmia r3!, {s6-s11}
-	vmul.f32 s6, s6, s2
-	vmul.f32 s7, s7, s15
-	vadd.f32 s6, s6, s3
-	vmul.f32 s8, s8, s13
-	vmul.f32 s6, s9, s6
-	vadd.f32 s8, s15, s8
-	vneg.f32 s15, s6
-	vadd.f32 s7, s15, s7
+	vadd.f32 s8, s3, s0
+	vmul.f32 s0, s10, s2
+	vcvt.f32.s32 s15, s15
+	vmul.f32 s11, s11, s8
 	vmul.f32 s10, s10, s8
-	vstr s8, [r2, #4]
-	vadd.f32 s15, s7, s14
-	vsub.f32 s8, s8, s12
-	vmul.f32 s14, s11, s12
-	vstr s8, [r2, #8]
-	vldmia r3!, {s6-s9}
-	vmul.f32 s11, s6, s12
-	vadd.f32 s14, s15, s14
-	vsub.f32 s6, s12, s11
-	vadd.f32 s15, s14, s10
-	vmov.f32 s14, #-10.0
-	vmov.f32 s0, s15
-	vcmp.f32 s0, s7
-	vmrs APSR_nzcv, fpscr
-	it gt
-	vmovgt.f32 s0, s7
-	vcmp.f32 s0, s14
-	vmrs APSR_nzcv, fpscr
-	it mi
-	vmovmi.f32 s0, s14
-	vabs.f32 s14, s13
-	vstr s0, [r2, #0]
-	vcmp.f32 s14, s8
+	vadd.f32 s0, s0, s11
+	vmul.f32 s12, s12, s2
+	vadd.f32 s0, s1, s0
+	vmul.f32 s8, s9, s15
+	vsub.f32 s0, s0, s14
+	vmul.f32 s7, s13, s7
+	vadd.f32 s10, s12, s10
+	vldmia r3!, {s11-s15}
+	vmul.f32 s11, s11, s0
+	vmul.f32 s12, s12, s0
+	vmul.f32 s13, s13, s0
+	vsub.f32 s2, s10, s11
+	vsub.f32 s3, s3, s12
+	vsub.f32 s1, s0, s13
+	vldmia r1!, {s9-s13}
+	vadd.f32 s11, s8, s1
+	vmul.f32 s14, s14, s2
+	vsub.f32 s13, s13, s10
+	vadd.f32 s9, s7, s9
+	vadd.f32 s7, s14, s3
+	vmul.f32 s15, s15, s13
+	vsub.f32 s9, s11, s9
+	vabs.f32 s0, s0
+	vldmia r3!, {s11-s14}
+	vmul.f32 s11, s11, s7
+	vsub.f32 s10, s2, s10
+	vabs.f32 s8, s8
+	vmul.f32 s12, s12, s10
+	vadd.f32 s13, s13, s4
+	vneg.f32 s11, s11
+	vadd.f32 s7, s11, s12
+	vmul.f32 s5, s5, s14
+	vcmp.f32 s0, s13
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_away_28_32
-	vabs.f32 s14, s15
-	vcmp.f32 s0, s15
+	vldmia r3!, {s12-s14}
+	vmul.f32 s12, s12, s9
+	vmul.f32 s13, s13, s6
+	vadd.f32 s10, s10, s12
+	vadd.f32 s15, s7, s15
+	vmul.f32 s14, s14, s10
+	vadd.f32 s13, s15, s13
+	vstr s10, [r2, #4]
+	vadd.f32 s7, s13, s14
+	vldmia r3!, {s11-s15}
+	vmul.f32 s11, s11, s6
+	vmul.f32 s4, s4, s12
+	vsub.f32 s12, s10, s6
+	vcmp.f32 s8, s13
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_away_28_32
+	vstr s12, [r2, #8]
+	vmov.f32 s10, #10.0
+	vmov.f32 s8, #-10.0
+	vmov.f32 s0, s7
+	vcmp.f32 s0, s10
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s10
+	vcmp.f32 s0, s8
+	vmrs APSR_nzcv, fpscr
+	it mi
+	vmovmi.f32 s0, s8
+	vabs.f32 s8, s9
+	vcmp.f32 s0, s7
 	vmrs APSR_nzcv, fpscr
 	it ne
 	addne r5, #2
-	vcmp.f32 s14, s9
+	vsub.f32 s6, s6, s11
+	vabs.f32 s7, s7
+	vcmp.f32 s8, s14
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_away_28_32
+	vstr s0, [r2, #0]
+	vcmp.f32 s7, s15
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_away_28_32
 	vstmdb r0!, {s0-s6}
@@ -298,10 +309,6 @@ motor_tick:
 	mov.w r0, r5
 	pop.w {r4-r5}
 	bx lr
-.Lmotor_tick_away_28_12:
-	sub.w r0, r0, #28
-	sub.w r1, r1, #12
-	b.w .Lmotor_tick_leave
 .Lmotor_tick_away_28_32:
 	sub.w r0, r0, #28
 	sub.w r1, r1, #32
@@ -313,26 +320,26 @@ motor_tick:
 	.balign 4
 .Lmotor_tick_table:
 	.word 0x437a0000 @ 250.0
+	.word 0x39c90fdb @ 0.0003834952
 	.word 0x3a831198 @ 0.000999975
 	.word 0x3506372a @ 4.9999164e-7
 	.word 0x3f7ffcb9 @ 0.99995
-	.word 0x39c90fdb @ 0.0003834952
 	.word 0x40c90fdb @ 6.2831855
-	.word 0x3ebb850f @ 0.36624953
 	.word 0x428a9a62 @ 69.30153
 	.word 0x45a4393b @ 5255.154
-	.word 0x3f7693e9 @ 0.96319443
-	.word 0x3d145f16 @ 0.036223494
-	.word 0x408000d2 @ 4.0001
-	.word 0x3f7d73e8 @ 0.99004984
+	.word 0x3ebb850f @ 0.36624953
 	.word 0xbd4ccccd @ -0.05
-	.word 0xbef0f274 @ -0.47059977
-	.word 0x42fa0000 @ 125.0
+	.word 0x408000d2 @ 4.0001
 	.word 0x3b83126f @ 0.004
-	.word 0xc070f274 @ -3.7647982
+	.word 0xbef0f274 @ -0.47059977
+	.word 0x3d145f16 @ 0.036223494
+	.word 0x3f7d73e8 @ 0.99004984
+	.word 0x42fa0000 @ 125.0
 	.word 0x4062594d @ 3.5367005
+	.word 0xc070f274 @ -3.7647982
 	.word 0x3d782a02 @ 0.060586937
-	.word 0x41200000 @ 10.0
+	.word 0x3f7693e9 @ 0.96319443
+	.word 0x406231d6 @ 3.5342917
 	.word 0x3dc49ba6 @ 0.096
 	.word 0x45a00000 @ 5120.0
 	.size motor_tick, .-motor_tick

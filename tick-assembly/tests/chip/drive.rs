@@ -390,7 +390,7 @@ fn motor_plant() -> Plant {
 fn the_drive_of_a_motor_is_its_parts_to_the_bit() {
     let functions = motor::<Position, 0, 0, 3>(&motor_design(), Mounting::UPRIGHT).expect("a design");
     let motor = holds("motor", &functions, &motor_plant(), &QUICK, 1_000_000);
-    assert!((motor.floor..=143).contains(&motor.cycles), "{} of {}", motor.cycles, motor.floor);
+    assert!((motor.floor..=153).contains(&motor.cycles), "{} of {}", motor.cycles, motor.floor);
 }
 
 /// Two encoders, and a sine: more numbers than registers at once, so that what the observers know is stored early.
