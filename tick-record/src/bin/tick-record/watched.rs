@@ -24,8 +24,9 @@ pub(crate) struct Watched {
 
 macro_rules! watched {
     ($wanted:ident;
-     $($name:ident: $drive:ty, $symbols:ident, $design:expr, $forms:expr, $shafts:expr;)*) => {[
-        $($wanted(stringify!($name)).then(|| {
+     $($name:ident: $drive:ty, $symbols:ident, $design:expr, $forms:expr, $shafts:expr;)*) => {{
+        let mut all = Vec::new();
+        $(if $wanted(stringify!($name)) {
         let drive = <$drive>::design($design);
         let symbols = |recorder: &Recorder| drive::$symbols(&drive, &mut |name| recorder.number(name, Role::Argument));
         let tick = drive::tick(&symbols);
@@ -40,21 +41,23 @@ macro_rules! watched {
         let law = Monitored::from_parts(law, bounds, sigma_star, stuck_ticks).stopping();
         let state = [monitor::state().to_vec(), state_words(&tick)].concat();
         let bytes = Monitored::<$drive, { $shafts.len() }>::BYTES_AT;
-        Watched {
+        all.push(Watched {
             name: stringify!($name),
             forms: $forms,
             functions: drive::drive(&symbols, $shafts.map(|_| Mounting::UPRIGHT)),
             tick,
             shafts: $shafts.to_vec(),
             places: Places::of(&law, &marked, &bytes, &state),
-        }
-    })),*]};
+        });
+        })*
+        all
+    }};
 }
 
 /// The drives of the archive that are wanted.
 pub(crate) fn all(is_wanted: &dyn Fn(&str) -> bool) -> Vec<Watched> {
     const SHAFTS: [&str; 2] = ["_link", "_motor"];
-    let all = watched! {
+    watched! {
         is_wanted;
         motor: MotorDrive, motor_of, &MOTOR, [0, 0], [""];
         motor_fast: MotorDrive<f32, Position, 1>, motor_of, &MOTOR, [1, 0], [""];
@@ -64,8 +67,7 @@ pub(crate) fn all(is_wanted: &dyn Fn(&str) -> bool) -> Vec<Watched> {
         joint_fast: JointDrive<f32, Position, 1>, joint_of, &JOINT_DRIVE, [1, 0], SHAFTS;
         joint_late: JointDrive<f32, Position, 0, 1>, joint_of, &JOINT_DRIVE, [0, 1], SHAFTS;
         joint_fast_late: JointDrive<f32, Position, 1, 1>, joint_of, &JOINT_DRIVE, [1, 1], SHAFTS;
-    };
-    all.into_iter().flatten().collect()
+    }
 }
 
 impl Watched {
