@@ -508,7 +508,7 @@ impl C<'_> {
             self.state().into_iter().map(word).collect(),
             "} @_state;\n\n/* What one part of a tick tells the next. */\ntypedef struct {\n".into(),
             // The assembly has a word for each.
-            between.iter().map(|port| if self.assembly.is_some() { Self::word(port) } else { word(port) }).collect(),
+            between.iter().map(|port| if self.assembly.is_some() { Self::as_word(port) } else { word(port) }).collect(),
             "} @_between;\n".into(),
             layout,
         ];
@@ -559,7 +559,7 @@ impl C<'_> {
     }
 
     /// A member that takes a word whatever it is.
-    fn word(port: &Port) -> String {
+    fn as_word(port: &Port) -> String {
         let kind = if port.kind == Kind::Truth { Kind::Count } else { port.kind };
         Self::member(&Port { kind, ..port.clone() })
     }

@@ -241,11 +241,15 @@ impl LinearTick {
     }
 }
 
-/// What a tick leaves as it is and nothing else reads is no part of the loop: it may stay so for ever.
+/// What a tick leaves as it is and nothing else reads, number `i` of `order`: it may stay so for ever, and is no part of
+/// the loop. `entry` is of what each number is made, row and column.
+pub fn is_idle(i: usize, order: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
+    entry(i, i) == 1.0 && (0..order).all(|j| j == i || entry(j, i) == 0.0)
+}
+
 fn without_idle(mut a: Matrix, c: &[f64]) -> Matrix {
-    for i in 0..a.len() {
-        let is_read = c[i] != 0.0 || (0..a.len()).any(|j| j != i && a[j][i] != 0.0);
-        if !is_read && a[i][i] == 1.0 {
+    for i in (0..a.len()).filter(|&i| c[i] == 0.0) {
+        if is_idle(i, a.len(), |row, column| a[row][column]) {
             a[i][i] = 0.0;
         }
     }

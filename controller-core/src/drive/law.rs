@@ -5,7 +5,8 @@
 //! 1. *Foresee.* $m = w^- - \kappa X + d$ ($+ b u$ for the driven block) with the couplings and the applied u of the
 //!    tick that has passed; what the count should have moved is $p + g_2 v + g_1 m + h_1 d_1$.
 //! 2. *Believe.* A count that is there and has moved by that, give or take the gate, is taken; else the sample is lost:
-//!    the prediction stands, and the next good count brings the whole difference.
+//!    the prediction stands, and the next good count brings the whole difference. Where the next count is off by as
+//!    much it is a step of the position, after a missed tick or a slip: p starts from the count, v and d stay.
 //! 3. *Observe.* The couplings $w$ at the raw positions; $m \mathrel{+}= (w - w^-)/2$; prediction;
 //!    $e = -p$; $x \mathrel{+}= L e$. With two gain sets $L$ moves between them, as the smoothed $e$ says.
 //! 4. *Map* to the chain: $z$, $a_z$, and of every channel $d$ and $d'$ (modules `motor`, `joint`).
@@ -22,7 +23,8 @@
 //! The rows are those of the module `design` for observers of order 2 in the channels 2..n, with $A = d + \theta T d'$
 //! and $B = T d'$ put in. In every channel but the last the shares of the blocks' $d$ and $d'$ are constant: the design
 //! folds them into one number per block. The feed-forward is made of *differences*: whatever $r^{(n)}$ does within the
-//! tick, $\Delta r^{(n-1)}$ is what u must bring about. The observers never see the reference.
+//! tick, $\Delta r^{(n-1)}$ is what u must bring about. The observers never see the reference. Of an $e_1$ beyond `far`
+//! less and less counts: along σ = 0 that is a speed that u can brake.
 //!
 //! # Two ways through a tick
 //! An ordinary tick, every count there and within its gate, goes one straight way (`observe`): behind a branch for what
@@ -34,8 +36,8 @@
 //! * u is finite and within the limits, for any counts, any targets (NaN and infinities too) and any state.
 //! * Targets that are no numbers cost their ticks and nothing else: the fallback goes out, the observers go on.
 //! * From any numbers in the state the loop finds back. Estimates that are no numbers or far off cannot foresee the
-//!   count; when that has gone on for more ticks than samples may be missing, the fallback goes out and the observers
-//!   start again where the counts are. An offset that asks for more than 256 times the span of the limits is replaced
+//!   count; when that has gone on for more ticks than samples may be missing, the fallback goes out until the counts
+//!   have agreed with each other, and the observers start again there. An offset that asks for more than 256 times the span of the limits is replaced
 //!   by σ, as at the start; a smaller one decays with α.
 //! * What no sensor tells cannot be found again: the whole turn, and on an incremental encoder the angle. A state with
 //!   other words there is a loop at another place. Their checksum in [`words`](crate::Running::words) is for that.
@@ -176,7 +178,7 @@ fields! {
     struct Row<T, const E, const N> {
         /// The last one is 1 and not read.
         c: [T; N],
-        /// Of e_1 no more counts: a target that is further away is approached at a speed that u can brake.
+        /// Of a larger e_1 less and less counts: a target further away is approached at a speed that u can brake.
         far: T,
         /// Entry 0 is 0 and not read.
         kx: [T; N],
@@ -537,7 +539,7 @@ where
         Some(self.model.seen_ahead(seen, state.x[0][0]))
     }
 
-    /// Is a count that is p from its prediction within the gate? It closes after a start.
+    /// Is a count that is p from its prediction within the gate? It closes after a start at once and after a re-tune.
     #[inline(always)]
     fn is_believed(&self, state: &StateOf<Self>, i: usize, p: T) -> bool {
         p.abs() <= self.belief.gate[i] + state.reach
@@ -667,7 +669,7 @@ where
         Some((half + half) + state.x[i][2] - self.model.kappa(i) * self.position(state, i))
     }
 
-    /// The same with the couplings where the counts are.
+    /// The couplings where the counts are.
     fn remember_counts(&self, state: &mut StateOf<Self>) {
         state.push = self.push_at_counts(state);
     }

@@ -4,7 +4,7 @@
 //! derived a second time: every entry of the memory, and every angle, is moved a little and the law ticks once; ours as
 //! the module `linear` of `loop-sim` has it, a rival here. That is exact but for what gravity bends (1e-7 of an entry).
 
-use loop_sim::linear::{LinearPlant, LinearTick};
+use loop_sim::linear::{LinearPlant, LinearTick, is_idle};
 use loop_sim::plant::Plant;
 use loop_sim::port::drive::DriveDesign;
 use loop_sim::solver::SolverError;
@@ -43,10 +43,8 @@ impl Linear {
                 }
             }
         }
-        // What nobody reads is no part of the loop: it may stay as it is for ever.
         for i in (0..width).filter(|&i| i != held) {
-            let is_read = (0..width).any(|j| j != i && a[(j, i)] != 0.0);
-            if !is_read && a[(i, i)] == 1.0 {
+            if is_idle(i, width, |row, column| a[(row, column)]) {
                 a[(i, i)] = 0.0;
             }
         }
