@@ -50,9 +50,9 @@
 //! A place is a register at the entry or the return (`r0`, `s0`), or memory: `r1+44` is 44 bytes behind the address
 //! that `r1` holds at the entry. Kinds are `number` (a float), `count` (32 bits), `truth` (a byte in memory, 0 or 1),
 //! `either` (a word, with what it is where it is true and where it is not behind the place: `r2+0 0 1`). Results of the
-//! last two kinds that have one place add up: bits of a health, a status that has two reasons. Inputs that are bits of
-//! a word, `truth r2+4 bit 0`, go from 0 on; what is above them may be anything. `pad r1+45 3` names
-//! bytes that may hold anything, `size r1 48` all bytes behind an address, for code that asks whether two places
+//! last two kinds that have one place add up: bits of a health (a half word in memory), a status that has two reasons.
+//! Inputs that are bits of a word, `truth r2+4 bit 0`, go from 0 on; what is above them may be anything. `pad r1+45 3`
+//! names bytes that may hold anything, `size r1 48` all bytes behind an address, for code that asks whether two places
 //! overlap.
 //!
 //! | operation | of | gives |

@@ -180,8 +180,8 @@ typedef struct {
     float missed_motor; /* counts that were not used, in a row */
     float off_link; /* how far the last of them was from its prediction */
     float off_motor; /* how far the last of them was from its prediction */
-    float doubt; /* estimated disturbance, an acceleration */
-    float offset; /* how far the last of them was from its prediction */
+    float doubt; /* steps of the position lately, by their price; while it is fresh, agreements that are wanted */
+    float offset; /* W = sigma(0) e^(-alpha t) */
     float held; /* what the actuator held since the last tick, A */
     bool started;
 } drive_state;
@@ -272,10 +272,9 @@ static inline bool drive_begin(drive_state *state, const drive_sample *sample, d
     }
     const bool holds_5 = state->doubt <= start_ticks;
     const float part_20 = state->doubt
-            - (((((period * ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)))
-            - (agreement_link + agreement_link)) > 0.0f)
-            && (((period * ((part_11 < 0.0f) ? (-part_11) : (part_11 + 0.0f)))
-            - (agreement_motor + agreement_motor)) > 0.0f)) ? (0.5f * start_ticks) : 1.0f);
+            - ((((period * ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f))) > (agreement_link + agreement_link))
+            && ((period * ((part_11 < 0.0f) ? (-part_11) : (part_11 + 0.0f))) > (agreement_motor + agreement_motor)))
+            ? (0.5f * start_ticks) : 1.0f);
     const bool holds_6 = part_20 > start_ticks;
     const bool holds_7 = part_20 < 0.0f;
     const bool holds_8 = part_20 > 0.0f;
@@ -743,9 +742,7 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
         state->d_motor = 0.0f;
         state->doubt = start_ticks;
     }
-    if (sample->lost_link || sample->lost_motor) {
-        state->reach = 0.0f;
-    }
+    state->reach = 0.0f;
     state->held = u;
     return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
 }

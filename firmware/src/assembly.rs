@@ -56,20 +56,27 @@ pub struct DriveState<const NUMBERS: usize, const COUNTS: usize, const ENCODERS:
     numbers: [f32; NUMBERS],
     counts: [u32; COUNTS],
     missed: [f32; ENCODERS],
+    off: [f32; ENCODERS],
     fresh: bool,
     started: bool,
 }
 
 impl<const NUMBERS: usize, const COUNTS: usize, const ENCODERS: usize> DriveState<NUMBERS, COUNTS, ENCODERS> {
     /// Before the start.
-    pub const ZEROS: Self =
-        Self { numbers: [0.0; NUMBERS], counts: [0; COUNTS], missed: [0.0; ENCODERS], fresh: false, started: false };
+    pub const ZEROS: Self = Self {
+        numbers: [0.0; NUMBERS],
+        counts: [0; COUNTS],
+        missed: [0.0; ENCODERS],
+        off: [0.0; ENCODERS],
+        fresh: false,
+        started: false,
+    };
 }
 
 /// That of a motor.
-pub type MotorState = DriveState<6, 3, 1>;
+pub type MotorState = DriveState<7, 3, 1>;
 /// That of a joint.
-pub type JointState = DriveState<15, 5, 2>;
+pub type JointState = DriveState<14, 5, 2>;
 
 /// Where a drive should be at one instant: whole turns, and an angle with its derivatives.
 #[repr(C)]

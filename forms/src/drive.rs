@@ -351,7 +351,8 @@ const WORDS: [(&str, &str); 21] = [
 ];
 
 fn said(of: &Meanings, name: &str) -> &'static str {
-    of.iter().find(|(beginning, _)| name.starts_with(beginning)).map_or("", |(_, meaning)| meaning)
+    let of = of.iter().filter(|(beginning, _)| name.starts_with(beginning));
+    of.max_by_key(|(beginning, _)| beginning.len()).map_or("", |(_, meaning)| meaning)
 }
 
 /// What is to be known of the assembly.

@@ -203,7 +203,8 @@ impl<T: Real> Sensor<T> {
     /// What the count has moved: the difference of two samples that is within half a counter.
     #[inline(always)]
     pub(crate) fn moved(&self, difference: T::Count) -> T::Count {
-        if self.states == 0 {
+        // A divisor that is above 0 needs no question for the one quotient that overflows.
+        if self.states <= 0 {
             return difference.signed(self.unread);
         }
         let difference = difference.since(difference.whole(self.states, self.states));

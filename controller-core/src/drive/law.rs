@@ -599,7 +599,8 @@ where
         let is_confirmed = k.agreement[i] - (off - state.off[i]).abs();
         let is_near = k.gate[i] * (passed * passed) - off.abs();
         let is_rare = T::from_f64(STEPS + 1.0) - steps;
-        let is_sure = greater(self.moves(state, i), state.missed[i] - T::from_f64(AT_REST));
+        let (way, twice) = self.way_in_a_tick(state, i);
+        let is_sure = greater(way - twice, state.missed[i] - T::from_f64(AT_REST));
         // All of them as one comparison: each would double the ways through the tick.
         let is_step = lesser(lesser(is_confirmed, is_near), lesser(is_rare, is_sure)) >= T::ZERO;
         if is_step {
@@ -608,10 +609,11 @@ where
         is_step
     }
 
-    /// By how much more it moves in a tick than counts agree to, twice.
+    /// How far it moves in a tick, and twice what counts agree to: above it, it does move.
     #[inline(always)]
-    fn moves(&self, state: &StateOf<Self>, i: usize) -> T {
-        self.row.period * state.x[i][1].abs() - (self.belief.agreement[i] + self.belief.agreement[i])
+    fn way_in_a_tick(&self, state: &StateOf<Self>, i: usize) -> (T, T) {
+        let agreement = self.belief.agreement[i];
+        (self.row.period * state.x[i][1].abs(), agreement + agreement)
     }
 
     /// No count is so far off, nor near what is.
@@ -951,20 +953,20 @@ where
     #[doc(hidden)]
     pub fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, bool, bool) {
         let was_waiting = state.doubt > T::ZERO;
-        if was_waiting {
-            self.agree(state, counts);
+        let is_over = if was_waiting {
+            self.agree(state, counts)
         } else {
             self.go_on_to(state, counts);
-        }
-        let is_waiting = state.doubt > T::ZERO;
-        state.fresh = is_waiting;
+            true
+        };
+        state.fresh = !is_over;
         let seen = self.model.seen(&core::array::from_fn(|i| self.position(state, i)));
-        (seen, was_waiting, !is_waiting)
+        (seen, was_waiting, is_over)
     }
 
-    /// One tick of waiting. Counts that are all there and move on by what they moved before, give or take the gate, are
-    /// one agreement more; others begin anew. The speed is what they move by.
-    fn agree(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) {
+    /// One tick of waiting: is it over? Counts that are all there and move on by what they moved before, give or take
+    /// the gate, are one agreement more; others begin anew. The speed is what they move by.
+    fn agree(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> bool {
         let mut agree = true;
         let mut speed = [T::ZERO; E];
         for i in 0..E {
@@ -987,12 +989,17 @@ where
         let (most, waiting) = (self.belief.start_ticks, state.doubt);
         self.go_on_to(state, counts);
         self.start_anew(state, &speed, most);
-        if agree && waiting <= most {
-            // Counts that move as one shaft does are soon believed; a constant may be no count at all.
-            let moves = (0..E).all(|i| self.moves(state, i) > T::ZERO);
-            let left = waiting - if moves { T::HALF * most } else { T::from_f64(1.0) };
-            state.doubt = left.limited(T::ZERO, most);
+        if !(agree && waiting <= most) {
+            return false;
         }
+        // Counts that move as one shaft does are soon believed; a constant may be no count at all.
+        let moves = (0..E).all(|i| {
+            let (way, twice) = self.way_in_a_tick(state, i);
+            way > twice
+        });
+        let left = waiting - if moves { T::HALF * most } else { T::from_f64(1.0) };
+        state.doubt = left.limited(T::ZERO, most);
+        left <= T::ZERO
     }
 
     /// Where the counts are now, at this speed, waiting for so many agreements with the fallback out; d stays. Word by
@@ -1131,9 +1138,9 @@ where
             for x in &mut state.x {
                 x[2] = T::ZERO;
             }
-        } else {
-            state.reach = T::ZERO;
         }
+        // In both cases: a state that is fresh has none, and one store needs no address that is chosen.
+        state.reach = T::ZERO;
         Self::hold(state, u);
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health: Health::INPUT_REJECTED.union(Health::SAMPLE_LOST) }
     }

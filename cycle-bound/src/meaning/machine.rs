@@ -1119,7 +1119,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             None => (stem.strip_suffix('w').filter(|stem| ["add", "sub", "mov"].contains(stem)).unwrap_or(stem), false),
         };
         // `add r0, r1` is `add r0, r0, r1`.
-        let of_two = ["add", "sub", "rsb", "and", "orr", "eor", "bic", "lsl", "lsr", "asr", "mul"].contains(&stem);
+        let of_two =
+            ["add", "sub", "rsb", "and", "orr", "orn", "eor", "bic", "lsl", "lsr", "asr", "mul"].contains(&stem);
         let mut operands = operands.to_vec();
         if of_two && operands.get(2).is_none_or(|third| matches!(third, Operand::Shift(..))) {
             operands.insert(1, operands.first().cloned().ok_or("no operand")?);
@@ -1144,7 +1145,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             let by = self.graph.constant(by);
             values.push(Word::Term(self.shifted(shift, last, by)?));
         }
-        if stem == "movt" {
+        // Of these the rest of the register stays.
+        if ["movt", "bfi"].contains(&stem) {
             values.insert(0, self.get(to)?);
         }
         let (result, flags) = self.counted(stem, &values)?;
@@ -1272,6 +1274,17 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 let result = graph.two("and", shifted, mask);
                 (Word::Term(result), Flags::Unknown)
             }
+            ("bfi", [Word::Term(to), Word::Term(from), at, width]) => {
+                let mask = match (known(graph, at), known(graph, width)) {
+                    (Some(at @ 0..=31), Some(width @ 1..=31)) if at + width <= 32 => ((1 << width) - 1) << at,
+                    _ => return Err("is not followed".into()),
+                };
+                let at = u32::trailing_zeros(mask);
+                let (put, kept) = (graph.constant(mask >> at), graph.constant(!mask));
+                let low = graph.two("and", *from, put);
+                let (put, kept) = (graph.shifted_left(low, at), graph.two("and", *to, kept));
+                (Word::Term(graph.plus(kept, put, 1)), Flags::Unknown)
+            }
             ("sbfx", [Word::Term(a), from, width]) => match (known(graph, from), known(graph, width)) {
                 (Some(0), Some(width @ 1..=32)) => (Word::Term(graph.low_bits(*a, width)), Flags::Unknown),
                 _ => return Err("is not followed".into()),
@@ -1316,6 +1329,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 graph.two("and", a, b)
             }
             "orr" => graph.two("orr", a, b),
+            "orn" => {
+                let others = graph.others(b);
+                graph.two("orr", a, others)
+            }
             "eor" => graph.two("eor", a, b),
             "mul" => graph.two("times", a, b),
             "sdiv" => graph.two("quotient", a, b),
@@ -1389,8 +1406,13 @@ fn is_aligned(word: &Word) -> bool {
 }
 
 /// Bytes of a place in memory.
+/// Bytes of a value in memory: a truth of its own has one, bits share a half word.
 fn width(port: &Port) -> u8 {
-    if port.kind == Kind::Truth { 1 } else { 4 }
+    match (port.kind, port.bit) {
+        (Kind::Truth, None) => 1,
+        (Kind::Truth, Some(_)) => 2,
+        _ => 4,
+    }
 }
 
 fn shown(base: u32, offset: i32) -> String {

@@ -389,6 +389,11 @@ impl Terms {
                 let both = self.constant(mask & other);
                 self.bitwise("and", a, both)
             }
+            // Of a byte of a word that was put together of bytes: those above it are not looked at.
+            ("and", None, Some(mask)) if self.without_above(a, mask).is_some() => {
+                let a = self.without_above(a, mask).unwrap_or(a);
+                self.bitwise("and", a, b)
+            }
             // ((a & (2 s - 1)) ^ s) - s: the low bits of a with their sign.
             ("eor", None, Some(sign)) if self.of_low_bits(a, sign).is_some() => {
                 let low = self.of_low_bits(a, sign).unwrap_or(a);
@@ -417,6 +422,22 @@ impl Terms {
             Node::Bits("and", a, mask) => Some((a, self.bits(mask)?)),
             _ => None,
         }
+    }
+
+    /// `a` is a sum that was shifted right, of which a mask leaves low bits: the same without the parts that are no bit
+    /// of these, if there are any.
+    fn without_above(&mut self, a: Term, mask: u32) -> Option<Term> {
+        let Node::Bits("lsr", sum, by) = *self.node(a) else { return None };
+        let looked_at = self.bits(by)?.checked_add(32 - mask.leading_zeros()).filter(|bits| *bits < 32)?;
+        let of_parts = |terms: &Self, sum: Term| match terms.node(sum) {
+            Node::Constant(_) => 0,
+            Node::Sum(parts, _) => parts.len(),
+            _ => 1,
+        };
+        let low = self.low_mask_of(looked_at);
+        let low = self.bitwise("and", sum, low);
+        let left = self.masked(low).map_or(low, |(left, _)| left);
+        (of_parts(self, left) < of_parts(self, sum)).then(|| self.bitwise("lsr", left, by))
     }
 
     /// The bits of a mask that are the lowest ones: of a sum no others are looked at in its parts.

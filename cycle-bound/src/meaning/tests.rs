@@ -177,6 +177,63 @@ fn of_a_word_that_is_given_the_bits_that_are_named_are_known() {
     assert!(matches!(told(&[0x0480, 0x1440, 0x4770], one, "v = signed a 14\n"), Verdict::Differs(_)));
 }
 
+/// `bfi` puts low bits at a place, `orn` what a register has not; the rest stays.
+#[test]
+fn bits_are_put_into_a_word_where_the_instruction_says() {
+    let told = |code: &[u16], result: &str| {
+        let elf = elf(&[(0x0800_0000, code)], &[("f", 1, 0, 2 * code.len() as u32)]);
+        let text = "in a truth r0 bit 0\nin b truth r1 bit 0\nout v count r0\nbegin\nnone = count 0\none = count 1\n";
+        verdict(&elf, &format!("means 1\nfunction f\n{text}{result}return v\n"))
+    };
+    let (at_3, at_1) = ([0xf361, 0x00c3], [0xf361, 0x0041]);
+    let both =
+        |high: &str| format!("x = select a one none\nhigh = count {high}\ny = select b high none\nv = plus x y\n");
+    // and r0, r0, #1; and r1, r1, #1; bfi r0, r1, #3, #1, and #1, #1; bx lr.
+    let code = |bfi: [u16; 2]| [&[0xf000, 0x0001, 0xf001, 0x0101][..], &bfi, &[0x4770]].concat();
+    assert_eq!(told(&code(at_3), &both("8")), Verdict::Same);
+    assert_eq!(told(&code(at_1), &both("2")), Verdict::Same);
+    assert!(matches!(told(&code(at_1), &both("8")), Verdict::Differs(_)));
+    assert!(matches!(told(&code(at_3), &both("9")), Verdict::Differs(_)));
+    // and r0, r0, #1; and r1, r1, #1; orn r0, r0, r1, and r0, r1, r0; and r0, r0, #1; bx lr.
+    let code = |orn: [u16; 2]| [&[0xf000, 0x0001, 0xf001, 0x0101][..], &orn, &[0xf000, 0x0001, 0x4770]].concat();
+    let or_not = |a: &str, b: &str| format!("n = not {b}\no = or {a} n\nv = select o one none\n");
+    assert_eq!(told(&code([0xea60, 0x0001]), &or_not("a", "b")), Verdict::Same);
+    assert_eq!(told(&code([0xea61, 0x0000]), &or_not("b", "a")), Verdict::Same);
+    assert!(matches!(told(&code([0xea60, 0x0001]), &or_not("b", "a")), Verdict::Differs(_)));
+}
+
+/// Truths that share a place in memory are bits of a half word: a byte alone leaves the other as it was.
+#[test]
+fn truths_of_one_place_in_memory_are_a_half_word() {
+    let told = |code: &[u16]| {
+        let elf = elf(&[(0x0800_0000, code)], &[("f", 1, 0, 2 * code.len() as u32)]);
+        let bits = "in a truth r1 bit 0\nout low truth r0+0 bit 0\nout high truth r0+0 bit 8\n";
+        verdict(&elf, &format!("means 1\nfunction f\n{bits}begin\nreturn a true\n"))
+    };
+    // and r1, r1, #1; orr r1, r1, #0x100, and #0x200; strh r1, [r0], and strb; bx lr.
+    assert_eq!(told(&[0xf001, 0x0101, 0xf441, 0x7180, 0x8001, 0x4770]), Verdict::Same);
+    assert!(matches!(told(&[0xf001, 0x0101, 0xf441, 0x7100, 0x8001, 0x4770]), Verdict::Differs(_)));
+    assert!(matches!(told(&[0xf001, 0x0101, 0xf441, 0x7180, 0x7001, 0x4770]), Verdict::Declined(_)));
+}
+
+/// A word that was put together of bytes, of which others than those in question may be anything.
+#[test]
+fn of_a_word_of_bytes_the_ones_above_are_not_looked_at() {
+    let code: &[u16] = &[
+        0xb082, // sub sp, #8
+        0x2141, 0xf8ad, 0x1000, // movs r1, #0x41; strh.w r1, [sp]
+        0x9900, 0x9101, // ldr r1, [sp]; str r1, [sp, #4]
+        0xf8bd, 0x1004, // ldrh.w r1, [sp, #4]
+        0x6001, // str r1, [r0]
+        0xb002, 0x4770, // add sp, #8; bx lr
+    ];
+    let elf = elf(&[(0x0800_0000, code)], &[("f", 1, 0, 2 * code.len() as u32)]);
+    let told =
+        |is: &str| verdict(&elf, &format!("means 1\nfunction f\nout v count r0+0\nbegin\nv = count {is}\nreturn v\n"));
+    assert_eq!(told("65"), Verdict::Same);
+    assert!(matches!(told("66"), Verdict::Differs(_)));
+}
+
 #[test]
 fn a_text_that_is_wrong_is_told_by_its_line() {
     for (from, to, told) in [

@@ -11,7 +11,7 @@ use super::term::{EQUAL, GREATER, LESS, UNORDERED};
 pub(super) enum Kind {
     Number,
     Count,
-    /// A byte in memory, 0 or 1.
+    /// A byte in memory, 0 or 1; a bit of a half word, if it shares its place.
     Truth,
     /// A word: the first where it is true, else the second.
     Either(u32, u32),

@@ -957,7 +957,7 @@ joint_drive_rest:
 	.thumb_func
 joint_drive_begin:
 	push.w {r4-r11}
-	sub.w sp, sp, #64
+	sub.w sp, sp, #56
 	adr.w ip, .Ljoint_drive_begin_table
 	vldr s0, [r0, #52]
 	vldr s1, [ip, #0]
@@ -970,187 +970,156 @@ joint_drive_begin:
 	beq.w .Ljoint_drive_begin_1
 	vldr s0, [r0, #52]
 	vldr s1, [ip, #4]
-	vldr s2, [ip, #8]
-	vldr s3, [ip, #12]
-	vldr s4, [ip, #16]
+	vcmp.f32 s0, s1
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	vldr s0, [r0, #52]
+	vldr s1, [ip, #8]
+	vldr s2, [ip, #12]
+	vldr s3, [ip, #16]
+	vldr s4, [ip, #20]
 	vldr s5, [r0, #16]
-	vldr s6, [ip, #20]
-	ldr.w r5, [r1, #0]
-	ldr.w r6, [r0, #56]
-	sub.w r7, r5, r6
-	sbfx r7, r7, #0, #20
-	vmov s7, r7
+	vldr s6, [ip, #24]
+	ldr.w r6, [r1, #0]
+	ldr.w r7, [r0, #56]
+	sub.w r8, r6, r7
+	sbfx r8, r8, #0, #20
+	vmov s7, r8
 	vcvt.f32.s32 s7, s7
 	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #12]
+	vldr s7, [ip, #16]
 	vdiv.f32 s7, s6, s7
 	vadd.f32 s5, s5, s7
 	vmul.f32 s4, s4, s5
 	vabs.f32 s5, s4
 	vmul.f32 s3, s3, s5
-	vldr s5, [ip, #24]
-	vsub.f32 s3, s3, s5
-	vldr s5, [ip, #0]
+	vldr s5, [ip, #28]
 	vcmp.f32 s3, s5
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	vldr s3, [ip, #12]
-	vldr s5, [ip, #16]
+	movgt.w r9, #1
+	movle.w r9, #0
+	vldr s3, [ip, #16]
+	vldr s5, [ip, #20]
 	vldr s8, [r0, #36]
-	vldr s9, [ip, #28]
-	ldr.w r9, [r1, #4]
-	ldr.w r10, [r0, #60]
-	sub.w r11, r9, r10
-	sbfx r11, r11, #0, #20
-	vmov s10, r11
+	vldr s9, [ip, #32]
+	ldr.w r10, [r1, #4]
+	ldr.w r11, [r0, #60]
+	str.w r4, [sp, #0]
+	sub.w r4, r10, r11
+	sbfx r4, r4, #0, #20
+	vmov s10, r4
 	vcvt.f32.s32 s10, s10
 	vmul.f32 s9, s9, s10
-	vldr s10, [ip, #12]
+	vldr s10, [ip, #16]
 	vdiv.f32 s10, s9, s10
 	vadd.f32 s8, s8, s10
 	vmul.f32 s5, s5, s8
 	vabs.f32 s8, s5
 	vmul.f32 s3, s3, s8
-	vldr s8, [ip, #32]
-	vsub.f32 s3, s3, s8
-	vldr s8, [ip, #0]
-	str.w r4, [sp, #0]
+	vldr s8, [ip, #36]
+	str.w r6, [sp, #4]
 	vcmp.f32 s3, s8
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r4, #1
-	movle.w r4, #0
-	and.w r4, r8, r4
-	cmp.w r4, #0
+	movgt.w r6, #1
+	movle.w r6, #0
+	and.w r6, r9, r6
+	cmp.w r6, #0
 	it ne
 	vmovne.f32 s2, s1
 	vsub.f32 s0, s0, s2
 	vldr s1, [ip, #0]
 	vcmp.f32 s0, s1
 	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r4, #1
-	movpl.w r4, #0
-	vldr s1, [ip, #0]
-	vcmp.f32 s0, s1
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	str.w r5, [sp, #4]
-	eor.w r5, r8, #1
-	orr.w r5, r4, r5
-	vldr s1, [ip, #36]
-	str.w r6, [sp, #8]
-	vcmp.f32 s0, s1
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r6, #1
-	movle.w r6, #0
-	str.w r7, [sp, #12]
-	eor.w r7, r6, #1
-	and.w r5, r5, r7
-	vldr s1, [r0, #52]
-	vldr s2, [ip, #36]
-	vcmp.f32 s1, s2
-	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r7, #1
-	movhi.w r7, #0
-	and.w r5, r5, r7
-	vldr s1, [ip, #12]
+	movls.w r6, #1
+	movhi.w r6, #0
+	and.w r9, r5, r6
+	vldr s1, [ip, #16]
 	vldr s2, [r0, #36]
 	vmul.f32 s1, s1, s2
 	vsub.f32 s1, s9, s1
 	vabs.f32 s1, s1
 	vldr s2, [ip, #40]
-	str.w r9, [sp, #16]
+	str.w r5, [sp, #8]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r9, #1
-	movhi.w r9, #0
-	and.w r5, r5, r9
-	vldr s1, [ip, #12]
+	movls.w r5, #1
+	movhi.w r5, #0
+	and.w r9, r9, r5
+	vldr s1, [ip, #16]
 	vldr s2, [r0, #16]
 	vmul.f32 s1, s1, s2
 	vsub.f32 s1, s6, s1
 	vabs.f32 s1, s1
 	vldr s2, [ip, #44]
-	str.w r10, [sp, #20]
+	str.w r7, [sp, #12]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r10, #1
-	movhi.w r10, #0
-	and.w r5, r5, r10
+	movls.w r7, #1
+	movhi.w r7, #0
+	and.w r9, r9, r7
+	str.w r8, [sp, #16]
+	ldrb.w r8, [r1, #9]
+	str.w r10, [sp, #20]
+	eor.w r10, r8, #1
+	and.w r9, r9, r10
+	ldrb.w r10, [r1, #8]
 	str.w r11, [sp, #24]
-	ldrb.w r11, [r1, #9]
-	str.w r4, [sp, #28]
-	eor.w r4, r11, #1
-	and.w r4, r5, r4
-	ldrb.w r5, [r1, #8]
-	str.w r8, [sp, #32]
-	eor.w r8, r5, #1
-	and.w r4, r4, r8
-	ldr.w r8, [sp, #28]
-	str.w r6, [sp, #36]
-	eor.w r6, r8, #1
-	str.w r7, [sp, #40]
-	ldr.w r7, [sp, #32]
-	and.w r6, r6, r7
-	ldr.w r7, [sp, #36]
-	orr.w r6, r6, r7
-	str.w r9, [sp, #32]
-	ldr.w r9, [sp, #40]
-	eor.w r9, r9, #1
-	orr.w r6, r6, r9
-	str.w r10, [sp, #40]
-	ldr.w r10, [sp, #32]
-	str.w r11, [sp, #44]
 	eor.w r11, r10, #1
-	orr.w r6, r6, r11
-	str.w r5, [sp, #48]
-	ldr.w r5, [sp, #40]
-	str.w r4, [sp, #52]
+	and.w r9, r9, r11
+	ldr.w r11, [sp, #8]
+	eor.w r11, r11, #1
+	eor.w r6, r6, #1
+	orr.w r6, r11, r6
+	str.w r4, [sp, #8]
 	eor.w r4, r5, #1
 	orr.w r6, r6, r4
-	ldr.w r8, [sp, #44]
+	str.w r8, [sp, #28]
+	eor.w r8, r7, #1
 	orr.w r6, r6, r8
-	ldr.w r7, [sp, #48]
-	orr.w r6, r6, r7
+	str.w r10, [sp, #32]
+	ldr.w r10, [sp, #28]
+	orr.w r6, r6, r10
+	str.w r9, [sp, #36]
+	ldr.w r9, [sp, #32]
+	orr.w r6, r6, r9
 	strb.w r6, [r0, #92]
 	vldr s1, [ip, #48]
-	vldr s2, [ip, #8]
-	vldr s3, [ip, #20]
+	vldr s2, [ip, #12]
+	vldr s3, [ip, #24]
 	ldr.w r6, [r0, #64]
-	str.w r9, [sp, #56]
-	ldr.w r9, [sp, #12]
-	add.w r9, r6, r9
-	cmp.w r7, #0
-	mov.w r10, r9
+	str.w r11, [sp, #40]
+	ldr.w r11, [sp, #16]
+	add.w r11, r6, r11
+	str.w r5, [sp, #16]
+	cmp.w r9, #0
+	mov.w r5, r11
 	it ne
-	movne.w r10, r6
-	ldr.w r9, [ip, #52]
-	sdiv r6, r10, r9
-	ldr.w r9, [ip, #52]
-	mul r6, r6, r9
-	sub.w r9, r10, r6
-	sbfx r9, r9, #0, #23
-	vmov s6, r9
+	movne.w r5, r6
+	ldr.w r11, [ip, #52]
+	sdiv r6, r5, r11
+	ldr.w r11, [ip, #52]
+	mul r6, r6, r11
+	sub.w r11, r5, r6
+	sbfx r11, r11, #0, #23
+	vmov s6, r11
 	vcvt.f32.s32 s6, s6
 	vmul.f32 s3, s3, s6
 	vabs.f32 s6, s3
 	vldr s8, [ip, #56]
-	str.w r11, [sp, #12]
+	str.w r4, [sp, #44]
 	vcmp.f32 s6, s8
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r11, #1
-	movle.w r11, #0
-	cmp.w r11, #0
+	movgt.w r4, #1
+	movle.w r4, #0
+	cmp.w r4, #0
 	it ne
 	vmovne.f32 s2, s1
 	vldr s1, [ip, #60]
@@ -1164,7 +1133,7 @@ joint_drive_begin:
 	vmov.f32 s8, s1
 	it mi
 	vmovmi.f32 s8, s6
-	cmp.w r11, #0
+	cmp.w r4, #0
 	vmov.f32 s1, s3
 	it ne
 	vmovne.f32 s1, s8
@@ -1183,7 +1152,7 @@ joint_drive_begin:
 	vmul.f32 s8, s2, s8
 	vadd.f32 s2, s2, s8
 	vstr s2, [r2, #8]
-	vldr s2, [ip, #8]
+	vldr s2, [ip, #12]
 	vmul.f32 s1, s2, s1
 	vldr s2, [ip, #84]
 	vmul.f32 s2, s2, s6
@@ -1199,34 +1168,35 @@ joint_drive_begin:
 	vmul.f32 s2, s1, s2
 	vadd.f32 s1, s1, s2
 	vstr s1, [r2, #4]
-	mov.w r11, #1
-	strb.w r11, [r2, #0]
-	mov.w r11, #0
-	strb.w r11, [r2, #16]
-	strb.w r11, [r2, #12]
-	vldr s1, [ip, #16]
-	vldr s2, [ip, #28]
-	ldr.w r11, [r0, #68]
-	ldr.w r5, [sp, #24]
-	add.w r5, r11, r5
-	str.w r4, [sp, #24]
-	cmp.w r8, #0
-	mov.w r4, r5
+	mov.w r4, #1
+	strb.w r4, [r2, #0]
+	mov.w r4, #0
+	strb.w r4, [r2, #16]
+	strb.w r4, [r2, #12]
+	vldr s1, [ip, #20]
+	vldr s2, [ip, #32]
+	ldr.w r4, [r0, #68]
+	str.w r7, [sp, #48]
+	ldr.w r7, [sp, #8]
+	add.w r7, r4, r7
+	str.w r8, [sp, #8]
+	cmp.w r10, #0
+	mov.w r8, r7
 	it ne
-	movne.w r4, r11
-	sub.w r4, r4, r6
+	movne.w r8, r4
+	sub.w r4, r8, r6
 	sbfx r4, r4, #0, #23
 	vmov s6, r4
 	vcvt.f32.s32 s6, s6
 	vmul.f32 s2, s2, s6
-	vldr s6, [ip, #8]
+	vldr s6, [ip, #12]
 	vmul.f32 s6, s6, s3
-	vldr s8, [ip, #8]
+	vldr s8, [ip, #12]
 	vldr s9, [ip, #60]
 	vldr s11, [r0, #12]
 	vadd.f32 s11, s3, s11
-	ldr.w r5, [sp, #0]
-	cmp.w r5, #0
+	ldr.w r6, [sp, #0]
+	cmp.w r6, #0
 	vmov.f32 s12, s11
 	it ne
 	vmovne.f32 s12, s3
@@ -1266,23 +1236,29 @@ joint_drive_begin:
 	vadd.f32 s2, s2, s6
 	vmul.f32 s1, s1, s2
 	vstr s1, [r0, #8]
-	vldr s1, [ip, #36]
+	vldr s1, [ip, #4]
 	vldr s2, [ip, #0]
-	ldr.w r5, [sp, #28]
-	cmp.w r5, #0
+	vldr s6, [ip, #0]
+	vcmp.f32 s0, s6
+	vmrs APSR_nzcv, fpscr
 	vmov.f32 s6, s0
-	it ne
-	vmovne.f32 s6, s2
-	ldr.w r5, [sp, #56]
-	ldr.w r6, [sp, #36]
-	orr.w r5, r5, r6
-	ldr.w r6, [sp, #12]
-	orr.w r5, r5, r6
-	ldr.w r6, [sp, #24]
-	orr.w r5, r5, r6
-	orr.w r5, r5, r8
-	orr.w r5, r5, r7
-	cmp.w r5, #0
+	it mi
+	vmovmi.f32 s6, s2
+	ldr.w r6, [sp, #40]
+	vldr s2, [ip, #4]
+	vcmp.f32 s0, s2
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r7, #1
+	movle.w r7, #0
+	orr.w r6, r6, r7
+	ldr.w r7, [sp, #44]
+	orr.w r6, r6, r7
+	ldr.w r7, [sp, #8]
+	orr.w r6, r6, r7
+	orr.w r6, r6, r10
+	orr.w r6, r6, r9
+	cmp.w r6, #0
 	vmov.f32 s0, s6
 	it ne
 	vmovne.f32 s0, s1
@@ -1290,27 +1266,27 @@ joint_drive_begin:
 	str.w r4, [r0, #68]
 	ldr.w r4, [r0, #72]
 	ldr.w r6, [ip, #52]
-	sdiv r5, r10, r6
+	sdiv r5, r5, r6
 	add.w r4, r4, r5
 	str.w r4, [r0, #72]
 	vldr s0, [ip, #0]
-	ldr.w r4, [sp, #32]
+	ldr.w r4, [sp, #16]
 	cmp.w r4, #0
 	vmov.f32 s1, s10
 	it ne
 	vmovne.f32 s1, s5
-	cmp.w r8, #0
+	cmp.w r10, #0
 	vmov.f32 s2, s1
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #36]
 	vldr s0, [ip, #0]
-	ldr.w r4, [sp, #40]
+	ldr.w r4, [sp, #48]
 	cmp.w r4, #0
 	vmov.f32 s1, s7
 	it ne
 	vmovne.f32 s1, s4
-	cmp.w r7, #0
+	cmp.w r9, #0
 	vmov.f32 s2, s1
 	it ne
 	vmovne.f32 s2, s0
@@ -1318,17 +1294,17 @@ joint_drive_begin:
 	vldr s0, [ip, #100]
 	vmul.f32 s0, s0, s3
 	vstr s0, [r0, #28]
-	str.w r9, [r0, #64]
-	ldr.w r4, [sp, #20]
-	ldr.w r5, [sp, #16]
-	cmp.w r8, #0
+	str.w r11, [r0, #64]
+	ldr.w r4, [sp, #24]
+	ldr.w r5, [sp, #20]
+	cmp.w r10, #0
 	mov.w r6, r5
 	it ne
 	movne.w r6, r4
 	str.w r6, [r0, #60]
-	ldr.w r4, [sp, #8]
+	ldr.w r4, [sp, #12]
 	ldr.w r5, [sp, #4]
-	cmp.w r7, #0
+	cmp.w r9, #0
 	mov.w r6, r5
 	it ne
 	movne.w r6, r4
@@ -1356,17 +1332,17 @@ joint_drive_begin:
 	vldr s0, [ip, #0]
 	vstr s0, [r0, #12]
 	mov.w r0, #0
-	ldr.w r4, [sp, #52]
+	ldr.w r4, [sp, #36]
 	cmp.w r4, #0
 	it ne
 	orrne.w r0, r0, #1
-	add.w sp, sp, #64
+	add.w sp, sp, #56
 	pop.w {r4-r11}
 	bx lr
 .Ljoint_drive_begin_1:
 	vldr s0, [ip, #48]
-	vldr s1, [ip, #8]
-	vldr s2, [ip, #20]
+	vldr s1, [ip, #12]
+	vldr s2, [ip, #24]
 	ldr.w r5, [r0, #64]
 	ldr.w r6, [r1, #0]
 	ldr.w r7, [r0, #56]
@@ -1433,7 +1409,7 @@ joint_drive_begin:
 	vmul.f32 s3, s1, s3
 	vadd.f32 s1, s1, s3
 	vstr s1, [r2, #8]
-	vldr s1, [ip, #8]
+	vldr s1, [ip, #12]
 	vmul.f32 s0, s1, s0
 	vldr s1, [ip, #84]
 	vmul.f32 s1, s1, s2
@@ -1493,12 +1469,13 @@ joint_drive_begin:
 	movne.w r6, r4
 	str.w r6, [r0, #56]
 	mov.w r0, #1
-	add.w sp, sp, #64
+	add.w sp, sp, #56
 	pop.w {r4-r11}
 	bx lr
 	.balign 4
 .Ljoint_drive_begin_table:
 	.word 0x00000000 @ 0.0
+	.word 0x41200000 @ 10.0
 	.word 0x40a00000 @ 5.0
 	.word 0x3f800000 @ 1.0
 	.word 0x3a83126f @ 0.001
@@ -1507,7 +1484,6 @@ joint_drive_begin:
 	.word 0x37ff312a @ 3.0421263e-5
 	.word 0x3975dd20 @ 0.00023447396
 	.word 0x3cc1b5f1 @ 0.023646327
-	.word 0x41200000 @ 10.0
 	.word 0x3dc1b5f1 @ 0.09458531
 	.word 0x38ff312a @ 0.00012168505
 	.word 0xbf800000 @ -1.0
@@ -2872,6 +2848,8 @@ joint_drive_give_up:
 	vmovgt.f32 s1, s0
 	vstr s1, [r2, #0]
 	vldr s0, [ip, #8]
+	vstr s0, [r0, #48]
+	vldr s0, [ip, #8]
 	vstr s0, [r2, #8]
 	vldr s0, [ip, #8]
 	vstr s0, [r2, #4]
@@ -2884,12 +2862,6 @@ joint_drive_give_up:
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #52]
-	vldr s0, [ip, #8]
-	vldr s2, [r0, #48]
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s2, s0
-	vstr s2, [r0, #48]
 	vldr s0, [r0, #40]
 	vldr s2, [ip, #8]
 	cmp.w r6, #0

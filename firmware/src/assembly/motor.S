@@ -409,7 +409,7 @@ motor_rest:
 	.thumb_func
 motor_begin:
 	push.w {r4-r11}
-	sub.w sp, sp, #32
+	sub.w sp, sp, #16
 	adr.w ip, .Lmotor_begin_table
 	vldr s0, [r0, #20]
 	vldr s1, [ip, #0]
@@ -421,27 +421,32 @@ motor_begin:
 	eor.w r5, r4, #1
 	vldr s0, [r0, #20]
 	vldr s1, [ip, #4]
-	vldr s2, [ip, #8]
-	vldr s3, [ip, #12]
-	vldr s4, [ip, #16]
+	vcmp.f32 s0, s1
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r6, #1
+	movhi.w r6, #0
+	vldr s0, [r0, #20]
+	vldr s1, [ip, #8]
+	vldr s2, [ip, #12]
+	vldr s3, [ip, #16]
+	vldr s4, [ip, #20]
 	vldr s5, [r0, #8]
-	vldr s6, [ip, #20]
-	ldr.w r6, [r1, #0]
-	ldr.w r7, [r0, #28]
-	sub.w r8, r6, r7
-	sbfx r8, r8, #0, #14
-	vmov s7, r8
+	vldr s6, [ip, #24]
+	ldr.w r7, [r1, #0]
+	ldr.w r8, [r0, #28]
+	sub.w r9, r7, r8
+	sbfx r9, r9, #0, #14
+	vmov s7, r9
 	vcvt.f32.s32 s7, s7
 	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #12]
+	vldr s7, [ip, #16]
 	vdiv.f32 s7, s6, s7
 	vadd.f32 s5, s5, s7
 	vmul.f32 s4, s4, s5
 	vabs.f32 s5, s4
 	vmul.f32 s3, s3, s5
-	vldr s5, [ip, #24]
-	vsub.f32 s3, s3, s5
-	vldr s5, [ip, #0]
+	vldr s5, [ip, #28]
 	vcmp.f32 s3, s5
 	vmrs APSR_nzcv, fpscr
 	it gt
@@ -450,93 +455,68 @@ motor_begin:
 	vldr s1, [ip, #0]
 	vcmp.f32 s0, s1
 	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r9, #1
-	movpl.w r9, #0
-	vldr s1, [ip, #0]
-	vcmp.f32 s0, s1
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r10, #1
-	movle.w r10, #0
-	eor.w r11, r10, #1
-	orr.w r11, r9, r11
-	vldr s1, [ip, #28]
-	str.w r4, [sp, #0]
-	vcmp.f32 s0, s1
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r4, #1
-	movle.w r4, #0
-	str.w r6, [sp, #4]
-	eor.w r6, r4, #1
-	and.w r6, r11, r6
-	vldr s1, [r0, #20]
-	vldr s2, [ip, #28]
-	vcmp.f32 s1, s2
-	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	and.w r6, r6, r11
-	vldr s1, [ip, #12]
+	movls.w r10, #1
+	movhi.w r10, #0
+	and.w r11, r6, r10
+	vldr s1, [ip, #16]
 	vldr s2, [r0, #8]
 	vmul.f32 s1, s1, s2
 	vsub.f32 s1, s6, s1
 	vabs.f32 s1, s1
 	vldr s2, [ip, #32]
-	str.w r7, [sp, #8]
+	str.w r4, [sp, #0]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r7, #1
-	movhi.w r7, #0
-	and.w r6, r6, r7
-	orr.w r6, r6, r5
-	str.w r8, [sp, #12]
-	str.w r9, [sp, #16]
-	ldrb.w r9, [r1, #4]
-	cmp.w r9, #0
-	mov.w r8, r6
+	movls.w r4, #1
+	movhi.w r4, #0
+	and.w r11, r11, r4
+	orr.w r11, r11, r5
+	str.w r6, [sp, #4]
+	str.w r7, [sp, #8]
+	ldrb.w r7, [r1, #4]
+	cmp.w r7, #0
+	mov.w r6, r11
 	it ne
-	movne.w r8, r5
+	movne.w r6, r5
 	ldr.w r5, [sp, #0]
-	ldr.w r6, [sp, #16]
-	str.w r10, [sp, #20]
-	eor.w r10, r6, #1
-	str.w r4, [sp, #24]
-	ldr.w r4, [sp, #20]
-	and.w r4, r10, r4
-	ldr.w r10, [sp, #24]
-	orr.w r4, r4, r10
+	ldr.w r11, [sp, #4]
 	eor.w r11, r11, #1
-	orr.w r4, r4, r11
-	str.w r8, [sp, #20]
-	eor.w r8, r7, #1
-	orr.w r4, r4, r8
-	and.w r4, r4, r5
-	str.w r9, [sp, #28]
-	ldr.w r6, [sp, #28]
-	cmp.w r6, #0
-	mov.w r9, r4
+	eor.w r10, r10, #1
+	orr.w r10, r11, r10
+	str.w r8, [sp, #4]
+	eor.w r8, r4, #1
+	orr.w r10, r10, r8
+	and.w r10, r10, r5
+	str.w r9, [sp, #12]
+	cmp.w r7, #0
+	mov.w r9, r10
 	it ne
 	movne.w r9, r5
 	strb.w r9, [r0, #48]
 	strb.w r5, [r2, #0]
-	mov.w r4, #0
-	strb.w r4, [r2, #8]
-	strb.w r4, [r2, #4]
-	vldr s1, [ip, #28]
+	mov.w r9, #0
+	strb.w r9, [r2, #8]
+	strb.w r9, [r2, #4]
+	vldr s1, [ip, #4]
 	vldr s2, [ip, #0]
-	ldr.w r4, [sp, #16]
-	cmp.w r4, #0
+	vldr s3, [ip, #0]
+	vcmp.f32 s0, s3
+	vmrs APSR_nzcv, fpscr
 	vmov.f32 s3, s0
-	it ne
-	vmovne.f32 s3, s2
-	orr.w r4, r11, r10
-	orr.w r4, r4, r8
-	orr.w r4, r4, r6
-	cmp.w r4, #0
+	it mi
+	vmovmi.f32 s3, s2
+	vldr s2, [ip, #4]
+	vcmp.f32 s0, s2
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r9, #1
+	movle.w r9, #0
+	orr.w r9, r11, r9
+	orr.w r8, r9, r8
+	orr.w r8, r8, r7
+	cmp.w r8, #0
 	vmov.f32 s0, s3
 	it ne
 	vmovne.f32 s0, s1
@@ -545,11 +525,11 @@ motor_begin:
 	it ne
 	vmovne.f32 s1, s0
 	vldr s0, [ip, #0]
-	cmp.w r7, #0
+	cmp.w r4, #0
 	vmov.f32 s2, s7
 	it ne
 	vmovne.f32 s2, s4
-	cmp.w r6, #0
+	cmp.w r7, #0
 	vmov.f32 s3, s2
 	it ne
 	vmovne.f32 s3, s0
@@ -559,31 +539,31 @@ motor_begin:
 	vmovne.f32 s0, s3
 	vstr s0, [r0, #8]
 	ldr.w r4, [r0, #36]
-	ldr.w r7, [r0, #32]
-	ldr.w r8, [sp, #12]
-	add.w r8, r7, r8
-	cmp.w r6, #0
-	mov.w r9, r8
+	ldr.w r8, [r0, #32]
+	ldr.w r9, [sp, #12]
+	add.w r9, r8, r9
+	cmp.w r7, #0
+	mov.w r10, r9
 	it ne
-	movne.w r9, r7
-	ldr.w r8, [ip, #36]
-	sdiv r7, r9, r8
-	add.w r4, r4, r7
+	movne.w r10, r8
+	ldr.w r9, [ip, #36]
+	sdiv r8, r10, r9
+	add.w r4, r4, r8
 	str.w r4, [r0, #36]
-	ldr.w r7, [ip, #36]
-	sdiv r4, r9, r7
-	ldr.w r7, [ip, #36]
-	mul r4, r4, r7
-	sub.w r4, r9, r4
+	ldr.w r8, [ip, #36]
+	sdiv r4, r10, r8
+	ldr.w r8, [ip, #36]
+	mul r4, r4, r8
+	sub.w r4, r10, r4
 	sbfx r4, r4, #0, #17
 	str.w r4, [r0, #32]
-	ldr.w r4, [sp, #8]
-	ldr.w r7, [sp, #4]
-	cmp.w r6, #0
-	mov.w r8, r7
+	ldr.w r4, [sp, #4]
+	ldr.w r8, [sp, #8]
+	cmp.w r7, #0
+	mov.w r9, r8
 	it ne
-	movne.w r8, r4
-	str.w r8, [r0, #28]
+	movne.w r9, r4
+	str.w r9, [r0, #28]
 	vldr s0, [ip, #0]
 	vldr s2, [r0, #0]
 	cmp.w r5, #0
@@ -622,23 +602,22 @@ motor_begin:
 	vstr s2, [r0, #4]
 	vstr s1, [r0, #20]
 	mov.w r0, #0
-	ldr.w r4, [sp, #20]
-	cmp.w r4, #0
+	cmp.w r6, #0
 	it ne
 	orrne.w r0, r0, #1
-	add.w sp, sp, #32
+	add.w sp, sp, #16
 	pop.w {r4-r11}
 	bx lr
 	.balign 4
 .Lmotor_begin_table:
 	.word 0x00000000 @ 0.0
+	.word 0x41200000 @ 10.0
 	.word 0x40a00000 @ 5.0
 	.word 0x3f800000 @ 1.0
 	.word 0x3a83126f @ 0.001
 	.word 0x3f000000 @ 0.5
 	.word 0x39c90fdb @ 0.0003834952
 	.word 0x3c145f16 @ 0.009055873
-	.word 0x41200000 @ 10.0
 	.word 0x3d145f16 @ 0.036223494
 	.word 0x00004000 @ 2.2959e-41
 	.size motor_begin, .-motor_begin
@@ -1358,6 +1337,8 @@ motor_give_up:
 	vmovgt.f32 s1, s0
 	vstr s1, [r2, #0]
 	vldr s0, [ip, #8]
+	vstr s0, [r0, #16]
+	vldr s0, [ip, #8]
 	vstr s0, [r2, #8]
 	vldr s0, [ip, #8]
 	vstr s0, [r2, #4]
@@ -1368,12 +1349,6 @@ motor_give_up:
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #20]
-	vldr s0, [ip, #8]
-	vldr s2, [r0, #16]
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s2, s0
-	vstr s2, [r0, #16]
 	vldr s0, [r0, #12]
 	vldr s2, [ip, #8]
 	cmp.w r4, #0

@@ -134,7 +134,7 @@ impl Layout {
                 4 * words.count()
             );
         } else if let Some(output) = output {
-            let _ = writeln!(head, "size r{output} 16\npad r{output}+13 3");
+            let _ = writeln!(head, "size r{output} 16\npad r{output}+14 2");
             for (at, bytes) in &self.pads {
                 let _ = writeln!(head, "pad r{state}+{} {bytes}", 8 + at);
             }
@@ -224,8 +224,13 @@ fn ticked(drive: &Watched, starts: bool) -> Record {
     if starts {
         let start = joined.call(&drive.functions.start, &|_| None);
         let zeros = [joined.constant(Op::Truth(false)), joined.constant(Op::Constant(0.0))];
+        // What has just started waits for counts that agree.
+        let waits = joined.input("start_ticks", Role::Argument, Kind::Number);
         for (port, word) in &mut before {
-            let first = start.get(&port.name, Role::State).filter(|_| !monitor::state().contains(port));
+            let first = match port.name.as_str() {
+                "doubt" => Some(waits),
+                name => start.get(name, Role::State).filter(|_| !monitor::state().contains(port)),
+            };
             let zero = zeros[usize::from(port.kind != Kind::Truth)];
             *word = joined.select(started, *word, first.unwrap_or(zero));
         }
