@@ -241,8 +241,8 @@ impl LinearTick {
     }
 }
 
-/// What a tick leaves as it is and nothing else reads, number `i` of `order`: it may stay so for ever, and is no part of
-/// the loop. `entry` is of what each number is made, row and column.
+/// What a tick leaves as it is and nothing else reads, number `i` of `order`: it may stay so for ever, and is no part
+/// of the loop. `entry` is of what each number is made, row and column.
 pub fn is_idle(i: usize, order: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
     entry(i, i) == 1.0 && (0..order).all(|j| j == i || entry(j, i) == 0.0)
 }

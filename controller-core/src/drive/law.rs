@@ -37,8 +37,8 @@
 //! * Targets that are no numbers cost their ticks and nothing else: the fallback goes out, the observers go on.
 //! * From any numbers in the state the loop finds back. Estimates that are no numbers or far off cannot foresee the
 //!   count; when that has gone on for more ticks than samples may be missing, the fallback goes out until the counts
-//!   have agreed with each other, and the observers start again there. An offset that asks for more than 256 times the span of the limits is replaced
-//!   by σ, as at the start; a smaller one decays with α.
+//!   have agreed with each other, and the observers start again there. An offset that asks for more than 256 times the
+//!   span of the limits is replaced by σ, as at the start; a smaller one decays with α.
 //! * What no sensor tells cannot be found again: the whole turn, and on an incremental encoder the angle. A state with
 //!   other words there is a loop at another place. Their checksum in [`words`](crate::Running::words) is for that.
 
