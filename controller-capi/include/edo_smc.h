@@ -307,13 +307,14 @@ typedef struct edo_smc_estimates_joint {
 
 /* Plans: where the shaft should be at every tick. Ticks are counted by you, from anywhere; they may wrap. A plan begins
  * with what another one, the one that is played, has at the tick `start`, and takes `ticks` from there: so a new goal
- * in flight is no jump. They are made in double, in software on most cores: outside of the interrupt, and not in the
+ * in flight is no jump. Asked before its start it gives its beginning; its end is ahead for less than 2^31 ticks. They are made in double, in software on most cores: outside of the interrupt, and not in the
  * plan that is played; hand it over between two ticks, at `start`. Whether the current suffices is not asked: a move of
  * D rad in t s takes up to 5.8 D/t^2 rad/s^2 of a motor.
  *
  * edo_smc_plan_rest_*  rest at 2 pi turn + angle, always: for a start, of the angle in the estimates
  * edo_smc_plan_move_*  from where the other plan is to rest there
- * edo_smc_plan_stop_*  to rest, and never back: at half of the way that would have been gone
+ * edo_smc_plan_stop_*  to rest, and never back: at an even speed at half of the way that would have been gone. Of a
+ *                      shaft that slows down already it takes fewer ticks where a longer stop would go back
  * edo_smc_plan_sine_*  onto amplitude sin(omega t) about angle 0, whose phase is 0 at tick 0
  * edo_smc_plan_play_*  the target at a tick: in the interrupt, once per tick, for its end. A plan that is over stays so
  *                      when ticks have wrapped (2^32 of them are five days at 10 kHz)

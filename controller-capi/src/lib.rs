@@ -303,7 +303,7 @@ macro_rules! plans {
                 unsafe { plan::to_rest(plan, from, Span { start, ticks, period_s }, Rest { turn, angle }) }
             }
 
-            /// From another plan to rest, and never back.
+            /// From another plan to rest, in so many ticks or fewer, and never back.
             ///
             /// # Safety
             /// Pointers that are not NULL point to plans.

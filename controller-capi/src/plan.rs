@@ -80,7 +80,7 @@ pub(crate) unsafe fn rest<const M: usize>(plan: *mut Plan<M>, rest: Rest<f32>) -
     Status::OK
 }
 
-/// Onto the goal that is made of what is present.
+/// Onto the goal that is made of what is present, in the ticks that it says.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -88,7 +88,7 @@ unsafe fn onto<const M: usize>(
     plan: *mut Plan<M>,
     from: *const Plan<M>,
     span: Span,
-    goal: impl FnOnce(&Target<f32, i32, M>) -> Result<Goal, Status>,
+    goal: impl FnOnce(&Target<f32, i32, M>) -> Result<(Goal, u32), Status>,
 ) -> Status {
     let made = || {
         place(plan)?;
@@ -97,10 +97,10 @@ unsafe fn onto<const M: usize>(
             return Err(Status::OVERLAP);
         }
         span.check()?;
-        let Span { start, ticks, period_s } = span;
+        let Span { start, period_s, .. } = span;
         // SAFETY: not NULL, aligned; any bit pattern is a plan.
         let present = unsafe { &(*from).0 }.at(start);
-        let goal = goal(&present)?;
+        let (goal, ticks) = goal(&present)?;
         let gap = gap(&present, &goal.at(start));
         let powers = powers_of_join(gap, f64::from(ticks) * period_s);
         if !gap.iter().chain(powers.as_flattened().as_flattened()).all(|&number| is_number(number)) {
@@ -118,6 +118,10 @@ unsafe fn onto<const M: usize>(
     }
 }
 
+fn at_rest(rest: Rest<f32>, ticks: u32) -> Result<(Goal, u32), Status> {
+    if is_number(rest.angle.into()) { Ok((Goal::rest(rest), ticks)) } else { Err(Status::NOT_FINITE) }
+}
+
 /// To rest at this angle.
 ///
 /// # Safety
@@ -128,19 +132,19 @@ pub(crate) unsafe fn to_rest<const M: usize>(
     span: Span,
     rest: Rest<f32>,
 ) -> Status {
-    let goal = |_: &_| if is_number(rest.angle.into()) { Ok(Goal::rest(rest)) } else { Err(Status::NOT_FINITE) };
+    let goal = |_: &_| at_rest(rest, span.ticks);
     // SAFETY: as the caller promises.
     unsafe { onto(plan, from, span, goal) }
 }
 
-/// To rest at half of the way that would have been gone.
+/// To rest, in so many ticks or fewer, and never back.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
 pub(crate) unsafe fn to_stop<const M: usize>(plan: *mut Plan<M>, from: *const Plan<M>, span: Span) -> Status {
     let goal = |present: &_| {
-        let rest: Rest<f32> = stop(present, f64::from(span.ticks) * span.period_s);
-        if is_number(rest.angle.into()) { Ok(Goal::rest(rest)) } else { Err(Status::NOT_FINITE) }
+        let (rest, ticks) = stop(present, span.ticks, span.period_s);
+        at_rest(rest, ticks)
     };
     // SAFETY: as the caller promises.
     unsafe { onto(plan, from, span, goal) }
@@ -167,7 +171,7 @@ pub(crate) unsafe fn to_sine<const M: usize>(
             return Err(Status::FREQUENCY);
         }
         let sine = Sine::new(amplitude_rad, omega_rad_s, span.period_s);
-        Ok(Goal { rest: Rest { turn: 0, angle: 0.0 }, sine, is_sine: 1 })
+        Ok((Goal { rest: Rest { turn: 0, angle: 0.0 }, sine, is_sine: 1 }, span.ticks))
     };
     // SAFETY: as the caller promises.
     unsafe { onto(plan, from, span, goal) }

@@ -275,19 +275,17 @@ static inline bool drive_begin(drive_state *state, const drive_sample *sample, d
             - ((((period * ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f))) > (agreement_link + agreement_link))
             && ((period * ((part_11 < 0.0f) ? (-part_11) : (part_11 + 0.0f))) > (agreement_motor + agreement_motor)))
             ? (0.5f * start_ticks) : 1.0f);
-    const bool holds_6 = part_20 > start_ticks;
-    const bool holds_7 = part_20 < 0.0f;
-    const bool holds_8 = part_20 > 0.0f;
+    const bool holds_6 = part_20 <= 0.0f;
     const float part_21 = part_13 + 0.0f;
-    const bool holds_9 = (part_21 < (-1.57079637e0f)) || (part_21 > 1.57079637e0f);
-    const float part_22 = holds_9 ? (-gravity) : gravity;
+    const bool holds_7 = (part_21 < (-1.57079637e0f)) || (part_21 > 1.57079637e0f);
+    const float part_22 = holds_7 ? (-gravity) : gravity;
     const float part_23 = (3.14159274e0f - ((part_21 < 0.0f) ? (-part_21) : (part_21 + 0.0f))) + (-8.74227766e-8f);
-    const float part_24 = holds_9 ? ((part_21 < 0.0f) ? (-part_23) : part_23) : part_21;
+    const float part_24 = holds_7 ? ((part_21 < 0.0f) ? (-part_23) : part_23) : part_21;
     const float part_25 = part_24 * part_24;
     const float part_26 = gravity * part_24;
-    const bool holds_10 = !holds_2;
-    const bool holds_11 = !holds_3;
-    const bool holds_12 = !holds_5;
+    const bool holds_8 = !holds_2;
+    const bool holds_9 = !holds_3;
+    const bool holds_10 = !holds_5;
     const uint32_t last_link = sample->lost_link ? state->last_link : count_link;
     const uint32_t last_motor = sample->lost_motor ? state->last_motor : count_motor;
     between->g_sin = part_26
@@ -299,8 +297,7 @@ static inline bool drive_begin(drive_state *state, const drive_sample *sample, d
     between->missing = false;
     between->stepped = false;
     between->begins = true;
-    state->fresh = sample->lost_link || sample->lost_motor || holds_10 || holds_11 || holds_12 || holds_6
-            || ((!holds_7) && holds_8);
+    state->fresh = sample->lost_link || sample->lost_motor || holds_8 || holds_9 || holds_10 || (!holds_6);
     state->last_link = last_link;
     state->last_motor = last_motor;
     state->at_link = at_link;
@@ -323,12 +320,11 @@ static inline bool drive_begin(drive_state *state, const drive_sample *sample, d
     state->missed_motor = 0.0f;
     state->off_link = 0.0f;
     state->off_motor = 0.0f;
-    state->doubt = (sample->lost_link || sample->lost_motor || holds_10 || holds_11 || holds_12 || holds_6)
-            ? start_ticks : (holds_7 ? 0.0f : part_20);
+    state->doubt = (sample->lost_link || sample->lost_motor || holds_8 || holds_9 || holds_10
+            || (part_20 > start_ticks)) ? start_ticks : ((part_20 < 0.0f) ? 0.0f : part_20);
     state->offset = 0.0f;
     state->held = fallback;
-    return (!sample->lost_link) && (!sample->lost_motor) && holds_2 && holds_3 && holds_5 && (!holds_6)
-            && (holds_7 || (!holds_8));
+    return (!sample->lost_link) && (!sample->lost_motor) && holds_2 && holds_3 && holds_5 && holds_6;
 }
 
 /* Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
@@ -1476,12 +1472,20 @@ static inline void drive_jet_of_goal(const drive_goal *goal, uint32_t tick, driv
     }
 }
 
-/* Where a plan is at a tick, with all that another plan takes over from it. */
-static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_jet *jet)
+/* Part of a plan: ticks until its goal is met, 0 if it is. The end is ahead for less than half of all ticks. */
+static inline uint32_t drive_plan_left(const drive_plan *plan, uint32_t tick)
 {
     const uint32_t left = plan->end - tick;
-    drive_jet_of_goal(&plan->goal, tick, jet);
-    if ((left != 0u) && (left <= plan->ticks)) {
+    return ((plan->ticks == 0u) || (left > 0x7fffffffu)) ? 0u : left;
+}
+
+/* Where a plan is at a tick, with all that another plan takes over from it; before its start where it begins. */
+static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_jet *jet)
+{
+    const uint32_t ahead = drive_plan_left(plan, tick);
+    const uint32_t left = (ahead > plan->ticks) ? plan->ticks : ahead;
+    drive_jet_of_goal(&plan->goal, (left == 0u) ? tick : (plan->end - left), jet);
+    if (left != 0u) {
         const uint32_t done = plan->ticks - left;
         if (done < left) {
             drive_join(plan->power[0], done, plan->per_tick, plan->per_s, jet);
@@ -1507,8 +1511,7 @@ static inline void drive_plan_at(const drive_plan *plan, uint32_t tick, drive_ta
  * have wrapped (2^32 of them are five days at 10 kHz). */
 static inline void drive_plan_play(drive_plan *plan, uint32_t tick, drive_target *target)
 {
-    const uint32_t left = plan->end - tick;
-    if (left > plan->ticks) {
+    if (drive_plan_left(plan, tick) == 0u) {
         plan->ticks = 0u;
     }
     drive_plan_at(plan, tick, target);
@@ -1583,13 +1586,63 @@ static inline bool drive_plan_move(drive_plan *plan, const drive_jet *present, u
     return drive_is_number((double)angle) && drive_plan_onto(plan, &goal, present, start, ticks);
 }
 
-/* Plans to come to rest in so many ticks, and never back: at half of the way that would have been gone. */
-static inline bool drive_plan_stop(drive_plan *plan, const drive_jet *present, uint32_t start, uint32_t ticks)
+/* Part of a stop: the way that it takes in so many ticks, and whether it goes back on it. The speed on the way is
+ * (1 - s)^m (part[0] + part[1] s + ..). */
+static inline bool drive_stop_goes_back(const drive_jet *present, uint32_t ticks, double *way)
 {
     DRIVE_AS_WRITTEN
     const double tau_s = (double)ticks * 0.0002;
-    const double angle = (double)present->r + (0.5 * tau_s * (double)present->r_dot);
-    return drive_is_number(angle) && drive_plan_move(plan, present, start, ticks, present->turn, (float)angle);
+    double part[3] = { (double)present->r_dot, (double)present->r_ddot, (double)present->r_dddot };
+    double scale = 1.0;
+    double share = 1.0 / 4.0;
+    bool forward = false;
+    bool back = false;
+    for (unsigned k = 0; k < 3u; k++) {
+        part[k] = scale * part[k];
+        scale = scale * (tau_s / (double)(k + 1u));
+    }
+    for (unsigned times = 0; times < 3u; times++) {
+        for (unsigned k = 1; k < 3u; k++) {
+            part[k] = part[k] + part[k - 1u];
+        }
+    }
+    *way = 0.0;
+    for (unsigned k = 0; k < 3u; k++) {
+        forward = forward || (part[k] > 0.0);
+        back = back || (part[k] < 0.0);
+        *way = *way + (share * part[k]);
+        share = share * ((double)(k + 1u) / (double)(k + 1u + 4u));
+    }
+    *way = tau_s * *way;
+    return forward && back;
+}
+
+/* Plans to come to rest in so many ticks, and never back: at an even speed at half of the way that would have been
+ * gone. Of a shaft that slows down already it takes fewer ticks where a longer stop would go back. */
+static inline bool drive_plan_stop(drive_plan *plan, const drive_jet *present, uint32_t start, uint32_t ticks)
+{
+    DRIVE_AS_WRITTEN
+    uint32_t taken = ticks;
+    uint32_t too_many = ticks;
+    double way;
+    double angle;
+    if ((ticks < 1u) || (ticks > 16777216u)) {
+        return false;
+    }
+    if (drive_stop_goes_back(present, ticks, &way)) {
+        taken = 1u;
+        while ((taken + 1u) < too_many) {
+            const uint32_t middle = taken + ((too_many - taken) / 2u);
+            if (drive_stop_goes_back(present, middle, &way)) {
+                too_many = middle;
+            } else {
+                taken = middle;
+            }
+        }
+        (void)drive_stop_goes_back(present, taken, &way);
+    }
+    angle = (double)present->r + way;
+    return drive_is_number(angle) && drive_plan_move(plan, present, start, taken, present->turn, (float)angle);
 }
 
 /* Plans a way onto A sin(omega t) about angle 0, the phase of which is 0 at tick 0. Omega is rounded to a whole number

@@ -91,11 +91,14 @@ fn made(taken: usize, period_s: f64) -> String {
     let gap = |(j, name): (usize, &&str)| format!("    gap[{j}] = (double)present->{name} - (double)at.{name};\n");
     let gap: Vec<String> = JET[..taken].iter().enumerate().map(gap).collect();
     let gap = gap.concat();
+    let speed: Vec<String> = JET[1..taken].iter().map(|name| format!("(double)present->{name}")).collect();
     filled(
         include_str!("c/plan_made.h"),
         &[
             ("gap", &gap),
             ("taken", &taken),
+            ("speed", &speed.join(", ")),
+            ("speeds", &(taken - 1)),
             ("width", &(2 * taken)),
             ("period_s", &format!("{period_s:?}")),
             ("tau", &format!("{TAU:?}")),

@@ -9,10 +9,11 @@ use std::sync::atomic::AtomicBool;
 
 use host_sim::cli::{Console, status};
 use loop_sim::closed_loop::{Loop as Setup, close_loop};
-use loop_sim::linear::{LawAtRest, LinearTick, Ticked};
+use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick, Ticked};
 use loop_sim::plant::{Chain, LastChannel, Plant};
 use loop_sim::signal::Signal;
 use loop_sim::trace::Row;
+use nalgebra::{Complex, DMatrix, DVector, Normed};
 use scenario::{AtRest, Experiment, Sensed, Source};
 use study::margins::{Loop, Margins};
 
@@ -69,7 +70,7 @@ fn margins_of_the_textbook_s_loop_are_those_of_its_transfer_function() {
     let setup = by_hand([0.0, 0.0], [k_1, k_2], 0);
     let it = Loop::of(&setup, setup.law.as_ref(), t).expect("a loop");
     let l = |omega: f64| {
-        let z = nalgebra::Complex::new((omega * t).cos(), (omega * t).sin());
+        let z = Complex::new((omega * t).cos(), (omega * t).sin());
         ((z * (k_1 * t / 2.0 + k_2)) + (k_1 * t / 2.0 - k_2)) * t / ((z - 1.0) * (z - 1.0))
     };
     for omega in [0.01, 1.0, 30.0, 100.0, 314.0] {
@@ -87,6 +88,93 @@ fn margins_of_the_textbook_s_loop_are_those_of_its_transfer_function() {
     assert!(margins.gain_down < 1e-6, "{margins:?}");
     let worst = (1..=20_000).map(|k| l(PI / t * f64::from(k) / 20_000.0) + 1.0).map(|d| 1.0 / d.re.hypot(d.im));
     assert!((margins.sensitivity_peak / worst.fold(0.0, f64::max) - 1.0).abs() < 1e-6, "{margins:?}");
+}
+
+/// L without the matrix of the whole: plant and law by themselves, each solved at this frequency as it stands.
+fn gain_by_parts(at_rest: &AtRest, period_s: f64, omega: f64) -> Complex<f64> {
+    let law = LinearTick::of(at_rest.law.as_ref(), at_rest.report);
+    let plant = LinearPlant::of(at_rest.plant.as_ref(), law.u, period_s).expect("a plant");
+    let z = Complex::new((omega * period_s).cos(), (omega * period_s).sin());
+    let later = |ticks: usize| z.powi(-(ticks as i32));
+    let solved = |n: usize, entry: &dyn Fn(usize, usize) -> Complex<f64>, right: DVector<Complex<f64>>| {
+        let matrix = DMatrix::from_fn(n, n, |i, j| if i == j { z - entry(i, j) } else { -entry(i, j) });
+        matrix.lu().solve(&right).expect("no pole there")
+    };
+    let (n, order) = (plant.gamma.len(), law.c.len());
+    let gamma = DVector::from_fn(n, |i, _| plant.gamma[i].into());
+    let x = solved(n, &|i, j| plant.phi[i][j].into(), gamma);
+    let y: Vec<_> = at_rest.sensed.iter().map(|sensed| x[sensed.state] * later(at_rest.sensor_delay_ticks)).collect();
+    let of_sample = |row: &[f64]| row.iter().zip(&y).map(|(b, y)| y * *b).sum::<Complex<f64>>();
+    // The law is told what is held: what it asks for, that much later.
+    let held = later(at_rest.actuator_delay_ticks);
+    let right = DVector::from_fn(order, |i, _| of_sample(&law.b[i]) + of_sample(&law.d) * held * law.e[i]);
+    let s = solved(order, &|i, j| held * (law.e[i] * law.c[j]) + law.a[i][j], right);
+    let asked = law.c.iter().zip(s.iter()).map(|(c, s)| s * *c).sum::<Complex<f64>>() + of_sample(&law.d);
+    -asked * held
+}
+
+/// Motors and joints at random, their current loops ten times slower than the tick to ten thousand times faster: L is
+/// that of the parts, the peak of S is one, and where gain margins are a pole goes through the circle.
+#[test]
+fn margins_of_any_current_loop_are_those_of_its_parts() {
+    let mut seed = 7_u64;
+    let mut between = |low: f64, high: f64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let (plants, mut judged, mut narrowest) = (if deep() { 1000 } else { 120 }, 0, f64::INFINITY);
+    for k in 0..plants {
+        let is_motor = k % 2 == 0;
+        let period = 10_f64.powf(between(-4.0, -2.7));
+        let lag = period / 10_f64.powf(between(-1.0, 4.0));
+        let mut sets = vec![format!("drive.period_s={period:e}")];
+        let scaled = |value: f64, by: f64| value * 10_f64.powf(by);
+        if is_motor {
+            sets.push(format!("motor.current_lag_s={lag:e}"));
+            sets.push(format!("motor.inertia_kg_m2={:e}", scaled(2e-4, between(-1.0, 1.0))));
+            sets.push(format!("encoder.bits={}", between(12.0, 21.0).floor()));
+        } else {
+            sets.push(format!("joint.current_lag_s={lag:e}"));
+            sets.push(format!("joint.motor_inertia_kg_m2={:e}", scaled(9.31e-4, between(-0.5, 0.5))));
+        }
+        let text = if is_motor { scenario::MOTOR } else { scenario::JOINT };
+        let Ok(it) = scenario::parse(&Source { file: "test.toml", text, sets: &sets }, "test") else { continue };
+        let (at_rest, closed) = (at_rest(&it), loop_of(&it));
+        if closed.spectral_radius(1.0).expect("poles") >= 1.0 {
+            continue;
+        }
+        judged += 1;
+        let what = format!("{} {sets:?}", if is_motor { "motor" } else { "joint" });
+        let found = closed.margins().unwrap_or_else(|error| panic!("{what}: {error}"));
+        let nyquist = PI / it.period_s;
+        let sensitivity = |omega: f64| 1.0 / (gain_by_parts(at_rest, it.period_s, omega) + 1.0).norm();
+        for share in [1e-4, 1e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 0.95] {
+            let omega = share * nyquist;
+            let (l, parts) = (closed.gain(omega), gain_by_parts(at_rest, it.period_s, omega));
+            // Where |L| is large neither has many digits, and no margin depends on it.
+            let apart = (l - parts) / ((l + 1.0) * (parts + 1.0));
+            assert!(apart.norm() < 1e-6, "{what}: L at {omega} is {l}, of its parts {parts}");
+            assert!(sensitivity(omega) < found.sensitivity_peak * (1.0 + 1e-6), "{what}: {found:?} at {omega}");
+        }
+        let peak = sensitivity(found.peak_rad_s);
+        assert!((found.sensitivity_peak / peak - 1.0).abs() < 1e-5 && peak > 1.0, "{what}: {found:?} {peak}");
+        let radius = |factor: f64| closed.spectral_radius(factor).expect("poles");
+        let up = found.gain_up.unwrap_or_else(|| panic!("{what}: {found:?}"));
+        assert!(radius(0.999 * up) < 1.0 && radius(1.001 * up) > 1.0, "{what}: {found:?}");
+        if found.gain_down > 1e-3 {
+            assert!(
+                radius(1.001 * found.gain_down) < 1.0 && radius(0.999 * found.gain_down) > 1.0,
+                "{what}: {found:?}"
+            );
+        }
+        narrowest = narrowest.min(up);
+    }
+    assert!(judged * 4 > plants * 3, "{judged} of {plants} are stable");
+    println!("{judged} of {plants}, least gain margin {narrowest:.3}");
+}
+
+fn deep() -> bool {
+    std::env::var_os("DEEP").is_some_and(|value| value == "1")
 }
 
 /// x' = u held, u = -k x: x⁺ = (1 - k T) x, so white noise of rms 1 makes u an autoregression with variance
@@ -109,7 +197,7 @@ fn noise_of_an_autoregression_is_its_closed_form() {
 fn assert_has(it: &Loop, expected: &[(f64, f64)], within: f64) {
     let mut found = it.eigenvalues().expect("values");
     for &(re, im) in expected {
-        let away = |z: &nalgebra::Complex<f64>| (z.re - re).hypot(z.im - im);
+        let away = |z: &Complex<f64>| (z.re - re).hypot(z.im - im);
         let nearest = (0..found.len()).min_by(|&i, &j| away(&found[i]).total_cmp(&away(&found[j]))).expect("one");
         assert!(away(&found[nearest]) < within, "{re} + {im} i is not among {found:?}");
         found.remove(nearest);
@@ -257,7 +345,7 @@ fn the_loop_gain_is_that_of_the_simulated_loop() {
             }
             let s = matrices.gain(omega) + 1.0;
             // S times 1 + L; the small step of the runs shows as 1e-6.
-            let one = nalgebra::Complex::new(re, im) * s;
+            let one = Complex::new(re, im) * s;
             assert!((one.re - 1.0).abs() < 2e-5 && one.im.abs() < 2e-5, "{sets:?}, {omega} rad/s: {one}");
         }
     }

@@ -277,8 +277,8 @@ impl Reach {
         let Self { period_s, limits, fastest_rad_s } = *self;
         let wide = Target { turn: present.turn, jet: present.jet.map(f64::from) };
         let towards = |ticks: u32| {
-            let goal = goal.unwrap_or_else(|| stop(present, f64::from(ticks) * period_s));
-            (goal, Rest { turn: goal.turn, angle: f64::from(goal.angle) })
+            let (goal, ticks) = goal.map_or_else(|| stop(present, ticks, period_s), |goal| (goal, ticks));
+            (goal, Rest { turn: goal.turn, angle: f64::from(goal.angle) }, ticks)
         };
         let to_go = |goal: &Rest<f64>| gap(&wide, &goal.at(start));
         let u_max = SHARE * if limits.max < -limits.min { limits.max } else { -limits.min };
@@ -286,13 +286,13 @@ impl Reach {
         // A speed is held to its limit by the same measure.
         let asked = |jet: &[f64; J]| feed_forward(jet).abs().max(u_max * (jet[1] / fastest_rad_s).abs());
         let found = shortest(start, fewest.max(1), longest.max(1), u_max, asked, |ticks| {
-            let (_, goal) = towards(ticks);
+            let (_, goal, ticks) = towards(ticks);
             Joined::<f64, _, M>::new(goal, to_go(&goal), start, ticks, period_s)
         });
         match found {
             Some(found) if found <= most => {
-                let (goal, wide) = towards(found);
-                Ok((Joined::new(goal, to_go(&wide), start, found, period_s), found))
+                let (goal, wide, taken) = towards(found);
+                Ok((Joined::new(goal, to_go(&wide), start, taken, period_s), taken))
             }
             other => Err(Refusal { reason: Reason::TooFast, target: other.unwrap_or(0), request: most }),
         }

@@ -85,13 +85,27 @@ pub enum MarginsError {
     NoNumbers,
     /// The eigenvalues were not found.
     NoPoles,
+    /// These margins and the poles of the same loop cannot both be right.
+    Contradicted(Margins),
 }
+
+/// A factor of the plant's gain that stands for any.
+const BY_ANY: f64 = 100.0;
 
 impl fmt::Display for MarginsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Solver(error) => error.fmt(f),
             Self::NoPoles => f.write_str("the poles of the loop were not found: the iteration came to no end"),
+            Self::Contradicted(found) => write!(
+                f,
+                "no margins: those that were found (gain from {:.3e} to {:.3e}, peak of |S| {:.3e}) contradict the \
+                 poles of the loop, which has numbers too far apart for f64; another period, or a time constant of the \
+                 current loop that is 0 or nearer to the period, may tell",
+                found.gain_down,
+                found.gain_up.unwrap_or(f64::INFINITY),
+                found.sensitivity_peak
+            ),
             Self::NoNumbers => f.write_str("the loop has numbers that are too large for f64: no poles were found"),
         }
     }
@@ -340,7 +354,28 @@ impl Loop {
             found.peak_rad_s = 0.5 * (low + high);
             found.sensitivity_peak = sensitivity(self.gain(found.peak_rad_s));
         }
+        self.check(&found)?;
         Ok(found)
+    }
+
+    /// What must hold of the margins of any loop that is stable. S is 1 far outside of the circle and has no pole there,
+    /// so that its peak on the circle is no less; with a gain within the margins all poles are inside, beyond them one
+    /// is not. Poles come of the closed loop's matrix, margins of the open one's: where these two disagree, the loop is
+    /// too badly conditioned for f64.
+    fn check(&self, found: &Margins) -> Result<(), MarginsError> {
+        const ABOUT: f64 = 1e-6;
+        let (low, high) = (found.gain_down, found.gain_up);
+        let within = [0.5 * (low + 1.0), high.map_or(BY_ANY, |high| 0.5 * (1.0 + high))];
+        // Of next to nothing an integrator is all that is left.
+        let beyond = [Some(0.99 * low).filter(|low| *low > 1e-3), high.map(|high| 1.01 * high)];
+        let mut is_right = found.sensitivity_peak > 1.0 - ABOUT;
+        for factor in within {
+            is_right &= self.spectral_radius(factor)? < 1.0 + ABOUT;
+        }
+        for factor in beyond.into_iter().flatten() {
+            is_right &= self.spectral_radius(factor)? > 1.0 - ABOUT;
+        }
+        if is_right { Ok(()) } else { Err(MarginsError::Contradicted(*found)) }
     }
 
     /// Where a function of L changes its sign between two frequencies.
@@ -497,15 +532,23 @@ struct Response {
 }
 
 impl Response {
-    fn of(mut a: DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>) -> Self {
+    fn of(a: DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>) -> Self {
         let n = a.nrows();
         if n < 2 {
             return Self { a, b: b.clone(), c: c.clone() };
         }
-        // States are in units of their own: an orthogonal transform would mix large and small ones.
-        let units = balance_parlett_reinsch(&mut a);
-        let (q, a) = Hessenberg::new(a).unpack();
-        Self { b: q.tr_mul(&b.component_div(&units)), c: q.tr_mul(&c.component_mul(&units)), a }
+        // States are in units of their own: an orthogonal transform would mix large and small ones. Input and output
+        // are balanced with them, or a state that hardly anything within moves, the current of a fast loop, would get
+        // no unit that is any good.
+        let mut all = DMatrix::zeros(n + 1, n + 1);
+        all.view_mut((0, 0), (n, n)).copy_from(&a);
+        all.view_mut((0, n), (n, 1)).copy_from(b);
+        all.view_mut((n, 0), (1, n)).copy_from(&c.transpose());
+        balance_parlett_reinsch(&mut all);
+        let (q, a) = Hessenberg::new(all.view((0, 0), (n, n)).into_owned()).unpack();
+        let [b, c] =
+            [false, true].map(|is_row| DVector::from_fn(n, |i, _| if is_row { all[(n, i)] } else { all[(i, n)] }));
+        Self { b: q.tr_mul(&b), c: q.tr_mul(&c), a }
     }
 
     fn at(&self, z: Complex<f64>) -> Complex<f64> {

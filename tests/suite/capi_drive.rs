@@ -330,19 +330,20 @@ fn plans<const M: usize, const N: usize>(period_s: f64) -> Run {
             omega = rng.spread(1e-9, 1e14);
         }
         let present: Target<f32, i32, M> = plan.at(now);
-        let onto = |goal| onto(goal, &present, now, ticks, period_s);
+        let onto = |goal, ticks| onto(goal, &present, now, ticks, period_s);
         let new = match what {
             REST => is_number(f64::from(angle)).then_some(Plan::At(Goal::Rest(Rest { turn, angle }))),
-            MOVE if is_number(f64::from(angle)) => onto(Goal::Rest(Rest { turn, angle })),
+            MOVE if is_number(f64::from(angle)) => onto(Goal::Rest(Rest { turn, angle }), ticks),
             MOVE => None,
             STOP => {
-                let goal: Rest<f32> = stop(&present, f64::from(ticks) * period_s);
-                onto(Goal::Rest(goal)).filter(|_| is_number(f64::from(goal.angle)))
+                let (goal, taken) = stop(&present, ticks, period_s);
+                let way = onto(Goal::Rest(goal), taken).filter(|_| is_number(f64::from(goal.angle)));
+                way.filter(|_| (1..=1 << 24).contains(&ticks))
             }
             _ => {
                 let phase = omega * period_s / TAU * 2_f64.powi(32) + 0.5;
                 let good = (1.0..2_f64.powi(31)).contains(&phase) && is_number(amplitude);
-                good.then(|| Goal::Sine(Sine::new(amplitude, omega, period_s))).and_then(onto)
+                good.then(|| Goal::Sine(Sine::new(amplitude, omega, period_s))).and_then(|goal| onto(goal, ticks))
             }
         };
         taken[what as usize][usize::from(new.is_some())] += 1;

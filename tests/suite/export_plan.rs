@@ -126,9 +126,10 @@ fn run<const M: usize, const N: usize>(period_s: f64) -> Run {
         let new = match what {
             REST => is_number(f64::from(angle)).then_some(Plan::At(Goal::Rest(Rest { turn, angle }))),
             MOVE | STOP => {
-                let stopped = stop(&present, f64::from(ticks) * period_s);
-                let goal = if what == MOVE { Rest { turn, angle } } else { stopped };
-                let way = onto(Goal::Rest(goal), &present, now, ticks, period_s);
+                let (goal, taken) =
+                    if what == MOVE { (Rest { turn, angle }, ticks) } else { stop(&present, ticks, period_s) };
+                let way = onto(Goal::Rest(goal), &present, now, taken, period_s);
+                let way = way.filter(|_| (1..=1 << 24).contains(&ticks));
                 way.filter(|_| is_number(f64::from(goal.angle)))
             }
             _ => {

@@ -1,14 +1,16 @@
-//! What happens to counts on a real shaft: interrupts that are missed, counts that are lost, slip or are false at the
-//! start, counters that wrap anywhere. The bars are those of a drive that keeps its head, in rad of the shaft; the
-//! plant is the suite's own, with friction, cogging and a current loop.
+//! What happens on a real shaft: interrupts that are missed, counts that are lost, slip or are false at the start,
+//! counters that wrap anywhere, targets that are typed, stops on the way. The bars are those of a drive that keeps its
+//! head, in rad of the shaft; the plant is the suite's own, with friction, cogging and a current loop.
 
 use std::f64::consts::TAU;
 
 use controller_core::drive::{
-    Encoder, Joint, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive, Position, Sample, Target,
+    Encoder, Joined, Joint, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive, Position, Reference, Rest, Sample,
+    Sine, Target, gap, stop,
 };
-use controller_core::{Health, Limits, Output, Running};
+use controller_core::{Health, Limits, Output, Real, Running};
 use integration_tests::drive::{Flexible, Shaft};
+use integration_tests::strategy::Rng;
 
 const PERIOD_S: f64 = 1e-3;
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
@@ -338,5 +340,80 @@ fn a_joint_survives_missed_interrupts() {
         println!("{missed} missed, told {told}: {worst:.5} rad, {seen}");
         assert!(worst < 0.005, "{missed} missed, told {told}: {worst}");
         assert!(seen.contains(Health::POSITION_STEPPED) != told, "{seen}");
+    }
+}
+
+/// How far a stop from this jet goes back, of a way of so much; the ticks that it takes.
+fn back_of_stop<T: Real<Count = i32>, const M: usize>(jet: [T; M], ticks: u32) -> ([f64; 2], u32) {
+    let present = Target { turn: 3, jet };
+    let (goal, taken) = stop(&present, ticks, PERIOD_S);
+    let way = Joined::<T, _, M>::new(goal, gap(&present, &goal.at(0)), 100, taken, PERIOD_S);
+    let angle = |tick: u32| -> f64 {
+        let at: Target<T, i32, 1> = way.at(100 + tick);
+        TAU * f64::from(at.turn) + at.jet[0].to_f64()
+    };
+    let (first, last) = (angle(0), angle(taken));
+    let (mut furthest, mut back) = (first, 0.0_f64);
+    let direction = (last - first).signum();
+    for tick in (1..=400).map(|k| (u64::from(taken) * k / 400) as u32) {
+        let at = angle(tick);
+        back = back.max(direction * (furthest - at));
+        furthest = if direction * (at - furthest) > 0.0 { at } else { furthest };
+    }
+    ([back, (last - first).abs()], taken)
+}
+
+/// From any speed, acceleration and jerk, in any time.
+#[test]
+fn a_stop_never_goes_back() {
+    let mut rng = Rng::new(5);
+    for _ in 0..4000 {
+        let speed = rng.spread(1e-3, 400.0);
+        let ticks = rng.spread(1.0, 2e4) as u32;
+        let acceleration = rng.spread(1e-2, 1e5) * f64::from(rng.integer(0, 2) as i32 - 1);
+        let jerk = rng.spread(1.0, 1e7) * f64::from(rng.integer(0, 2) as i32 - 1);
+        let tell = |told: ([f64; 2], u32), of: f64| {
+            let ([back, way], taken) = told;
+            assert!(back <= of * (way + 1.0), "{speed} {acceleration} {jerk} in {ticks}: {back} of {way}");
+            assert!((1..=ticks.max(1)).contains(&taken), "{taken} of {ticks}");
+        };
+        tell(back_of_stop([0.5, speed], ticks), 1e-12);
+        tell(back_of_stop([0.5, speed, acceleration], ticks), 1e-12);
+        tell(back_of_stop([0.5, -speed, acceleration, jerk], ticks), 1e-12);
+        let [v, a, j] = [speed, acceleration, jerk].map(|number| number as f32);
+        tell(back_of_stop([0.5_f32, v, a, j], ticks), 1e-6);
+    }
+    // At an even speed half of the way, in the time that was asked for.
+    let (goal, taken) = stop(&Target { turn: 0, jet: [1.0, 4.0, 0.0, 0.0] }, 500, PERIOD_S);
+    assert!((goal.angle - 2.0_f64).abs() < 1e-12 && taken == 500, "{goal:?} {taken}");
+    // A move of 1 rad in 1 s that is stopped anywhere.
+    let onto = Joined::<f64, _, 3>::new(Rest { turn: 0, angle: 1.0 }, [-1.0, 0.0, 0.0], 0, 1000, PERIOD_S);
+    for at in 1..1000 {
+        let present: Target<f64, i32, 3> = onto.at(at);
+        for ticks in [50, 100, 200, 400, 800, 1600] {
+            let ([back, _], taken) = back_of_stop(present.jet, ticks);
+            assert!(back < 1e-12 && taken <= ticks, "at {at} in {ticks}: {back}");
+        }
+    }
+}
+
+/// It is where it begins, as a sine is at its start, and once it is over it stays so.
+#[test]
+fn a_plan_that_has_not_begun_is_where_it_begins() {
+    for start in [1000_u32, 0, u32::MAX - 20] {
+        let sine = Sine::<f64>::new(0.5, 30.0, PERIOD_S);
+        let mut plan = Joined::<f64, _, 3>::new(sine, [0.25, -1.0, 3.0], start, 100, PERIOD_S);
+        let first: Target<f64, i32, 2> = plan.at(start);
+        for before in [1, 2, 1000, 1 << 30] {
+            assert_eq!(Reference::<f64, 2>::at(&plan, start.wrapping_sub(before)), first, "{before} before {start}");
+        }
+        Reference::<f64, 2>::settle(&mut plan, start.wrapping_sub(5));
+        assert_eq!(plan.left(start), 100);
+        for behind in [100, 101, 1 << 30] {
+            let (tick, on) = (start.wrapping_add(behind), Reference::<f64, 2>::at(&sine, start.wrapping_add(behind)));
+            assert_eq!(Reference::<f64, 2>::at(&plan, tick), on, "{behind} behind {start}");
+        }
+        Reference::<f64, 2>::settle(&mut plan, start.wrapping_add(100));
+        assert_eq!(plan.left(start.wrapping_sub(7)), 0);
     }
 }

@@ -108,7 +108,10 @@ pub fn jet_of_sine<T: Real, const J: usize>(phase: T::Count, amplitude: T, omega
     jet
 }
 
-/// From a jet onto another reference.
+/// Ticks that are still to come, at most: half of all.
+const FARTHEST: u32 = i32::MAX as u32;
+
+/// From a jet onto another reference. Before its start it is where it begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joined<T, R, const M: usize> {
     target: R,
@@ -145,10 +148,10 @@ impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
         }
     }
 
-    /// Ticks until the target is met; 0 if it is.
+    /// Ticks until the target is met; 0 if it is. Ticks wrap: the end is ahead for less than half of all ticks.
     pub const fn left(&self, tick: u32) -> u32 {
         let left = self.end.wrapping_sub(tick);
-        if left > self.ticks { 0 } else { left }
+        if self.ticks == 0 || left > FARTHEST { 0 } else { left }
     }
 }
 
@@ -181,11 +184,13 @@ pub fn powers_of_join<F: Real, const M: usize>(gap: [F; M], tau_s: F) -> [[[F; M
 
 impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> Reference<T, J> for Joined<T, R, M> {
     fn at(&self, tick: u32) -> Target<T, i32, J> {
-        let mut target = self.target.at(tick);
         let left = self.left(tick);
         if left == 0 {
-            return target;
+            return self.target.at(tick);
         }
+        // Before its start it is where it begins.
+        let left = if left > self.ticks { self.ticks } else { left };
+        let mut target = self.target.at(self.end.wrapping_sub(left));
         let done = self.ticks - left;
         let (part, powers, rate) =
             if done < left { (done, &self.powers[0], self.per_s) } else { (left, &self.powers[1], -self.per_s) };
@@ -236,10 +241,63 @@ pub fn gap<T: Real<Count = i32>, const M: usize>(present: &Target<T, i32, M>, ta
     gap
 }
 
-/// Where a joined stop ends that begins with this jet and takes `tau_s`: the speed falls evenly on both sides of the
-/// middle, so it goes on for half of what it would have gone.
-pub fn stop<T: Real<Count = i32>, const M: usize>(present: &Target<T, i32, M>, tau_s: f64) -> Rest<T> {
-    Rest { turn: present.turn, angle: T::from_f64(present.jet[0].to_f64() + 0.5 * tau_s * present.jet[1].to_f64()) }
+/// A joined stop that begins with this jet, in so many ticks or in fewer: where it ends, and how many it takes. It
+/// never goes back.
+///
+/// With $m = M - 1$ and s from 0 to 1 the speed on the way is
+/// $$ \dot r = (1 - s)^m \sum_{k < m} R_k s^k, \quad R_k = \sum_{j \le k} V_j \binom{m - 1 + k - j}{m - 1}, \quad
+/// V_j = r^{(j + 1)} \tau^j / j! $$
+/// with the jet of the beginning, and at the end at rest with m - 1 derivatives. If no two R_k have opposite signs, no
+/// factor and so no speed has another sign than that of the beginning. Of a shaft that slows down already, a long stop
+/// would have to go back; of a short one only $V_0 \binom{m - 1 + k}{m - 1}$ is left, and all signs are one. So the
+/// stop takes fewer ticks where it must, one at least. At an even speed it goes on for half of what it would have gone.
+pub fn stop<T: Real<Count = i32>, const M: usize>(
+    present: &Target<T, i32, M>,
+    ticks: u32,
+    period_s: f64,
+) -> (Rest<T>, u32) {
+    let jet = present.jet.map(T::to_f64);
+    let (mut taken, mut too_many) = (ticks, ticks);
+    if goes_back(&speed_of_stop(&jet, f64::from(ticks) * period_s)) {
+        taken = ticks.min(1);
+        while taken + 1 < too_many {
+            let middle = taken + (too_many - taken) / 2;
+            if goes_back(&speed_of_stop(&jet, f64::from(middle) * period_s)) {
+                too_many = middle;
+            } else {
+                taken = middle;
+            }
+        }
+    }
+    let tau_s = f64::from(taken) * period_s;
+    // The integral of (1 - s)^m s^k is k! m!/(k + m + 1)!.
+    let (mut way, mut share) = (0.0, 1.0 / M as f64);
+    for (k, part) in speed_of_stop(&jet, tau_s).into_iter().enumerate() {
+        way += share * part;
+        share *= (k + 1) as f64 / (k + 1 + M) as f64;
+    }
+    (Rest { turn: present.turn, angle: T::from_f64(jet[0] + tau_s * way) }, taken)
+}
+
+/// R_k of [`stop`]; the last of them is 0.
+fn speed_of_stop<const M: usize>(jet: &[f64; M], tau_s: f64) -> [f64; M] {
+    let (mut parts, mut scale) = ([0.0; M], 1.0);
+    for k in 1..M {
+        parts[k - 1] = scale * jet[k];
+        scale *= tau_s / k as f64;
+    }
+    // 1/(1 - s) adds up what is before, and does so m times.
+    for _ in 1..M {
+        for k in 1..M - 1 {
+            parts[k] += parts[k - 1];
+        }
+    }
+    parts
+}
+
+/// Has the speed two signs?
+fn goes_back(parts: &[f64]) -> bool {
+    parts.iter().any(|part| *part > 0.0) && parts.iter().any(|part| *part < 0.0)
 }
 
 /// Points that come in evenly, every so many ticks, as a uniform quartic B-spline: r''' is continuous.
@@ -555,8 +613,8 @@ mod tests {
     #[test]
     fn a_stop_never_goes_back() {
         let present = Target { turn: 2, jet: [0.4, 30.0, 0.0_f64] };
-        let rest = stop(&present, 0.1);
-        let plan: Joined<f64, _, 3> = Joined::new(rest, gap(&present, &rest.at(0)), 0, 100, 1e-3);
+        let (rest, ticks) = stop(&present, 100, 1e-3);
+        let plan: Joined<f64, _, 3> = Joined::new(rest, gap(&present, &rest.at(0)), 0, ticks, 1e-3);
         for tick in 0..100 {
             let [r, v]: [f64; 2] = at(&plan, tick);
             assert!(v >= -1e-9 && r <= 2.0 * TAU + 0.4 + 1.5 + 1e-9, "tick {tick}: {r}, {v}");

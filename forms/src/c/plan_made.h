@@ -64,13 +64,63 @@ static inline bool @_plan_move(@_plan *plan, const @_jet *present, uint32_t star
     return @_is_number((double)angle) && @_plan_onto(plan, &goal, present, start, ticks);
 }
 
-/* Plans to come to rest in so many ticks, and never back: at half of the way that would have been gone. */
-static inline bool @_plan_stop(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks)
+/* Part of a stop: the way that it takes in so many ticks, and whether it goes back on it. The speed on the way is
+ * (1 - s)^m (part[0] + part[1] s + ..). */
+static inline bool @_stop_goes_back(const @_jet *present, uint32_t ticks, double *way)
 {
     @@_AS_WRITTEN
     const double tau_s = (double)ticks * $period_s$;
-    const double angle = (double)present->r + (0.5 * tau_s * (double)present->r_dot);
-    return @_is_number(angle) && @_plan_move(plan, present, start, ticks, present->turn, (float)angle);
+    double part[$speeds$] = { $speed$ };
+    double scale = 1.0;
+    double share = 1.0 / $taken$.0;
+    bool forward = false;
+    bool back = false;
+    for (unsigned k = 0; k < $speeds$u; k++) {
+        part[k] = scale * part[k];
+        scale = scale * (tau_s / (double)(k + 1u));
+    }
+    for (unsigned times = 0; times < $speeds$u; times++) {
+        for (unsigned k = 1; k < $speeds$u; k++) {
+            part[k] = part[k] + part[k - 1u];
+        }
+    }
+    *way = 0.0;
+    for (unsigned k = 0; k < $speeds$u; k++) {
+        forward = forward || (part[k] > 0.0);
+        back = back || (part[k] < 0.0);
+        *way = *way + (share * part[k]);
+        share = share * ((double)(k + 1u) / (double)(k + 1u + $taken$u));
+    }
+    *way = tau_s * *way;
+    return forward && back;
+}
+
+/* Plans to come to rest in so many ticks, and never back: at an even speed at half of the way that would have been
+ * gone. Of a shaft that slows down already it takes fewer ticks where a longer stop would go back. */
+static inline bool @_plan_stop(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks)
+{
+    @@_AS_WRITTEN
+    uint32_t taken = ticks;
+    uint32_t too_many = ticks;
+    double way;
+    double angle;
+    if ((ticks < 1u) || (ticks > 16777216u)) {
+        return false;
+    }
+    if (@_stop_goes_back(present, ticks, &way)) {
+        taken = 1u;
+        while ((taken + 1u) < too_many) {
+            const uint32_t middle = taken + ((too_many - taken) / 2u);
+            if (@_stop_goes_back(present, middle, &way)) {
+                too_many = middle;
+            } else {
+                taken = middle;
+            }
+        }
+        (void)@_stop_goes_back(present, taken, &way);
+    }
+    angle = (double)present->r + way;
+    return @_is_number(angle) && @_plan_move(plan, present, start, taken, present->turn, (float)angle);
 }
 
 /* Plans a way onto A sin(omega t) about angle 0, the phase of which is 0 at tick 0. Omega is rounded to a whole number

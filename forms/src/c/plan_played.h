@@ -17,12 +17,20 @@ static inline void @_jet_of_goal(const @_goal *goal, uint32_t tick, @_jet *jet)
 $zeros$    }
 }
 
-/* Where a plan is at a tick, with all that another plan takes over from it. */
-static inline void @_plan_jet(const @_plan *plan, uint32_t tick, @_jet *jet)
+/* Part of a plan: ticks until its goal is met, 0 if it is. The end is ahead for less than half of all ticks. */
+static inline uint32_t @_plan_left(const @_plan *plan, uint32_t tick)
 {
     const uint32_t left = plan->end - tick;
-    @_jet_of_goal(&plan->goal, tick, jet);
-    if ((left != 0u) && (left <= plan->ticks)) {
+    return ((plan->ticks == 0u) || (left > 0x7fffffffu)) ? 0u : left;
+}
+
+/* Where a plan is at a tick, with all that another plan takes over from it; before its start where it begins. */
+static inline void @_plan_jet(const @_plan *plan, uint32_t tick, @_jet *jet)
+{
+    const uint32_t ahead = @_plan_left(plan, tick);
+    const uint32_t left = (ahead > plan->ticks) ? plan->ticks : ahead;
+    @_jet_of_goal(&plan->goal, (left == 0u) ? tick : (plan->end - left), jet);
+    if (left != 0u) {
         const uint32_t done = plan->ticks - left;
         if (done < left) {
             @_join(plan->power[0], done, plan->per_tick, plan->per_s, jet);
@@ -44,8 +52,7 @@ $copied$}
  * have wrapped (2^32 of them are five days at 10 kHz). */
 static inline void @_plan_play(@_plan *plan, uint32_t tick, @_target *target)
 {
-    const uint32_t left = plan->end - tick;
-    if (left > plan->ticks) {
+    if (@_plan_left(plan, tick) == 0u) {
         plan->ticks = 0u;
     }
     @_plan_at(plan, tick, target);

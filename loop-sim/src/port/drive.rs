@@ -113,14 +113,14 @@ impl Motion {
         asked.fold(0.0, f64::max)
     }
 
-    /// From where `present` is at this tick to rest, in so many ticks.
+    /// From where `present` is at this tick to rest, in so many ticks or fewer.
     fn stopping<T: Real<Count = i32>, const M: usize>(
         &self,
         present: &Target<T, i32, M>,
         start: u32,
         ticks: u32,
     ) -> Plan<T, M> {
-        let goal = drive::stop(present, f64::from(ticks) * self.period_s);
+        let (goal, ticks) = drive::stop(present, ticks, self.period_s);
         let gap = drive::gap(present, &Reference::at(&goal, start));
         let after = Joined::new(Course::Rest(goal), gap, start, ticks, self.period_s);
         Plan { before: goal, start, after }
