@@ -358,10 +358,10 @@ impl Loop {
         Ok(found)
     }
 
-    /// What must hold of the margins of any loop that is stable. S is 1 far outside of the circle and has no pole there,
-    /// so that its peak on the circle is no less; with a gain within the margins all poles are inside, beyond them one
-    /// is not. Poles come of the closed loop's matrix, margins of the open one's: where these two disagree, the loop is
-    /// too badly conditioned for f64.
+    /// What must hold of the margins of any loop that is stable. S is 1 far outside of the circle and has no pole
+    /// there, so that its peak on the circle is no less; with a gain within the margins all poles are inside, beyond
+    /// them one is not. Poles come of the closed loop's matrix, margins of the open one's: where these two disagree,
+    /// the loop is too badly conditioned for f64.
     fn check(&self, found: &Margins) -> Result<(), MarginsError> {
         const ABOUT: f64 = 1e-6;
         let (low, high) = (found.gain_down, found.gain_up);
