@@ -75,8 +75,11 @@ pub(crate) unsafe fn rest<const M: usize>(plan: *mut Plan<M>, rest: Rest<f32>) -
     if !is_number(rest.angle.into()) {
         return Status::NOT_FINITE;
     }
+    let mut way = Joined::new(Goal::rest(rest), [0.0; M], 0, 1, 1.0);
+    // It is over, at any tick.
+    Reference::<f32, 1>::settle(&mut way, 1);
     // SAFETY: not NULL, aligned.
-    unsafe { plan.write(Plan(Joined::new(Goal::rest(rest), [0.0; M], 0, 1, 1.0))) };
+    unsafe { plan.write(Plan(way)) };
     Status::OK
 }
 

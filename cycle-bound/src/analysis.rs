@@ -428,13 +428,14 @@ impl<'a> Analyst<'a> {
 
     /// Bytes of stack at most on a path that returns, callees included.
     fn stack(&self, nodes: &BTreeMap<u32, Node>, alive: &BTreeSet<u32>, start: u32) -> Result<u32, Refusal> {
-        let mut depths: BTreeMap<u32, i64> = [(start, 0)].into();
+        // Of each instruction how deep the stack is before it, and where the frame pointer stands, if it is one.
+        let mut before: BTreeMap<u32, (i64, Option<i64>)> = [(start, (0, None))].into();
         let mut open = vec![start];
         let mut deepest = 0;
         while let Some(address) = open.pop() {
-            let (node, depth) = (&nodes[&address], depths[&address]);
+            let (node, (depth, frame)) = (&nodes[&address], before[&address]);
             let refused = |reason: &str| Refusal { address, text: node.instruction.text(), reason: reason.to_owned() };
-            let Some(growth) = node.instruction.stack_growth() else {
+            let Some((after, frame_after)) = node.instruction.frame_after(depth, frame) else {
                 return Err(refused("the stack pointer moves by an amount that is not in the instruction"));
             };
             let below = match self.callee(node) {
@@ -445,7 +446,6 @@ impl<'a> Analyst<'a> {
                 },
                 _ => 0,
             };
-            let after = depth + growth;
             deepest = deepest.max(after).max(depth + below);
             // What is not executed leaves the stack as it is.
             let on = if node.flow == Flow::Return && node.instruction.conditional { depth } else { after };
@@ -453,12 +453,18 @@ impl<'a> Analyst<'a> {
                 return Err(refused("returns with another stack pointer than it was called with"));
             }
             for to in node.successors().into_iter().filter(|to| alive.contains(to)) {
-                match depths.insert(to, on) {
-                    None => open.push(to),
-                    Some(known) if known != on => {
+                match before.insert(to, (on, frame_after)) {
+                    Some((known, _)) if known != on => {
                         return Err(refused("two ways come together with different stack depths"));
                     }
-                    Some(_) => {}
+                    // Nowhere else than on the way that was gone before.
+                    Some((_, known)) if known == frame_after => {}
+                    Some((_, None)) => _ = before.insert(to, (on, None)),
+                    Some(_) => {
+                        before.insert(to, (on, None));
+                        open.push(to);
+                    }
+                    None => open.push(to),
                 }
             }
         }

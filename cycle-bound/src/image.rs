@@ -266,13 +266,31 @@ impl Image {
         }
     }
 
-    /// A function by its full name, mangled or not, or by a part that no other has.
+    /// A function by its full name, mangled or not, by a part that no other has, or by the address of its beginning.
     ///
     /// # Errors
     /// What there is instead.
     pub fn find(&self, wanted: &str) -> Result<&Function, String> {
-        let names = |one: &Function| one.names.iter().chain(&one.symbols).cloned().collect();
-        let functions = self.sections.iter().flat_map(|section| section.functions.values());
+        let functions = || self.sections.iter().flat_map(|section| section.functions.values());
+        if let Some(address) = wanted.strip_prefix("0x").and_then(|hex| u32::from_str_radix(hex, 16).ok()) {
+            let mut there = functions().filter(|one| one.start == address & !1);
+            return match (there.next(), there.next()) {
+                (Some(one), None) => Ok(one),
+                (None, _) => Err(format!("no function begins at {}", self.place(address))),
+                _ => Err(format!("more than one section of the file has a function at {wanted}")),
+            };
+        }
+        let names = |one: &Function| one.names.iter().chain(&one.symbols).cloned().collect::<Vec<_>>();
+        let alike: Vec<_> = functions().filter(|one| names(one).iter().any(|name| name == wanted)).collect();
+        if let [_, _, ..] = alike[..] {
+            let places: Vec<String> = alike.iter().map(|one| format!("{:#010x}", one.start)).collect();
+            return Err(format!(
+                "{} functions are called {wanted:?}; say by its address which: {}",
+                alike.len(),
+                places.join(", ")
+            ));
+        }
+        let functions = functions();
         find("function", wanted, &functions.map(|one| (one, names(one))).collect::<Vec<_>>())
     }
 

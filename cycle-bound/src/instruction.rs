@@ -7,6 +7,8 @@
 use capstone::arch::arm::{ArchExtraMode, ArchMode, ArmCC};
 use capstone::prelude::*;
 
+/// The frame pointer of GCC and Clang in Thumb code (r7), as a set of registers.
+const FRAME: u64 = 1 << 7;
 /// The stack pointer, as a set of registers.
 pub(crate) const SP: u64 = 1 << 13;
 const LR: u64 = 1 << 14;
@@ -224,6 +226,37 @@ impl Instruction {
             }
             _ => None,
         }
+    }
+
+    /// Where the stack pointer and the frame pointer stand behind it, of where they stood before: in bytes below the
+    /// stack pointer of the entry, the frame pointer `None` where it is something else. `None` if the stack pointer is
+    /// not known. A function that is called leaves the frame pointer as it was, as the procedure call standard has it.
+    pub(crate) fn frame_after(&self, depth: i64, frame: Option<i64>) -> Option<(i64, Option<i64>)> {
+        let frame_after = match self.displaced().filter(|_| !self.conditional) {
+            _ if self.writes() & FRAME == 0 => frame,
+            Some((SP, less)) => Some(depth + less),
+            Some((FRAME, less)) => frame.map(|frame| frame + less),
+            _ => None,
+        };
+        let depth_after = match (self.stack_growth(), self.displaced()) {
+            (Some(growth), _) => depth + growth,
+            (None, Some((FRAME, less))) if !self.conditional && self.results() & SP != 0 => frame? + less,
+            _ => return None,
+        };
+        Some((depth_after, frame_after))
+    }
+
+    /// Of an instruction that gives a register and a constant: the register, and by how much the result is below it.
+    fn displaced(&self) -> Option<(u64, i64)> {
+        let from = self.operands.get(1).filter(|operand| !operand.starts_with('#')).or(self.operands.first())?;
+        let number = immediate(self.operands.last()?).map(i64::from);
+        let less = match (self.stem(), number) {
+            ("mov", None) if self.operands.len() == 2 => 0,
+            ("add" | "adds" | "addw", Some(number)) => -number,
+            ("sub" | "subs" | "subw", Some(number)) => number,
+            _ => return None,
+        };
+        Some((registers(from), less))
     }
 }
 

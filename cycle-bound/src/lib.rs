@@ -73,7 +73,7 @@ pub struct Options {
     /// The linked firmware.
     #[arg(long, value_name = "FILE", required_unless_present = "ceilings")]
     pub elf: Option<PathBuf>,
-    /// The function: its name, mangled or not, or a part of it that no other name has.
+    /// The function: its name, mangled or not, a part of it that no other name has, or the address at which it begins.
     #[arg(long, value_name = "NAME", required_unless_present_any = ["ceilings", "means"])]
     pub symbol: Option<String>,
     /// Hold the function to this text of what it is to compute, beside its bound; several, each of the function that it

@@ -272,8 +272,8 @@ fn a_barrier_has_the_bound_that_is_vouched_for() {
 
 #[test]
 fn a_stack_pointer_that_moves_by_an_unknown_amount_is_declined_alone() {
-    // mov r7, sp; mov sp, r7; bx lr
-    let report = plain(&[("f", &[0x466f, 0x46bd, 0x4770])]);
+    // mov r4, sp; mov sp, r4; bx lr
+    let report = plain(&[("f", &[0x466c, 0x46a5, 0x4770])]);
     assert_eq!((report.bound(), report.stack_bytes), (Some(6), None));
     assert!(report.declined[0].contains("stack: 0x08000002"), "{:?}", report.declined);
     // sub.w sp, sp, #0x40000000 so often that it is 4 GiB, and as often back.
@@ -282,6 +282,39 @@ fn a_stack_pointer_that_moves_by_an_unknown_amount_is_declined_alone() {
     assert!(report.stack_bytes.is_none() && report.declined[0].contains("no stack is as large"), "{report:?}");
     // push {r4, lr}; bx lr
     assert!(plain(&[("f", &[0xb510, 0x4770])]).declined[0].contains("another stack pointer"));
+}
+
+/// As GCC has it at -O0.
+#[test]
+fn a_frame_pointer_brings_the_stack_pointer_back() {
+    // push {r7}; sub sp, #28; add r7, sp, #0; adds r7, #28; mov sp, r7; pop {r7}; bx lr
+    let framed = [0xb480, 0xb087, 0xaf00, 0x371c, 0x46bd, 0xbc80, 0x4770];
+    let report = plain(&[("f", &framed)]);
+    assert_eq!((report.stack_bytes, report.declined.len()), (Some(32), 0), "{:?}", report.declined);
+    // Off by a word, or another number in it: adds r7, #24; movs r7, #1.
+    for (at, other, told) in [(3, 0x3718, "another stack pointer"), (3, 0x2701, "stack pointer moves by")] {
+        let mut code = framed;
+        code[at] = other;
+        assert!(plain(&[("f", &code)]).declined[0].contains(told), "{other:#x}");
+    }
+    // push {r7}; mov r7, sp; cbz r0, over; movs r7, #1; over: mov sp, r7; pop {r7}; bx lr
+    let report = plain(&[("f", &[0xb480, 0x466f, 0xb100, 0x2701, 0x46bd, 0xbc80, 0x4770])]);
+    assert!(report.declined[0].contains("stack pointer moves by"), "{:?}", report.declined);
+}
+
+/// Two files have a static function of that name.
+#[test]
+fn functions_of_one_name_are_told_apart_by_their_address() {
+    let code = [0xbf00, 0x4770, 0x4770];
+    let file = elf::elf(&[(0x0800_0000, &code)], &[("tick", 1, 0, 4), ("tick", 1, 4, 2)]);
+    let image = Image::read(&file).expect("an image");
+    let told = image.find("tick").expect_err("one of two");
+    assert!(told.contains("2 functions are called \"tick\"") && told.contains("0x08000000, 0x08000004"), "{told}");
+    for (name, start) in [("0x08000004", 0x0800_0004), ("0x08000001", 0x0800_0000)] {
+        assert_eq!(image.find(name).expect("one").start, start);
+    }
+    let told = image.find("0x08000002").expect_err("within one");
+    assert!(told.contains("no function begins at 0x08000002 (tick+0x2)"), "{told}");
 }
 
 #[test]

@@ -11,6 +11,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::rc::Rc;
 
+use super::encoding;
 use super::graph::{Graph, Node, Op};
 use super::term::{EQUAL, GREATER, LESS, Mixing, Order, UNORDERED};
 use super::text::{Expected, Kind, Known, Place, Port};
@@ -107,6 +108,16 @@ impl<'a> Program<'a> {
         let block = bytes.map_or_else(Vec::new, |bytes| self.decoder.decode(bytes, address));
         if block.first().is_none_or(|one| one.address != address) {
             return Err(format!("no instruction known at {}", self.image.place(address)));
+        }
+        for one in &block {
+            let half = |at: u32| {
+                let bytes = self.image.bytes(one.address + at)?;
+                Some(u16::from_le_bytes([*bytes.first()?, *bytes.get(1)?]))
+            };
+            let open = half(0).and_then(|first| encoding::open(first, half(2).filter(|_| one.size == 4)));
+            if let Some(why) = open {
+                return Err(format!("`{}` at {}: {why}", one.text(), self.image.place(one.address)));
+            }
         }
         self.code.extend(block.into_iter().map(|one| (one.address, Rc::new(Code::of(one)))));
         Ok(Rc::clone(&self.code[&address]))

@@ -216,6 +216,23 @@ fn truths_of_one_place_in_memory_are_a_half_word() {
     assert!(matches!(told(&[0xf001, 0x0101, 0xf441, 0x7180, 0x7001, 0x4770]), Verdict::Declined(_)));
 }
 
+/// `bx lr` with a bit that should be 0, `vstmia` of no register: a disassembler reads them as if they were good.
+#[test]
+fn what_the_architecture_leaves_open_is_declined() {
+    let told = |code: &[u16]| {
+        let elf = elf(&[(0x0800_0000, code)], &[("f", 1, 0, 2 * code.len() as u32)]);
+        verdict(&elf, "means 1\nfunction f\nin x number s10\nout y number r2+0\nbegin\nreturn x\n")
+    };
+    let open = |code: &[u16], of: &str| match told(code) {
+        Verdict::Declined(reason) => assert!(reason.contains(of) && reason.contains("unpredictable"), "{reason}"),
+        other => panic!("{other:?}"),
+    };
+    // vstr s10, [r2]; bx lr.
+    assert_eq!(told(&[0xed82, 0x5a00, 0x4770]), Verdict::Same);
+    open(&[0xed82, 0x5a00, 0x4771], "bx");
+    open(&[0xec82, 0x5a00, 0x4770], "vstm");
+}
+
 /// A word that was put together of bytes, of which others than those in question may be anything.
 #[test]
 fn of_a_word_of_bytes_the_ones_above_are_not_looked_at() {

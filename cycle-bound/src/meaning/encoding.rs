@@ -1,0 +1,125 @@
+//! Encodings that the architecture leaves open.
+//!
+//! A disassembler names an instruction by some of its bits. Of the others the manual (ARMv7-M, DDI 0403E) writes `(0)`
+//! or `(1)`: what a core does if they are not so is its own affair, and so is what it does with a list of no register.
+//! A text says nothing of such code, so it is declined.
+
+/// Encodings of one form: which they are, and which of their bits are not free.
+struct Form {
+    mask: u32,
+    is: u32,
+    zeros: u32,
+    ones: u32,
+}
+
+const fn form(mask: u32, is: u32, zeros: u32, ones: u32) -> Form {
+    Form { mask, is, zeros, ones }
+}
+
+/// Of 32 bits, the first half word above.
+const LONG: [Form; 10] = [
+    // Data processing with a shifted register.
+    form(0xfe00_0000, 0xea00_0000, 0x0000_8000, 0),
+    // SBFX, BFI and BFC, UBFX.
+    form(0xfbf0_8000, 0xf340_0000, 0x0400_0020, 0),
+    form(0xfbf0_8000, 0xf360_0000, 0x0400_0020, 0),
+    form(0xfbf0_8000, 0xf3c0_0000, 0x0400_0020, 0),
+    // SDIV, UDIV.
+    form(0xffd0_00f0, 0xfb90_00f0, 0, 0x0000_f000),
+    // SXTB .. UXTAH.
+    form(0xff80_f080, 0xfa00_f080, 0x0000_0040, 0),
+    // VMOV between a core register and one of the FPU.
+    form(0xffe0_0f10, 0xee00_0a10, 0x0000_006f, 0),
+    // VMRS, VMSR.
+    form(0xffe0_0f10, 0xeee0_0a10, 0x0000_00ef, 0),
+    // VCMP with 0.
+    form(0xffbf_0e50, 0xeeb5_0a40, 0x0000_002f, 0),
+    // LDM, STM and their kin: no stack pointer in the list.
+    form(0xfe40_0000, 0xe800_0000, 0x0000_2000, 0),
+];
+/// BX, BLX.
+const SHORT: [Form; 1] = [form(0xff00, 0x4700, 0x0007, 0)];
+
+/// Why nobody knows what this does; `None` for what the manual defines. In half words, the second of an instruction
+/// of 32 bits.
+pub(super) fn open(first: u16, second: Option<u16>) -> Option<&'static str> {
+    let (word, forms): (u32, &[Form]) = match second {
+        Some(second) => (u32::from(first) << 16 | u32::from(second), &LONG),
+        None => (first.into(), &SHORT),
+    };
+    let is_off = |form: &Form| word & form.mask == form.is && (word & form.zeros != 0 || !word & form.ones != 0);
+    if forms.iter().any(is_off) {
+        return Some("unpredictable: bits that should be 0 or 1 are not");
+    }
+    let listed = |mask: u32| (word & mask).count_ones();
+    let is_short_list = match second {
+        // LDM, STM; PUSH, POP.
+        None if word & 0xf000 == 0xc000 => listed(0xff) == 0,
+        None => word & 0xf600 == 0xb400 && listed(0x1ff) == 0,
+        Some(_) if word & 0xfe40_0000 == 0xe800_0000 => listed(0xffff) < 2,
+        // VLDM, VSTM, but not VLDR, VSTR and moves of two.
+        Some(_) if word & 0xfe00_0e00 == 0xec00_0a00 => {
+            let [before, up, back] = [24, 23, 21].map(|bit| word >> bit & 1 == 1);
+            let is_list = !before && up || before && !up && back;
+            let registers = word & 0xff;
+            let from = (word >> 11 & 0x1e) | (word >> 22 & 1);
+            let is_single = word & 0x100 == 0;
+            is_list && (registers == 0 || is_single && from + registers > 32)
+        }
+        Some(_) => false,
+    };
+    is_short_list.then_some("unpredictable: a list of too few registers, or of more than there are")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::open;
+
+    fn of(word: u32) -> Option<&'static str> {
+        if word > 0xffff { open((word >> 16) as u16, Some(word as u16)) } else { open(word as u16, None) }
+    }
+
+    /// As GCC's assembler has them, and with one bit changed each.
+    #[test]
+    fn what_should_be_is_asked_of_each_form() {
+        for (good, bad) in [
+            (0x4770, 0x4771),
+            (0x4798, 0x479c),
+            // orr.w r0, r1, r2; movs.w r0, r1, lsl #3.
+            (0xea41_0002, 0xea41_8002),
+            (0xea5f_00c1, 0xea5f_80c1),
+            // sbfx r0, r1, #3, #5; bfi r0, r1, #3, #1; ubfx r0, r1, #3, #5.
+            (0xf341_00c4, 0xf741_00c4),
+            (0xf361_00c3, 0xf361_00e3),
+            (0xf3c1_00c4, 0xf3c1_00e4),
+            // sdiv r0, r1, r2; udiv r0, r1, r2.
+            (0xfb91_f0f2, 0xfb91_70f2),
+            (0xfbb1_f0f2, 0xfbb1_e0f2),
+            // uxtb.w r8, r9.
+            (0xfa5f_f889, 0xfa5f_f8c9),
+            // vmov s0, r1; vmov r1, s0; vmrs APSR_nzcv, fpscr; vcmp.f32 s0, #0.
+            (0xee00_1a10, 0xee00_1a11),
+            (0xee10_1a10, 0xee10_1a50),
+            (0xeef1_fa10, 0xeef1_fa18),
+            (0xeeb5_0a40, 0xeeb5_0a41),
+            // ldmia.w r0, {r1, r8}; stmdb sp!, {r4, lr}: of one register, with the stack pointer.
+            (0xe890_0102, 0xe890_0100),
+            (0xe92d_4010, 0xe92d_6010),
+            // vstmia r2, {s10}; vpush {d8}; vldmia r0, {s31}, of two.
+            (0xec82_5a01, 0xec82_5a00),
+            (0xed2d_8b02, 0xed2d_8b00),
+            (0xecd0_fa01, 0xecd0_fa02),
+            // push {r4}; pop {r4}; ldmia r0!, {r1}.
+            (0xb410, 0xb400),
+            (0xbc10, 0xbc00),
+            (0xc802, 0xc800),
+        ] {
+            assert_eq!(of(good), None, "{good:#x}");
+            assert!(of(bad).is_some_and(|why| why.starts_with("unpredictable")), "{bad:#x}");
+        }
+        // vldr s10, [r2]; vmov s0, s1, r0, r1; ldrd r0, r1, [r2]; tbb [pc, r0]; b.w; a loop's branch.
+        for good in [0xed92_5a00, 0xec41_0a10, 0xe9d2_0100, 0xe8df_f000, 0xf000_b800, 0xd1fe] {
+            assert_eq!(of(good), None, "{good:#x}");
+        }
+    }
+}
