@@ -167,6 +167,8 @@ fn rounded(number: f64) -> f64 {
 
 /// Periods of a drive, s, and how that is said.
 const PERIODS_S: [f64; 2] = [2e-5, 1e-2];
+/// What to do with a longer one.
+const SLOWER: &str = ": over a bus that is slower run this loop on the drive, and send it set-points";
 
 /// The period of a file; one that no drive has is told, and the nearest taken, so that the rest of the file is judged.
 fn period(given_s: f64, problems: &mut Problems) -> f64 {
@@ -174,10 +176,11 @@ fn period(given_s: f64, problems: &mut Problems) -> f64 {
     let period_s = given_s.clamp(shortest, longest);
     if period_s != given_s {
         let message = format!(
-            "the period of a drive is 20 us to 10 ms (given {}, allowed {} to {})",
+            "the period of a drive is 20 us to 10 ms (given {}, allowed {} to {}){}",
             shown(given_s),
             shown(shortest),
-            shown(longest)
+            shown(longest),
+            if given_s > longest { SLOWER } else { "" }
         );
         problems.0.push(Problem { key: "drive.period_s".into(), message });
     }

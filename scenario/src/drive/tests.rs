@@ -50,7 +50,8 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
         (
             MOTOR,
             "drive.period_s=0.02",
-            "`drive.period_s`: the period of a drive is 20 us to 10 ms (given 0.02, allowed 2e-5 to 0.01)",
+            "`drive.period_s`: the period of a drive is 20 us to 10 ms (given 0.02, allowed 2e-5 to 0.01): over a bus \
+             that is slower run this loop on the drive, and send it set-points",
         ),
         (
             MOTOR,
