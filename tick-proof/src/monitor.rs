@@ -12,8 +12,13 @@ use crate::statement::{Question, Statement, Step, all, either, finite, not, same
 const COUNTED: f32 = 16_777_216.0;
 
 /// What the law says, and how a drive with monitors hands it on.
-const SAID: [(&str, &str); 3] =
-    [("law_rejected", "input_rejected"), ("law_saturated", "saturated"), ("law_lost", "sample_lost")];
+const SAID: [(&str, &str); 5] = [
+    ("law_rejected", "input_rejected"),
+    ("law_saturated", "saturated"),
+    ("law_lost", "sample_lost"),
+    ("law_stepped", "position_stepped"),
+    ("law_waits", "waits"),
+];
 
 const ALARMS: [&str; 4] = ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit", "input_rejected"];
 
@@ -47,9 +52,11 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
             let over = either(watched().map(|d| not(&format!("(fp.leq (fp.abs {d}) {d}_bound)"))));
             let star = not("(fp.leq (fp.abs law_sigma_star) sigma_star_bound)");
             let star = all([star, not("law_saturated")]);
+            let silent = all(ALARMS[..3].iter().map(|alarm| not(step.after(alarm))));
             vec![
-                ("disturbance", going(&format!("(= {} {over})", step.after("disturbance_over_bound")))),
-                ("sigma*", going(&format!("(= {} {star})", step.after("sigma_star_over_bound")))),
+                ("waits", going(&then("law_waits", &silent))),
+                ("disturbance", going(&watching(&format!("(= {} {over})", step.after("disturbance_over_bound"))))),
+                ("sigma*", going(&watching(&format!("(= {} {star})", step.after("sigma_star_over_bound"))))),
             ]
         }),
         each("too long at a limit is told: every tick there without |sigma| falling counts", &|_, step| {
@@ -58,11 +65,12 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
             let counted = then(&all(counts.map(String::from)), &same(step.after("stuck"), &one_more));
             let told = format!("(= {} (fp.gt {} stuck_ticks))", step.after("stuck_at_limit"), step.after("stuck"));
             let beyond = "(fp.geq stuck_ticks (_ +zero 8 24))";
-            vec![("counted", going(&counted)), ("told", going(&then(beyond, &told)))]
+            vec![("counted", going(&watching(&counted))), ("told", going(&watching(&then(beyond, &told))))]
         }),
         each("an alarm stops the drive, if alarms are to; nothing else does", &|part, step| {
             let alarm = either(ALARMS.map(|alarm| step.after(alarm).to_string()));
-            let stops = if part == "stopping" { alarm } else { "false".into() };
+            // Before the counts have agreed nothing is an alarm.
+            let stops = if part == "stopping" { all([alarm, not("law_waits")]) } else { "false".into() };
             vec![("stops", going(&format!("(= {} {stops})", step.after("stopped"))))]
         }),
         each("what the law says is handed on", &|_, step| {
@@ -82,6 +90,11 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
 /// Of a drive that goes on.
 fn going(claim: &str) -> String {
     then(&not("stopped"), claim)
+}
+
+/// Of a tick that is looked at: before the counts have agreed none is.
+fn watching(claim: &str) -> String {
+    then(&not("law_waits"), claim)
 }
 
 /// The disturbances that are watched.

@@ -600,7 +600,8 @@ where
         let is_near = k.gate[i] * (passed * passed) - off.abs();
         let is_rare = T::from_f64(STEPS + 1.0) - steps;
         let (way, twice) = self.way_in_a_tick(state, i);
-        let is_sure = greater(way - twice, state.missed[i] - T::from_f64(AT_REST));
+        // A speed that is none must not outweigh the others: only its sign counts.
+        let is_sure = if way > twice { one } else { state.missed[i] - T::from_f64(AT_REST) };
         // All of them as one comparison: each would double the ways through the tick.
         let is_step = lesser(lesser(is_confirmed, is_near), lesser(is_rare, is_sure)) >= T::ZERO;
         if is_step {
@@ -1270,12 +1271,6 @@ impl<L: DriveLaw<E, N>, const E: usize, const N: usize> DriveLaw<E, N> for &L {
 #[inline(always)]
 fn lesser<T: Real>(a: T, b: T) -> T {
     a + b - (a - b).abs()
-}
-
-/// Twice the greater.
-#[inline(always)]
-fn greater<T: Real>(a: T, b: T) -> T {
-    a + b + (a - b).abs()
 }
 
 /// Within ±[`INPUT_LIMIT`]? False for NaN and infinities.

@@ -1654,23 +1654,24 @@ joint_drive_observe:
 	vsub.f32 s21, s23, s21
 	vldr s22, [ip, #40]
 	vsub.f32 s22, s22, s12
-	vldr s23, [ip, #76]
-	vldr s24, [r0, #16]
-	vabs.f32 s24, s24
-	vmul.f32 s23, s23, s24
-	vldr s24, [ip, #80]
-	vsub.f32 s23, s23, s24
+	vldr s23, [ip, #0]
 	vldr s24, [r0, #76]
-	vldr s25, [ip, #84]
+	vldr s25, [ip, #76]
 	vsub.f32 s24, s24, s25
-	vadd.f32 s25, s23, s24
-	vsub.f32 s23, s23, s24
-	vabs.f32 s23, s23
-	vadd.f32 s23, s25, s23
-	vadd.f32 s24, s22, s23
-	vsub.f32 s22, s22, s23
+	vldr s25, [ip, #80]
+	vldr s26, [r0, #16]
+	vabs.f32 s26, s26
+	vmul.f32 s25, s25, s26
+	vldr s26, [ip, #84]
+	vcmp.f32 s25, s26
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s25, s24
+	it gt
+	vmovgt.f32 s25, s23
+	vadd.f32 s23, s22, s25
+	vsub.f32 s22, s22, s25
 	vabs.f32 s22, s22
-	vsub.f32 s22, s24, s22
+	vsub.f32 s22, s23, s22
 	vadd.f32 s23, s21, s22
 	vsub.f32 s21, s21, s22
 	vabs.f32 s21, s21
@@ -1698,23 +1699,24 @@ joint_drive_observe:
 	vadd.f32 s12, s12, s21
 	vadd.f32 s12, s13, s12
 	vsub.f32 s10, s10, s12
-	vldr s21, [ip, #76]
-	vldr s22, [r0, #36]
-	vabs.f32 s22, s22
-	vmul.f32 s21, s21, s22
-	vldr s22, [ip, #96]
-	vsub.f32 s21, s21, s22
+	vldr s21, [ip, #0]
 	vldr s22, [r0, #80]
-	vldr s23, [ip, #84]
+	vldr s23, [ip, #76]
 	vsub.f32 s22, s22, s23
-	vadd.f32 s23, s21, s22
-	vsub.f32 s21, s21, s22
-	vabs.f32 s21, s21
-	vadd.f32 s21, s23, s21
-	vadd.f32 s22, s10, s21
-	vsub.f32 s10, s10, s21
+	vldr s23, [ip, #80]
+	vldr s24, [r0, #36]
+	vabs.f32 s24, s24
+	vmul.f32 s23, s23, s24
+	vldr s24, [ip, #96]
+	vcmp.f32 s23, s24
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s23, s22
+	it gt
+	vmovgt.f32 s23, s21
+	vadd.f32 s21, s10, s23
+	vsub.f32 s10, s10, s23
 	vabs.f32 s10, s10
-	vsub.f32 s10, s22, s10
+	vsub.f32 s10, s21, s10
 	vadd.f32 s21, s1, s10
 	vsub.f32 s1, s1, s10
 	vabs.f32 s1, s1
@@ -2043,7 +2045,7 @@ joint_drive_observe:
 	it ne
 	vmovne.f32 s7, s0
 	vldr s0, [r0, #40]
-	vldr s9, [ip, #76]
+	vldr s9, [ip, #80]
 	vldr s12, [r0, #44]
 	vmul.f32 s9, s9, s12
 	vadd.f32 s0, s0, s9
@@ -2093,7 +2095,7 @@ joint_drive_observe:
 	it ne
 	vmovne.f32 s2, s0
 	vldr s0, [r0, #20]
-	vldr s9, [ip, #76]
+	vldr s9, [ip, #80]
 	vldr s11, [r0, #24]
 	vmul.f32 s9, s9, s11
 	vadd.f32 s0, s0, s9
@@ -2212,9 +2214,9 @@ joint_drive_observe:
 	.word 0x2f373cd5 @ 1.6665365e-10
 	.word 0x38ff312a @ 0.00012168505
 	.word 0x377f312a @ 1.5210631e-5
+	.word 0x41000000 @ 8.0
 	.word 0x3a83126f @ 0.001
 	.word 0x37ff312a @ 3.0421263e-5
-	.word 0x41000000 @ 8.0
 	.word 0x00000000 @ 0.0
 	.word 0x3d47ea64 @ 0.048807517
 	.word 0x3cc1b5f1 @ 0.023646327

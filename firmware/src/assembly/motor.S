@@ -688,23 +688,24 @@ motor_observe:
 	vadd.f32 s8, s8, s9
 	vadd.f32 s7, s7, s8
 	vsub.f32 s4, s4, s7
-	vldr s8, [ip, #40]
-	vldr s9, [r0, #8]
-	vabs.f32 s9, s9
-	vmul.f32 s8, s8, s9
-	vldr s9, [ip, #44]
-	vsub.f32 s8, s8, s9
+	vldr s8, [ip, #0]
 	vldr s9, [r0, #40]
-	vldr s10, [ip, #48]
+	vldr s10, [ip, #40]
 	vsub.f32 s9, s9, s10
-	vadd.f32 s10, s8, s9
-	vsub.f32 s8, s8, s9
-	vabs.f32 s8, s8
-	vadd.f32 s8, s10, s8
-	vadd.f32 s9, s4, s8
-	vsub.f32 s4, s4, s8
+	vldr s10, [ip, #44]
+	vldr s11, [r0, #8]
+	vabs.f32 s11, s11
+	vmul.f32 s10, s10, s11
+	vldr s11, [ip, #48]
+	vcmp.f32 s10, s11
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s10, s9
+	it gt
+	vmovgt.f32 s10, s8
+	vadd.f32 s8, s4, s10
+	vsub.f32 s4, s4, s10
 	vabs.f32 s4, s4
-	vsub.f32 s4, s9, s4
+	vsub.f32 s4, s8, s4
 	vadd.f32 s8, s1, s4
 	vsub.f32 s1, s1, s4
 	vabs.f32 s1, s1
@@ -857,9 +858,9 @@ motor_observe:
 	.word 0x3d145f16 @ 0.036223494
 	.word 0x40800000 @ 4.0
 	.word 0x3ff47645 @ 1.9098593
+	.word 0x41000000 @ 8.0
 	.word 0x3a83126f @ 0.001
 	.word 0x3c145f16 @ 0.009055873
-	.word 0x41000000 @ 8.0
 	.word 0x00000000 @ 0.0
 	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x41490fdb @ 12.566371
