@@ -453,19 +453,17 @@ impl<'a> Analyst<'a> {
                 return Err(refused("returns with another stack pointer than it was called with"));
             }
             for to in node.successors().into_iter().filter(|to| alive.contains(to)) {
-                match before.insert(to, (on, frame_after)) {
-                    Some((known, _)) if known != on => {
+                let frame = match before.get(&to) {
+                    None => frame_after,
+                    Some((known, _)) if *known != on => {
                         return Err(refused("two ways come together with different stack depths"));
                     }
-                    // Nowhere else than on the way that was gone before.
-                    Some((_, known)) if known == frame_after => {}
-                    Some((_, None)) => _ = before.insert(to, (on, None)),
-                    Some(_) => {
-                        before.insert(to, (on, None));
-                        open.push(to);
-                    }
-                    None => open.push(to),
-                }
+                    // Where two ways have it at different places it is no frame pointer.
+                    Some((_, known)) if known.is_some() && *known != frame_after => None,
+                    Some(_) => continue,
+                };
+                before.insert(to, (on, frame));
+                open.push(to);
             }
         }
         u32::try_from(deepest).map_err(|_| Refusal {

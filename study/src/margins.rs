@@ -546,8 +546,8 @@ impl Response {
         all.view_mut((n, 0), (1, n)).copy_from(&c.transpose());
         balance_parlett_reinsch(&mut all);
         let (q, a) = Hessenberg::new(all.view((0, 0), (n, n)).into_owned()).unpack();
-        let [b, c] =
-            [false, true].map(|is_row| DVector::from_fn(n, |i, _| if is_row { all[(n, i)] } else { all[(i, n)] }));
+        let b = DVector::from_fn(n, |i, _| all[(i, n)]);
+        let c = DVector::from_fn(n, |i, _| all[(n, i)]);
         Self { b: q.tr_mul(&b), c: q.tr_mul(&c), a }
     }
 
