@@ -133,10 +133,17 @@ enum {
     EDO_SMC_STUCK_AT_LIMIT = 32,         /* u at a limit for too long while sigma did not fall */
     EDO_SMC_STOPPED = 64,                /* an alarm has stopped the drive: reset starts it anew */
     EDO_SMC_POSITION_STEPPED = 128,      /* a missed tick or a slip: the position was taken from the counts anew */
-    EDO_SMC_WAITS = 256                  /* counts do not agree with each other yet: no current until they do */
+    EDO_SMC_WAITS = 256,                 /* counts do not agree with each other yet: no current until they do */
+    EDO_SMC_WRONG_WAY = 512,             /* it speeds up against its current: encoder or phases are reversed */
+    EDO_SMC_OSCILLATES = 1024            /* the disturbance is over its bound to and fro: a limit cycle */
 };
-/* What monitors raise an alarm with, and those of them that no planned stop answers: for config.stops_at. */
-enum { EDO_SMC_ALARMS = 1 + 4 + 16 + 32, EDO_SMC_BEYOND_CONTROL = 1 + 32 };
+/* What monitors raise an alarm with; those of them that no planned stop answers: for config.stops_at; and those that
+ * stop a drive whatever stops_at says. */
+enum {
+    EDO_SMC_ALARMS = 1 + 4 + 16 + 32 + 512 + 1024,
+    EDO_SMC_BEYOND_CONTROL = 1 + 32 + 512 + 1024,
+    EDO_SMC_RUNAWAY = 512 + 1024
+};
 
 /* What a tick answers. */
 typedef struct edo_smc_output {
@@ -231,7 +238,7 @@ typedef struct edo_smc_config_motor {
     double safe_u;
     double lag_s;     /* of the current loop, yours to write before the rule: 2e-4 if nobody knows */
     double uncertain; /* share to which inertia and torque are known: the monitors allow for it */
-    double stops_at;  /* alarms that stop the drive: some of EDO_SMC_ALARMS, 0 for none */
+    double stops_at;  /* alarms that stop the drive: some of EDO_SMC_ALARMS; EDO_SMC_RUNAWAY always does */
 } edo_smc_config_motor_t;
 
 /* The same of a flexible joint, everything on the link's side of a gear. */
@@ -399,14 +406,14 @@ EDO_SMC_PLANS(joint, 4)
                                            size_t design_size, edo_smc_state_##name##_t *state,                        \
                                            const edo_smc_sample_##plant##_t *sample);
 
-EDO_SMC_DRIVE(motor, motor, 57, 16)
-EDO_SMC_DRIVE(motor_fast, motor, 64, 18)
-EDO_SMC_DRIVE(motor_late, motor, 57, 17)
-EDO_SMC_DRIVE(motor_fast_late, motor, 64, 19)
-EDO_SMC_DRIVE(joint, joint, 99, 27)
-EDO_SMC_DRIVE(joint_fast, joint, 115, 31)
-EDO_SMC_DRIVE(joint_late, joint, 99, 28)
-EDO_SMC_DRIVE(joint_fast_late, joint, 115, 32)
+EDO_SMC_DRIVE(motor, motor, 58, 21)
+EDO_SMC_DRIVE(motor_fast, motor, 65, 23)
+EDO_SMC_DRIVE(motor_late, motor, 58, 22)
+EDO_SMC_DRIVE(motor_fast_late, motor, 65, 24)
+EDO_SMC_DRIVE(joint, joint, 100, 33)
+EDO_SMC_DRIVE(joint_fast, joint, 116, 37)
+EDO_SMC_DRIVE(joint_late, joint, 100, 34)
+EDO_SMC_DRIVE(joint_fast_late, joint, 116, 38)
 
 EDO_SMC_ASSERT(config_motor, sizeof(edo_smc_config_motor_t) == 8 * 27)
 EDO_SMC_ASSERT(config_joint, sizeof(edo_smc_config_joint_t) == 8 * 39)

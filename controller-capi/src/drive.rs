@@ -45,7 +45,7 @@ pub trait Form<const E: usize, const N: usize, const NUMBERS: usize>:
 {
     const WORD: u32;
     /// Where its words begin that are one byte; the first must be 0 or 1.
-    const BYTES: [usize; 2];
+    const PARTS: [(usize, u32); 2];
     /// Where in a state the bytes lie that must be 0 or 1.
     const FLAGS: &'static [usize];
     /// Name of `lag_or_load`, and the most it may be.
@@ -75,7 +75,7 @@ const JOINT: usize = JointDesign::NUMBERS;
 
 impl<const FAST: usize, const LATE: usize> Form<1, 2, MOTOR> for MotorLaw<FAST, LATE> {
     const WORD: u32 = word(1, FAST, LATE);
-    const BYTES: [usize; 2] = Self::BYTES_AT;
+    const PARTS: [(usize, u32); 2] = Self::PARTS_AT;
     const FLAGS: &'static [usize] = &Self::FLAGS_AT;
     const LAG_OR_LOAD: (&'static str, f64) = ("lag_s", 1.0);
 
@@ -99,7 +99,7 @@ impl<const FAST: usize, const LATE: usize> Form<1, 2, MOTOR> for MotorLaw<FAST, 
 
 impl<const FAST: usize, const LATE: usize> Form<2, 4, JOINT> for JointLaw<FAST, LATE> {
     const WORD: u32 = word(2, FAST, LATE);
-    const BYTES: [usize; 2] = Self::BYTES_AT;
+    const PARTS: [(usize, u32); 2] = Self::PARTS_AT;
     const FLAGS: &'static [usize] = &Self::FLAGS_AT;
     const LAG_OR_LOAD: (&'static str, f64) = ("load_n_m", 1e9);
 
@@ -137,7 +137,7 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
     /// Words of a law; every one is written, or a byte of it that the law names.
     pub(crate) const WORDS: usize = {
         assert!(align_of::<L>() == 4 && size_of::<Self>() == 12 + size_of::<L>());
-        assert!(L::BYTES[0].is_multiple_of(4) && L::BYTES[1].is_multiple_of(4));
+        assert!(L::PARTS[0].0.is_multiple_of(4) && L::PARTS[1].0.is_multiple_of(4));
         size_of::<L>() / 4
     };
 
@@ -145,9 +145,14 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
     fn sum(&self) -> u32 {
         let law = self.law.as_ptr().cast::<u32>();
         let word = |i: usize| {
-            // SAFETY: within the law, aligned as it is; padding is only behind the bytes that are read alone.
+            let [(flag, _), (alarms, _)] = L::PARTS;
+            // SAFETY: within the law, aligned as it is; padding is only behind byte and half that are read alone.
             unsafe {
-                if L::BYTES.contains(&(4 * i)) { law.add(i).cast::<u8>().read().into() } else { law.add(i).read() }
+                match 4 * i {
+                    at if at == flag => law.add(i).cast::<u8>().read().into(),
+                    at if at == alarms => law.add(i).cast::<u16>().read().into(),
+                    _ => law.add(i).read(),
+                }
             }
         };
         (0..Self::WORDS).fold(0x811c_9dc5, |sum, i| (sum ^ word(i)).wrapping_mul(0x0100_0193))
@@ -171,7 +176,7 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
             return Err(Status::INSTANCE);
         }
         // SAFETY: within the law.
-        let flag = unsafe { self.law.as_ptr().cast::<u8>().add(L::BYTES[0]).read() };
+        let flag = unsafe { self.law.as_ptr().cast::<u8>().add(L::PARTS[0].0).read() };
         if flag <= 1 && self.sum() == self.check { Ok(()) } else { Err(Status::COEFFICIENTS) }
     }
 
@@ -321,7 +326,7 @@ fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBER
 }
 
 /// Every bit of [`Health`].
-const EVERY_ALARM: u16 = 511;
+const EVERY_ALARM: u16 = Health::ALL;
 
 impl CRefusal {
     fn of(name: &str, given: f64, low: f64, high: f64) -> Self {

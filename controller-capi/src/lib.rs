@@ -255,14 +255,14 @@ macro_rules! drives {
 }
 
 drives! {
-    motor: drive::Motor<0, 0>, drive::MotorConfig, 57, 16;
-    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 64, 18;
-    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 57, 17;
-    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 64, 19;
-    joint: drive::Joint<0, 0>, drive::JointConfig, 99, 27;
-    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 115, 31;
-    joint_late: drive::Joint<0, 1>, drive::JointConfig, 99, 28;
-    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 115, 32;
+    motor: drive::Motor<0, 0>, drive::MotorConfig, 58, 21;
+    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 65, 23;
+    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 58, 22;
+    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 65, 24;
+    joint: drive::Joint<0, 0>, drive::JointConfig, 100, 33;
+    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 116, 37;
+    joint_late: drive::Joint<0, 1>, drive::JointConfig, 100, 34;
+    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 116, 38;
 }
 
 /// Plans of a plant: derivatives that a plan takes over, r included, and those of a target.

@@ -77,7 +77,7 @@ pub use error::DriveError;
 pub use full_state::{FullState, FullStateMemory, Measured};
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
 pub use law::{DriveEstimates, DriveLaw, EncoderForm, Sample};
-pub use monitor::{ALARMS, BEYOND_CONTROL, Bounds, Monitored, MonitoredState, Watched};
+pub use monitor::{ALARMS, BEYOND_CONTROL, Bounds, Monitored, MonitoredState, RUNAWAY, Watched};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use numbers::LAYOUT;
 pub use reference::{Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};

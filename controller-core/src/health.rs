@@ -42,10 +42,16 @@ impl Health {
     /// The counts do not agree with each other yet, at a start or where they were not believed for too long: no current
     /// until they do. Drives only.
     pub const WAITS: Self = Self(256);
+    /// The shaft speeds up against its current, or the spring of a joint would drive its two shafts apart: an encoder
+    /// or the phase order is reversed. It stops a drive whatever is chosen. Drives only.
+    pub const WRONG_WAY: Self = Self(512);
+    /// The estimate of a disturbance went over its bound in one direction and in the other, again and again: a limit
+    /// cycle. It stops a drive whatever is chosen. Drives only.
+    pub const OSCILLATES: Self = Self(1024);
 
     /// Every bit that has a meaning.
-    const ALL: u16 = 511;
-    const NAMES: [(Self, &'static str); 9] = [
+    pub const ALL: u16 = 2047;
+    const NAMES: [(Self, &'static str); 11] = [
         (Self::INPUT_REJECTED, "input rejected"),
         (Self::SATURATED, "saturated"),
         (Self::SIGMA_STAR_OVER_BOUND, "sigma* over bound"),
@@ -55,6 +61,8 @@ impl Health {
         (Self::STOPPED, "stopped"),
         (Self::POSITION_STEPPED, "position stepped"),
         (Self::WAITS, "waits for counts"),
+        (Self::WRONG_WAY, "wrong way"),
+        (Self::OSCILLATES, "oscillates"),
     ];
 
     /// `flag` if `condition`, else nothing; without a branch.
@@ -124,7 +132,7 @@ pub struct UnknownHealth(u16);
 
 impl core::fmt::Display for UnknownHealth {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "health {} has a bit without a meaning: it is a sum of powers of two up to 256", self.0)
+        write!(f, "health {} has a bit without a meaning: it is a sum of powers of two up to 1024", self.0)
     }
 }
 

@@ -112,6 +112,8 @@ enum {
     DRIVE_SIGMA_STAR_OVER_BOUND = 4,
     DRIVE_DISTURBANCE_OVER_BOUND = 16,
     DRIVE_STUCK_AT_LIMIT = 32,
+    DRIVE_WRONG_WAY = 512, /* it speeds up against its current: an encoder or the phase order is reversed */
+    DRIVE_OSCILLATES = 1024, /* the disturbance is over its bound to and fro: a limit cycle */
     DRIVE_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };
 
@@ -1254,11 +1256,17 @@ static inline void drive_reset(drive_state *state)
 /* MONITORS. A count that sticks while the shaft stands still looks like a load that u cancels: the loop runs away, and
  * no observer sees it. Where that does harm call drive_watched_tick and drive_watched_lost instead of drive_tick_or_start and
  * drive_lost. An alarm (any of SIGMA_STAR_OVER_BOUND, DISTURBANCE_OVER_BOUND, STUCK_AT_LIMIT, INPUT_REJECTED)
- * stops the drive, as the scenario has it. A drive that has stopped stays so until drive_watched_reset. */
+ * stops the drive, as the scenario has it. WRONG_WAY and OSCILLATES stop the drive in any case. A drive that has stopped stays so until
+ * drive_watched_reset. */
 typedef struct {
     bool stopped;
     float stuck; /* ticks at a limit without |sigma| falling, ten within the limits for each that is forgotten */
-    float last; /* |sigma| at the last of them */
+    float last_sigma; /* |sigma| at the last of them */
+    float swings; /* ticks for which changes of side of a disturbance still count */
+    float against; /* ticks in a row of the wrong way */
+    float last_speed; /* |v| in the last tick at a limit */
+    float side_link; /* disturbance of the shaft when it was last over its bound */
+    float side_motor; /* disturbance of the shaft when it was last over its bound */
 } drive_monitor; /* zeros are right at the start */
 
 static inline float drive_magnitude(float number)
@@ -1266,34 +1274,80 @@ static inline float drive_magnitude(float number)
     return (number < 0.0f) ? -number : number;
 }
 
+/* So much less, but not below 0. */
+static inline float drive_lessened(float number, float by)
+{
+    const float less = number - by;
+    return (less > 0.0f) ? less : 0.0f;
+}
+
+/* Is d over its bound, and to the other side than when it was so before? */
+static inline bool drive_watch_side(float d, float bound, float *side, bool *has_changed)
+{
+    if (drive_magnitude(d) <= bound) {
+        return false;
+    }
+    *has_changed = *has_changed || ((d * *side) < 0.0f);
+    *side = d;
+    return true;
+}
+
 /* What the monitors say of a tick that was made; what follows is done. */
 static inline unsigned drive_watch(drive_monitor *monitor, const drive_state *state, unsigned told, drive_output *output)
 {
     const float sigma = drive_magnitude(output->sigma);
     unsigned health = told;
+    bool has_changed = false;
     if (!state->started || ((health & DRIVE_WAITS) != 0u)) {
         return health;
     }
-    health |= (drive_magnitude(state->d_link) <= 10.483162f) ? 0u : (unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
-    health |= (drive_magnitude(state->d_motor) <= 103158.71f) ? 0u : (unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
+    const bool over_link =
+        drive_watch_side(state->d_link, 10.483162f, &monitor->side_link, &has_changed);
+    health |= over_link ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
+    const bool over_motor =
+        drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
+    health |= over_motor ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
+    monitor->swings += has_changed ? 1000.0f : 0.0f;
     if ((health & DRIVE_SATURATED) != 0u) {
-        if (!(monitor->stuck > 0.0f) || (sigma >= monitor->last)) {
+        const float wanted = 5001.6343f * output->u; /* acceleration by the current */
+        const float speed = drive_magnitude(state->v_motor);
+        const float found = drive_magnitude(state->d_motor);
+        /* Does it speed up against the current, by what the current would do the other way round? */
+        bool wrong_way = ((state->v_motor * wanted) < 0.0f) && ((state->d_motor * wanted) < 0.0f) &&
+                         (speed > monitor->last_speed) && (found > (1.25f * drive_magnitude(wanted))) &&
+                         (found < (3.0f * drive_magnitude(wanted)));
+        /* Or do the shafts disagree about the spring between them? */
+        wrong_way = wrong_way ||
+            (over_link && ((state->d_link * state->d_motor) < 0.0f) && (found > drive_magnitude(wanted)));
+        monitor->against = (wrong_way && over_motor) ? (monitor->against + 1.0f) : 0.0f;
+        monitor->last_speed = speed;
+        if (!(monitor->stuck > 0.0f) || (sigma >= monitor->last_sigma)) {
             monitor->stuck += 1.0f;
         }
-        monitor->last = sigma;
+        monitor->last_sigma = sigma;
     } else {
-        const float less = monitor->stuck - 0.1f;
-        monitor->stuck = (less > 0.0f) ? less : 0.0f;
+        monitor->against = 0.0f;
+        monitor->stuck = drive_lessened(monitor->stuck, 0.1f);
         health |= (drive_magnitude(output->sigma_star) <= 2224.5945f) ? 0u : (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND;
     }
     health |= (monitor->stuck > 1000.0f) ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
-    if ((health & 53u) != 0u) {
+    if ((health & 1589u) != 0u) {
         drive_output safe;
         (void)drive_not_started(&safe);
         output->u = safe.u;
         monitor->stopped = true;
         health |= DRIVE_STOPPED;
     }
+    /* From the next tick on: this current is the law's. */
+    if (monitor->against > 8.0f) {
+        monitor->stopped = true;
+        health |= DRIVE_WRONG_WAY;
+    }
+    if (monitor->swings > 2000.0f) {
+        monitor->stopped = true;
+        health |= DRIVE_OSCILLATES;
+    }
+    monitor->swings = drive_lessened(monitor->swings, 1.0f);
     return health;
 }
 
@@ -1322,7 +1376,12 @@ static inline void drive_watched_reset(drive_monitor *monitor, drive_state *stat
 {
     monitor->stopped = false;
     monitor->stuck = 0.0f;
-    monitor->last = 0.0f;
+    monitor->last_sigma = 0.0f;
+    monitor->swings = 0.0f;
+    monitor->against = 0.0f;
+    monitor->last_speed = 0.0f;
+    monitor->side_link = 0.0f;
+    monitor->side_motor = 0.0f;
     drive_reset(state);
 }
 

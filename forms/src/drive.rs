@@ -254,8 +254,8 @@ impl Exported<'_> {
 
     /// Its bounds as Rust has them.
     pub(super) fn bounds(&self) -> String {
-        match self.bounds.len() {
-            3 => format!("{:#?}", Bounds::<1>::from_numbers(self.bounds.iter().copied())),
+        match self.thresholds.disturbance.len() {
+            1 => format!("{:#?}", Bounds::<1>::from_numbers(self.bounds.iter().copied())),
             _ => format!("{:#?}", Bounds::<2>::from_numbers(self.bounds.iter().copied())),
         }
     }
@@ -664,12 +664,27 @@ impl C<'_> {
     /// What of a tick is looked at after it. Comparisons and counts of ticks, written by hand: bit by bit they are
     /// those of `controller_core::drive::Monitored` (test `export_drive`).
     fn monitors(&self) -> String {
-        let Thresholds { disturbance, sigma_star, stuck_ticks } = &self.exported.thresholds;
+        let Thresholds { disturbance, sigma_star, stuck_ticks, wrong_way_ticks, gain } = &self.exported.thresholds;
         let reaction = self.exported.drive.designed.reaction();
         let shafts = self.shafts();
+        let sides = shafts.iter().map(|shaft| {
+            format!("    float side{shaft}; /* disturbance of the shaft when it was last over its bound */\n")
+        });
+        let zeros = shafts.iter().map(|shaft| format!("    monitor->side{shaft} = 0.0f;\n"));
         let looks = shafts.iter().zip(disturbance).map(|(shaft, bound)| {
-            let bit = "(unsigned)@@_DISTURBANCE_OVER_BOUND";
-            format!("    health |= (@_magnitude(state->d{shaft}) <= {bound:?}f) ? 0u : {bit};\n")
+            let over = format!("@_watch_side(state->d{shaft}, {bound:?}f, &monitor->side{shaft}, &has_changed)");
+            format!(
+                "    const bool over{shaft} =\n        {over};\n    health |= over{shaft} ? (unsigned)\
+                 @@_DISTURBANCE_OVER_BOUND : 0u;\n"
+            )
+        });
+        let driven = shafts.last().map_or("", String::as_str);
+        let others = shafts.iter().take(shafts.len() - 1).map(|shaft| {
+            format!(
+                "        /* Or do the shafts disagree about the spring between them? */\n        wrong_way = wrong_way \
+                 ||\n            (over{shaft} && ((state->d{shaft} * state->d{driven}) < 0.0f) && (found > \
+                 @_magnitude(wanted)));\n"
+            )
         });
         let follows = match reaction {
             Reaction::GoOn => "is told and no more, as the scenario has it",
@@ -688,9 +703,16 @@ impl C<'_> {
             include_str!("c/monitors.h"),
             &[
                 ("follows", &follows),
+                ("sides", &sides.collect::<String>()),
+                ("zeros", &zeros.collect::<String>()),
                 ("looks", &looks.collect::<String>()),
+                ("apart", &others.collect::<String>()),
+                ("shaft", &driven),
+                ("gain", &format!("{gain:?}")),
                 ("sigma_star", &format!("{sigma_star:?}")),
                 ("stuck_ticks", &format!("{stuck_ticks:?}")),
+                ("twice", &format!("{:?}", stuck_ticks + stuck_ticks)),
+                ("wrong_way_ticks", &format!("{wrong_way_ticks:?}")),
                 ("stops", &stops),
             ],
         ))

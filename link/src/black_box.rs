@@ -106,9 +106,9 @@ impl Loadable {
         let joint = self.instance.model == Model::Joint;
         let list = LAYOUT.split(';').nth(usize::from(joint)).unwrap_or_default();
         let rest: &[&str] = if joint {
-            &["d_link", "d_motor", "sigma*", "stuck", "stops_at"]
+            &["d_link", "d_motor", "sigma*", "stuck", "wrong_way", "stops_at"]
         } else {
-            &["d", "sigma*", "stuck", "stops_at"]
+            &["d", "sigma*", "stuck", "wrong_way", "stops_at"]
         };
         let named = list.split_whitespace().skip(1).map(|name| name.trim_start_matches("it.").to_owned());
         named.chain(rest.iter().map(ToString::to_string)).collect()

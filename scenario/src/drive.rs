@@ -344,6 +344,8 @@ pub struct MotorErrorTable {
     /// Of the torque constant.
     #[schemars(extend("exclusiveMinimum" = -100))]
     pub torque_percent: f64,
+    /// Does the motor turn the other way than its current asks, as after two phases are swapped? Default false.
+    pub reversed: bool,
     /// Of the viscous friction.
     #[schemars(range(min = -100))]
     pub damping_percent: f64,
@@ -523,6 +525,8 @@ pub struct JointErrorTable {
     /// Of the torque constant.
     #[schemars(extend("exclusiveMinimum" = -100))]
     pub torque_percent: f64,
+    /// Does the motor turn the other way than its current asks, as after two phases are swapped? Default false.
+    pub reversed: bool,
     /// Of the link's weight.
     #[schemars(range(min = -100))]
     pub weight_percent: f64,

@@ -127,7 +127,7 @@ pub fn unit_of(path: &str, experiment: &Experiment) -> String {
 }
 
 /// What a controller can tell, and its name in JSON.
-pub const TROUBLES: [(Health, &str); 7] = [
+pub const TROUBLES: [(Health, &str); 10] = [
     (Health::INPUT_REJECTED, "input_rejected"),
     (Health::SATURATED, "saturated"),
     (Health::SIGMA_STAR_OVER_BOUND, "sigma_star_over_bound"),
@@ -135,6 +135,9 @@ pub const TROUBLES: [(Health, &str); 7] = [
     (Health::DISTURBANCE_OVER_BOUND, "disturbance_over_bound"),
     (Health::STUCK_AT_LIMIT, "stuck_at_limit"),
     (Health::STOPPED, "stopped"),
+    (Health::POSITION_STEPPED, "position_stepped"),
+    (Health::WRONG_WAY, "wrong_way"),
+    (Health::OSCILLATES, "oscillates"),
 ];
 
 /// Returns the number of ticks with this status flag.

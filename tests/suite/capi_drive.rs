@@ -21,7 +21,7 @@ use super::export::{
     Board, CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, Place, STM32F405, STRICT, answers, compile, folder,
     other_boards,
 };
-use super::export_drive::{Counters, Plant, Wanted, assert_exercised, target};
+use super::export_drive::{Counters, HEALTHS, Plant, Wanted, assert_exercised, target};
 use super::export_plan::{Goal, Plan, any, is_number, onto};
 
 const TICK: u32 = 0;
@@ -144,7 +144,8 @@ where
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
     let mut run =
         Run { asked: Vec::new(), words: 7 + 1 + 4 * E, configurations: configurations.len(), expected: configurations };
-    let (mut seen, mut retuned, mut turns_gone, mut stopped, mut done) = ([0_usize; 512], [0_usize; 4], 0, false, 0);
+    let (mut seen, mut retuned, mut turns_gone, mut stopped, mut done) =
+        ([0_usize; HEALTHS], [0_usize; 4], 0, false, 0);
     while done < ticks {
         let what = match rng.integer(0, 999) {
             // Somebody sees that it has stopped.

@@ -37,6 +37,7 @@ fn run<const FAST: usize>(
         disturbance: [most_a * MOTOR.input_gain()],
         sigma_star: law.sigma_star_bound([25.0]),
         stuck_ticks: 200,
+        wrong_way_ticks: 6,
     };
     let law = Monitored::new(law, &bounds);
     let mut running = Running::new(if stops { law.stopping() } else { law });
@@ -169,13 +170,26 @@ const PER_A: f64 = 0.119 / 931e-6;
 
 fn watch(
     design: &JointDesign,
+    plant: Flexible,
+    plan: &dyn Fn(f64) -> [f64; 4],
+    ticks: usize,
+    fault: impl FnMut(usize, [i32; 2]) -> [i32; 2],
+) -> Seen {
+    watch_within(true, design, plant, plan, ticks, fault)
+}
+
+/// The same, with bounds or without: what runs away is stopped by the bounds.
+fn watch_within(
+    is_bounded: bool,
+    design: &JointDesign,
     mut plant: Flexible,
     plan: &dyn Fn(f64) -> [f64; 4],
     ticks: usize,
     mut fault: impl FnMut(usize, [i32; 2]) -> [i32; 2],
 ) -> Seen {
     let law = JointDrive::<f32, Position, 1>::try_design(design).expect("a good design");
-    let bounds = JOINT.bounds(&law, 1.3, 0.2);
+    let by_rule = JOINT.bounds(&law, 1.3, 0.2);
+    let bounds = if is_bounded { by_rule } else { Bounds { disturbance: [1e30; 2], ..by_rule } };
     let mut running = Running::new(Monitored::new(law, &bounds));
     let (mut seen, mut foreseen) = (Seen::default(), None::<[f64; 2]>);
     for k in 0..ticks {
@@ -271,9 +285,9 @@ fn a_stuck_count_of_a_joint_is_seen_before_it_does_harm() {
         ("motor", 1, 6283, 14, 2.4e-5, 5e-3),
         ("motor, turning", 1, 4712, 77, 1.0e-4, 5e-3),
     ] {
-        let stuck = |design| {
+        let stuck = |is_bounded, design| {
             let mut held = 0;
-            watch(design, Flexible::NOMINAL, &plan, 9000, move |k, mut counts| {
+            watch_within(is_bounded, design, Flexible::NOMINAL, &plan, 9000, move |k, mut counts| {
                 if k <= from {
                     held = counts[encoder];
                 }
@@ -281,7 +295,7 @@ fn a_stuck_count_of_a_joint_is_seen_before_it_does_harm() {
                 counts
             })
         };
-        let (seen, blind) = (stuck(&JOINT), stuck(&GATELESS));
+        let (seen, blind) = (stuck(true, &JOINT), stuck(false, &GATELESS));
         let first = seen.alarm.into_iter().chain(seen.lost).min().expect("a sign");
         let (after, at, blind) = (first - from, seen.error[first].abs(), peak(&blind.error[from..]));
         println!("{name}: after {after} ticks (alarm {:?}) at {at:.1e} rad; unwatched {blind:.1e}", seen.alarm);
@@ -358,7 +372,7 @@ fn the_bound_of_sigma_star_is_the_known_one() {
 #[test]
 fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
     let law = Drive::try_design(&by_rule(1e-3, 14)).expect("a good design");
-    let bounds = Bounds { disturbance: [1e9], sigma_star: f64::INFINITY, stuck_ticks: 50 };
+    let bounds = Bounds { disturbance: [1e9], sigma_star: f64::INFINITY, stuck_ticks: 50, wrong_way_ticks: 6 };
     let mut running = Running::new(Monitored::new(law, &bounds).stopping());
     let mut first = None;
     for k in 0..600 {
@@ -385,7 +399,7 @@ fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
 #[test]
 fn a_drive_that_swings_from_limit_to_limit_is_seen() {
     let law = Drive::try_design(&by_rule(1e-3, 14)).expect("a good design");
-    let bounds = Bounds { disturbance: [1e6], sigma_star: 1e9, stuck_ticks: 200 };
+    let bounds = Bounds { disturbance: [1e6], sigma_star: 1e9, stuck_ticks: 200, wrong_way_ticks: 6 };
     let mut running = Running::new(Monitored::new(law, &bounds));
     let mut alone = Running::new(Monitored::new(law, &bounds).stopping_at(BEYOND_CONTROL));
     let still = Target { turn: 0, jet: [0.0; 2] };

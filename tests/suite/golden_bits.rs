@@ -178,6 +178,7 @@ fn drive(design: &DriveDesign, ticks: u32) -> Seen {
     let mut rng = Rng::new(7);
     // Angle and speed of the motor, then of the link.
     let (mut x, mut push, mut queued, mut lost_ticks, mut seen) = ([0.0; 4], 0.0, 0.0, 0, Seen::NOTHING);
+    let mut stopped = false;
     for k in 0..ticks {
         let bits = rng.bits();
         if k % 512 == 0 {
@@ -202,11 +203,12 @@ fn drive(design: &DriveDesign, ticks: u32) -> Seen {
             lost_ticks -= 1;
             sample.fill(f64::NAN);
         }
-        if matches!(event, Event::Restart) {
+        if matches!(event, Event::Restart) || stopped {
             port.reset().expect("in this process");
         }
         let told = port.tick(&sample).expect("in this process");
         seen.tick([told.u, told.sigma, told.sigma_star], told.health);
+        stopped = told.health.contains(Health::STOPPED);
         if k % 16 == 0 {
             for number in told.estimates.as_flattened() {
                 seen.hash.number(*number);

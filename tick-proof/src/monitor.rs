@@ -20,7 +20,15 @@ const SAID: [(&str, &str); 5] = [
     ("law_waits", "waits"),
 ];
 
-const ALARMS: [&str; 4] = ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit", "input_rejected"];
+/// What is said of a tick, what the law itself says last.
+const ALARMS: [&str; 6] =
+    ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit", "wrong_way", "oscillates", "input_rejected"];
+
+/// What stops a drive whatever is chosen.
+const RUNAWAY: [&str; 2] = ["wrong_way", "oscillates"];
+
+/// What is counted from tick to tick; never below 0.
+const COUNTS: [&str; 3] = ["stuck", "swings", "against"];
 
 /// What is claimed of a tick, each with its name.
 type Claims = Vec<(&'static str, String)>;
@@ -39,20 +47,24 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
     vec![
         each("u is the law's, or the fallback where the drive has stopped, any bits", &|_, step| {
             let of = |source: &str| same(step.after("u"), source);
-            vec![("u", format!("(ite {} {} {})", step.after("stopped"), of("fallback"), of("law_u")))]
+            vec![("u", format!("(ite {} {} {})", step.after("stopped_now"), of("fallback"), of("law_u")))]
         }),
         each("a drive that has stopped stays so and says so", &|_, step| {
             let stays = [step.after("stopped"), step.after("stopped_now")].map(String::from);
             vec![
                 ("stopped", then("stopped", &all(stays))),
-                ("said", format!("(= {} {})", step.after("stopped"), step.after("stopped_now"))),
+                ("said", {
+                    let runaway = either(RUNAWAY.iter().map(|alarm| step.after(alarm).to_string()));
+                    let stops = either([step.after("stopped_now").to_string(), runaway]);
+                    format!("(= {} {stops})", step.after("stopped"))
+                }),
             ]
         }),
         each("what is over its bound, or no number, is told; what is told is so", &|_, step| {
             let over = either(watched().map(|d| not(&format!("(fp.leq (fp.abs {d}) {d}_bound)"))));
             let star = not("(fp.leq (fp.abs law_sigma_star) sigma_star_bound)");
             let star = all([star, not("law_saturated")]);
-            let silent = all(ALARMS[..3].iter().map(|alarm| not(step.after(alarm))));
+            let silent = all(ALARMS[..5].iter().map(|alarm| not(step.after(alarm))));
             vec![
                 ("waits", going(&then("law_waits", &silent))),
                 ("disturbance", going(&watching(&format!("(= {} {over})", step.after("disturbance_over_bound"))))),
@@ -64,15 +76,43 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
             let one_more = format!("(fp.add RNE stuck {})", number(1.0));
             let counted = then(&all(counts.map(String::from)), &same(step.after("stuck"), &one_more));
             let told = format!("(= {} (fp.gt {} stuck_ticks))", step.after("stuck_at_limit"), step.after("stuck"));
-            let beyond = "(fp.geq stuck_ticks (_ +zero 8 24))";
-            vec![("counted", going(&watching(&counted))), ("told", going(&watching(&then(beyond, &told))))]
+            let supposed = all([positive("stuck_ticks"), consistent(&|name| name.into())]);
+            vec![("counted", going(&watching(&counted))), ("told", going(&watching(&then(&supposed, &told))))]
         }),
-        each("an alarm stops the drive, if alarms are to; nothing else does", &|part, step| {
-            let alarm = either(ALARMS.map(|alarm| step.after(alarm).to_string()));
-            // Before the counts have agreed nothing is an alarm.
-            let stops = if part == "stopping" { all([alarm, not("law_waits")]) } else { "false".into() };
-            vec![("stops", going(&format!("(= {} {stops})", step.after("stopped"))))]
+        each(
+            "the wrong way is told after so many ticks in a row, and a tick of it needs |d| over its bound",
+            &|_, step| {
+                let driven = watched().last().unwrap_or_default();
+                let over = not(&format!("(fp.leq (fp.abs {driven}) {driven}_bound)"));
+                let one_more = same(step.after("against"), &format!("(fp.add RNE against {})", number(1.0)));
+                let none = format!("(fp.isZero {})", step.after("against"));
+                let counted = either([all([over, one_more]), none]);
+                let told = format!("(= {} (fp.gt {} wrong_way_ticks))", step.after("wrong_way"), step.after("against"));
+                let supposed = all([positive("wrong_way_ticks"), consistent(&|name| name.into())]);
+                vec![
+                    ("counted", going(&watching(&then(&consistent(&|name| name.into()), &counted)))),
+                    ("told", going(&watching(&then(&supposed, &told)))),
+                ]
+            },
+        ),
+        each(
+            "every change of side counts, more than two windows are told; without an alarm no more are left",
+            &|_, step| sides(telling, step),
+        ),
+        each("what is counted is looked at again: no count goes on unseen, and none is below 0", &|_, step| {
+            let after = |name: &str| step.after(name).to_string();
+            vec![("kept", then(&consistent(&|name| name.into()), &consistent(&after)))]
         }),
+        each(
+            "an alarm stops the drive, if alarms are to, the wrong way and oscillation any; nothing else does",
+            &|part, step| {
+                let stopping: &[&str] = if part == "stopping" { &ALARMS } else { &RUNAWAY };
+                let alarm = either(stopping.iter().map(|alarm| step.after(alarm).to_string()));
+                // Before the counts have agreed nothing is an alarm.
+                let stops = all([alarm, not("law_waits")]);
+                vec![("stops", going(&format!("(= {} {stops})", step.after("stopped"))))]
+            },
+        ),
         each("what the law says is handed on", &|_, step| {
             let claim = |(law, flag): (&str, &str)| format!("(= {} {law})", step.after(flag));
             let numbers = ["sigma", "sigma_star"].map(|name| same(step.after(name), &format!("law_{name}")));
@@ -85,6 +125,36 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
             vec![("stuck", counter), ("last", then(&sound, &finite(step.after("last_sigma"))))]
         }),
     ]
+}
+
+/// That a disturbance changes its side beyond its bound.
+fn sides(telling: &Record, step: &Step) -> Claims {
+    let twice = "(fp.add RNE stuck_ticks stuck_ticks)";
+    let sound = all([positive("stuck_ticks"), consistent(&|name| name.into())]);
+    let changes = either(disturbances(telling).map(|d| {
+        let over = not(&format!("(fp.leq (fp.abs {d}) {d}_bound)"));
+        all([over, format!("(fp.lt (fp.mul RNE {d} {}) (_ +zero 8 24))", d.replace('d', "side"))])
+    }));
+    let counted = format!("(ite {changes} (fp.add RNE swings stuck_ticks) swings)");
+    let told = format!("(= {} (fp.gt {counted} {twice}))", step.after("oscillates"));
+    let told = ("told", going(&watching(&then(&sound, &told))));
+    let rest = format!("(fp.leq {} {twice})", step.after("swings"));
+    let kept = either([step.after("oscillates").to_string(), rest]);
+    let supposed = all([within("stuck_ticks", 1.0, COUNTED / 8.0), sound.clone(), format!("(fp.leq swings {twice})")]);
+    vec![told, ("kept", going(&watching(&then(&supposed, &kept))))]
+}
+
+/// Not below 0, and a number.
+fn positive(term: &str) -> String {
+    format!("(fp.geq {term} (_ +zero 8 24))")
+}
+
+/// No count is below 0, and where all of them together are 0 each is.
+fn consistent(word: &dyn Fn(&str) -> String) -> String {
+    let counts = COUNTS.map(word);
+    let none = all(counts.iter().map(|count| format!("(fp.isZero {count})")));
+    let calm = then(&format!("(fp.isZero {})", word("counted")), &none);
+    all(counts.iter().map(|count| positive(count)).chain([calm]))
 }
 
 /// Of a drive that goes on.

@@ -13,16 +13,17 @@ use crate::recorder::{Recorder, Symbol, port};
 /// A law of which nothing is known: its output is an input.
 struct AnyLaw<const E: usize>;
 
-/// The disturbances that it sees after its tick.
+/// The disturbances that it sees after its tick, and the speed of the driven shaft.
 #[derive(Clone)]
-struct Seen<const E: usize>([Symbol; E]);
+struct Seen<const E: usize>([Symbol; E], Symbol);
 
 impl<const E: usize> Words for Seen<E> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        self.0.iter().map(|d| d.to_words()[0])
+        self.0.iter().chain([&self.1]).map(|number| number.to_words()[0])
     }
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
-        Some(Self(core::array::from_fn(|_| Symbol::from_words([words.next().unwrap_or(0), 0]))))
+        let mut next = || Symbol::from_words([words.next().unwrap_or(0), 0]);
+        Some(Self(core::array::from_fn(|_| next()), next()))
     }
 }
 
@@ -49,7 +50,7 @@ impl<const E: usize> ControlLaw for AnyLaw<E> {
     const NO_GUESS: [Symbol; 0] = [];
 
     fn start_from(&self, (): &(), _: &[Symbol; 0]) -> Option<Seen<E>> {
-        Some(Seen([Symbol::ZERO; E]))
+        Some(Seen([Symbol::ZERO; E], Symbol::ZERO))
     }
     fn not_started(&self) -> Output<Symbol> {
         let (sigma, sigma_star) = (Symbol::ZERO, Symbol::ZERO);
@@ -84,13 +85,19 @@ impl<const E: usize> Watched<E> for AnyLaw<E> {
     fn disturbance(state: &Seen<E>) -> [Symbol; E] {
         state.0
     }
+    fn speed(state: &Seen<E>) -> Symbol {
+        state.1
+    }
+    fn gain(&self) -> Symbol {
+        argument("gain")
+    }
     fn per_rad(&self, _: usize) -> Symbol {
         Symbol::from_f64(1.0)
     }
 }
 
 /// What a drive with its monitors says.
-const FLAGS: [(&str, Health); 9] = [
+const FLAGS: [(&str, Health); 11] = [
     ("input_rejected", Health::INPUT_REJECTED),
     ("saturated", Health::SATURATED),
     ("sigma_star_over_bound", Health::SIGMA_STAR_OVER_BOUND),
@@ -100,15 +107,14 @@ const FLAGS: [(&str, Health); 9] = [
     ("stopped_now", Health::STOPPED),
     ("position_stepped", Health::POSITION_STEPPED),
     ("waits", Health::WAITS),
+    ("wrong_way", Health::WRONG_WAY),
+    ("oscillates", Health::OSCILLATES),
 ];
 
 impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {
     fn state_names() -> Vec<String> {
-        ["stopped", "stuck", "last_sigma"]
-            .map(String::from)
-            .into_iter()
-            .chain((1..=E).map(|i| format!("d{i}")))
-            .collect()
+        let words = state(E).into_iter().map(|port| port.name);
+        words.chain((1..=E).map(|i| format!("d{i}"))).chain(["v".into()]).collect()
     }
     fn sample(&self, _: &Recorder) {}
     fn put_output(recorder: &Recorder, output: &Output<Symbol>) {
@@ -123,22 +129,26 @@ impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {
 }
 
 /// Records what the monitors of E shafts make of what a law put out (`law_u`, `law_sigma`, `law_saturated`, ..), of the
-/// disturbances `d1`, .. that it sees, and of the thresholds `d1_bound`, .., `sigma_star_bound` and `stuck_ticks`. If
-/// they are `stopping` every alarm stops the drive. A tick with a sample and one without are the same to them.
+/// disturbances `d1`, .. and the speed `v` that it sees, of the `gain` of its input, and of the thresholds `d1_bound`,
+/// .., `sigma_star_bound`, `stuck_ticks` and `wrong_way_ticks`. If they are `stopping` every alarm stops the drive. A
+/// tick with a sample and one without are the same to them.
 pub fn monitor<const E: usize>(stopping: bool) -> Record {
     let design = |recorder: &Recorder| {
         let bounds = core::array::from_fn(|i| recorder.number(&format!("d{}_bound", i + 1), Role::Argument));
-        let [sigma_star, stuck] = ["sigma_star_bound", "stuck_ticks"].map(argument);
-        let watched = Monitored::from_parts(AnyLaw::<E>, bounds, sigma_star, stuck);
+        let [sigma_star, stuck, wrong] = ["sigma_star_bound", "stuck_ticks", "wrong_way_ticks"].map(argument);
+        let watched = Monitored::from_parts(AnyLaw::<E>, bounds, sigma_star, [stuck, wrong]);
         if stopping { watched.stopping() } else { watched }
     };
     tick(&design, Monitored::tick)
 }
 
-/// The words that the monitors add to the state of a drive, before its own.
-pub fn state() -> [Port; 3] {
-    let word = |(name, kind)| port(name, Role::State, kind);
-    [("stopped", Kind::Truth), ("stuck", Kind::Number), ("last_sigma", Kind::Number)].map(word)
+/// The words that the monitors add to the state of a drive with so many shafts, before its own.
+pub fn state(shafts: usize) -> Vec<Port> {
+    let numbers = ["counted", "stuck", "last_sigma", "swings", "against", "last_speed"].map(String::from);
+    let sides = (1..=shafts).map(|shaft| format!("side{shaft}"));
+    let number = |name: String| port(&name, Role::State, Kind::Number);
+    let stopped = port("stopped", Role::State, Kind::Truth);
+    [stopped].into_iter().chain(numbers.into_iter().chain(sides).map(number)).collect()
 }
 
 /// Joins the tick of a drive with its monitors, of the records of its `tick`, of what it puts out before it has
@@ -157,8 +167,13 @@ pub fn watched(
     let of_state = |port: &Port| if port.role == Role::State { was(&port.name) } else { None };
     let told = joined.call(tick, &of_state);
     let fallback = joined.call(not_started, &|_| None).get("u", Role::Output);
+    let has_gain = tick.inputs.iter().find(|port| port.name == "model_b");
+    let gain = has_gain.map(|port| joined.input(&port.name, port.role, port.kind));
+    let driven = shafts.last().map(|shaft| format!("v{shaft}")).unwrap_or_default();
     let given = |port: &Port| match (port.name.as_str(), port.role) {
         ("fallback", _) => fallback,
+        ("gain", _) => gain,
+        ("v", Role::State) => told.get(&driven, Role::State),
         (name, Role::State) => match name.strip_prefix('d').and_then(|shaft| shaft.parse::<usize>().ok()) {
             Some(shaft) => told.get(&format!("d{}", shafts[shaft - 1]), Role::State),
             None => was(name),
@@ -171,7 +186,7 @@ pub fn watched(
     let judged = joined.call(monitors, &given);
     let stopped = was("stopped").expect("the words of the monitors");
     let mut results: Vec<(Port, Id)> = (judged.all().filter(|(port, _)| match port.role {
-        Role::State => state().contains(port),
+        Role::State => state(shafts.len()).contains(port),
         _ => true,
     }))
     .cloned()

@@ -409,8 +409,9 @@ impl JointDesign {
     ) -> Bounds<2> {
         let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, torque_n_m_per_a, .. } = self.joint;
         let (torque, q) = (self.largest_current() * torque_n_m_per_a, misjudged(uncertain));
-        let disturbance = [load_n_m / link + 1.25 * q * torque / (link + motor), (0.25 + 1.75 * q) * torque / motor];
-        Bounds::of(law, disturbance, self.gate_steps, uncertain, self.period_s)
+        let fastest = torque / motor;
+        let disturbance = [load_n_m / link + 1.25 * q * torque / (link + motor), (0.25 + 1.75 * q) * fastest];
+        Bounds::of(law, disturbance, self.gate_steps, uncertain, fastest, self.period_s)
     }
 
     const fn largest_current(&self) -> f64 {

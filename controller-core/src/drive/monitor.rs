@@ -12,11 +12,21 @@
 //! * *Stuck at a limit*: u at a limit for so many ticks while |σ| does not fall, with ten ticks within the limits for
 //!   each that is forgotten: a loop that swings from limit to limit is seen too.
 //! * *Lost*: more samples missing than the law bridges.
+//! * *Wrong way*: for [`Bounds::wrong_way_ticks`] in a row u is at a limit and against the speed $v$, and yet $|v|$
+//!   grows, with $\frac54 |b u| < |d| < 3 |b u|$: a reversed encoder, phase order or torque constant makes
+//!   $d = -2 b u$. A bumper that throws the shaft back does so for less long. Of a joint also: $d$ of link and motor
+//!   over their bounds with opposite signs, and that of the motor over $|b u|$, as of a spring whose twist is not what
+//!   the two encoders say.
+//! * *Oscillates*: $d$ over its bound with the other sign than when it was over it before. Each such change counts for
+//!   as long as u may be stuck at a limit, 0.2 s, and more than two are an alarm: three within 0.1 s, or more than
+//!   five a second for good. A loop whose model is right does not do it, however it is loaded, stepped or saturated; a
+//!   late task, an undeclared delay, an inertia five times off, a wrong torque constant end in it.
 //!
 //! An alarm is told in [`Health`], and what follows is the caller's, who may plan a joined [`stop`](super::stop) with
 //! the reference. That needs good counts, and a motor that suffices. So a drive [stops](Monitored::stopping_at) by
-//! itself at the alarms of one's choice: the fallback that needs nothing goes out, which is the safe u, and 0 where
-//! there is none, until it is reset. The last u is not held: it may be what raised the alarm.
+//! itself at the alarms of one's choice, and one tick after the last two ([`RUNAWAY`]) always: the fallback that needs
+//! nothing goes out, which is the safe u, and 0 where there is none, until it is reset. The last u is not held: it may
+//! be what raised the alarm.
 
 use core::mem::offset_of;
 
@@ -41,21 +51,30 @@ pub struct Bounds<const E: usize> {
     pub disturbance: [f64; E],
     /// Largest |σ*|; infinite for none.
     pub sigma_star: f64,
-    /// Ticks that u may be at a limit while |σ| does not fall.
+    /// Ticks that u may be at a limit while |σ| does not fall, and for which a change of the sign of d counts.
     pub stuck_ticks: u32,
+    /// Ticks in a row in which the shaft speeds up against its current that are no alarm yet.
+    pub wrong_way_ticks: u32,
 }
 
 /// Time that u may be at a limit while |σ| does not fall, s.
 const STUCK_S: f64 = 0.2;
 
+/// Ticks of a bounce that look like the wrong way.
+const BOUNCE_TICKS: f64 = 6.0;
+/// Way at the largest acceleration, from rest, within which the wrong way is told, rad; and the longest time, s.
+const WRONG_WAY_RAD: f64 = 6e-3;
+const WRONG_WAY_S: f64 = 0.01;
+
 impl<const E: usize> Bounds<E> {
     /// For a law of this period with these gates: innovations of p/(1 - p) of them, which is how far an acceleration
-    /// is off under a gain that is wrong by p.
+    /// is off under a gain that is wrong by p. `fastest`: what the limit of u does to the driven shaft, rad/s².
     pub(crate) fn of<T, M, A, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
         law: &EncoderForm<T, M, A, E, N, S, FAST, LATE>,
         disturbance: [f64; E],
         gate_steps: [f64; E],
         uncertain: f64,
+        fastest: f64,
         period_s: f64,
     ) -> Self
     where
@@ -64,7 +83,9 @@ impl<const E: usize> Bounds<E> {
         A: Aim<T, N>,
     {
         let sigma_star = law.sigma_star_bound(gate_steps.map(|steps| steps * misjudged(uncertain)));
-        Self { disturbance, sigma_star, stuck_ticks: (STUCK_S / period_s) as u32 }
+        let time_s = libm::sqrt(2.0 * WRONG_WAY_RAD / fastest).min(WRONG_WAY_S);
+        let wrong_way_ticks = (time_s / period_s).max(BOUNCE_TICKS) as u32;
+        Self { disturbance, sigma_star, stuck_ticks: (STUCK_S / period_s) as u32, wrong_way_ticks }
     }
 }
 
@@ -78,16 +99,26 @@ pub(crate) fn misjudged(uncertain: f64) -> f64 {
 pub const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND
     .union(Health::SIGMA_STAR_OVER_BOUND)
     .union(Health::STUCK_AT_LIMIT)
-    .union(Health::INPUT_REJECTED);
+    .union(Health::INPUT_REJECTED)
+    .union(RUNAWAY);
 
 /// Alarms that no planned stop answers: u is at its limit and does not suffice, or nothing is known. A count that
 /// sticks ends in the first of them.
-pub const BEYOND_CONTROL: Health = Health::STUCK_AT_LIMIT.union(Health::INPUT_REJECTED);
+pub const BEYOND_CONTROL: Health = Health::STUCK_AT_LIMIT.union(Health::INPUT_REJECTED).union(RUNAWAY);
+
+/// Alarms that stop every drive with monitors: under them the law makes it worse, and a planned stop is the law's.
+pub const RUNAWAY: Health = Health::WRONG_WAY.union(Health::OSCILLATES);
 
 /// A law whose disturbances can be watched.
 pub trait Watched<const E: usize>: ControlLaw<Output = Output<<Self as ControlLaw>::Scalar>> {
     /// d of each block, in its own unit.
     fn disturbance(state: &Self::State) -> [Self::Scalar; E];
+
+    /// v of the driven block, the last.
+    fn speed(state: &Self::State) -> Self::Scalar;
+
+    /// What one unit of u adds to its acceleration.
+    fn gain(&self) -> Self::Scalar;
 
     /// How many of these units one rad/s² is.
     fn per_rad(&self, block: usize) -> Self::Scalar;
@@ -105,6 +136,15 @@ where
         core::array::from_fn(|i| state.x[i][2])
     }
 
+    #[inline(always)]
+    fn speed(state: &StateOf<Self>) -> T {
+        state.x[E - 1][1]
+    }
+
+    fn gain(&self) -> T {
+        self.model.input_gain()
+    }
+
     fn per_rad(&self, block: usize) -> T {
         self.model.per_rad(block)
     }
@@ -114,6 +154,15 @@ impl<L: Watched<E>, const E: usize> Watched<E> for &L {
     #[inline(always)]
     fn disturbance(state: &L::State) -> [L::Scalar; E] {
         L::disturbance(state)
+    }
+
+    #[inline(always)]
+    fn speed(state: &L::State) -> L::Scalar {
+        L::speed(state)
+    }
+
+    fn gain(&self) -> L::Scalar {
+        (**self).gain()
     }
 
     fn per_rad(&self, block: usize) -> L::Scalar {
@@ -142,37 +191,34 @@ pub struct Monitored<L: ControlLaw, const E: usize> {
     disturbance: [L::Scalar; E],
     sigma_star: L::Scalar,
     stuck_ticks: L::Scalar,
-    /// What stops it.
+    wrong_way_ticks: L::Scalar,
+    /// What stops it beside a [`RUNAWAY`].
     stops_at: Health,
 }
 
 impl<L: Watched<E>, const E: usize> Monitored<L, E> {
-    /// The same from numbers that are known already, for a `const`: |d| in the unit of each block, |σ*|, ticks.
+    /// The same from numbers that are known already, for a `const`: |d| in the unit of each block, |σ*|, ticks at a
+    /// limit and of the wrong way.
     pub const fn from_parts(
         law: L,
         disturbance: [L::Scalar; E],
         sigma_star: L::Scalar,
-        stuck_ticks: L::Scalar,
+        [stuck_ticks, wrong_way_ticks]: [L::Scalar; 2],
     ) -> Self {
-        Self { law, disturbance, sigma_star, stuck_ticks, stops_at: Health::OK }
+        Self { law, disturbance, sigma_star, stuck_ticks, wrong_way_ticks, stops_at: Health::OK }
     }
 
     /// A drive, and what may be seen of it.
     pub fn new(law: L, bounds: &Bounds<E>) -> Self {
         let disturbance = core::array::from_fn(|i| L::Scalar::from_f64(bounds.disturbance[i]) * law.per_rad(i));
         let sigma_star = if bounds.sigma_star < LARGEST { bounds.sigma_star } else { LARGEST };
-        Self {
-            law,
-            disturbance,
-            sigma_star: L::Scalar::from_f64(sigma_star),
-            stuck_ticks: L::Scalar::from_f64(f64::from(bounds.stuck_ticks)),
-            stops_at: Health::OK,
-        }
+        let ticks = [bounds.stuck_ticks, bounds.wrong_way_ticks].map(|ticks| L::Scalar::from_f64(f64::from(ticks)));
+        Self::from_parts(law, disturbance, L::Scalar::from_f64(sigma_star), ticks)
     }
 
-    /// |d| in the unit of each block, |σ*|, ticks at a limit: what a tick compares with.
-    pub const fn thresholds(&self) -> ([L::Scalar; E], L::Scalar, L::Scalar) {
-        (self.disturbance, self.sigma_star, self.stuck_ticks)
+    /// |d| in the unit of each block, |σ*|, ticks at a limit and of the wrong way: what a tick compares with.
+    pub const fn thresholds(&self) -> ([L::Scalar; E], L::Scalar, [L::Scalar; 2]) {
+        (self.disturbance, self.sigma_star, [self.stuck_ticks, self.wrong_way_ticks])
     }
 
     /// The same; an alarm stops the drive until it is [reset](crate::Running::reset).
@@ -181,7 +227,8 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         self.stopping_at(ALARMS)
     }
 
-    /// The same for some of the alarms, such as [`BEYOND_CONTROL`] where others are answered by a planned stop.
+    /// The same for some of the alarms, such as [`BEYOND_CONTROL`] where others are answered by a planned stop; at a
+    /// [`RUNAWAY`] it stops in any case.
     #[must_use]
     pub const fn stopping_at(mut self, alarms: Health) -> Self {
         self.stops_at = alarms;
@@ -196,16 +243,19 @@ where
     M: ChainModel<T, E, N>,
     A: Aim<T, N>,
 {
-    /// Where the words begin that are no whole word: the byte of the law that must be 0 or 1, and the alarms.
+    /// Where the words begin that are no whole word, and which bits they have: the byte of the law that must be 0 or
+    /// 1, and the alarms.
     #[doc(hidden)]
-    pub const BYTES_AT: [usize; 2] =
-        [offset_of!(Self, law) + EncoderForm::<T, M, A, E, N, S, FAST, LATE>::FLAG_AT, offset_of!(Self, stops_at)];
+    pub const PARTS_AT: [(usize, u32); 2] = [
+        (offset_of!(Self, law) + EncoderForm::<T, M, A, E, N, S, FAST, LATE>::FLAG_AT, 0xff),
+        (offset_of!(Self, stops_at), 0xffff),
+    ];
     /// Where in a state the bytes lie that must be 0 or 1.
     #[doc(hidden)]
     pub const FLAGS_AT: [usize; 2] = [
-        offset_of!(MonitoredState<EncoderState<T, M, E, N, S, FAST, LATE>, T>, within)
+        offset_of!(MonitoredState<EncoderState<T, M, E, N, S, FAST, LATE>, T, E>, within)
             + EncoderState::<T, M, E, N, S, FAST, LATE>::FLAG_AT,
-        offset_of!(MonitoredState<EncoderState<T, M, E, N, S, FAST, LATE>, T>, stopped),
+        offset_of!(MonitoredState<EncoderState<T, M, E, N, S, FAST, LATE>, T, E>, stopped),
     ];
 }
 
@@ -213,19 +263,36 @@ where
 const LARGEST: f64 = 1e30;
 
 /// State of a [`Monitored`] drive.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MonitoredState<S, T> {
+#[derive(Debug, PartialEq)]
+pub struct MonitoredState<S, T, const E: usize> {
     within: S,
+    /// How much is counted below; while it is 0 a tick within its bounds is not looked into.
+    counted: T,
     /// Ticks at a limit without |σ| falling, and the last |σ| there.
     stuck: T,
     last: T,
+    /// Ticks for which the changes of the sign of d still count, and d of each block when it was last over its bound.
+    swings: T,
+    side: [T; E],
+    /// Ticks in a row of the wrong way, and the speed in the last tick at a limit.
+    against: T,
+    speed: T,
     stopped: bool,
 }
 
-impl<S: Words, T: Real> Words for MonitoredState<S, T> {
+// Inlined in any case: a call of it would return the whole state, which an interrupt would copy in a loop.
+impl<S: Clone, T: Copy, const E: usize> Clone for MonitoredState<S, T, E> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        Self { within: self.within.clone(), ..*self }
+    }
+}
+
+impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let numbers = [&self.stuck, &self.last].into_iter().flat_map(each_word);
-        [u32::from(self.stopped)].into_iter().chain(numbers).chain(self.within.words())
+        let Self { within, counted, stuck, last, swings, side, against, speed, stopped } = self;
+        let numbers = [counted, stuck, last, swings, against, speed].into_iter().chain(side).flat_map(each_word);
+        [u32::from(*stopped)].into_iter().chain(numbers).chain(within.words())
     }
 
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
@@ -234,15 +301,20 @@ impl<S: Words, T: Real> Words for MonitoredState<S, T> {
             1 => true,
             _ => return None,
         };
-        let (stuck, last) = (next(words)?, next(words)?);
-        Some(Self { within: S::from_words(words)?, stuck, last, stopped })
+        let (counted, stuck, last) = (next(words)?, next(words)?, next(words)?);
+        let (swings, against, speed) = (next(words)?, next(words)?, next(words)?);
+        let mut side = [T::ZERO; E];
+        for d in &mut side {
+            *d = next(words)?;
+        }
+        Some(Self { within: S::from_words(words)?, counted, stuck, last, swings, side, against, speed, stopped })
     }
 }
 
 impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     /// What goes out of a drive that has stopped.
     #[inline(always)]
-    fn stopped(&self, state: &MonitoredState<L::State, L::Scalar>) -> Option<Output<L::Scalar>> {
+    fn stopped(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> Option<Output<L::Scalar>> {
         state.stopped.then(|| {
             let output = self.law.not_started();
             Output { health: Health::INPUT_REJECTED.union(Health::STOPPED), ..output }
@@ -251,13 +323,17 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
 
     /// The output of a tick with what the monitors say of it.
     #[inline(always)]
-    fn judged(&self, state: &mut MonitoredState<L::State, L::Scalar>, output: Output<L::Scalar>) -> Output<L::Scalar> {
+    fn judged(
+        &self,
+        state: &mut MonitoredState<L::State, L::Scalar, E>,
+        output: Output<L::Scalar>,
+    ) -> Output<L::Scalar> {
         let d = L::disturbance(&state.within);
         let mut calm = output.sigma_star.abs() <= self.sigma_star;
         for i in 0..E {
             calm &= d[i].abs() <= self.disturbance[i];
         }
-        if calm && state.stuck == L::Scalar::ZERO && !output.health.intersects(Self::LOOKED_INTO) {
+        if calm && state.counted == L::Scalar::ZERO && !output.health.intersects(Self::LOOKED_INTO) {
             return output;
         }
         self.looked_into(state, output)
@@ -270,40 +346,99 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     #[inline(never)]
     fn looked_into(
         &self,
-        state: &mut MonitoredState<L::State, L::Scalar>,
+        state: &mut MonitoredState<L::State, L::Scalar, E>,
         mut output: Output<L::Scalar>,
     ) -> Output<L::Scalar> {
         if output.health.contains(Health::WAITS) {
             // Nothing is estimated yet, and nothing flows.
             return output;
         }
+        let one = L::Scalar::from_f64(1.0);
+        let mut alarms = output.health;
         let d = L::disturbance(&state.within);
+        let (mut over, mut has_changed) = ([false; E], false);
         for i in 0..E {
             // No number is over any bound.
             let within = d[i].abs() <= self.disturbance[i];
-            output.health = output.health.union(Health::DISTURBANCE_OVER_BOUND.when(!within));
+            over[i] = !within;
+            if over[i] {
+                has_changed |= d[i] * state.side[i] < L::Scalar::ZERO;
+                state.side[i] = d[i];
+            }
+            alarms = alarms.union(Health::DISTURBANCE_OVER_BOUND.when(over[i]));
+        }
+        if has_changed {
+            state.swings += self.stuck_ticks;
         }
         let sigma = output.sigma.abs();
         if output.health.contains(Health::SATURATED) {
             if state.stuck == L::Scalar::ZERO || sigma >= state.last {
-                state.stuck += L::Scalar::from_f64(1.0);
+                state.stuck += one;
             }
             state.last = sigma;
+            let is_wrong = self.is_wrong_way(state, &d, &over, output.u);
+            state.against = if is_wrong { state.against + one } else { L::Scalar::ZERO };
+            state.speed = L::speed(&state.within).abs();
         } else {
-            let less = state.stuck - L::Scalar::from_f64(0.1);
-            state.stuck = if less > L::Scalar::ZERO { less } else { L::Scalar::ZERO };
+            state.against = L::Scalar::ZERO;
+            state.stuck = lessened(state.stuck, L::Scalar::from_f64(0.1));
             let within = output.sigma_star.abs() <= self.sigma_star;
-            output.health = output.health.union(Health::SIGMA_STAR_OVER_BOUND.when(!within));
+            alarms = alarms.union(Health::SIGMA_STAR_OVER_BOUND.when(!within));
         }
-        let stuck = Health::STUCK_AT_LIMIT.when(state.stuck > self.stuck_ticks);
-        output.health = output.health.union(stuck);
-        if output.health.intersects(self.stops_at) {
+        alarms = alarms.union(Health::STUCK_AT_LIMIT.when(state.stuck > self.stuck_ticks));
+        let wrong_way = state.against > self.wrong_way_ticks;
+        let oscillates = state.swings > self.stuck_ticks + self.stuck_ticks;
+        state.swings = lessened(state.swings, one);
+        state.counted = state.stuck + state.swings + state.against;
+        output.health = alarms;
+        if alarms.intersects(self.stops_at) {
             state.stopped = true;
             output.health = output.health.union(Health::STOPPED);
             output.u = self.law.not_started().u;
         }
+        // From the next tick on: this u is the law's.
+        state.stopped |= wrong_way | oscillates;
+        output.health = output.health.union(Health::WRONG_WAY.when(wrong_way));
+        output.health = output.health.union(Health::OSCILLATES.when(oscillates));
         output
     }
+}
+
+impl<L: Watched<E>, const E: usize> Monitored<L, E> {
+    /// At a limit of u: does the driven shaft speed up against it, by what u alone would do the other way round, or do
+    /// the shafts of a joint disagree about its spring?
+    #[inline(always)]
+    fn is_wrong_way(
+        &self,
+        state: &MonitoredState<L::State, L::Scalar, E>,
+        d: &[L::Scalar; E],
+        over: &[bool; E],
+        u: L::Scalar,
+    ) -> bool {
+        let (zero, last) = (L::Scalar::ZERO, E - 1);
+        if !over[last] {
+            return false;
+        }
+        let (v, wanted, found) = (L::speed(&state.within), self.law.gain() * u, d[last].abs());
+        let asked = wanted.abs();
+        for i in 0..last {
+            if over[i] && d[i] * d[last] < zero && found > asked {
+                return true;
+            }
+        }
+        v * wanted < zero
+            && d[last] * wanted < zero
+            && v.abs() > state.speed
+            && found > L::Scalar::from_f64(1.25) * asked
+            && found < L::Scalar::from_f64(3.0) * asked
+    }
+}
+
+/// So much less, but not below 0; 0 if it is no number.
+#[inline(always)]
+fn lessened<T: Real>(number: T, by: T) -> T {
+    let less = number - by;
+    if less > T::ZERO { less } else { T::ZERO }
 }
 
 impl<L: Watched<E> + DriveLaw<E, N>, const E: usize, const N: usize> DriveLaw<E, N> for Monitored<L, E> {
@@ -319,14 +454,15 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
     type Scalar = L::Scalar;
     type Sample = L::Sample;
     type Output = Output<L::Scalar>;
-    type State = MonitoredState<L::State, L::Scalar>;
+    type State = MonitoredState<L::State, L::Scalar, E>;
     type Guess = L::Guess;
     type Estimates = L::Estimates;
     const NO_GUESS: L::Guess = L::NO_GUESS;
 
     fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
-        let within = self.law.start_from(sample, guess)?;
-        Some(MonitoredState { within, stuck: L::Scalar::ZERO, last: L::Scalar::ZERO, stopped: false })
+        let (within, zero) = (self.law.start_from(sample, guess)?, L::Scalar::ZERO);
+        let [counted, stuck, last, swings, against, speed] = [zero; 6];
+        Some(MonitoredState { within, counted, stuck, last, swings, side: [zero; E], against, speed, stopped: false })
     }
 
     #[inline]
@@ -378,7 +514,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
     }
 
     fn fingerprint(&self) -> u32 {
-        let bounds = self.disturbance.into_iter().chain([self.sigma_star, self.stuck_ticks]);
+        let bounds = self.disturbance.into_iter().chain([self.sigma_star, self.stuck_ticks, self.wrong_way_ticks]);
         let head = [self.law.fingerprint(), u32::from(self.stops_at.bits())];
         hash(head.into_iter().chain(bounds.flat_map(Real::to_words)))
     }

@@ -260,7 +260,8 @@ impl MotorDesign {
         uncertain: f64,
     ) -> Bounds<1> {
         let share = 0.25 + 0.65 * misjudged(uncertain);
-        Bounds::of(law, [share * self.largest_acceleration()], [self.gate_steps], uncertain, self.period_s)
+        let fastest = self.largest_acceleration();
+        Bounds::of(law, [share * fastest], [self.gate_steps], uncertain, fastest, self.period_s)
     }
 
     const fn largest_acceleration(&self) -> f64 {

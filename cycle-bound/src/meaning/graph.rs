@@ -181,8 +181,25 @@ impl Graph {
 
     pub(super) fn two(&mut self, name: &'static str, a: Node, b: Node) -> Node {
         // A sum in another order is the same one, as it is for `Terms`: all NaN are one.
-        let (a, b) = if matches!(name, "add" | "mul") { (a.min(b), a.max(b)) } else { (a, b) };
+        let (a, b) = match (name, self.bits(b)) {
+            ("add" | "mul", _) => (a.min(b), a.max(b)),
+            ("and", Some(mask)) => (self.below_mask(a, mask), b),
+            _ => (a, b),
+        };
         self.spread(a, b, CHOICES, &mut |graph, a, b| graph.node(Op::Two(name, a, b)))
+    }
+
+    /// What tells the bits of a mask: of a sum no multiple of a power of two that is above them, whichever part it is.
+    pub(super) fn below_mask(&self, a: Node, mask: u32) -> Node {
+        let is_above = |part: Node| match self.ops[part] {
+            Op::Plus(none, _, factor) => self.bits(none) == Some(0) && factor.is_power_of_two() && mask < factor,
+            _ => false,
+        };
+        match self.ops[a] {
+            Op::Plus(one, other, 1) if is_above(other) => self.below_mask(one, mask),
+            Op::Plus(one, other, 1) if is_above(one) => self.below_mask(other, mask),
+            _ => a,
+        }
     }
 
     pub(super) fn neg(&mut self, a: Node) -> Node {

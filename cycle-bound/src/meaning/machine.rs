@@ -1280,7 +1280,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                     _ => return Err("is not followed".into()),
                 };
                 let at = graph.bits(*from).filter(|from| *from < 32).ok_or("is not followed")?;
-                let a = below_mask(graph, *a, graph.bits(mask).unwrap_or(0) << at);
+                let a = graph.below_mask(*a, graph.bits(mask).unwrap_or(0) << at);
                 let shifted = graph.two("lsr", a, *from);
                 let result = graph.two("and", shifted, mask);
                 (Word::Term(result), Flags::Unknown)
@@ -1335,10 +1335,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 return Ok((result, flags.unwrap_or(Flags::Result(result))));
             }
             "add" => graph.plus(a, b, 1),
-            "and" | "tst" => {
-                let a = graph.bits(b).map_or(a, |mask| below_mask(graph, a, mask));
-                graph.two("and", a, b)
-            }
+            "and" | "tst" => graph.two("and", a, b),
             "orr" => graph.two("orr", a, b),
             "orn" => {
                 let others = graph.others(b);
@@ -1396,19 +1393,6 @@ fn of_counts(condition: &str) -> Option<(Order, bool, bool)> {
         "ls" => (Order::Below, true, false),
         _ => return None,
     })
-}
-
-/// What tells the bits of a mask: of a sum no multiple of a power of two that is above them.
-fn below_mask(graph: &Graph, a: Node, mask: u32) -> Node {
-    match graph.ops[a] {
-        Op::Plus(low, high, 1) => match graph.ops[high] {
-            Op::Plus(none, _, factor) if graph.bits(none) == Some(0) && factor.is_power_of_two() && mask < factor => {
-                low
-            }
-            _ => a,
-        },
-        _ => a,
-    }
 }
 
 /// Are the lowest two bits of an address 0?

@@ -116,6 +116,9 @@ macro_rules! drives {
     };
 }
 
+/// At a limit and of the wrong way.
+const PATIENCE: [f32; 2] = [200.0, 6.0];
+
 drives! {
     motor: MotorDrive = Law::design(&MOTOR), counts::<Law, 1, 2>();
     motor_two_sets: MotorDrive<f32, Position, 1> = Law::design(&MOTOR), counts::<Law, 1, 2>();
@@ -126,9 +129,10 @@ drives! {
     joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
     joint_drive_late: JointDrive<f32, Position, 0, 1> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
     motor_watched: Monitored<MotorDrive, 1> =
-        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, 200.0).stopping(), counts::<Law, 1, 2>();
+        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, PATIENCE).stopping(), counts::<Law, 1, 2>();
     joint_drive_watched: Monitored<JointDrive, 2> =
-        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, 200.0).stopping(), counts::<Law, 2, 4>();
+        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, PATIENCE).stopping(),
+        counts::<Law, 2, 4>();
     joint_measured: Measuring<Position> = measuring(), measured::<Position>();
     joint_measured_held: Measuring<Hold> = measuring(), measured::<Hold>();
 }

@@ -11,5 +11,7 @@ enum {
     @@_SIGMA_STAR_OVER_BOUND = 4,
     @@_DISTURBANCE_OVER_BOUND = 16,
     @@_STUCK_AT_LIMIT = 32,
+    @@_WRONG_WAY = 512, /* it speeds up against its current: an encoder or the phase order is reversed */
+    @@_OSCILLATES = 1024, /* the disturbance is over its bound to and fro: a limit cycle */
     @@_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };

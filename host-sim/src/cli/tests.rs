@@ -212,7 +212,8 @@ fn trouble_that_the_controller_told_stands_in_the_table() {
     let (_, out, _) = spoken(&[&SHORT[..], &sets[..], &["--json"]].concat());
     let counts = serde_json::json!({
         "input_rejected": 201, "saturated": 0, "sigma_star_over_bound": 0, "sample_lost": 0,
-        "disturbance_over_bound": 0, "stuck_at_limit": 0, "stopped": 0
+        "disturbance_over_bound": 0, "stuck_at_limit": 0, "stopped": 0, "position_stepped": 0, "wrong_way": 0,
+        "oscillates": 0
     });
     assert_eq!(assert_is_run_json(&out)["ticks_with"], counts);
 }

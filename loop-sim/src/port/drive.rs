@@ -322,6 +322,7 @@ impl<const E: usize> Monitors<E> {
             disturbance: std::array::from_fn(|i| self.disturbance[i].unwrap_or(by_rule.disturbance[i])),
             sigma_star: self.sigma_star.unwrap_or(by_rule.sigma_star),
             stuck_ticks: self.stuck_ticks.unwrap_or(by_rule.stuck_ticks),
+            wrong_way_ticks: by_rule.wrong_way_ticks,
         }
     }
 }
@@ -329,7 +330,7 @@ impl<const E: usize> Monitors<E> {
 /// What follows an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reaction {
-    /// It is told, and no more.
+    /// It is told, and no more; a [`RUNAWAY`](drive::RUNAWAY) stops the drive, as it does under the others.
     GoOn,
     /// The fallback goes out from then on.
     Fallback,
@@ -342,7 +343,7 @@ pub enum Reaction {
 }
 
 impl Reaction {
-    /// The alarms that stop the drive by itself.
+    /// The alarms that stop the drive by itself, beside those that stop any.
     pub const fn stops_at(self) -> Health {
         match self {
             Self::GoOn => Health::OK,

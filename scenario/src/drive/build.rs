@@ -718,6 +718,11 @@ fn true_to(nominal: f64, percent: f64) -> f64 {
     nominal * (1.0 + percent / 100.0)
 }
 
+/// With the other sign if two phases are swapped.
+fn turned(torque_n_m_per_a: f64, is_reversed: bool) -> f64 {
+    if is_reversed { -torque_n_m_per_a } else { torque_n_m_per_a }
+}
+
 /// All that a run needs, of either plant.
 /// A drive of one kind, ready for its loop.
 struct Parts<'a, D, const E: usize> {
@@ -1056,7 +1061,7 @@ fn shafts(nominal: &Motor, error: &MotorErrorTable) -> (Shaft, Shaft) {
     let believed = Shaft::from(nominal);
     let truth = Shaft {
         inertia_kg_m2: true_to(believed.inertia_kg_m2, error.inertia_percent),
-        torque_n_m_per_a: true_to(believed.torque_n_m_per_a, error.torque_percent),
+        torque_n_m_per_a: turned(true_to(believed.torque_n_m_per_a, error.torque_percent), error.reversed),
         damping_n_m_s: true_to(believed.damping_n_m_s, error.damping_percent),
     };
     (believed, truth)
@@ -1146,7 +1151,7 @@ fn bodies(nominal: &Joint, spring_damping_n_m_s: f64, error: &JointErrorTable) -
         spring_damping_n_m_s,
         motor: Shaft {
             inertia_kg_m2: true_to(believed.motor.inertia_kg_m2, error.motor_inertia_percent),
-            torque_n_m_per_a: true_to(believed.motor.torque_n_m_per_a, error.torque_percent),
+            torque_n_m_per_a: turned(true_to(believed.motor.torque_n_m_per_a, error.torque_percent), error.reversed),
             damping_n_m_s: true_to(believed.motor.damping_n_m_s, error.motor_damping_percent),
         },
     };

@@ -505,6 +505,45 @@ fn a_count_that_sticks_at_the_turning_point_ends_in_the_reaction_that_the_file_c
     assert!(on[on.len() - 1] < 0.1 * on[1], "nothing drives it on: {} to {} rad/s", on[1], on[on.len() - 1]);
 }
 
+/// Two phases swapped, for any reaction: no current 50 ms after half of it flowed, and within 0.5 rad.
+#[test]
+fn a_motor_that_turns_the_wrong_way_is_stopped_whatever_the_reaction_is() {
+    let reactions = ["monitor.reaction=tell", "monitor.reaction=fallback", "monitor.reaction=joined_stop"];
+    for (text, limit_a) in [(MOTOR, 10.0), (JOINT, 30.0)] {
+        for reaction in reactions {
+            let sets: &[&str] =
+                if reaction.ends_with("stop") { &[reaction, "monitor.stop_s=0.2"] } else { &[reaction] };
+            let (_, trace) = ran(text, &[&["error.reversed=true", "span_s=1.0"], sets].concat());
+            let half = trace.rows.iter().position(|row| row.u.abs() > 0.5 * limit_a).expect("it runs away");
+            let stopped = trace.rows.iter().position(|row| row.health.contains(Health::STOPPED)).expect("a stop");
+            let (way, told) = (trace.error(&trace.rows[stopped]).abs(), trace.rows[stopped - 1].health);
+            println!("{reaction}: {} ticks at more than half of the current, {way:.3} rad, {told}", stopped - half);
+            assert!(stopped < half + 50 && way < 0.5, "{reaction}: {stopped}, {half}, {way}");
+            assert!(trace.rows[stopped..].iter().all(|row| row.u == 0.0), "{reaction}");
+            assert!(told.contains(Health::WRONG_WAY) || reaction.ends_with("fallback"), "{told}");
+        }
+    }
+}
+
+/// An inertia five and ten times the typed one and a torque constant of a ninth of it, pushed: no drive goes on in a
+/// limit cycle, also where alarms are told and no more. It ends within 0.2 s of the first alarm.
+#[test]
+fn a_loop_that_swings_from_limit_to_limit_is_stopped_whatever_the_reaction_is() {
+    let push =
+        "load=[{kind = \"step\", amplitude = 0.05, t0_s = 0.2}, {kind = \"step\", amplitude = -0.05, t0_s = 0.25}]";
+    for error in ["error.inertia_percent=400", "error.inertia_percent=900", "error.torque_percent=-89"] {
+        let sets = [push, error, "reference={kind = \"rest\"}", "friction={}", "fault=[]", "span_s=2.0"];
+        let (_, trace) = ran(MOTOR, &sets);
+        let first = first_alarm(&trace).expect("an alarm");
+        let stopped = trace.rows.iter().position(|row| row.health.contains(Health::STOPPED)).expect("a stop");
+        println!("{error}: an alarm at tick {first}, stopped at {stopped}");
+        let told = trace.rows[stopped - 1].health;
+        assert!(told.contains(Health::OSCILLATES), "{error}: {told}");
+        assert!(stopped < first + 200, "{error}: {first}, {stopped}");
+        assert!(trace.rows[stopped..].iter().all(|row| row.u == 0.0), "{error}");
+    }
+}
+
 /// A load of twice what is allowed: the shaft comes to rest where a smooth stop from there ends, and is held.
 #[test]
 fn a_joined_stop_brings_the_reference_to_rest_without_a_jump() {

@@ -27,6 +27,10 @@ pub struct Thresholds {
     pub sigma_star: f32,
     /// Ticks at a limit while |σ| does not fall.
     pub stuck_ticks: f32,
+    /// Ticks of the wrong way.
+    pub wrong_way_ticks: f32,
+    /// What one unit of u adds to the acceleration of the driven shaft, in the unit of its block.
+    pub gain: f32,
 }
 
 /// What is done with a law of any of the types that a drive may have.
@@ -79,8 +83,9 @@ impl<const E: usize, const N: usize> Use<E, N> for Watch {
     type Out = (Bounds<E>, Thresholds);
 
     fn of<L: Watched<E> + DriveLaw<E, N>>(self, law: L, bounds: &Bounds<E>) -> Self::Out {
-        let (disturbance, sigma_star, stuck_ticks) = Monitored::new(law, bounds).thresholds();
-        (*bounds, Thresholds { disturbance: disturbance.into(), sigma_star, stuck_ticks })
+        let gain = law.gain();
+        let (disturbance, sigma_star, [stuck_ticks, wrong_way_ticks]) = Monitored::new(law, bounds).thresholds();
+        (*bounds, Thresholds { disturbance: disturbance.into(), sigma_star, stuck_ticks, wrong_way_ticks, gain })
     }
 }
 

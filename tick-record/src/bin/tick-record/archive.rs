@@ -222,6 +222,7 @@ fn ticked(drive: &Watched, starts: bool) -> Record {
     let was = drive.state(&mut joined);
     let (mut before, mut runs) = (was.clone(), started);
     if starts {
+        let shafts = drive.shafts.len();
         let start = joined.call(&drive.functions.start, &|_| None);
         let zeros = [joined.constant(Op::Truth(false)), joined.constant(Op::Constant(0.0))];
         // What has just started waits for counts that agree.
@@ -229,7 +230,7 @@ fn ticked(drive: &Watched, starts: bool) -> Record {
         for (port, word) in &mut before {
             let first = match port.name.as_str() {
                 "doubt" => Some(waits),
-                name => start.get(name, Role::State).filter(|_| !monitor::state().contains(port)),
+                name => start.get(name, Role::State).filter(|_| !monitor::state(shafts).contains(port)),
             };
             let zero = zeros[usize::from(port.kind != Kind::Truth)];
             *word = joined.select(started, *word, first.unwrap_or(zero));

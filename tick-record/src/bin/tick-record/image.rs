@@ -277,7 +277,7 @@ fn on_counts(texts: &mut Texts<'_>, recorded: &[Watched]) {
                 );
                 let mut marked = Marked::default();
                 let law = drive::$symbols(&drive, &mut |name| marked.number(name));
-                let places = Places::of(&law, &marked, &[<$drive>::FLAG_AT], &state_words(&record));
+                let places = Places::of(&law, &marked, &[(<$drive>::FLAG_AT, 0xff)], &state_words(&record));
                 driven(name, &record, &places, &|port| counted(&record, port))
             });
         )*};

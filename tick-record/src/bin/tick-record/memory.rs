@@ -45,9 +45,14 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    /// Those of a law with these marks; `bytes` is where in it one byte is no whole word, `state` what the words of its
+    /// Those of a law with these marks; `parts` is where in it a word has only some bits, `state` what the words of its
     /// state are.
-    pub(crate) fn of<L: ControlLaw + Clone>(law: &L, Marked(names): &Marked, bytes: &[usize], state: &[Port]) -> Self
+    pub(crate) fn of<L: ControlLaw + Clone>(
+        law: &L,
+        Marked(names): &Marked,
+        parts: &[(usize, u32)],
+        state: &[Port],
+    ) -> Self
     where
         L::State: Clone,
     {
@@ -55,9 +60,9 @@ impl Places {
             4 * words.iter().position(|word| *word == wanted).expect("a mark has its place")
         };
         let mut of_law = words(law);
-        // What lies behind such a byte is not the law's.
-        for at in bytes {
-            of_law[at / 4] &= 0xff;
+        // What lies behind them is not the law's.
+        for (at, bits) in parts {
+            of_law[at / 4] &= bits;
         }
         let is_mark = |word: u32| (0..names.len()).any(|k| mark(k).to_bits() == word);
         let known = of_law.iter().zip(0..).filter(|(word, _)| !is_mark(**word)).map(|(word, k)| (4 * k, *word));

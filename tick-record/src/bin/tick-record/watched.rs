@@ -37,17 +37,18 @@ macro_rules! watched {
             shaft += 1;
             marked.number(&format!("d{shaft}_bound"))
         });
-        let [sigma_star, stuck_ticks] = ["sigma_star_bound", "stuck_ticks"].map(|name| marked.number(name));
-        let law = Monitored::from_parts(law, bounds, sigma_star, stuck_ticks).stopping();
-        let state = [monitor::state().to_vec(), state_words(&tick)].concat();
-        let bytes = Monitored::<$drive, { $shafts.len() }>::BYTES_AT;
+        let [sigma_star, stuck, wrong] =
+            ["sigma_star_bound", "stuck_ticks", "wrong_way_ticks"].map(|name| marked.number(name));
+        let law = Monitored::from_parts(law, bounds, sigma_star, [stuck, wrong]).stopping();
+        let state = [monitor::state($shafts.len()), state_words(&tick)].concat();
+        let parts = Monitored::<$drive, { $shafts.len() }>::PARTS_AT;
         all.push(Watched {
             name: stringify!($name),
             forms: $forms,
             functions: drive::drive(&symbols, $shafts.map(|_| Mounting::UPRIGHT)),
             tick,
             shafts: $shafts.to_vec(),
-            places: Places::of(&law, &marked, &bytes, &state),
+            places: Places::of(&law, &marked, &parts, &state),
         });
         })*
         all
