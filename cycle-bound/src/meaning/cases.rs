@@ -34,7 +34,7 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    pub(super) const USUAL: Self = Self { tried: 60_000, whole: 1 << 16, small: 1 << 12, many: 40, cases: 1024 };
+    pub(super) const USUAL: Self = Self { tried: 60_000, whole: 1 << 16, small: 1 << 12, many: 16, cases: 1024 };
 }
 
 /// Inputs of a case, below which those of the case around it stand for them.
