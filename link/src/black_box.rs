@@ -104,14 +104,11 @@ impl Loadable {
     /// Names of these numbers.
     pub fn names(&self) -> Vec<String> {
         let joint = self.instance.model == Model::Joint;
-        let list = LAYOUT.split(';').nth(usize::from(joint)).unwrap_or_default();
-        let rest: &[&str] = if joint {
-            &["d_link", "d_motor", "sigma*", "stuck", "wrong_way", "stops_at"]
-        } else {
-            &["d", "sigma*", "stuck", "wrong_way", "stops_at"]
-        };
-        let named = list.split_whitespace().skip(1).map(|name| name.trim_start_matches("it.").to_owned());
-        named.chain(rest.iter().map(ToString::to_string)).collect()
+        let part = |at: usize| LAYOUT.split(';').nth(at).unwrap_or_default().split_whitespace();
+        let design = part(usize::from(joint)).skip(1).map(|name| name.trim_start_matches("it."));
+        // Of the monitors, a disturbance of each shaft first.
+        let disturbances: &[&str] = if joint { &["d_link", "d_motor"] } else { &["d"] };
+        design.chain(disturbances.iter().copied()).chain(part(2).skip(1)).map(String::from).collect()
     }
 }
 

@@ -72,11 +72,11 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
             ]
         }),
         each("too long at a limit is told: every tick there without |sigma| falling counts", &|_, step| {
-            let counts = ["law_saturated", "(fp.leq last_sigma (fp.abs law_sigma))", "(fp.geq stuck (_ +zero 8 24))"];
+            let counts = ["law_saturated", "(fp.leq last_sigma (fp.abs law_sigma))", &positive("stuck")];
             let one_more = format!("(fp.add RNE stuck {})", number(1.0));
             let counted = then(&all(counts.map(String::from)), &same(step.after("stuck"), &one_more));
             let told = format!("(= {} (fp.gt {} stuck_ticks))", step.after("stuck_at_limit"), step.after("stuck"));
-            let supposed = all([positive("stuck_ticks"), consistent(&|name| name.into())]);
+            let supposed = all([positive("stuck_ticks"), before()]);
             vec![("counted", going(&watching(&counted))), ("told", going(&watching(&then(&supposed, &told))))]
         }),
         each(
@@ -88,9 +88,9 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
                 let none = format!("(fp.isZero {})", step.after("against"));
                 let counted = either([all([over, one_more]), none]);
                 let told = format!("(= {} (fp.gt {} wrong_way_ticks))", step.after("wrong_way"), step.after("against"));
-                let supposed = all([positive("wrong_way_ticks"), consistent(&|name| name.into())]);
+                let supposed = all([positive("wrong_way_ticks"), before()]);
                 vec![
-                    ("counted", going(&watching(&then(&consistent(&|name| name.into()), &counted)))),
+                    ("counted", going(&watching(&then(&before(), &counted)))),
                     ("told", going(&watching(&then(&supposed, &told)))),
                 ]
             },
@@ -101,7 +101,7 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
         ),
         each("what is counted is looked at again: no count goes on unseen, and none is below 0", &|_, step| {
             let after = |name: &str| step.after(name).to_string();
-            vec![("kept", then(&consistent(&|name| name.into()), &consistent(&after)))]
+            vec![("kept", then(&before(), &consistent(&after)))]
         }),
         each(
             "an alarm stops the drive, if alarms are to, the wrong way and oscillation any; nothing else does",
@@ -130,7 +130,7 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
 /// That a disturbance changes its side beyond its bound.
 fn sides(telling: &Record, step: &Step) -> Claims {
     let twice = "(fp.add RNE stuck_ticks stuck_ticks)";
-    let sound = all([positive("stuck_ticks"), consistent(&|name| name.into())]);
+    let sound = all([positive("stuck_ticks"), before()]);
     let changes = either(disturbances(telling).map(|d| {
         let over = not(&format!("(fp.leq (fp.abs {d}) {d}_bound)"));
         all([over, format!("(fp.lt (fp.mul RNE {d} {}) (_ +zero 8 24))", d.replace('d', "side"))])
@@ -147,6 +147,11 @@ fn sides(telling: &Record, step: &Step) -> Claims {
 /// Not below 0, and a number.
 fn positive(term: &str) -> String {
     format!("(fp.geq {term} (_ +zero 8 24))")
+}
+
+/// That of the words that a tick begins with.
+fn before() -> String {
+    consistent(&|name| name.into())
 }
 
 /// No count is below 0, and where all of them together are 0 each is.

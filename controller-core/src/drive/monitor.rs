@@ -19,8 +19,8 @@
 //!   the two encoders say.
 //! * *Oscillates*: $d$ over its bound with the other sign than when it was over it before. Each such change counts for
 //!   as long as u may be stuck at a limit, 0.2 s, and more than two are an alarm: three within 0.1 s, or more than
-//!   five a second for good. A loop whose model is right does not do it, however it is loaded, stepped or saturated; a
-//!   late task, an undeclared delay, an inertia five times off, a wrong torque constant end in it.
+//!   five a second for good. A load that alternates beyond the bound does it, and false counts may; typed steps and
+//!   saturated moves do not. A late task, an undeclared delay, a wrong inertia or torque constant end in it.
 //!
 //! An alarm is told in [`Health`], and what follows is the caller's, who may plan a joined [`stop`](super::stop) with
 //! the reference. That needs good counts, and a motor that suffices. So a drive [stops](Monitored::stopping_at) by
