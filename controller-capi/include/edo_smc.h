@@ -329,7 +329,7 @@ typedef struct edo_smc_estimates_joint {
  */
 #define EDO_SMC_PLANS(name, derivatives)                                                                               \
     typedef struct edo_smc_plan_##name {                                                                               \
-        uint32_t words[10 + 4 * (derivatives)];                                                                        \
+        uint32_t words[13 + 12 * (derivatives)];                                                                       \
     } edo_smc_plan_##name##_t;                                                                                         \
     edo_smc_status_t edo_smc_plan_rest_##name(edo_smc_plan_##name##_t *plan, int32_t turn, float angle);               \
     edo_smc_status_t edo_smc_plan_move_##name(edo_smc_plan_##name##_t *plan, const edo_smc_plan_##name##_t *from,      \

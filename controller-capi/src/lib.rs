@@ -272,8 +272,8 @@ macro_rules! plans {
         pub mod $module {
             use super::*;
 
-            // As edo_smc.h has them: goal, end, ticks, two rates, two halves.
-            const _: [(); 10 + 4 * $m] = [(); Plan::<$m>::WORDS];
+            // As edo_smc.h has them: goal, end, ticks, three rates and their share of a tick, two halves twice.
+            const _: [(); 13 + 12 * $m] = [(); Plan::<$m>::WORDS];
 
             /// Rest at this angle, always.
             ///

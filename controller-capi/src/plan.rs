@@ -4,7 +4,7 @@
 //! one that is played, in 64 bits, outside of the interrupt; the interrupt asks for targets, in f32.
 
 use controller_core::INPUT_LIMIT;
-use controller_core::drive::{Joined, Reference, Rest, Sine, Target, gap, powers_of_join, stop};
+use controller_core::drive::{FARTHEST_RAD, Joined, Reference, Rest, Sine, Target, gap, powers_of_join, stop};
 
 use crate::drive::CTarget;
 use crate::status::{Status, overlap, place};
@@ -106,7 +106,8 @@ unsafe fn onto<const M: usize>(
         let (goal, ticks) = goal(&present)?;
         let gap = gap(&present, &goal.at(start));
         let powers = powers_of_join(gap, f64::from(ticks) * period_s);
-        if !gap.iter().chain(powers.as_flattened().as_flattened()).all(|&number| is_number(number)) {
+        let near = |rad: &f64| rad.abs() <= FARTHEST_RAD;
+        if !gap.iter().all(|&number| is_number(number)) || !powers.as_flattened().as_flattened().iter().all(near) {
             return Err(Status::NOT_FINITE);
         }
         Ok(Plan(Joined::new(goal, gap, start, ticks, period_s)))

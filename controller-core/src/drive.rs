@@ -80,9 +80,9 @@ pub use law::{DriveEstimates, DriveLaw, EncoderForm, Sample};
 pub use monitor::{ALARMS, BEYOND_CONTROL, Bounds, Monitored, MonitoredState, RUNAWAY, Watched};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use numbers::LAYOUT;
-pub use reference::{Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};
+pub use reference::{FARTHEST_RAD, Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};
 #[doc(hidden)]
-pub use reference::{jet_of, jet_of_sine, powers_of_join};
+pub use reference::{jet_of_sine, jet_of_way, powers_of_join};
 pub use state::EncoderState;
 pub use target::{Aim, Hold, Position, Speed, Target};
 pub use trigonometry::sin_cos;

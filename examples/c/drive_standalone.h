@@ -1404,7 +1404,9 @@ typedef struct {
     uint32_t ticks; /* of the way */
     float per_tick;
     float per_s;
+    uint64_t share; /* 2^64/ticks */
     float power[2][8]; /* of the part that is done, and of the part that is left */
+    uint64_t way[2][8]; /* the same in 2^-32 turns, modulo 2^64 */
 } drive_plan;
 
 /* Part of a plan: the jet of A sin at a phase in 2^-32 turns. */
@@ -1433,7 +1435,8 @@ static inline void drive_jet_of_sine(uint32_t phase, float amplitude, float omeg
 }
 
 /* Part of a plan: what the way onto the goal adds to its jet. */
-static inline void drive_join(const float power[8], uint32_t ticks, float per_tick, float rate, drive_jet *jet)
+static inline void drive_join(const float power[8], uint32_t ticks, uint32_t rest, uint32_t early, float per_tick,
+    float rate, float instant_s, drive_jet *jet)
 {
     DRIVE_AS_WRITTEN
     const float part = (float)drive_signed(ticks) * per_tick;
@@ -1452,11 +1455,12 @@ static inline void drive_join(const float power[8], uint32_t ticks, float per_ti
     const float part_14 = (part_11 * part) + power[2];
     const float part_15 = (part_12 * part) + part_13;
     const float part_16 = (part_13 * part) + part_14;
-    const float part_17 = (part_14 * part) + power[1];
-    const float part_18 = (1.0f * rate) * 1.0f;
-    const float part_19 = (part_18 * rate) * 2.0f;
-    jet->r = jet->r + (1.0f * ((part_17 * part) + power[0]));
-    jet->r_dot = jet->r_dot + (part_18 * ((part_16 * part) + part_17));
+    const float part_17 = (1.0f * rate) * 1.0f;
+    const float part_18 = part_17 * ((part_16 * part) + ((part_14 * part) + power[1]));
+    const float part_19 = (part_17 * rate) * 2.0f;
+    jet->r = jet->r
+            + (((float)drive_signed(rest) * 1.46291812e-9f) + (((float)drive_signed(early) * instant_s) * part_18));
+    jet->r_dot = jet->r_dot + part_18;
     jet->r_ddot = jet->r_ddot + (part_19 * ((part_15 * part) + part_16));
     jet->r_dddot = jet->r_dddot
             + (((part_19 * rate) * 3.0f) * (((((((part_2 + part_6) * part) + part_9) * part) + part_12) * part)
@@ -1532,6 +1536,34 @@ static inline uint32_t drive_plan_left(const drive_plan *plan, uint32_t tick)
     return ((plan->ticks == 0u) || (left > 0x7fffffffu)) ? 0u : left;
 }
 
+/* Part of a plan: a sum in 2^-32 turns times s in 2^-32, of at most a half. */
+static inline uint64_t drive_share(uint64_t sum, uint32_t s)
+{
+    const int64_t turns = (int64_t)drive_signed((uint32_t)(sum >> 32)) * (int64_t)drive_signed(s);
+    return (uint64_t)turns + (((sum & 0xffffffffu) * (uint64_t)s) >> 32);
+}
+
+/* Part of a plan: a half of its way at a part of its ticks, added to the jet of its goal. The position is whole turns and
+ * a rest, in 2^-32 turns: of a million turns it is as fine as of one. Its argument has 32 bits, rounded down, and is so
+ * many 2^-32 ticks early. */
+static inline void drive_go_along(const drive_plan *plan, uint32_t half, uint32_t part, drive_jet *jet)
+{
+    const uint32_t s = (uint32_t)(((uint64_t)part * plan->share) >> 32);
+    const uint32_t early = 0u - (s * plan->ticks);
+    const float rate = (half == 0u) ? plan->per_s : -plan->per_s;
+    const float instant_s = (half == 0u) ? 4.6566128e-14f : -4.6566128e-14f;
+    uint64_t sum = plan->way[half][7];
+    sum = drive_share(sum, s) + plan->way[half][6];
+    sum = drive_share(sum, s) + plan->way[half][5];
+    sum = drive_share(sum, s) + plan->way[half][4];
+    sum = drive_share(sum, s) + plan->way[half][3];
+    sum = drive_share(sum, s) + plan->way[half][2];
+    sum = drive_share(sum, s) + plan->way[half][1];
+    sum = drive_share(sum, s) + plan->way[half][0];
+    jet->turn = drive_signed((uint32_t)jet->turn + (uint32_t)(sum >> 32) + ((uint32_t)sum >> 31));
+    drive_join(plan->power[half], part, (uint32_t)sum, early, plan->per_tick, rate, instant_s, jet);
+}
+
 /* Where a plan is at a tick, with all that another plan takes over from it; before its start where it begins. */
 static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_jet *jet)
 {
@@ -1540,11 +1572,7 @@ static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_j
     drive_jet_of_goal(&plan->goal, (left == 0u) ? tick : (plan->end - left), jet);
     if (left != 0u) {
         const uint32_t done = plan->ticks - left;
-        if (done < left) {
-            drive_join(plan->power[0], done, plan->per_tick, plan->per_s, jet);
-        } else {
-            drive_join(plan->power[1], left, plan->per_tick, -plan->per_s, jet);
-        }
+        drive_go_along(plan, (done < left) ? 0u : 1u, (done < left) ? done : left, jet);
     }
 }
 
@@ -1570,6 +1598,19 @@ static inline void drive_plan_play(drive_plan *plan, uint32_t tick, drive_target
     drive_plan_at(plan, tick, target);
 }
 
+/* Part of a plan: a coefficient of a way that has a place in 2^-32 turns. */
+static inline bool drive_is_near(double rad)
+{
+    return (rad >= -6000000000.0) && (rad <= 6000000000.0);
+}
+
+/* Part of a plan: the nearest of 2^-32 turns, modulo 2^64. */
+static inline uint64_t drive_units(double rad)
+{
+    const double units = rad * 683565275.5764316;
+    return (uint64_t)(int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
+}
+
 /* Part of a plan: onto a goal. In double, hence not for the interrupt. */
 static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, const drive_jet *present, uint32_t start,
     uint32_t ticks)
@@ -1593,7 +1634,7 @@ static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, con
     }
     drive_powers_of_join(gap, tau_s, power[0], power[1]);
     for (unsigned k = 0; k < 8u; k++) {
-        good = good && drive_is_number(power[0][k]) && drive_is_number(power[1][k]);
+        good = good && drive_is_near(power[0][k]) && drive_is_near(power[1][k]);
     }
     if (!good) {
         return false;
@@ -1603,15 +1644,19 @@ static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, con
     plan->ticks = ticks;
     plan->per_tick = (float)(1.0 / (double)ticks);
     plan->per_s = (float)(1.0 / tau_s);
-    for (unsigned k = 0; k < 8u; k++) {
-        plan->power[0][k] = (float)power[0][k];
-        plan->power[1][k] = (float)power[1][k];
+    plan->share = UINT64_MAX / ticks;
+    for (unsigned half = 0; half < 2u; half++) {
+        for (unsigned k = 0; k < 8u; k++) {
+            plan->power[half][k] = (float)power[half][k];
+            plan->way[half][k] = drive_units(power[half][k]);
+        }
     }
     return true;
 }
 
 /* The plan to be at rest at 2 pi turn + angle, always: for a start. The answer of this and of the next three is false,
- * and the plan as it was, if a number is none or beyond 1e12, or the ticks are not 1 to 2^24. They compute in double,
+ * and the plan as it was, if a number is none or beyond 1e12, the way leads some 10 million turns far, or the ticks are
+ * not 1 to 2^24. They compute in double,
  * on most cores in software: make a plan outside of the interrupt, not the one that is being played, and hand it over
  * between two ticks. */
 static inline bool drive_plan_rest(drive_plan *plan, int32_t turn, float angle)

@@ -6,6 +6,7 @@
 
 use std::f64::consts::TAU;
 
+use controller_core::drive::FARTHEST_RAD;
 use tick_record::drive::JET;
 use tick_record::plan::{PlanFunctions, plan};
 use tick_record::{Port, Record, Role};
@@ -29,7 +30,10 @@ pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String 
         ),
         of(
             "Part of a plan: what the way onto the goal adds to its jet.",
-            &format!("void @_join(const float power[{width}], uint32_t ticks, float per_tick, float rate, @_jet *jet)"),
+            &format!(
+                "void @_join(const float power[{width}], uint32_t ticks, uint32_t rest, uint32_t early, float per_tick,
+    float rate, float instant_s, @_jet *jet)"
+            ),
             join,
             false,
         ),
@@ -42,7 +46,7 @@ pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String 
             powers,
             true,
         ),
-        played(order, taken),
+        played(order, taken, period_s),
         made(taken, period_s),
     ]
     .map(|text| file.c(&text))
@@ -79,11 +83,25 @@ typedef struct {{
 }
 
 /// What the interrupt calls.
-fn played(order: usize, taken: usize) -> String {
+fn played(order: usize, taken: usize, period_s: f64) -> String {
     let zeros: Vec<String> = JET[1..taken].iter().map(|name| format!("        jet->{name} = 0.0f;\n")).collect();
     let copied: Vec<String> = JET[..order].iter().map(|name| format!("    target->{name} = jet.{name};\n")).collect();
     let (zeros, copied) = (zeros.concat(), copied.concat());
-    filled(include_str!("c/plan_played.h"), &[("zeros", &zeros), ("copied", &copied)])
+    // No loop: the bound of an interrupt in cycles is told without a hint.
+    let last = 2 * taken - 1;
+    let sum = |k| format!("    sum = @_share(sum, s) + plan->way[half][{k}];\n");
+    let sums: Vec<String> = (0..last).rev().map(sum).collect();
+    let instant_s = (period_s / 2_f64.powi(32)) as f32;
+    filled(
+        include_str!("c/plan_played.h"),
+        &[
+            ("zeros", &zeros),
+            ("copied", &copied),
+            ("last", &last),
+            ("sums", &sums.concat()),
+            ("instant_s", &format!("{instant_s:?}f")),
+        ],
+    )
 }
 
 /// What makes a plan.
@@ -102,6 +120,8 @@ fn made(taken: usize, period_s: f64) -> String {
             ("width", &(2 * taken)),
             ("period_s", &format!("{period_s:?}")),
             ("tau", &format!("{TAU:?}")),
+            ("farthest_rad", &format!("{FARTHEST_RAD:?}")),
+            ("units_per_rad", &format!("{:?}", 2_f64.powi(32) / TAU)),
         ],
     )
 }

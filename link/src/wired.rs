@@ -136,7 +136,7 @@ impl<'a, T: Transport> Wired<'a, T> {
         let begun = |motion: &&Motion| tick.wrapping_sub(motion.start) as i32 >= 0;
         let motion = self.motions.iter().rev().find(begun).unwrap_or(&self.motions[0]);
         // As many derivatives are continuous as the plan of the chip has.
-        let [r] = if self.encoders.len() > 1 { motion.jets::<4, 1>()(tick) } else { motion.jets::<3, 1>()(tick) };
+        let [r, _] = if self.encoders.len() > 1 { motion.jets::<4, 2>()(tick) } else { motion.jets::<3, 2>()(tick) };
         r
     }
 }

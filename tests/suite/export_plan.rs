@@ -75,7 +75,8 @@ pub(super) fn onto<const M: usize>(
     let gap = gap(present, &goal.at(start));
     let powers = powers_of_join(gap, f64::from(ticks) * period_s);
     let good = (1..=1 << 24).contains(&ticks)
-        && gap.into_iter().chain(powers.as_flattened().as_flattened().iter().copied()).all(is_number);
+        && gap.into_iter().all(is_number)
+        && powers.as_flattened().as_flattened().iter().all(|rad| rad.abs() <= 6e9);
     good.then(|| Plan::Onto(Joined::new(goal, gap, start, ticks, period_s)))
 }
 

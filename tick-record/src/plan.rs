@@ -3,7 +3,7 @@
 //! The first two are part of every tick, in the precision of the law. The coefficients are found once for each plan, in
 //! f64. Which half of a join a tick is in, and whether it is over, has no operation on numbers.
 
-use controller_core::drive::{jet_of, jet_of_sine, powers_of_join};
+use controller_core::drive::{jet_of_sine, jet_of_way, powers_of_join};
 use controller_core::{Real, Sealed};
 
 use crate::drive::JET;
@@ -15,8 +15,9 @@ use crate::recorder::{Recorder, Symbol, record};
 pub struct PlanFunctions {
     /// `phase` (2^-32 turns), `amplitude`, `omega` -> jet.
     pub sine: Record,
-    /// `ticks` of the way that are done or left, `per_tick`, `rate`, `power_0`.. and the jet of the goal, `goal_r`..
-    /// -> jet.
+    /// `ticks` of the way that are done or left, `per_tick`, `rate`, the `rest` of its position in 2^-32 turns, by how
+    /// much of a tick it is `early` (2^-32) and what that is in s (`instant_s`), `power_0`.. and the jet of the goal,
+    /// `goal_r`.. -> jet.
     pub join: Record,
     /// `gap_0`.., `tau_s` -> `s_0`.. in powers of what is done, `left_0`.. of what is left. In f64.
     pub powers: Record,
@@ -34,10 +35,11 @@ pub fn plan<const M: usize>() -> PlanFunctions {
             put(recorder, jet_of_sine(phase, number(recorder, "amplitude"), number(recorder, "omega")));
         }),
         join: record(|recorder| {
-            let ticks = recorder.count("ticks", Role::Argument);
-            let [per_tick, rate] = ["per_tick", "rate"].map(|name| number(recorder, name));
+            let [ticks, rest, early] = ["ticks", "rest", "early"].map(|name| recorder.count(name, Role::Argument));
+            let [per_tick, rate, instant_s] = ["per_tick", "rate", "instant_s"].map(|name| number(recorder, name));
             let powers: Vec<Symbol> = (0..2 * M).map(|k| number(recorder, &format!("power_{k}"))).collect();
-            let jet: [Symbol; M] = jet_of(Symbol::from_count(ticks) * per_tick, powers.into_iter(), rate);
+            let (s, late_s) = (Symbol::from_count(ticks) * per_tick, Symbol::from_count(early) * instant_s);
+            let jet: [Symbol; M] = jet_of_way(s, powers.into_iter(), rate, rest, late_s);
             let goal = |j| number(recorder, &format!("goal_{}", JET[j]));
             put(recorder, core::array::from_fn(|j| goal(j) + jet[j]));
         }),

@@ -1,4 +1,17 @@
 
+/* Part of a plan: a coefficient of a way that has a place in 2^-32 turns. */
+static inline bool @_is_near(double rad)
+{
+    return (rad >= -$farthest_rad$) && (rad <= $farthest_rad$);
+}
+
+/* Part of a plan: the nearest of 2^-32 turns, modulo 2^64. */
+static inline uint64_t @_units(double rad)
+{
+    const double units = rad * $units_per_rad$;
+    return (uint64_t)(int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
+}
+
 /* Part of a plan: onto a goal. In double, hence not for the interrupt. */
 static inline bool @_plan_onto(@_plan *plan, const @_goal *goal, const @_jet *present, uint32_t start,
     uint32_t ticks)
@@ -18,7 +31,7 @@ $gap$    gap[0] += $tau$ * (double)@_signed(turns);
     }
     @_powers_of_join(gap, tau_s, power[0], power[1]);
     for (unsigned k = 0; k < $width$u; k++) {
-        good = good && @_is_number(power[0][k]) && @_is_number(power[1][k]);
+        good = good && @_is_near(power[0][k]) && @_is_near(power[1][k]);
     }
     if (!good) {
         return false;
@@ -28,15 +41,19 @@ $gap$    gap[0] += $tau$ * (double)@_signed(turns);
     plan->ticks = ticks;
     plan->per_tick = (float)(1.0 / (double)ticks);
     plan->per_s = (float)(1.0 / tau_s);
-    for (unsigned k = 0; k < $width$u; k++) {
-        plan->power[0][k] = (float)power[0][k];
-        plan->power[1][k] = (float)power[1][k];
+    plan->share = UINT64_MAX / ticks;
+    for (unsigned half = 0; half < 2u; half++) {
+        for (unsigned k = 0; k < $width$u; k++) {
+            plan->power[half][k] = (float)power[half][k];
+            plan->way[half][k] = @_units(power[half][k]);
+        }
     }
     return true;
 }
 
 /* The plan to be at rest at 2 pi turn + angle, always: for a start. The answer of this and of the next three is false,
- * and the plan as it was, if a number is none or beyond 1e12, or the ticks are not 1 to 2^24. They compute in double,
+ * and the plan as it was, if a number is none or beyond 1e12, the way leads some 10 million turns far, or the ticks are
+ * not 1 to 2^24. They compute in double,
  * on most cores in software: make a plan outside of the interrupt, not the one that is being played, and hand it over
  * between two ticks. */
 static inline bool @_plan_rest(@_plan *plan, int32_t turn, float angle)

@@ -24,6 +24,27 @@ static inline uint32_t @_plan_left(const @_plan *plan, uint32_t tick)
     return ((plan->ticks == 0u) || (left > 0x7fffffffu)) ? 0u : left;
 }
 
+/* Part of a plan: a sum in 2^-32 turns times s in 2^-32, of at most a half. */
+static inline uint64_t @_share(uint64_t sum, uint32_t s)
+{
+    const int64_t turns = (int64_t)@_signed((uint32_t)(sum >> 32)) * (int64_t)@_signed(s);
+    return (uint64_t)turns + (((sum & 0xffffffffu) * (uint64_t)s) >> 32);
+}
+
+/* Part of a plan: a half of its way at a part of its ticks, added to the jet of its goal. The position is whole turns and
+ * a rest, in 2^-32 turns: of a million turns it is as fine as of one. Its argument has 32 bits, rounded down, and is so
+ * many 2^-32 ticks early. */
+static inline void @_go_along(const @_plan *plan, uint32_t half, uint32_t part, @_jet *jet)
+{
+    const uint32_t s = (uint32_t)(((uint64_t)part * plan->share) >> 32);
+    const uint32_t early = 0u - (s * plan->ticks);
+    const float rate = (half == 0u) ? plan->per_s : -plan->per_s;
+    const float instant_s = (half == 0u) ? $instant_s$ : -$instant_s$;
+    uint64_t sum = plan->way[half][$last$];
+$sums$    jet->turn = @_signed((uint32_t)jet->turn + (uint32_t)(sum >> 32) + ((uint32_t)sum >> 31));
+    @_join(plan->power[half], part, (uint32_t)sum, early, plan->per_tick, rate, instant_s, jet);
+}
+
 /* Where a plan is at a tick, with all that another plan takes over from it; before its start where it begins. */
 static inline void @_plan_jet(const @_plan *plan, uint32_t tick, @_jet *jet)
 {
@@ -32,11 +53,7 @@ static inline void @_plan_jet(const @_plan *plan, uint32_t tick, @_jet *jet)
     @_jet_of_goal(&plan->goal, (left == 0u) ? tick : (plan->end - left), jet);
     if (left != 0u) {
         const uint32_t done = plan->ticks - left;
-        if (done < left) {
-            @_join(plan->power[0], done, plan->per_tick, plan->per_s, jet);
-        } else {
-            @_join(plan->power[1], left, plan->per_tick, -plan->per_s, jet);
-        }
+        @_go_along(plan, (done < left) ? 0u : 1u, (done < left) ? done : left, jet);
     }
 }
 

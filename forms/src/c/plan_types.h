@@ -15,5 +15,7 @@ typedef struct {
     uint32_t ticks; /* of the way */
     float per_tick;
     float per_s;
+    uint64_t share; /* 2^64/ticks */
     float power[2][$width$]; /* of the part that is done, and of the part that is left */
+    uint64_t way[2][$width$]; /* the same in 2^-32 turns, modulo 2^64 */
 } @_plan;
