@@ -11,6 +11,7 @@
 //! | to say how it is measured | [`Encoder`]; a lost sample is `None` in [`Sample`] |
 //! | to say where it should be | [`Position`], [`Speed`] or [`Hold`], and a [`Target`] for each end of a tick |
 //! | to plan that | [`Joined`], [`Sine`], [`Streamed`], [`Player`], [`shortest`], [`stop`] |
+//! | to go to set-points that come at any time | [`Profile`] |
 //! | to be told when something is wrong | the gate of a design, [`Monitored`], [`Health`](crate::Health) |
 //! | to tune it in motion, to store it | `retune`, `words` of [`Running`](crate::Running), [`EncoderForm::at_rest`] |
 //! | another plant | [`ChainModel`] with an example, [`map_error`] |
@@ -62,6 +63,7 @@ mod law;
 mod monitor;
 mod motor;
 mod numbers;
+mod profile;
 mod reference;
 mod state;
 mod target;
@@ -80,6 +82,9 @@ pub use law::{DriveEstimates, DriveLaw, EncoderForm, Sample};
 pub use monitor::{ALARMS, BEYOND_CONTROL, Bounds, Monitored, MonitoredState, RUNAWAY, Watched};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use numbers::LAYOUT;
+#[doc(hidden)]
+pub use profile::{PROFILE_UNITS, jet_of_profile};
+pub use profile::{Profile, ProfileLimits};
 pub use reference::{FARTHEST_RAD, Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};
 #[doc(hidden)]
 pub use reference::{jet_of_sine, jet_of_way, powers_of_join};

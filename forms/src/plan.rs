@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use controller_core::drive::FARTHEST_RAD;
+use controller_core::drive::{FARTHEST_RAD, PROFILE_UNITS};
 use tick_record::drive::JET;
 use tick_record::plan::{PlanFunctions, plan};
 use tick_record::{Port, Record, Role};
@@ -16,7 +16,7 @@ use super::c99::{File, filled};
 /// The functions of plans; `order` derivatives of a target, r included, of which a motor's plan takes over one more.
 pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String {
     let (taken, recorded) = if order == 2 { (3, plan::<3>()) } else { (4, plan::<4>()) };
-    let (PlanFunctions { sine, join, powers }, width) = (&recorded, 2 * taken);
+    let (PlanFunctions { sine, join, profile: jet_of_profile, powers }, width) = (&recorded, 2 * taken);
     let of = |meaning: &str, head: &str, record: &Record, double| {
         file.function_in(double, meaning, head, record, &place, &[])
     };
@@ -48,6 +48,17 @@ pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String 
         ),
         played(order, taken, period_s),
         made(taken, period_s),
+        of(
+            "Part of a profile: a target from what its averages moved by in the last ticks and how far they are behind.",
+            &format!(
+                "void @_jet_of_profile(const uint32_t moved[{}], const uint32_t behind[2], uint32_t rest, float part_rad,
+    float per_s, @_jet *jet)",
+                2 * (taken - 1)
+            ),
+            jet_of_profile,
+            false,
+        ),
+        profile(order, taken, period_s),
     ]
     .map(|text| file.c(&text))
     .concat()
@@ -57,7 +68,7 @@ fn place(port: &Port) -> String {
     let name = &port.name;
     match (port.role, name.split_once('_')) {
         (Role::Argument, Some(("goal", of))) => format!("jet->{of}"),
-        (_, Some((row @ ("power" | "gap" | "s" | "left"), k))) => format!("{row}[{k}]"),
+        (_, Some((row @ ("power" | "gap" | "s" | "left" | "moved" | "behind"), k))) => format!("{row}[{k}]"),
         (Role::Output, _) => format!("jet->{name}"),
         _ => name.clone(),
     }
@@ -122,6 +133,45 @@ fn made(taken: usize, period_s: f64) -> String {
             ("tau", &format!("{TAU:?}")),
             ("farthest_rad", &format!("{FARTHEST_RAD:?}")),
             ("units_per_rad", &format!("{:?}", 2_f64.powi(32) / TAU)),
+        ],
+    )
+}
+
+/// Set-points that come at any time.
+fn profile(order: usize, taken: usize, period_s: f64) -> String {
+    let (averages, [most, unit_rad]) = (taken - 1, PROFILE_UNITS);
+    let copied: Vec<String> = JET[..order].iter().map(|name| format!("    target->{name} = jet.{name};\n")).collect();
+    let before = |windows| format!("@_profile_before(profile, {windows}u)");
+    let step = "(uint64_t)(int64_t)profile->step";
+    let comb = if averages == 2 {
+        format!("({step} - (2u * {})) + {}", before(1), before(2))
+    } else {
+        format!("(({step} - (3u * {})) + (3u * {})) - {}", before(1), before(2), before(3))
+    };
+    let integrator = |k| format!("    sum += profile->sums[{k}];\n    profile->sums[{k}] = sum;\n");
+    let integrators: Vec<String> = (0..averages).map(integrator).collect();
+    let earlier = |k| format!("    @_profile_split(profile->earlier[{}], &moved[{}]);\n", k - 1, 2 * k);
+    let earlier: Vec<String> = (1..averages).map(earlier).collect();
+    let per_s = (1.0 / period_s) as f32;
+    let [speed_unit, acceleration_unit] = [unit_rad / period_s, unit_rad / (period_s * period_s)];
+    filled(
+        include_str!("c/profile.h"),
+        &[
+            ("averages", &averages),
+            ("last", &(averages - 1)),
+            ("memory", &(4 * averages)),
+            ("most_window", if averages == 2 { &"512" } else { &"128" }),
+            ("all", &vec!["window"; averages].join(" * ")),
+            ("most", &format!("{most:?}")),
+            ("unit_rad", &format!("{unit_rad:?}")),
+            ("speed_unit", &format!("{speed_unit:?}")),
+            ("acceleration_unit", &format!("{acceleration_unit:?}")),
+            ("started_unit", &format!("{:?}", f64::from(per_s) * unit_rad)),
+            ("per_s", &format!("{per_s:?}f")),
+            ("comb", &comb),
+            ("integrators", &integrators.concat()),
+            ("earlier", &earlier.concat()),
+            ("copied", &copied.concat()),
         ],
     )
 }

@@ -14,9 +14,9 @@ use super::export::{
     EDGES, ON_THE_CHIP, ON_THE_HOST, Place, STM32F405, answers, exported, folder, other_boards, plain,
 };
 
-const MOTOR: &str = "motor = { inertia_kg_m2 = 2e-4, torque_n_m_per_a = 0.05, max_current_a = 10 }
+pub(super) const MOTOR: &str = "motor = { inertia_kg_m2 = 2e-4, torque_n_m_per_a = 0.05, max_current_a = 10 }
     encoder = { bits = 14 }";
-const JOINT: &str = "joint = { link_inertia_kg_m2 = 0.23, link_damping_n_m_s = 0.07, weight_n_m = 0.23,
+pub(super) const JOINT: &str = "joint = { link_inertia_kg_m2 = 0.23, link_damping_n_m_s = 0.07, weight_n_m = 0.23,
     stiffness_n_m = 9.0, motor_inertia_kg_m2 = 9.31e-4, motor_damping_n_m_s = 0.07, torque_n_m_per_a = 0.119,
     max_current_a = 30 }
     encoder = { link = { bits = 20 }, motor = { bits = 20 } }";

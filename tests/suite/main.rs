@@ -20,6 +20,7 @@ mod export;
 mod export_drive;
 mod export_motor;
 mod export_plan;
+mod export_profile;
 mod figures;
 mod formula;
 mod frames;

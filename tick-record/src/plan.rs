@@ -3,7 +3,7 @@
 //! The first two are part of every tick, in the precision of the law. The coefficients are found once for each plan, in
 //! f64. Which half of a join a tick is in, and whether it is over, has no operation on numbers.
 
-use controller_core::drive::{jet_of_sine, jet_of_way, powers_of_join};
+use controller_core::drive::{jet_of_profile, jet_of_sine, jet_of_way, powers_of_join};
 use controller_core::{Real, Sealed};
 
 use crate::drive::JET;
@@ -19,6 +19,9 @@ pub struct PlanFunctions {
     /// much of a tick it is `early` (2^-32) and what that is in s (`instant_s`), `power_0`.. and the jet of the goal,
     /// `goal_r`.. -> jet.
     pub join: Record,
+    /// `moved_0`.. (whole number and rest of the last M - 1 ticks), `behind_0`, `behind_1`, `rest`, `part_rad`, `per_s` ->
+    /// jet of a profile with M - 1 averages.
+    pub profile: Record,
     /// `gap_0`.., `tau_s` -> `s_0`.. in powers of what is done, `left_0`.. of what is left. In f64.
     pub powers: Record,
 }
@@ -42,6 +45,16 @@ pub fn plan<const M: usize>() -> PlanFunctions {
             let jet: [Symbol; M] = jet_of_way(s, powers.into_iter(), rate, rest, late_s);
             let goal = |j| number(recorder, &format!("goal_{}", JET[j]));
             put(recorder, core::array::from_fn(|j| goal(j) + jet[j]));
+        }),
+        profile: record(|recorder| {
+            let pair = |name, k| [2 * k, 2 * k + 1].map(|k| recorder.count(&format!("{name}_{k}"), Role::Argument));
+            let mut moved = [pair("moved", 0); 3];
+            (1..M - 1).for_each(|k| moved[k] = pair("moved", k));
+            let behind = pair("behind", 0);
+            let rest = recorder.count("rest", Role::Argument);
+            let [part_rad, per_s] = ["part_rad", "per_s"].map(|name| number(recorder, name));
+            let jet: [Symbol; 4] = jet_of_profile(M - 1, moved, behind, rest, part_rad, per_s);
+            put(recorder, core::array::from_fn(|j| jet[j]));
         }),
         powers: record(|recorder| {
             let gap: [Symbol; M] = core::array::from_fn(|j| number(recorder, &format!("gap_{j}")));

@@ -87,7 +87,7 @@ impl<T: Real<Count = i32>> Sine<T> {
     }
 }
 
-const TWO_32: f64 = 4_294_967_296.0;
+pub(super) const TWO_32: f64 = 4_294_967_296.0;
 
 impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Sine<T> {
     fn at(&self, tick: u32) -> Target<T, i32, J> {
@@ -133,18 +133,28 @@ pub struct Joined<T, R, const M: usize> {
 
 /// A number in 2^-32, its sign in the whole: two words, since a plan in C is words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Turns {
+pub(super) struct Turns {
     whole: i32,
     part: u32,
 }
 
 impl Turns {
-    const fn new(units: i64) -> Self {
+    pub(super) const fn new(units: i64) -> Self {
         Self { whole: (units >> 32) as i32, part: units as u32 }
     }
 
-    const fn units(self) -> i64 {
+    pub(super) const fn units(self) -> i64 {
         (self.whole as i64) << 32 | self.part as i64
+    }
+
+    /// 2π `turn` + `rad`.
+    pub(super) fn at(turn: i32, rad: f64) -> Self {
+        Self::new((i64::from(turn) << 32).wrapping_add(nearest_unit(rad * (TWO_32 / TAU))))
+    }
+
+    /// The nearest whole number, and what is left of it in 2^-32.
+    pub(super) const fn nearest_whole(self) -> [i32; 2] {
+        [self.whole.wrapping_add((self.part >> 31) as i32), self.part as i32]
     }
 
     /// The nearest, at most [`FARTHEST_TURNS`].
@@ -161,7 +171,7 @@ const FARTHEST_TURNS: f64 = 1_073_741_824.0;
 /// Ten million turns of a joint's move.
 pub const FARTHEST_RAD: f64 = 6e9;
 
-fn nearest_unit(units: f64) -> i64 {
+pub(super) fn nearest_unit(units: f64) -> i64 {
     (if units < 0.0 { units - 0.5 } else { units + 0.5 }) as i64
 }
 
@@ -252,10 +262,11 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> R
         let (way, early) = along(self.way[half].as_flattened().iter(), part, self.ticks, self.share);
         let powers = self.powers[half].as_flattened().iter().copied();
         // To the nearest whole turn.
-        target.turn = target.turn.wrapping_add(way.whole).wrapping_add((way.part >> 31) as i32);
+        let [turns, rest] = way.nearest_whole();
+        target.turn = target.turn.wrapping_add(turns);
         let late_s = T::from_count(early) * instant_s;
         let s = T::from_count(part as i32) * self.per_tick;
-        let jet: [T; J] = jet_of_way(s, powers, rate, way.part as i32, late_s);
+        let jet: [T; J] = jet_of_way(s, powers, rate, rest, late_s);
         for j in 0..J {
             target.jet[j] += jet[j];
         }

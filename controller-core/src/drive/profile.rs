@@ -1,0 +1,569 @@
+//! Set-points that come at any time, as a target that a drive can follow: limits of speed, acceleration and jerk.
+//!
+//! A command that is typed, or that a bus delivers, is a position and no path. A [`Profile`] makes the path, tick by
+//! tick, in the interrupt: give it a goal whenever there is one, and a [`Target`] comes out of every tick.
+//!
+//! ```text
+//! goal --> base: fastest way within speed and acceleration --> M moving averages of W ticks --> r, r', .. r^(M)
+//! ```
+//!
+//! * **Base.** Each tick it moves on by a whole number of 2^-32 turns. From the moves c + A, c, c - A it takes the
+//!   largest after which it can still stop at the goal: with n = ⌊v/A⌋ that is
+//!   $$ v + (v - A) + \dots + (v - nA) = (n + 1)(2v - nA)/2 \le \text{goal} - \text{base}. $$
+//!   If it holds once it holds for ever (the next tick may brake), so that it never passes a goal that stays where it
+//!   is, and stops there exactly.
+//! * **Averages.** Each is taken over W ticks, in whole numbers, as a comb and integrators (Hogenauer, "An economical
+//!   class of digital filters for decimation and interpolation", IEEE Trans. ASSP 29, 1981). An average of what is
+//!   within limits is within them: speed and acceleration stay as they are limited, the jerk is at most 2 a/(W T), and
+//!   there is no overshoot. Derivatives are those of the averaged path, exact at the ends of ticks.
+//!
+//! A motor takes M = 2 (r'' is continuous), a joint M = 3.
+//!
+//! **Time.** Where full speed is reached the base is the fastest way within speed and acceleration but for 3 ticks, and
+//! each average adds W ticks. The fastest way within a jerk j = a/(W T) takes as long as one with one average.
+//!
+//! **Streams.** Points that come every W ticks come out as a spline of degree M, late by M W/2 ticks and what the base
+//! takes. A point that is late, or comes twice, or with the next one, changes the path between points and nothing else;
+//! where none comes the path ends at rest at the last one.
+//!
+//! **Stop, and start in motion.** [`Profile::stop`] sets the goal where braking ends: the path never goes back.
+//! [`Profile::start`] begins with a position and a speed, such as those of a shaft that turns. Change a goal between two
+//! ticks, not while the interrupt makes one: it is two words.
+//!
+//! ```
+//! use controller_core::drive::{Profile, ProfileLimits};
+//!
+//! // 100 rad/s, 2000 rad/s² and averages over 10 ms, of a motor at 1 kHz.
+//! let limits = ProfileLimits { speed_rad_s: 100.0, acceleration_rad_s2: 2000.0, window: 10 };
+//! let mut profile = Profile::<f32, 2, 20>::new(&limits, 1e-3).unwrap();
+//! profile.go_to(0, 1.0);
+//! let path: Vec<f32> = (0..100).map(|_| profile.next_tick::<2>().jet[0]).collect();
+//! assert!(path.iter().all(|r| (0.0..=1.0).contains(r)) && profile.has_arrived());
+//! ```
+
+use core::f64::consts::TAU;
+
+use super::error::DriveError;
+use super::reference::{FARTHEST_RAD, TWO_32, Turns, nearest_unit};
+use super::target::Target;
+use crate::real::Real;
+
+/// Speed and acceleration that a [`Profile`] keeps to, and the ticks of each of its averages.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProfileLimits {
+    /// |r'| at most, rad/s.
+    pub speed_rad_s: f64,
+    /// |r''| at most, rad/s².
+    pub acceleration_rad_s2: f64,
+    /// Ticks of an average, 1 or more: |r'''| is at most 2 `acceleration_rad_s2`/(window · period).
+    pub window: u32,
+}
+
+/// Moves of a tick, 2^-32 turns, at most: a quarter of a turn. A counter is unwrapped within a half.
+const MOST: f64 = 1_073_741_823.0;
+
+/// The same, and rad of a unit: for whoever writes a profile in C.
+#[doc(hidden)]
+pub const PROFILE_UNITS: [f64; 2] = [MOST, TAU / TWO_32];
+
+impl ProfileLimits {
+    /// Speed and acceleration in 2^-32 turns per tick and per tick².
+    fn units(&self, period_s: f64) -> Result<[i32; 2], DriveError> {
+        let unit_rad = TAU / TWO_32;
+        let [speed_unit, acceleration_unit] = [unit_rad / period_s, unit_rad / (period_s * period_s)];
+        let Self { speed_rad_s: speed, acceleration_rad_s2: acceleration, .. } = *self;
+        let why = "a profile moves on by 2^-32 turns to a quarter of a turn per tick";
+        DriveError::within("speed_rad_s", speed, speed_unit, MOST * speed_unit, why)?;
+        let why = "a profile speeds up by 2^-32 turns to a quarter of a turn per tick²";
+        DriveError::within("acceleration_rad_s2", acceleration, acceleration_unit, MOST * acceleration_unit, why)?;
+        Ok([(speed / speed_unit) as i32, (acceleration / acceleration_unit) as i32])
+    }
+}
+
+/// A goal, the way to it so far, and where on it the target is. `M` averages, and a memory of `LEN` ticks for them: M
+/// times the longest window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Profile<T, const M: usize, const LEN: usize> {
+    goal: Turns,
+    /// Goals are taken between these.
+    range: [Turns; 2],
+    base: Turns,
+    /// Of the base in the last tick, and how many whole accelerations that is.
+    step: i32,
+    whole: i32,
+    fastest: i32,
+    fastest_whole: i32,
+    acceleration: i32,
+    /// Steps of the last M windows; the oldest is at `oldest`.
+    steps: [i32; LEN],
+    oldest: u32,
+    window: u32,
+    /// Integrators; the last is what the path moves by, window^M times.
+    sums: [Turns; M],
+    /// The same of the ticks before, the latest first.
+    earlier: [Turns; 2],
+    /// What the averages keep the path behind the base, window^M times.
+    behind: Turns,
+    /// rad of a window^M-th of a unit, and 1/T.
+    part_rad: T,
+    per_s: T,
+}
+
+/// Is a stop within `distance` possible after a tick at `step`, of so many whole accelerations?
+fn stops_within(distance: i64, step: i32, whole: i32, acceleration: i32) -> bool {
+    // Twice what it still goes.
+    i64::from(whole + 1) * i64::from(2 * step - acceleration * whole) <= 2 * distance
+}
+
+fn is_near(number: f64) -> bool {
+    number.abs() <= FARTHEST_RAD
+}
+
+impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> {
+    /// At rest at angle 0.
+    ///
+    /// # Errors
+    /// A limit that is no number, or beyond what can be counted; a window that the memory does not hold.
+    pub fn new(limits: &ProfileLimits, period_s: f64) -> Result<Self, DriveError> {
+        const { assert!(M == 2 || M == 3, "a profile of a motor has 2 averages, that of a joint 3") };
+        let [fastest, acceleration] = limits.units(period_s)?;
+        // window^(M + 1) M/2 quarters of a turn are still a number of 64 bits.
+        let most = if M == 2 { 512 } else { 128 };
+        let most = if LEN / M < most { LEN / M } else { most };
+        let why = "each average of a profile has memory for so many ticks";
+        DriveError::within("window", f64::from(limits.window), 1.0, most as f64, why)?;
+        let (window, part) = (limits.window, f64::from(limits.window.pow(M as u32)));
+        let zero = Turns::new(0);
+        Ok(Self {
+            goal: zero,
+            range: [Turns::new(i64::MIN / 2), Turns::new(i64::MAX / 2)],
+            base: zero,
+            step: 0,
+            whole: 0,
+            fastest,
+            fastest_whole: fastest / acceleration,
+            acceleration,
+            steps: [0; LEN],
+            oldest: 0,
+            window,
+            sums: [zero; M],
+            earlier: [zero; 2],
+            behind: zero,
+            part_rad: T::from_f64(TAU / TWO_32 / part),
+            per_s: T::from_f64(1.0 / period_s),
+        })
+    }
+
+    /// Other limits, in motion too; the window stays. Above a lower speed it brakes as the acceleration has it.
+    ///
+    /// # Errors
+    /// As [`Profile::new`]; the old ones stay.
+    pub fn limit(&mut self, limits: &ProfileLimits, period_s: f64) -> Result<(), DriveError> {
+        let [fastest, acceleration] = limits.units(period_s)?;
+        (self.fastest, self.acceleration) = (fastest, acceleration);
+        (self.fastest_whole, self.whole) = (fastest / acceleration, self.step.abs() / acceleration);
+        Ok(())
+    }
+
+    /// Keeps goals between 2π turn + rad of both from now on, and the present one. False, and nothing is changed, if an
+    /// angle is no number or the first is not the lower one.
+    pub fn keep_within(&mut self, low: (i32, f64), high: (i32, f64)) -> bool {
+        let good = is_near(low.1) && is_near(high.1);
+        let [low, high] = [low, high].map(|(turn, rad)| Turns::at(turn, rad));
+        if good && low.units() <= high.units() {
+            self.range = [low, high];
+            self.set_goal(self.goal.units());
+            return true;
+        }
+        false
+    }
+
+    /// Goes to 2π `turn` + `rad`, from where it is now. False if that is not within the range: it goes to its end; or if
+    /// it is no number: the goal stays.
+    pub fn go_to(&mut self, turn: i32, rad: f64) -> bool {
+        if !is_near(rad) {
+            return false;
+        }
+        let goal = Turns::at(turn, rad);
+        self.set_goal(goal.units());
+        self.goal == goal
+    }
+
+    fn set_goal(&mut self, goal: i64) {
+        let [low, high] = self.range.map(Turns::units);
+        self.goal = Turns::new(goal.min(high).max(low));
+    }
+
+    /// Comes to rest as soon as it may, and never goes back.
+    pub fn stop(&mut self) {
+        let (step, whole) = (i64::from(self.step.abs()), i64::from(self.whole));
+        let way = whole * (2 * step - i64::from(self.acceleration) * (whole + 1)) / 2;
+        self.goal = Turns::new(self.base.units().wrapping_add(if self.step < 0 { -way } else { way }));
+    }
+
+    /// Begins anew at 2π `turn` + `rad` with a speed, and stops from there: where a shaft is that shall be caught. False,
+    /// and nothing is changed, if one is no number.
+    pub fn start(&mut self, turn: i32, rad: f64, speed_rad_s: f64) -> bool {
+        if !is_near(rad) || !is_near(speed_rad_s) {
+            return false;
+        }
+        let step = nearest_unit((speed_rad_s / (self.per_s.to_f64() * (TAU / TWO_32))).clamp(-MOST, MOST));
+        let windows = i64::from(self.window);
+        let moved = step * windows.pow(M as u32);
+        self.step = step as i32;
+        self.whole = self.step.abs() / self.acceleration;
+        self.steps = [self.step; LEN];
+        (self.sums, self.earlier) = ([Turns::new(0); M], [Turns::new(moved); 2]);
+        self.sums[M - 1] = Turns::new(moved);
+        // Each average is (W - 1)/2 ticks behind, and the ends of ticks M/2 more.
+        self.behind = Turns::new(moved * (M as i64 * (windows - 1)) / 2);
+        self.base = Turns::new(Turns::at(turn, rad).units().wrapping_add(step * M as i64 * windows / 2));
+        self.stop();
+        true
+    }
+
+    /// Is it at rest at its goal?
+    pub fn has_arrived(&self) -> bool {
+        let still = |sum: &Turns| sum.units() == 0;
+        self.goal == self.base
+            && self.step == 0
+            && still(&self.behind)
+            && self.sums.iter().chain(&self.earlier).all(still)
+    }
+
+    /// The next step of the base.
+    fn advance(&mut self) {
+        let left = self.goal.units().wrapping_sub(self.base.units());
+        let (sign, distance) = if left < 0 { (-1, left.wrapping_neg()) } else { (1, left) };
+        let Self { whole, fastest, fastest_whole, acceleration, .. } = *self;
+        // Forward is towards the goal; what is far is far.
+        let (step, distance) = (sign * self.step, distance.clamp(0, 1 << 61));
+        let (next, next_whole) = if step < 0 {
+            // Away from it.
+            let next = step + acceleration;
+            if next <= 0 { (next, whole - 1) } else { ((i64::from(next.min(fastest))).min(distance) as i32, 0) }
+        } else {
+            let (up, up_whole) =
+                if step <= fastest { (step + acceleration, whole + 1) } else { (step - acceleration, whole - 1) };
+            let is_over = (up >= fastest) == (step <= fastest);
+            let (up, up_whole) = if is_over { (fastest, fastest_whole) } else { (up, up_whole) };
+            if stops_within(distance, up, up_whole, acceleration) {
+                (up, up_whole)
+            } else if whole == 0 {
+                let next = i64::from(acceleration.min(fastest)).min(distance) as i32;
+                (next, i32::from(next == acceleration))
+            } else if step <= fastest && stops_within(distance, step, whole, acceleration) {
+                (step, whole)
+            } else {
+                (step - acceleration, whole - 1)
+            }
+        };
+        (self.step, self.whole) = (sign * next, next_whole);
+        self.base = Turns::new(self.base.units().wrapping_add(i64::from(self.step)));
+    }
+
+    /// Averages of the steps: what the path moves by in this tick, window^M times.
+    fn average(&mut self) -> Turns {
+        let (window, oldest) = (self.window as usize, self.oldest as usize);
+        let length = M * window;
+        let before = |windows: usize| {
+            let at = oldest + (M - windows) * window;
+            i64::from(self.steps[if at < length { at } else { at - length }])
+        };
+        let step = i64::from(self.step);
+        let mut sum = match M {
+            2 => step - 2 * before(1) + before(2),
+            _ => step - 3 * before(1) + 3 * before(2) - before(3),
+        };
+        self.steps[oldest] = self.step;
+        self.oldest = if oldest + 1 < length { self.oldest + 1 } else { 0 };
+        for entry in &mut self.sums {
+            sum = sum.wrapping_add(entry.units());
+            *entry = Turns::new(sum);
+        }
+        let all = i64::from(self.window.pow(M as u32));
+        self.behind = Turns::new(self.behind.units().wrapping_add(step * all).wrapping_sub(sum));
+        Turns::new(sum)
+    }
+
+    /// The target at the end of the next tick, with up to M derivatives (J of 2 to M + 1).
+    #[must_use]
+    pub fn next_tick<const J: usize>(&mut self) -> Target<T, i32, J> {
+        const { assert!(J >= 2 && J <= M + 1, "a profile with M averages has M derivatives") };
+        self.advance();
+        let moved = self.average();
+        let [turn, rest] = self.base.nearest_whole();
+        let numbers = [moved, self.earlier[0], self.earlier[1]].map(Turns::nearest_whole);
+        let jet = jet_of_profile(M, numbers, self.behind.nearest_whole(), rest, self.part_rad, self.per_s);
+        self.earlier = [moved, self.earlier[0]];
+        Target { turn, jet: core::array::from_fn(|j| jet[j]) }
+    }
+}
+
+/// r and its derivatives from what the averages moved by in the last three ticks, the latest first, how far they are
+/// behind the base (whole numbers and rests in 2^-32), the rest of the base in 2^-32 turns, the rad of a part, and 1/T.
+/// The moves are taken at the ends of ticks by splines, since the base moves evenly within one. Public for the recorder
+/// of C alone.
+#[doc(hidden)]
+pub fn jet_of_profile<T: Real>(
+    averages: usize,
+    moved: [[T::Count; 2]; 3],
+    behind: [T::Count; 2],
+    rest: T::Count,
+    part_rad: T,
+    per_s: T,
+) -> [T; 4] {
+    let of = T::from_f64;
+    let real = |[whole, part]: [T::Count; 2]| T::from_count(whole) * of(TWO_32) + T::from_count(part);
+    let ([now, before, earlier], behind) = (moved.map(real), real(behind));
+    let [behind, speed, acceleration, jerk] = if averages == 2 {
+        let behind = behind + (of(5.0 / 6.0) * now + of(1.0 / 6.0) * before);
+        [behind, of(0.5) * (now + before), now - before, T::ZERO]
+    } else {
+        let behind = behind + (of(23.0 / 24.0) * now + (of(0.5) * before + of(1.0 / 24.0) * earlier));
+        let speed = of(1.0 / 6.0) * (now + earlier) + of(2.0 / 3.0) * before;
+        [behind, speed, of(0.5) * (now - earlier), (now - before) - (before - earlier)]
+    };
+    let per_s2 = per_s * per_s;
+    [
+        T::from_count(rest) * of(TAU / TWO_32) - behind * part_rad,
+        speed * part_rad * per_s,
+        acceleration * part_rad * per_s2,
+        jerk * part_rad * (per_s2 * per_s),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    const PERIOD_S: f64 = 1e-3;
+    const LIMITS: ProfileLimits = ProfileLimits { speed_rad_s: 60.0, acceleration_rad_s2: 2000.0, window: 8 };
+
+    fn new<const M: usize>(limits: &ProfileLimits) -> Profile<f64, M, 96> {
+        Profile::new(limits, PERIOD_S).expect("limits")
+    }
+
+    fn angle<const J: usize>(target: &Target<f64, i32, J>) -> f64 {
+        TAU * f64::from(target.turn) + target.jet[0]
+    }
+
+    /// Numbers that look random, 0 to 1.
+    fn any(seed: &mut u64) -> f64 {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 33) as f64 / 2_f64.powi(31)
+    }
+
+    /// The fewest ticks from a step to rest at a distance, over all that a tick may do: a search in breadth.
+    fn fewest(distance: i64, step: i32, limits: [i32; 2]) -> usize {
+        let [fastest, acceleration] = limits;
+        let mut reached = std::collections::HashSet::from([(distance, step)]);
+        for ticks in 0.. {
+            if reached.contains(&(0, 0)) {
+                return ticks;
+            }
+            let next = |&(left, step): &(i64, i32)| {
+                let steps = (step - acceleration).max(-fastest)..=(step + acceleration).min(fastest);
+                steps.map(move |step| (left - i64::from(step), step))
+            };
+            reached = reached.iter().flat_map(next).filter(|(left, _)| left.abs() < 200).collect();
+        }
+        unreachable!()
+    }
+
+    /// From any distance and any speed: the fewest ticks and at most 3 more; past the goal only where no braking stops
+    /// ahead of it.
+    #[test]
+    fn the_base_is_the_fastest_way_but_for_three_ticks_and_never_passes_its_goal() {
+        let mut most = 0;
+        for (fastest, acceleration) in [(7, 2), (9, 3), (5, 1), (6, 6), (4, 9)] {
+            for distance in [0, 1, 2, 3, 5, 8, 13, 21, 40, 61] {
+                for step in -fastest..=fastest {
+                    let mut base = new::<2>(&LIMITS);
+                    (base.fastest, base.acceleration, base.fastest_whole) =
+                        (fastest, acceleration, fastest / acceleration);
+                    (base.step, base.whole) = (step, step.abs() / acceleration);
+                    base.stop();
+                    let stops_at = base.goal.units();
+                    base.goal = Turns::new(distance);
+                    let (mut ticks, mut last, mut furthest) = (0, step, 0);
+                    while (base.base.units(), base.step) != (distance, 0) {
+                        base.advance();
+                        ticks += 1;
+                        furthest = base.base.units().max(furthest);
+                        assert!((base.step - last).abs() <= acceleration && base.step.abs() <= fastest);
+                        assert_eq!(base.whole, base.step.abs() / acceleration, "{base:?}");
+                        assert!(ticks < 400, "{distance} from {step}: {base:?}");
+                        last = base.step;
+                    }
+                    assert!(furthest <= distance.max(stops_at), "{distance} from {step}: {furthest}");
+                    let fewest = fewest(distance, step, [fastest, acceleration]);
+                    assert!(ticks <= fewest + 3, "{distance} from {step}: {ticks} ticks, {fewest} would do");
+                    most = most.max(ticks - fewest);
+                }
+            }
+        }
+        assert!(most > 0, "the search is not a copy");
+    }
+
+    /// Goals at any time, in motion, beyond the range, from anywhere: limits hold, and every derivative is that of the
+    /// one before. Within a tick the path is a polynomial of degree M + 1: its integral by the rule of both ends is exact.
+    fn keeps_its_limits<const M: usize, const J: usize>() {
+        let (mut seed, [speed, acceleration]) = (M as u64, [60.0, 2000.0]);
+        let mut profile = new::<M>(&LIMITS);
+        assert!(profile.keep_within((-3, 0.0), (5, 1.0)));
+        let mut last: Target<f64, i32, J> = profile.next_tick();
+        for tick in 0..200_000 {
+            if any(&mut seed) < 0.005 {
+                profile.go_to((20.0 * any(&mut seed) - 8.0) as i32, 7.0 * any(&mut seed) - 3.5);
+            } else if any(&mut seed) < 0.001 {
+                profile.stop();
+            }
+            let now: Target<f64, i32, J> = profile.next_tick();
+            assert!(now.jet[1].abs() <= speed * (1.0 + 1e-9) && now.jet[2].abs() <= acceleration * (1.0 + 1e-9));
+            assert!((-3.0 * TAU..=5.0 * TAU + 1.0).contains(&(angle(&now) + 1e-8 * -angle(&now).signum())));
+            let moved = angle(&now) - angle(&last);
+            let bent = PERIOD_S * PERIOD_S / 12.0 * (now.jet[2] - last.jet[2]);
+            let expected = 0.5 * PERIOD_S * (now.jet[1] + last.jet[1]) - bent;
+            assert!((moved - expected).abs() < 1e-12 * (1.0 + angle(&now).abs()), "tick {tick}: {moved} {expected}");
+            if M == 3 {
+                let [jerk, before] = [now.jet[J - 1], last.jet[J - 1]];
+                assert!(jerk.abs() <= 2.0 * acceleration / (8.0 * PERIOD_S) * (1.0 + 1e-9), "{jerk}");
+                let moved = now.jet[1] - last.jet[1];
+                let bent = PERIOD_S * PERIOD_S / 12.0 * (jerk - before);
+                let expected = 0.5 * PERIOD_S * (now.jet[2] + last.jet[2]) - bent;
+                assert!((moved - expected).abs() < 1e-9, "tick {tick}: {moved} {expected}");
+            }
+            last = now;
+        }
+    }
+
+    #[test]
+    fn a_profile_keeps_its_limits_and_its_derivatives_fit() {
+        keeps_its_limits::<2, 3>();
+        keeps_its_limits::<3, 4>();
+    }
+
+    /// A move from rest to rest: no overshoot at all, an exact end, and the time of the closed form.
+    #[test]
+    fn a_move_ends_at_its_goal_in_the_time_of_the_closed_form() {
+        for distance in [1e-6, 1e-3, 0.1, 1.0, 3.14, 20.0, 1e3] {
+            let mut profile = new::<3>(&LIMITS);
+            profile.go_to(0, distance);
+            let (mut ticks, mut last) = (0, 0.0);
+            while !profile.has_arrived() {
+                let r = angle(&profile.next_tick::<4>());
+                assert!(r >= last - 1e-9 && r <= distance + 2e-9, "{distance}: {r} after {last}");
+                (ticks, last) = (ticks + 1, r);
+            }
+            assert!((last - distance).abs() < 2e-9, "{last} of {distance}");
+            // Without the averages: up and down, with a stretch at full speed if it is reached.
+            let fastest_s = if distance > 60.0 * 60.0 / 2000.0 {
+                distance / 60.0 + 60.0 / 2000.0
+            } else {
+                2.0 * (distance / 2000.0_f64).sqrt()
+            };
+            let least = fastest_s / PERIOD_S;
+            // The averages and what remembers them: 3 windows of 8.
+            let taken = f64::from(ticks) - 3.0 * 8.0;
+            assert!(
+                taken >= least - 1.0 && taken <= least + 7.0,
+                "{distance}: {ticks} ticks, {least} without averages"
+            );
+        }
+    }
+
+    /// Started with any speed it begins there, at that speed, and ends ahead of it without ever going back.
+    #[test]
+    fn a_start_in_motion_goes_on_from_there_and_a_stop_never_goes_back() {
+        let mut seed = 3;
+        for _ in 0..300 {
+            let (rad, speed) = (6.0 * any(&mut seed) - 3.0, 400.0 * any(&mut seed) - 200.0);
+            let mut profile = new::<3>(&LIMITS);
+            assert!(profile.start(2, rad, speed));
+            let mut last = Target { turn: 2, jet: [rad, speed, 0.0, 0.0] };
+            let first: Target<f64, i32, 4> = profile.next_tick();
+            assert!(
+                (first.jet[1] - speed).abs() < 2.1 && (angle(&first) - angle(&last) - speed * PERIOD_S).abs() < 3e-3
+            );
+            last = first;
+            while !profile.has_arrived() {
+                let now: Target<f64, i32, 4> = profile.next_tick();
+                assert!(speed.signum() * (angle(&now) - angle(&last)) >= -3e-9 && speed.signum() * now.jet[1] >= -1e-6);
+                last = now;
+            }
+            let way = (angle(&last) - TAU * 2.0 - rad).abs();
+            // Braking at 2000 rad/s², and half of 3 windows at full speed.
+            let expected = speed * speed / 4000.0 + speed.abs() * 12.0 * PERIOD_S;
+            assert!((way - expected).abs() < 1e-3 + 1.5 * PERIOD_S * speed.abs(), "{speed}: {way} for {expected}");
+        }
+    }
+
+    /// 2 s of a sine of 0.5 rad and 1 Hz in points every 8 ticks, in f32 as on a chip: the largest error, of the sine as
+    /// late as the averages are, and the largest step of r'. Disturbed, points come late, twice, or not until the next.
+    fn streamed(disturbed: bool) -> [f64; 2] {
+        let mut profile = Profile::<f32, 2, 96>::new(&LIMITS, PERIOD_S).expect("limits");
+        let point = |k: u32| 0.5 * (TAU * 8.0 * PERIOD_S * f64::from(k)).sin();
+        let (mut worst, mut step, mut last) = (0.0_f64, 0.0_f64, 0.0);
+        for tick in 0..2000_u32 {
+            let k = tick / 8;
+            let every = |n| disturbed && k.is_multiple_of(n);
+            let comes = tick % 8 == if every(10) { 3 } else { 0 } || (every(7) && tick % 8 == 5);
+            if comes && !every(13) {
+                assert!(profile.go_to(0, point(k)));
+            }
+            let Target { jet: [r, v], .. } = profile.next_tick::<2>();
+            if tick > 50 {
+                // The averages, and what the base takes for a point.
+                let at = TAU * PERIOD_S * (f64::from(tick) - 8.0 - 5.0);
+                worst = worst.max((f64::from(r) - 0.5 * at.sin()).abs());
+                step = step.max((f64::from(v) - last).abs());
+            }
+            last = f64::from(v);
+        }
+        for _ in 0..60 {
+            last = f64::from(profile.next_tick::<2>().jet[1]);
+        }
+        assert!(profile.has_arrived() && last == 0.0, "starved it rests at the last point");
+        [worst, step]
+    }
+
+    #[test]
+    fn points_that_come_late_twice_or_bunched_change_the_path_between_them_alone() {
+        let (even, disturbed) = (streamed(false), streamed(true));
+        std::println!(
+            "evenly off by {:.1e} rad, r' steps by {:.1e} rad/s; disturbed {:.1e} and {:.1e}",
+            even[0],
+            even[1],
+            disturbed[0],
+            disturbed[1]
+        );
+        // One point is 0.025 rad on its way; what is not there in time is that far behind. A motor with 250 rad/s² per A
+        // steps by 0.5 A at most.
+        assert!(even[0] < 6e-3 && even[1] < 0.125, "{even:?}");
+        assert!(disturbed[0] < 0.03 && disturbed[1] < 1.0, "{disturbed:?}");
+    }
+
+    #[test]
+    fn what_is_no_limit_and_no_angle_is_refused_and_changes_nothing() {
+        for (speed_rad_s, acceleration_rad_s2, window) in [
+            (0.0, 1.0, 1),
+            (f64::NAN, 1.0, 1),
+            (1.0, -1.0, 1),
+            (1.0, 1e9, 1),
+            (1e5, 1.0, 1),
+            (1.0, 1.0, 0),
+            (1.0, 1.0, 49),
+        ] {
+            let limits = ProfileLimits { speed_rad_s, acceleration_rad_s2, window };
+            assert!(Profile::<f32, 2, 96>::new(&limits, PERIOD_S).is_err(), "{limits:?}");
+        }
+        let mut profile = new::<2>(&LIMITS);
+        profile.go_to(0, 1.0);
+        let before = profile;
+        assert!(!profile.go_to(0, f64::NAN) && !profile.start(0, 0.0, f64::INFINITY));
+        assert!(!profile.keep_within((1, 0.0), (0, 0.0)) && !profile.keep_within((0, f64::NAN), (0, 0.0)));
+        assert_eq!(profile, before);
+    }
+}

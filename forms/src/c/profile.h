@@ -1,0 +1,262 @@
+
+/* PROFILE. Set-points that come at any time become targets within limits of speed, acceleration and jerk, without
+ * overshoot: in the interrupt take the target of each tick from @_profile_next, and give a goal whenever there is one.
+ * The path is a mean over $averages$ windows of ticks: its jerk is at most 2 acceleration / (window period). Points of a
+ * stream take a window of as many ticks as there are from one to the next; one that is late, comes twice or not at all
+ * changes the path between them alone. Change a profile between two ticks, not while the interrupt makes one. */
+#ifndef @@_PROFILE_WINDOW
+#define @@_PROFILE_WINDOW 32u /* ticks of a window at most, 1 to $most_window$; each takes $memory$ bytes of a profile */
+#endif
+
+typedef struct {
+    uint64_t goal; /* 2^-32 turns, modulo 2^64, as all that follows */
+    int64_t low; /* goals are taken between these */
+    int64_t high;
+    uint64_t base; /* where it is without averages */
+    int32_t step; /* of the base in a tick, and how many whole accelerations that is */
+    int32_t whole;
+    int32_t fastest;
+    int32_t fastest_whole;
+    int32_t acceleration;
+    int32_t steps[$averages$u * @@_PROFILE_WINDOW]; /* of the last windows; the oldest is at `oldest` */
+    uint32_t oldest;
+    uint32_t window;
+    uint32_t all; /* window^$averages$: so many times as large are those that follow */
+    uint64_t sums[$averages$]; /* the last is what the path moves by */
+    uint64_t earlier[2];
+    uint64_t behind; /* of the path behind the base */
+    float part_rad;
+} @_profile;
+
+/* Part of a profile. */
+static inline int64_t @_signed_long(uint64_t units)
+{
+    return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-(int64_t)(UINT64_MAX - units) - 1);
+}
+
+/* Part of a profile: 2 pi turn + rad. */
+static inline uint64_t @_place(int32_t turn, double rad)
+{
+    @@_AS_WRITTEN
+    return ((uint64_t)(uint32_t)turn << 32) + @_units(rad);
+}
+
+/* Limits in motion too: above a lower speed it brakes as the acceleration has it. False, and nothing is changed, where a
+ * limit is no number, or less than 2^-32 turns or more than a quarter of a turn per tick (or tick squared). */
+static inline bool @_profile_limit(@_profile *profile, double speed_rad_s, double acceleration_rad_s2)
+{
+    @@_AS_WRITTEN
+    const bool good = (speed_rad_s >= $speed_unit$) && (speed_rad_s <= ($most$ * $speed_unit$)) &&
+                      (acceleration_rad_s2 >= $acceleration_unit$) &&
+                      (acceleration_rad_s2 <= ($most$ * $acceleration_unit$));
+    if (good) {
+        profile->fastest = (int32_t)(speed_rad_s / $speed_unit$);
+        profile->acceleration = (int32_t)(acceleration_rad_s2 / $acceleration_unit$);
+        profile->fastest_whole = profile->fastest / profile->acceleration;
+        profile->whole = ((profile->step < 0) ? -profile->step : profile->step) / profile->acceleration;
+    }
+    return good;
+}
+
+/* Part of a profile. */
+static inline void @_profile_set_goal(@_profile *profile, uint64_t place)
+{
+    const int64_t goal = @_signed_long(place);
+    const int64_t below = (goal < profile->high) ? goal : profile->high;
+    profile->goal = (uint64_t)((below > profile->low) ? below : profile->low);
+}
+
+/* Keeps goals between 2 pi turn + rad of both from now on, and the present one. False, and nothing is changed, if an angle
+ * is no number or the first is not the lower one. */
+static inline bool @_profile_keep_within(@_profile *profile, int32_t low_turn, double low_rad, int32_t high_turn,
+    double high_rad)
+{
+    int64_t low;
+    int64_t high;
+    if (!@_is_near(low_rad) || !@_is_near(high_rad)) {
+        return false;
+    }
+    low = @_signed_long(@_place(low_turn, low_rad));
+    high = @_signed_long(@_place(high_turn, high_rad));
+    if (low > high) {
+        return false;
+    }
+    profile->low = low;
+    profile->high = high;
+    @_profile_set_goal(profile, profile->goal);
+    return true;
+}
+
+/* Goes to 2 pi turn + rad, from where it is now. False if that is not within the range: it goes to its end; or if it is no
+ * number: the goal stays. In double: some hundred cycles on most cores. */
+static inline bool @_profile_go_to(@_profile *profile, int32_t turn, double rad)
+{
+    uint64_t goal;
+    if (!@_is_near(rad)) {
+        return false;
+    }
+    goal = @_place(turn, rad);
+    @_profile_set_goal(profile, goal);
+    return profile->goal == goal;
+}
+
+/* Comes to rest as soon as it may, and never goes back. */
+static inline void @_profile_stop(@_profile *profile)
+{
+    const int64_t speed = (profile->step < 0) ? -(int64_t)profile->step : (int64_t)profile->step;
+    const int64_t whole = (int64_t)profile->whole;
+    const int64_t way = (whole * ((2 * speed) - ((int64_t)profile->acceleration * (whole + 1)))) / 2;
+    profile->goal = profile->base + (uint64_t)((profile->step < 0) ? -way : way);
+}
+
+/* Begins anew at 2 pi turn + rad with a speed, and stops from there: where a shaft is that shall be caught. False, and
+ * nothing is changed, if one is no number. */
+static inline bool @_profile_start(@_profile *profile, int32_t turn, double rad, double speed_rad_s)
+{
+    @@_AS_WRITTEN
+    double units = speed_rad_s / $started_unit$;
+    int64_t step;
+    if (!@_is_near(rad) || !@_is_near(speed_rad_s) || (profile->acceleration < 1)) {
+        return false;
+    }
+    units = (units > $most$) ? $most$ : units;
+    units = (units < -$most$) ? -$most$ : units;
+    step = (int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
+    profile->step = (int32_t)step;
+    profile->whole = ((profile->step < 0) ? -profile->step : profile->step) / profile->acceleration;
+    for (uint32_t k = 0; k < ($averages$u * @@_PROFILE_WINDOW); k++) {
+        profile->steps[k] = profile->step;
+    }
+    for (uint32_t k = 0; k < $last$u; k++) {
+        profile->sums[k] = 0u;
+    }
+    profile->sums[$last$] = (uint64_t)(step * (int64_t)profile->all);
+    profile->earlier[0] = profile->sums[$last$];
+    profile->earlier[1] = profile->sums[$last$];
+    profile->behind = (uint64_t)(((step * (int64_t)profile->all) * ($averages$ * ((int64_t)profile->window - 1))) / 2);
+    profile->base = @_place(turn, rad) + (uint64_t)(((step * $averages$) * (int64_t)profile->window) / 2);
+    @_profile_stop(profile);
+    return true;
+}
+
+/* A profile at rest at angle 0. False where @_profile_limit is, or the window is not 1 to @@_PROFILE_WINDOW. */
+static inline bool @_profile_new(@_profile *profile, double speed_rad_s, double acceleration_rad_s2, uint32_t window)
+{
+    @@_AS_WRITTEN
+    profile->step = 0;
+    if ((window < 1u) || (window > @@_PROFILE_WINDOW) || (window > $most_window$u) ||
+        !@_profile_limit(profile, speed_rad_s, acceleration_rad_s2)) {
+        return false;
+    }
+    profile->low = -4611686018427387904;
+    profile->high = 4611686018427387903;
+    profile->oldest = 0u;
+    profile->window = window;
+    profile->all = $all$;
+    profile->part_rad = (float)($unit_rad$ / (double)profile->all);
+    return @_profile_start(profile, 0, 0.0, 0.0);
+}
+
+/* Is it at rest at its goal? */
+static inline bool @_profile_has_arrived(const @_profile *profile)
+{
+    bool still = (profile->goal == profile->base) && (profile->step == 0) && (profile->behind == 0u) &&
+                 (profile->earlier[0] == 0u) && (profile->earlier[1] == 0u);
+    for (uint32_t k = 0; k < $averages$u; k++) {
+        still = still && (profile->sums[k] == 0u);
+    }
+    return still;
+}
+
+/* Part of a profile: is a stop within a distance possible after a tick with this step? */
+static inline bool @_profile_stops(const @_profile *profile, int64_t distance, int32_t step, int32_t whole)
+{
+    const int32_t twice = (2 * step) - (profile->acceleration * whole);
+    return (((int64_t)whole + 1) * (int64_t)twice) <= (2 * distance);
+}
+
+/* Part of a profile: the next step of the base. Forward is towards the goal. */
+static inline void @_profile_advance(@_profile *profile)
+{
+    const int64_t far = 2305843009213693952;
+    const int64_t left = @_signed_long(profile->goal - profile->base);
+    const bool back = left < 0;
+    const int64_t apart = back ? @_signed_long(profile->base - profile->goal) : left;
+    const int64_t distance = ((apart > far) ? far : ((apart < 0) ? 0 : apart));
+    const int32_t fastest = profile->fastest;
+    const int32_t acceleration = profile->acceleration;
+    const int32_t step = back ? -profile->step : profile->step;
+    int32_t whole = profile->whole;
+    int32_t next;
+    if (step < 0) {
+        next = step + acceleration;
+        if (next <= 0) {
+            whole--;
+        } else {
+            next = (next < fastest) ? next : fastest;
+            next = ((int64_t)next < distance) ? next : (int32_t)distance;
+            whole = 0;
+        }
+    } else {
+        const bool within = step <= fastest;
+        int32_t up = within ? (step + acceleration) : (step - acceleration);
+        int32_t up_whole = within ? (whole + 1) : (whole - 1);
+        if ((up >= fastest) == within) {
+            up = fastest;
+            up_whole = profile->fastest_whole;
+        }
+        if (@_profile_stops(profile, distance, up, up_whole)) {
+            next = up;
+            whole = up_whole;
+        } else if (whole == 0) {
+            next = (acceleration < fastest) ? acceleration : fastest;
+            next = ((int64_t)next < distance) ? next : (int32_t)distance;
+            whole = (next == acceleration) ? 1 : 0;
+        } else if (within && @_profile_stops(profile, distance, step, whole)) {
+            next = step;
+        } else {
+            next = step - acceleration;
+            whole--;
+        }
+    }
+    profile->step = back ? -next : next;
+    profile->whole = whole;
+    profile->base = profile->base + (uint64_t)(int64_t)profile->step;
+}
+
+/* Part of a profile: the step of so many windows ago. */
+static inline uint64_t @_profile_before(const @_profile *profile, uint32_t windows)
+{
+    const uint32_t length = $averages$u * profile->window;
+    const uint32_t at = profile->oldest + (($averages$u - windows) * profile->window);
+    return (uint64_t)(int64_t)profile->steps[(at < length) ? at : (at - length)];
+}
+
+/* Part of a profile: the nearest whole number and what is left of it in 2^-32. */
+static inline void @_profile_split(uint64_t units, uint32_t *number)
+{
+    number[0] = (uint32_t)(units >> 32) + ((uint32_t)units >> 31);
+    number[1] = (uint32_t)units;
+}
+
+/* The target at the end of the coming tick: in the interrupt, once per tick. */
+static inline void @_profile_next(@_profile *profile, @_target *target)
+{
+    uint32_t moved[2 * $averages$];
+    uint32_t behind[2];
+    uint32_t base[2];
+    uint64_t sum;
+    @_jet jet;
+    @_profile_advance(profile);
+    sum = $comb$;
+    profile->steps[profile->oldest] = profile->step;
+    profile->oldest = ((profile->oldest + 1u) < ($averages$u * profile->window)) ? (profile->oldest + 1u) : 0u;
+$integrators$    profile->behind += ((uint64_t)(int64_t)profile->step * profile->all) - sum;
+    @_profile_split(sum, &moved[0]);
+$earlier$    @_profile_split(profile->behind, behind);
+    @_profile_split(profile->base, base);
+    @_jet_of_profile(moved, behind, base[1], profile->part_rad, $per_s$, &jet);
+    profile->earlier[1] = profile->earlier[0];
+    profile->earlier[0] = sum;
+    target->turn = @_signed(base[0]);
+$copied$}
