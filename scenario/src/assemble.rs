@@ -137,10 +137,21 @@ pub struct Drive {
     pub motion: Motion,
     /// Time constant of the current loop, s.
     pub current_lag_s: f64,
+    /// What the supply leaves, if the file says it.
+    pub top_speed: Option<TopSpeed>,
     /// λ_2: what |σ*| stays below with the quiet gains while every innovation is at most one step of its encoder.
     pub sigma_star_bound: f64,
     /// What the noise of u is told by; none if something is wrong with the encoders.
     pub(super) twin: Option<Twin>,
+}
+
+/// Speeds that a supply allows the motor of a data sheet, without its friction, where the angle is meant, rad/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TopSpeed {
+    /// Without load.
+    pub no_load_rad_s: f64,
+    /// Up to which the largest current is driven; 0 if it is not even at rest.
+    pub full_current_rad_s: f64,
 }
 
 /// The same drive once more, with finer encoders if there is room for such.

@@ -10,6 +10,8 @@ use serde::Deserialize;
 use super::{FallbackKey, TermTable};
 
 mod build;
+mod planned;
+mod supply;
 #[cfg(test)]
 mod tests;
 
@@ -73,6 +75,17 @@ pub struct MotorTable {
     /// Largest current of either sign, A. Must be given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_current_a: Option<f64>,
+    /// Supply voltage, V: the faster the motor, the less current it drives. Of a three-phase motor with space-vector
+    /// modulation and K_t per ampere of the peak of a phase: 0.866 of the bus voltage. Default: no limit.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub supply_v: Option<f64>,
+    /// Winding resistance, ohm, between the terminals; of a three-phase motor as above 1.5 times that of a phase. Must
+    /// be given with supply_v; with no_load_rad_s alone the one at which max_current_a just flows at rest.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub resistance_ohm: Option<f64>,
+    /// Speed of the motor's own shaft without load, rad/s, instead of supply_v.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub no_load_rad_s: Option<f64>,
     /// Viscous friction of the rotor, N m s/rad. Default 0.
     #[schemars(range(min = 0))]
     pub damping_n_m_s: f64,
@@ -414,6 +427,17 @@ pub struct JointTable {
     /// Largest current of either sign, A. Must be given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_current_a: Option<f64>,
+    /// Supply voltage, V: the faster the motor, the less current it drives. Of a three-phase motor with space-vector
+    /// modulation and K_t per ampere of the peak of a phase: 0.866 of the bus voltage. Default: no limit.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub supply_v: Option<f64>,
+    /// Winding resistance, ohm, between the terminals; of a three-phase motor as above 1.5 times that of a phase. Must
+    /// be given with supply_v; with no_load_rad_s alone the one at which max_current_a just flows at rest.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub resistance_ohm: Option<f64>,
+    /// Speed of the motor's own shaft without load, rad/s, instead of supply_v.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub no_load_rad_s: Option<f64>,
     /// Turns of the motor, and those that the spring makes meanwhile: [100, 1] is a reduction of 100. Default [1, 1].
     #[schemars(inner(range(min = 1, max = 1000)))]
     pub gear: [u32; 2] = [1, 1],

@@ -47,7 +47,7 @@ mod own;
 mod resolve;
 mod rewrite;
 
-pub use assemble::{AtRest, Corner, Drive, Experiment, Mu, Sensed, ShaftOf, StateName};
+pub use assemble::{AtRest, Corner, Drive, Experiment, Mu, Sensed, ShaftOf, StateName, TopSpeed};
 pub use drive::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointEncoderTable,
     JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,

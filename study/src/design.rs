@@ -368,7 +368,14 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
             )
         });
         let sigma = one("|sigma*|, lambda_2", drive.sigma_star_bound, unit, "for innovations of one step each at most");
-        return gates.chain([sigma]).collect();
+        let speeds = drive.top_speed.map(|it| {
+            let at_full = format!("up to which {} A are driven, behind the gear", number(drive.max_current_a));
+            [
+                one("top speed", it.no_load_rad_s, "rad/s", "of the supply without load or friction, behind the gear"),
+                one("speed at full current", it.full_current_rad_s, "rad/s", &at_full),
+            ]
+        });
+        return gates.chain([sigma]).chain(speeds.into_iter().flatten()).collect();
     }
     let mu: Vec<Vec<f64>> = experiment.mu.iter().map(|mu| mu.by_order.clone()).collect();
     let found = experiment.spec.as_ref().and_then(|spec| ultimates(&spec.config, &mu));

@@ -8,7 +8,7 @@ use controller_core::drive::{
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator;
 use loop_sim::linear::LawAtRest;
-use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
+use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft, Supply};
 use loop_sim::port::drive::{DriveAtRest, DriveDesign, DriveOf, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::port::finer::Finer;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
@@ -16,12 +16,14 @@ use loop_sim::sensor::{Sensing, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::solver;
 
+use super::planned::{Asked, Wanted};
+use super::supply::{self, Keys};
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointErrorTable, JointScenario,
     JointTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable, ReactionKey,
     ReferenceKind, ReferenceTable, TuningKey,
 };
-use crate::assemble::{AtRest, Corner, Drive, Experiment, Sensed, ShaftOf, StateName, Twin};
+use crate::assemble::{AtRest, Corner, Drive, Experiment, Sensed, ShaftOf, StateName, TopSpeed, Twin};
 use crate::error::shown;
 use crate::resolve::{self, Problem, Problems, missing, problem};
 use crate::{FallbackKey, FallbackWord, TermTable};
@@ -38,8 +40,6 @@ const JOINT_STATES: [StateName; 5] = [
 const START_S: f64 = 0.25;
 /// A sudden load that is more times what the motor can make says nothing of a broken encoder.
 const MOST_SUDDEN: f64 = 2.0;
-/// The longest way onto a reference that is looked for, s.
-const LONGEST_S: f64 = 100.0;
 
 /// What both kinds of file say alike.
 struct Common<'a> {
@@ -79,89 +79,8 @@ struct Resolved {
     reaction: Reaction,
 }
 
-/// A motion, and how long the way onto the reference may be.
-struct Wanted {
-    motion: Motion,
-    /// The least ticks, if the number is to be found.
-    fewest: Option<u32>,
-}
-
-impl Wanted {
-    /// The motion with a duration within 90 % of the limit, for a motor as weak and heavy as it may be; else as a jump,
-    /// with a warning. A plan that the true motor cannot follow ends in ringing at the limits.
-    fn planned<const P: usize, const J: usize>(
-        &self,
-        max_current_a: f64,
-        uncertain_percent: f64,
-        last: usize,
-        feed_forward: impl Fn(&[f64; J]) -> f64,
-        warnings: &mut Vec<String>,
-    ) -> Motion {
-        let most = (LONGEST_S / self.motion.period_s) as u32;
-        let within_a = 0.9 * max_current_a * (100.0 - uncertain_percent) / (100.0 + uncertain_percent);
-        let shortest = |fewest: u32| self.motion.shortest::<P, J>([fewest, most.max(fewest)], within_a, &feed_forward);
-        let limit = shown(max_current_a);
-        if let Some(fewest) = self.fewest {
-            let Some(motion) = shortest(fewest) else {
-                let least_a = self.slowest::<P, J>(most, &feed_forward);
-                let remedy = if least_a > within_a {
-                    let enough = shown(rounded(1.01 * least_a * max_current_a / within_a));
-                    format!(
-                        "even in {LONGEST_S} s it takes {} A; max_current_a = {enough} is enough, or a nearer or \
-                         slower goal",
-                        shown(rounded(least_a))
-                    )
-                } else {
-                    "give reference.duration_s".into()
-                };
-                warnings.push(format!(
-                    "the reference begins with a jump: no way onto it stays within {} A, 90 % of the {limit} A for a \
-                     plant as weak and heavy as drive.uncertain_percent = {} allows; {remedy}",
-                    shown(rounded(within_a)),
-                    shown(uncertain_percent)
-                ));
-                return self.motion.clone();
-            };
-            return warned_of::<P, J>(motion, max_current_a, last, "", &feed_forward, warnings);
-        }
-        let remedy = shortest(1).map_or_else(String::new, |motion| {
-            let duration_s = f64::from(motion.ticks) * self.motion.period_s;
-            format!("; reference.duration_s = {} is long enough", shown(rounded(duration_s)))
-        });
-        warned_of::<P, J>(self.motion.clone(), max_current_a, last, &remedy, &feed_forward, warnings)
-    }
-
-    /// The largest current of the slowest way, A.
-    fn slowest<const P: usize, const J: usize>(&self, ticks: u32, feed_forward: impl Fn(&[f64; J]) -> f64) -> f64 {
-        const POINTS: u64 = 64;
-        let jets = Motion { ticks, ..self.motion.clone() }.jets::<P, J>();
-        let at = |i: u64| self.motion.start.saturating_add((u64::from(ticks) * i / POINTS) as u32);
-        (0..=POINTS).map(|i| feed_forward(&jets(at(i))).abs()).fold(0.0, f64::max)
-    }
-}
-
-/// The motion, if it needs more than there is with a warning.
-fn warned_of<const P: usize, const J: usize>(
-    motion: Motion,
-    max_current_a: f64,
-    last: usize,
-    remedy: &str,
-    feed_forward: impl Fn(&[f64; J]) -> f64,
-    warnings: &mut Vec<String>,
-) -> Motion {
-    let peak = motion.peak::<P, J>(last as u32, feed_forward);
-    if peak > max_current_a {
-        warnings.push(format!(
-            "the reference asks for up to {} A, the limit is {} A: it will not be followed{remedy}",
-            shown(rounded(peak)),
-            shown(max_current_a)
-        ));
-    }
-    motion
-}
-
 /// Four digits of a number that came of others.
-fn rounded(number: f64) -> f64 {
+pub(super) fn rounded(number: f64) -> f64 {
     format!("{number:.3e}").parse().unwrap_or(number)
 }
 
@@ -623,7 +542,7 @@ fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, prob
     Mounted { encoder, mounting: Mounting { is_reversed: table.reversed, offset_counts: table.offset_counts } }
 }
 
-fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64) -> Imperfections {
+fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64, supply: Option<Supply>) -> Imperfections {
     Imperfections {
         friction: Friction {
             static_n_m: table.static_n_m.unwrap_or(table.coulomb_n_m),
@@ -636,6 +555,7 @@ fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64) -> Imperfections 
         ripple: table.ripple_percent / 100.0,
         ripple_per_turn: table.ripple_per_turn * gear,
         lag_s,
+        supply,
     }
 }
 
@@ -735,6 +655,7 @@ struct Parts<'a, D, const E: usize> {
     of_kind: fn(DriveOf<D, E>) -> DriveDesign,
     /// Does the file give a bandwidth?
     is_given: bool,
+    top_speed: Option<TopSpeed>,
     motion: Motion,
     warnings: Vec<String>,
     chosen: Vec<String>,
@@ -925,6 +846,7 @@ fn experiment<D: Copy, const E: usize>(
         designed,
         motion,
         current_lag_s: common.lag_s,
+        top_speed: parts.top_speed,
         sigma_star_bound,
         twin,
     };
@@ -992,6 +914,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let inertia = needed(sheet.inertia_kg_m2, "motor.inertia_kg_m2", "the inertia of the rotor", &mut problems);
     let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
     let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
+    let keys = Keys { plant: "motor", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
+    let supply = problems.take(keys.supply(torque, limit)).flatten();
     let mounted = mounted(&file.encoder, sheet.gear, sheet.start_rad, "encoder", &mut problems);
     let common = common! {
         file, sheet, drive, problems, limit,
@@ -1020,10 +944,20 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(asked_states(&file.encoder, "encoder"));
     warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
-    let feed_forward = |jet: &_| nominal.feed_forward(jet);
-    let motion = resolved.wanted.planned::<3, 3>(limit, uncertain_percent, periods, feed_forward, &mut warnings);
+    let asked = Asked {
+        plant: "motor",
+        max_current_a: limit,
+        uncertain_percent,
+        supply,
+        torque_n_m_per_a: nominal.torque_n_m_per_a,
+        gear,
+        feed_forward: &|jet| nominal.feed_forward(jet),
+        speed: &|[_, speed, _]| *speed,
+    };
+    let motion = resolved.wanted.planned::<3, 3>(&asked, periods, &mut warnings);
+    warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
-    let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear);
+    let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s];
     experiment(
@@ -1036,6 +970,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             design: &design,
             of_kind: DriveDesign::Motor,
             is_given: given.iter().any(Option::is_some),
+            top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             motion,
             warnings,
             chosen: motor_in_words(&design(common.period_s), drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
@@ -1218,6 +1153,9 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.joint, &file.drive);
     let (nominal, limit) = joint_sheet(sheet, &mut problems);
+    let keys = Keys { plant: "joint", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
+    let gear = ratio(sheet.gear);
+    let supply = problems.take(keys.supply(nominal.torque_n_m_per_a / gear, limit)).flatten();
     let (believed, truth) = bodies(&nominal, sheet.spring_damping_n_m_s, &file.error);
     // The spring carries the weight.
     let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
@@ -1255,10 +1193,20 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
     warnings.extend(friction_warnings(&file.friction, limit * truth.motor.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
-    let feed_forward = |jet: &_| nominal.feed_forward(jet);
-    let motion = resolved.wanted.planned::<4, 5>(limit, uncertain_percent, periods, feed_forward, &mut warnings);
+    let asked = Asked {
+        plant: "joint",
+        max_current_a: limit,
+        uncertain_percent,
+        supply,
+        torque_n_m_per_a: nominal.torque_n_m_per_a,
+        gear,
+        feed_forward: &|jet| nominal.feed_forward(jet),
+        speed: &|jet| supply::motor_speed(&nominal, jet),
+    };
+    let motion = resolved.wanted.planned::<4, 5>(&asked, periods, &mut warnings);
+    warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
-    let imperfections = imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear));
+    let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let given = [drive.surface_rad_s, drive.link_rad_s, drive.motor_rad_s, drive.reaching_per_s];
     let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
@@ -1273,6 +1221,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             design: &design,
             of_kind: DriveDesign::Joint,
             is_given: given.iter().any(Option::is_some),
+            top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             motion,
             warnings,
             chosen: joint_in_words(&design(common.period_s), tuning, drive),
