@@ -94,6 +94,8 @@ pub struct AtRest {
     pub left_out: Vec<&'static str>,
     /// The corners of what a file of a drive says of how well its data sheet is known; else none.
     pub corners: Vec<Corner>,
+    /// Of a motor whose file says a range of its inertia.
+    pub inertia_range: Option<InertiaRange>,
 }
 
 /// A plant of which every main number of the data sheet is off by as much as the file says that it may be.
@@ -102,6 +104,16 @@ pub struct Corner {
     pub name: String,
     /// The plant without friction, load and disturbance.
     pub plant: Box<dyn Plant>,
+}
+
+/// A range of inertia, and the plants in it.
+pub struct InertiaRange {
+    /// The smallest and the largest, kg m².
+    pub ends_kg_m2: [f64; 2],
+    /// What the design is for, the geometric mean, kg m².
+    pub designed_for_kg_m2: f64,
+    /// Those with an inertia (kg m²): K_t as in the data sheet, then less and more by as much as the file says.
+    pub plants: Box<dyn Fn(f64) -> Vec<Corner> + Send + Sync>,
 }
 
 /// An entry of the sample.
@@ -447,6 +459,7 @@ fn at_rest(
         report: actuator.report,
         left_out: left_out.into_iter().filter_map(|(is_there, what)| is_there.then_some(what)).collect(),
         corners: Vec::new(),
+        inertia_range: None,
     })
 }
 

@@ -16,6 +16,7 @@ use loop_sim::sensor::{Sensing, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::solver;
 
+use super::inertia::{Inertia, too_uncertain};
 use super::planned::{Asked, Wanted};
 use super::supply::{self, Keys};
 use super::{
@@ -23,7 +24,7 @@ use super::{
     JointTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable, ReactionKey,
     ReferenceKind, ReferenceTable, TuningKey,
 };
-use crate::assemble::{AtRest, Corner, Drive, Experiment, Sensed, ShaftOf, StateName, TopSpeed, Twin};
+use crate::assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Sensed, ShaftOf, StateName, TopSpeed, Twin};
 use crate::error::shown;
 use crate::resolve::{self, Problem, Problems, missing, problem};
 use crate::{FallbackKey, FallbackWord, TermTable};
@@ -53,6 +54,8 @@ struct Common<'a> {
     fault: &'a [FaultTable],
     monitor: MonitorTable,
     uncertain_percent: f64,
+    /// How much lighter a motor of a range of inertia may be, percent; 0 without a range.
+    lighter_percent: f64,
     mode: ModeKey,
     period_s: f64,
     max_current_a: f64,
@@ -267,13 +270,15 @@ impl Common<'_> {
             late(format!("load[{}].t0_s", k + 1), term.t0_s, "there is no such load");
         }
         late("reference.start_s".into(), self.reference.start_s, "nothing moves");
-        let is_wide = uncertain_percent > 20.0;
+        let is_wide = self.is_wide();
         if is_wide && self.observer_states > 3 && plant == "motor" {
-            warnings.push(format!(
-                "drive.observer_states = 4 is for a motor known to 20 %, and drive.uncertain_percent = {} says more: \
-                 take 3",
-                shown(uncertain_percent)
-            ));
+            let said = if uncertain_percent > 20.0 {
+                format!("drive.uncertain_percent = {}", shown(uncertain_percent))
+            } else {
+                "the range of its inertia".into()
+            };
+            warnings
+                .push(format!("drive.observer_states = 4 is for a motor known to 20 %, and {said} says more: take 3"));
         }
         if is_wide && self.delay_ticks > 0 && plant == "joint" {
             warnings.push(format!(
@@ -283,6 +288,11 @@ impl Common<'_> {
             ));
         }
         warnings
+    }
+
+    /// Is the plant less known than the fast gain set and four states are for?
+    fn is_wide(&self) -> bool {
+        self.uncertain_percent.max(self.lighter_percent) > 20.0
     }
 
     /// The thresholds that the file gives, of shafts with these inertias.
@@ -295,7 +305,7 @@ impl Common<'_> {
         let MonitorTable { load_n_m, motor_n_m, sigma_star, saturated_s, .. } = self.monitor;
         let torques = [load_n_m, motor_n_m];
         Monitors {
-            uncertain: self.uncertain_percent / 100.0,
+            uncertain: self.uncertain_percent.max(self.lighter_percent) / 100.0,
             disturbance: std::array::from_fn(|i| torques[i].map(|torque| torque / inertia_kg_m2[i])),
             sigma_star,
             stuck_ticks: saturated_s.map(|time_s| ticks_of(time_s, self.period_s)),
@@ -308,7 +318,7 @@ impl Common<'_> {
     fn form(&self, gain_sets: Option<usize>) -> Form {
         Form {
             follows: if self.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
-            gain_sets: gain_sets.unwrap_or(if self.uncertain_percent > 20.0 { 1 } else { 2 }),
+            gain_sets: gain_sets.unwrap_or(if self.is_wide() { 1 } else { 2 }),
             delay_ticks: self.delay_ticks,
             observer_states: self.observer_states,
         }
@@ -666,6 +676,7 @@ struct Parts<'a, D, const E: usize> {
     /// The plant without friction and load.
     smooth: Box<dyn Plant>,
     corners: Vec<Corner>,
+    inertia_range: Option<InertiaRange>,
 }
 
 /// All plants of which each of these numbers is so many percent more than in the data sheet, or less.
@@ -678,6 +689,23 @@ fn corners<const N: usize>(percent: f64, names: [&str; N], plant: impl Fn([f64; 
         Corner { name: words.join(", "), plant: plant(signs.map(|percent| 1.0 + percent / 100.0)) }
     };
     (0..count).map(corner).collect()
+}
+
+/// A motor with an inertia between these ends, and K_t as far off as the file says; at both ends the corners.
+fn inertia_range(inertia: &Inertia, percent: f64, believed: Shaft, lag: Imperfections) -> Option<InertiaRange> {
+    let torques = if percent > 0.0 { vec![0.0, -percent, percent] } else { vec![0.0] };
+    let plants = move |inertia_kg_m2: f64| {
+        let plant = |percent: &f64| {
+            let torque_n_m_per_a = (1.0 + percent / 100.0) * believed.torque_n_m_per_a;
+            let shaft = Shaft { inertia_kg_m2, torque_n_m_per_a, ..believed };
+            let off = if *percent == 0.0 { String::new() } else { format!(", K_t {percent:+} %") };
+            let name = format!("J {} kg m^2{off}", shown(rounded(inertia_kg_m2)));
+            Corner { name, plant: Box::new(plant::Motor::new(shaft, believed, lag, Signal::default())) }
+        };
+        torques.iter().map(plant).collect()
+    };
+    let ends_kg_m2 = inertia.range()?;
+    Some(InertiaRange { ends_kg_m2, designed_for_kg_m2: inertia.kg_m2, plants: Box::new(plants) })
 }
 
 /// What each encoder adds by its steps and its noise.
@@ -735,7 +763,7 @@ fn beyond_counters(mounted: &[(usize, Mounted)], moved_rad: f64) -> impl Iterato
 fn at_rest(
     law: Box<dyn LawAtRest>,
     plant: Box<dyn Plant>,
-    corners: Vec<Corner>,
+    (corners, inertia_range): (Vec<Corner>, Option<InertiaRange>),
     sensed: Vec<Sensed>,
     form: Form,
     sensing: &Sensing,
@@ -755,6 +783,7 @@ fn at_rest(
         report: true,
         left_out: parts.into_iter().filter(|(_, is_left_out)| *is_left_out).map(|(part, _)| part).collect(),
         corners,
+        inertia_range,
     }
 }
 
@@ -830,7 +859,7 @@ fn experiment<D: Copy, const E: usize>(
     warnings.extend(beyond_gates(&designed, &shafts, &sensing));
     let sensed = sensed(&mounted, &shafts, &sensing);
     let twin = twin(&designed, &motion, &sensing, &sensed, has_faults);
-    let at_rest = at_rest(law, parts.smooth, parts.corners, sensed, form, &sensing);
+    let at_rest = at_rest(law, parts.smooth, (parts.corners, parts.inertia_range), sensed, form, &sensing);
     let sensor: Box<dyn Sensor> = Box::new(Encoders::over(sensing.sensor(common.seed), mounted));
     let sensor = faults
         .into_iter()
@@ -911,7 +940,9 @@ macro_rules! common {
 pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) -> Result<Experiment, Vec<Problem>> {
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.motor, &file.drive);
-    let inertia = needed(sheet.inertia_kg_m2, "motor.inertia_kg_m2", "the inertia of the rotor", &mut problems);
+    let gear = ratio(sheet.gear);
+    let inertia = Inertia::of(sheet, gear, drive, &mut problems);
+    problems.0.extend(too_uncertain(drive.uncertain_percent, Some((&inertia, sheet, gear))));
     let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
     let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
     let keys = Keys { plant: "motor", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
@@ -920,14 +951,14 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let common = common! {
         file, sheet, drive, problems, limit,
         mode: drive.mode,
+        lighter_percent: inertia.lighter_percent(),
         observer_states: drive.observer_states,
         noise_rad: &[file.encoder.noise_rad],
         plant: "motor",
     };
     // On the side of the gear where the angle is meant.
-    let gear = ratio(sheet.gear);
     let nominal = Motor {
-        inertia_kg_m2: sheet.load_inertia_kg_m2 + gear * gear * inertia,
+        inertia_kg_m2: inertia.kg_m2,
         torque_n_m_per_a: gear * torque,
         damping_n_m_s: gear * gear * sheet.damping_n_m_s,
     };
@@ -937,7 +968,9 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
     let design = |period_s: f64| {
-        motor_design(&MotorDriveTable { period_s, ..drive.clone() }, sheet, nominal, mounted.encoder, limit)
+        let design =
+            motor_design(&MotorDriveTable { period_s, ..drive.clone() }, sheet, nominal, mounted.encoder, limit);
+        inertia.with_gate(design)
     };
     let form = common.form(drive.gain_sets);
     let mut warnings = common.warnings();
@@ -948,6 +981,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         plant: "motor",
         max_current_a: limit,
         uncertain_percent,
+        inertia,
         supply,
         torque_n_m_per_a: nominal.torque_n_m_per_a,
         gear,
@@ -979,14 +1013,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             x0: vec![sheet.start_rad],
             plant: Box::new(plant::Motor::new(truth, believed, imperfections, load).sampled(common.period_s)),
             smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
-            corners: corners(uncertain_percent, ["J", "K_t"], |[inertia, torque]| {
-                let shaft = Shaft {
-                    inertia_kg_m2: inertia * believed.inertia_kg_m2,
-                    torque_n_m_per_a: torque * believed.torque_n_m_per_a,
-                    ..believed
-                };
-                Box::new(plant::Motor::new(shaft, believed, lag, Signal::default()))
-            }),
+            corners: motor_corners(&inertia, uncertain_percent, believed, lag),
+            inertia_range: inertia_range(&inertia, uncertain_percent, believed, lag),
         },
     )
 }
@@ -1093,6 +1121,20 @@ fn bodies(nominal: &Joint, spring_damping_n_m_s: f64, error: &JointErrorTable) -
     (believed, truth)
 }
 
+fn motor_corners(inertia: &Inertia, percent: f64, believed: Shaft, lag: Imperfections) -> Vec<Corner> {
+    if let Some(InertiaRange { ends_kg_m2, plants, .. }) = inertia_range(inertia, percent, believed, lag) {
+        return ends_kg_m2.into_iter().flat_map(plants).collect();
+    }
+    corners(percent, ["J", "K_t"], |[inertia, torque]| {
+        let shaft = Shaft {
+            inertia_kg_m2: inertia * believed.inertia_kg_m2,
+            torque_n_m_per_a: torque * believed.torque_n_m_per_a,
+            ..believed
+        };
+        Box::new(plant::Motor::new(shaft, believed, lag, Signal::default()))
+    })
+}
+
 fn joint_corners(percent: f64, believed: &JointBody, spring_damping_n_m_s: f64, lag: Imperfections) -> Vec<Corner> {
     corners(percent, ["J_l", "J_m", "K", "K_t"], |[link, motor, spring, torque]| {
         let body = JointBody {
@@ -1153,6 +1195,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.joint, &file.drive);
     let (nominal, limit) = joint_sheet(sheet, &mut problems);
+    problems.0.extend(too_uncertain(drive.uncertain_percent, None));
     let keys = Keys { plant: "joint", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
     let gear = ratio(sheet.gear);
     let supply = problems.take(keys.supply(nominal.torque_n_m_per_a / gear, limit)).flatten();
@@ -1165,6 +1208,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let common = common! {
         file, sheet, drive, problems, limit,
         mode: ModeKey::Position,
+        lighter_percent: 0.0,
         observer_states: 4,
         noise_rad: &[file.encoder.link.noise_rad, file.encoder.motor.noise_rad],
         plant: "joint",
@@ -1197,6 +1241,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         plant: "joint",
         max_current_a: limit,
         uncertain_percent,
+        inertia: Inertia::known_to(nominal.link_inertia_kg_m2, uncertain_percent),
         supply,
         torque_n_m_per_a: nominal.torque_n_m_per_a,
         gear,
@@ -1230,6 +1275,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             x0: vec![sheet.start_rad, 0.0, motor_rad],
             plant: Box::new(plant::Joint::new(truth, believed, imperfections, load).sampled(common.period_s)),
             smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
+            inertia_range: None,
             corners: joint_corners(uncertain_percent, &believed, truth.spring_damping_n_m_s, lag),
         },
     )

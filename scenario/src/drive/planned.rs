@@ -4,6 +4,7 @@ use loop_sim::plant::Supply;
 use loop_sim::port::drive::{Goal, Motion};
 
 use super::build::rounded;
+use super::inertia::Inertia;
 use crate::error::shown;
 
 /// The longest way onto a reference that is looked for, s.
@@ -25,7 +26,9 @@ pub(super) struct Asked<'a, const J: usize> {
     /// The table of its data sheet.
     pub(super) plant: &'static str,
     pub(super) max_current_a: f64,
+    /// Of K_t, and of what the inertia may be.
     pub(super) uncertain_percent: f64,
+    pub(super) inertia: Inertia,
     pub(super) supply: Option<Supply>,
     /// K_t behind the gear, and its ratio.
     pub(super) torque_n_m_per_a: f64,
@@ -40,7 +43,7 @@ impl<const J: usize> Asked<'_, J> {
     /// 90 % of the limit, for a motor as weak and heavy as it may be. A plan that the true motor cannot follow ends in
     /// ringing at the limits.
     fn within_a(&self) -> f64 {
-        SHARE * self.max_current_a * (100.0 - self.uncertain_percent) / (100.0 + self.uncertain_percent)
+        SHARE * self.max_current_a * (100.0 - self.uncertain_percent) / self.inertia.percent[1]
     }
 
     fn back_emf_v(&self, jet: &[f64; J]) -> f64 {
@@ -57,9 +60,10 @@ impl<const J: usize> Asked<'_, J> {
         let Some(supply) = self.supply else { return 0.0 };
         let (current, back_emf_v) = ((self.feed_forward)(jet), self.back_emf_v(jet));
         let off = self.uncertain_percent / 100.0;
-        let factors = [1.0 - off, 1.0 + off];
-        let shares = factors.into_iter().flat_map(|torque| {
-            factors.map(|inertia| supply.asked_v(torque * back_emf_v, current * inertia / torque).abs() / supply.volt)
+        let of_inertia = self.inertia.percent.map(|percent| percent / 100.0);
+        let shares = [1.0 - off, 1.0 + off].into_iter().flat_map(|torque| {
+            of_inertia
+                .map(|inertia| supply.asked_v(torque * back_emf_v, current * inertia / torque).abs() / supply.volt)
         });
         shares.fold(0.0, f64::max)
     }

@@ -754,3 +754,97 @@ fn keys_of_the_supply_that_do_not_fit_say_what_does() {
     let found = speeds.map(|it| [it.no_load_rad_s, it.full_current_rad_s]).expect("a supply");
     assert!((found[0] - 480.0).abs() < 1e-9 && found[1].abs() < 1e-9, "{found:?}");
 }
+
+/// Designed for √(J_1 J_2); the bits are those of a file with that number, but for gate and monitors.
+#[test]
+fn a_range_of_inertia_is_designed_for_its_geometric_mean() {
+    let designed = |sets: &[&str]| {
+        let drive = build(MOTOR, sets).unwrap_or_else(|error| panic!("{error}")).drive.expect("a drive").designed;
+        let DriveDesign::Motor(DriveOf { design, form, monitors, .. }) = drive else { panic!("a motor") };
+        (design, form, monitors)
+    };
+    let (mean, ..) = designed(&["motor.inertia_kg_m2=4e-4"]);
+    let (design, form, monitors) = designed(&["motor.inertia_kg_m2=[1e-4, 1.6e-3]"]);
+    assert!((design.motor.inertia_kg_m2 / 4e-4 - 1.0).abs() < 1e-12 && form.gain_sets == 1);
+    assert!((design.bandwidths.surface_rad_s / mean.bandwidths.surface_rad_s - 1.0).abs() < 1e-9);
+    // The lightest is four times as fast: an acceleration is off by three times what the design expects.
+    assert!((monitors.uncertain / (1.0 - monitors.uncertain) - 3.0).abs() < 1e-9, "{monitors:?}");
+    assert!(((design.gate_steps - 1.0) / (mean.gate_steps - 1.0) - 4.0).abs() < 1e-9);
+    // Behind a gear of 10: 0.01 and 0.02 + 0.09 and 0.02.
+    let (geared, ..) =
+        designed(&["motor.gear=[10, 1]", "motor.inertia_kg_m2=[1e-4, 2e-4]", "motor.load_inertia_kg_m2=[0.0, 0.07]"]);
+    assert!((geared.motor.inertia_kg_m2 - 0.03).abs() < 1e-12, "{}", geared.motor.inertia_kg_m2);
+    // A range of nothing is a number.
+    assert_eq!(designed(&["motor.inertia_kg_m2=[4e-4, 4e-4]"]), designed(&["motor.inertia_kg_m2=4e-4"]));
+}
+
+/// At both ends of 2e-4 to 2e-3, with moves, sines and sudden loads: followed, and no alarm.
+#[test]
+fn a_motor_at_either_end_of_its_range_runs_without_an_alarm() {
+    let alarms = controller_core::drive::ALARMS;
+    let mut largest = 0.0_f64;
+    for (inertia, torque) in [(216.2, 20.0), (216.2, -15.0), (0.0, 0.0), (-68.3, 20.0), (-68.3, -20.0)] {
+        for (more, bar) in [
+            ("reference={kind = \"move\", to_rad = 3.0, start_s = 0.1}", 0.03),
+            ("reference={kind = \"sine\", amplitude_rad = 1.0, frequency_hz = 1.0}", 0.03),
+            ("load=[{kind = \"step\", amplitude = 0.12, t0_s = 0.5}]", 0.03),
+        ] {
+            let [inertia, torque] =
+                [("inertia", inertia), ("torque", torque)].map(|(of, it)| format!("error.{of}_percent={it}"));
+            let (experiment, trace) =
+                ran(MOTOR, &["motor.inertia_kg_m2=[2e-4, 2e-3]", "friction.cogging_n_m=0", &inertia, &torque, more]);
+            let rows = trace.rows.iter().filter(|row| row.t_s >= experiment.window_s[0]);
+            let all = rows.clone().fold(Health::OK, |all, row| all | row.health);
+            let worst = rows.map(|row| (row.x[0] - row.r).abs()).fold(0.0, f64::max);
+            assert!(!all.intersects(alarms) && worst < bar, "{inertia} {torque} {more}: {all}, {worst} rad");
+            largest = trace.rows.iter().map(|row| row.d_hat[1].abs()).fold(largest, f64::max);
+        }
+    }
+    // What is seen is more than a data sheet known to 20 % would allow, so that its threshold would have told.
+    let by_20_percent = (0.25 + 0.65 * 0.25) * 10.0 * 0.05 / 6.32e-4;
+    assert!(largest > by_20_percent, "{largest} rad/s^2");
+}
+
+#[test]
+fn what_is_not_known_to_50_percent_is_told_of_a_range() {
+    let refused = |text: &str, sets: &[&str]| build(text, sets).err().expect("refused");
+    let inertia = "motor.inertia_kg_m2=2e-4";
+    for (percent, sets, words) in [
+        (900, &[inertia][..], "motor.inertia_kg_m2 = [0.0002, 0.002] (designed for the geometric mean 0.000632)"),
+        (75, &[inertia], "motor.inertia_kg_m2 = [5e-5, 0.00035] (designed for the geometric mean 0.000132)"),
+        (
+            300,
+            &[inertia, "motor.gear=[10, 1]", "motor.load_inertia_kg_m2=0.02"],
+            "motor.load_inertia_kg_m2 = [0.02, 0.14] (designed for the geometric mean 0.08)",
+        ),
+        (300, &[inertia, "motor.gear=[10, 1]"], "kg m^2 of the rotor say motor.inertia_kg_m2 = [0.0002, 0.0008]"),
+        (
+            80,
+            &["motor.inertia_kg_m2=[2e-4, 2e-3]"],
+            "at most 50: the range of the inertia is in the data sheet already",
+        ),
+    ] {
+        let percent = format!("drive.uncertain_percent={percent}");
+        let told = refused(MOTOR, &[sets, &[&percent]].concat());
+        assert!(told.contains(words) && told.contains("expected a finite number at least 0 and at most 50"), "{told}");
+        // What is proposed is taken.
+        if let Some((_, remedy)) = told.split_once(" say ") {
+            let (remedy, _) = remedy.split_once(" (").expect("a mean");
+            let set = remedy.replacen(" = ", "=", 1);
+            build(MOTOR, &[sets, &[&set]].concat()).unwrap_or_else(|error| panic!("{set}: {error}"));
+        }
+    }
+    assert!(
+        refused(JOINT, &["drive.uncertain_percent=60"]).contains("found 60, expected a finite number at least 0 and")
+    );
+    for (set, words) in [
+        ("motor.inertia_kg_m2=[2e-3, 2e-4]", "found [0.002, 0.0002], expected [0.0002, 0.002]: the smallest first"),
+        ("motor.inertia_kg_m2=[1e-5, 1e-2]", "is more than a factor of 100"),
+        ("motor.inertia_kg_m2=[0.0, 1e-2]", "found 0.0, expected a finite number above 0"),
+        ("motor.inertia_kg_m2=[1e-3]", "found a list of 1, expected a list of 2 numbers"),
+        ("motor.inertia_kg_m2=[1e-3, 1e-3, 1e-3]", "expected a list of 2 numbers"),
+    ] {
+        let told = refused(MOTOR, &[set]);
+        assert!(told.contains(words), "{told}");
+    }
+}
