@@ -265,6 +265,7 @@ fn steps_of_a_sensor_make_what_the_known_loop_says() {
     }
     let at_rest = |k: f64| AtRest {
         corners: Vec::new(),
+        inertia_range: None,
         plant: Box::new(bare(2)),
         law: Box::new(Proportional(k)),
         sensed: (0..2).map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0, quantum: 0.1 }).collect(),

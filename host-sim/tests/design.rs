@@ -52,6 +52,7 @@ fn by_hand<const N: usize>(a: [f64; N], k: [f64; N], delay_ticks: usize) -> AtRe
     let plant = Chain::new(channel.clone(), channel, vec![Signal::default(); N]).expect("a chain");
     AtRest {
         corners: Vec::new(),
+        inertia_range: None,
         plant: Box::new(plant),
         law: Box::new(Feedback(k)),
         sensed: (0..N).map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0, quantum: 0.0 }).collect(),

@@ -6,6 +6,8 @@
 //! sample = sensor(x)    u = port(sample)    u_held = actuator(u)    row -> recorder    x = x(t + T) under u_held
 //! ```
 //!
+//! Where a plant's supply drives only a part of u at x, u_held is that part, and the port is told of it.
+//!
 //! All memory is made before: with a [`Recorder`] that keeps nothing, `()`, a run allocates nothing.
 
 use std::fmt;
@@ -139,7 +141,7 @@ impl<'a> Running<'a> {
             Ok(tick) => tick,
             Err(error) => return Err((Ending::BrokenOff { t_s }, Some(LoopError::Port(error)))),
         };
-        let u_held = actuator.drive(tick.u);
+        let u_held = plant.driven(&x[..n], actuator.drive(tick.u));
         if *report {
             port.report_applied(u_held);
         }

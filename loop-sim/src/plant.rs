@@ -25,7 +25,7 @@ pub use benchmark::Benchmark;
 pub use chain::{Chain, ChainError, LastChannel};
 pub use flexible_joint::{FlexibleJoint, JointErrors};
 pub use joint::{Joint, JointBody};
-pub use motor::{Friction, Imperfections, Motor, Shaft};
+pub use motor::{Friction, Imperfections, Motor, Shaft, Supply};
 pub use own::Own;
 
 use crate::MAX_ORDER;
@@ -53,6 +53,11 @@ pub trait Plant: Send + Sync {
 
     /// Instants at which the right-hand side jumps, ascending: no solver step straddles one.
     fn jumps_s(&self) -> &[f64];
+
+    /// The part of a held input `u` that is driven in state `x`: less than all of it where a supply does not suffice.
+    fn driven(&self, _x: &[f64], u: f64) -> f64 {
+        u
+    }
 
     /// Its step from tick to tick, if it has one of its own; what that does not cross the solver does.
     fn exact(&self) -> Option<&Exact> {

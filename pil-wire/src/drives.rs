@@ -249,7 +249,8 @@ const fn form(fast: usize, late: usize) -> u8 {
     Instance::TWO_SETS * fast as u8 + Instance::LATE * late as u8
 }
 
-/// What a plan may ask of a drive.
+/// What a plan may ask of a drive: its current, and a speed that its counter can tell. The supply is not among the
+/// words of a design: a plan made here may ask for more speed than there is voltage for.
 struct Reach {
     period_s: f64,
     limits: Limits,

@@ -94,6 +94,8 @@ pub struct AtRest {
     pub left_out: Vec<&'static str>,
     /// The corners of what a file of a drive says of how well its data sheet is known; else none.
     pub corners: Vec<Corner>,
+    /// Of a motor whose file says a range of its inertia.
+    pub inertia_range: Option<InertiaRange>,
 }
 
 /// A plant of which every main number of the data sheet is off by as much as the file says that it may be.
@@ -102,6 +104,16 @@ pub struct Corner {
     pub name: String,
     /// The plant without friction, load and disturbance.
     pub plant: Box<dyn Plant>,
+}
+
+/// A range of inertia, and the plants in it.
+pub struct InertiaRange {
+    /// The smallest and the largest, kg m².
+    pub ends_kg_m2: [f64; 2],
+    /// What the design is for, the geometric mean, kg m².
+    pub designed_for_kg_m2: f64,
+    /// Those with an inertia (kg m²): K_t as in the data sheet, then less and more by as much as the file says.
+    pub plants: Box<dyn Fn(f64) -> Vec<Corner> + Send + Sync>,
 }
 
 /// An entry of the sample.
@@ -137,10 +149,21 @@ pub struct Drive {
     pub motion: Motion,
     /// Time constant of the current loop, s.
     pub current_lag_s: f64,
+    /// What the supply leaves, if the file says it.
+    pub top_speed: Option<TopSpeed>,
     /// λ_2: what |σ*| stays below with the quiet gains while every innovation is at most one step of its encoder.
     pub sigma_star_bound: f64,
     /// What the noise of u is told by; none if something is wrong with the encoders.
     pub(super) twin: Option<Twin>,
+}
+
+/// Speeds that a supply allows the motor of a data sheet, without its friction, where the angle is meant, rad/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TopSpeed {
+    /// Without load.
+    pub no_load_rad_s: f64,
+    /// Up to which the largest current is driven; 0 if it is not even at rest.
+    pub full_current_rad_s: f64,
 }
 
 /// The same drive once more, with finer encoders if there is room for such.
@@ -436,6 +459,7 @@ fn at_rest(
         report: actuator.report,
         left_out: left_out.into_iter().filter_map(|(is_there, what)| is_there.then_some(what)).collect(),
         corners: Vec::new(),
+        inertia_range: None,
     })
 }
 

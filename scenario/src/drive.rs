@@ -10,6 +10,9 @@ use serde::Deserialize;
 use super::{FallbackKey, TermTable};
 
 mod build;
+mod inertia;
+mod planned;
+mod supply;
 #[cfg(test)]
 mod tests;
 
@@ -64,15 +67,27 @@ table! {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorTable {
-    /// Inertia of the rotor, kg m^2. Must be given.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub inertia_kg_m2: Option<f64>,
+    /// Inertia of the rotor, kg m^2, or [smallest, largest]: a loop is designed for the geometric mean of a range. Must be
+    /// given.
+    #[schemars(with = "Option<AboveZero>")]
+    pub inertia_kg_m2: Option<NumberOrRange>,
     /// Torque constant K_t, N m/A. Must be given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub torque_n_m_per_a: Option<f64>,
     /// Largest current of either sign, A. Must be given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_current_a: Option<f64>,
+    /// Supply voltage, V: the faster the motor, the less current it drives. Of a three-phase motor with space-vector
+    /// modulation and K_t per ampere of the peak of a phase: 0.866 of the bus voltage. Default: no limit.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub supply_v: Option<f64>,
+    /// Winding resistance, ohm, between the terminals; of a three-phase motor as above 1.5 times that of a phase. Must
+    /// be given with supply_v; with no_load_rad_s alone the one at which max_current_a just flows at rest.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub resistance_ohm: Option<f64>,
+    /// Speed of the motor's own shaft without load, rad/s, instead of supply_v.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub no_load_rad_s: Option<f64>,
     /// Viscous friction of the rotor, N m s/rad. Default 0.
     #[schemars(range(min = 0))]
     pub damping_n_m_s: f64,
@@ -80,15 +95,47 @@ pub struct MotorTable {
     /// [1, 1].
     #[schemars(inner(range(min = 1, max = 1000)))]
     pub gear: [u32; 2] = [1, 1],
-    /// Inertia of the load behind the gear, kg m^2. Default 0.
-    #[schemars(range(min = 0))]
-    pub load_inertia_kg_m2: f64,
+    /// Inertia of the load behind the gear, kg m^2, or [smallest, largest]. Default 0.
+    #[schemars(extend("default" = 0.0))]
+    pub load_inertia_kg_m2: NumberOrRange,
     /// Time constant of the current loop, s; 0 for none. Default 2e-4.
     #[schemars(range(min = 0, max = 0.1))]
     pub current_lag_s: f64 = controller_core::drive::DEFAULT_LAG_S,
     /// Angle at t = 0, at rest, rad. Default 0.
     pub start_rad: f64,
 }
+}
+
+/// A number, or a range of it.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum NumberOrRange {
+    /// One number.
+    Number(#[schemars(range(min = 0))] f64),
+    /// The smallest and the largest that it may be.
+    Range(#[schemars(inner(range(min = 0)))] [f64; 2]),
+}
+
+/// The schema of one that is not 0.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "what is read is a NumberOrRange")]
+enum AboveZero {
+    /// One number.
+    Number(Positive),
+    /// The smallest and the largest that it may be.
+    Range([Positive; 2]),
+}
+
+#[derive(JsonSchema)]
+#[schemars(inline, extend("exclusiveMinimum" = 0))]
+#[expect(dead_code, reason = "a schema alone")]
+struct Positive(f64);
+
+impl Default for NumberOrRange {
+    fn default() -> Self {
+        Self::Number(0.0)
+    }
 }
 
 /// An encoder, absolute or incremental.
@@ -136,10 +183,12 @@ pub struct MotorDriveTable {
     /// Gain k_l of the reaching law, 1/s. Default: 8 times the bandwidth of the error, at most one per tick.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reaching_per_s: Option<f64>,
-    /// How well inertia and torque constant are known, percent. Default 20.
-    #[schemars(range(min = 0, max = 50))]
+    /// How well inertia and torque constant are known, percent, at most 50; of an inertia with a range the torque constant
+    /// alone. Default 20.
+    #[schemars(range(min = 0))]
     pub uncertain_percent: f64 = 20.0,
-    /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20, else 1.
+    /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20 and an inertia
+    /// that is at most as far off, else 1.
     #[schemars(range(min = 1, max = 2))]
     pub gain_sets: Option<usize>,
     /// Bandwidth of the observer in the fast set over that in the quiet one. Default 2.
@@ -414,6 +463,17 @@ pub struct JointTable {
     /// Largest current of either sign, A. Must be given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_current_a: Option<f64>,
+    /// Supply voltage, V: the faster the motor, the less current it drives. Of a three-phase motor with space-vector
+    /// modulation and K_t per ampere of the peak of a phase: 0.866 of the bus voltage. Default: no limit.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub supply_v: Option<f64>,
+    /// Winding resistance, ohm, between the terminals; of a three-phase motor as above 1.5 times that of a phase. Must
+    /// be given with supply_v; with no_load_rad_s alone the one at which max_current_a just flows at rest.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub resistance_ohm: Option<f64>,
+    /// Speed of the motor's own shaft without load, rad/s, instead of supply_v.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub no_load_rad_s: Option<f64>,
     /// Turns of the motor, and those that the spring makes meanwhile: [100, 1] is a reduction of 100. Default [1, 1].
     #[schemars(inner(range(min = 1, max = 1000)))]
     pub gear: [u32; 2] = [1, 1],
@@ -469,8 +529,8 @@ pub struct JointDriveTable {
     /// Gain k_l of the reaching law instead, 1/s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reaching_per_s: Option<f64>,
-    /// How well the parameters are known, percent. Default 20.
-    #[schemars(range(min = 0, max = 50))]
+    /// How well the parameters are known, percent, at most 50. Default 20.
+    #[schemars(range(min = 0))]
     pub uncertain_percent: f64 = 20.0,
     /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20, else 1.
     #[schemars(range(min = 1, max = 2))]

@@ -47,11 +47,11 @@ mod own;
 mod resolve;
 mod rewrite;
 
-pub use assemble::{AtRest, Corner, Drive, Experiment, Mu, Sensed, ShaftOf, StateName};
+pub use assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Mu, Sensed, ShaftOf, StateName, TopSpeed};
 pub use drive::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointEncoderTable,
     JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,
-    ReferenceKind, ReferenceTable, TuningKey,
+    NumberOrRange, ReferenceKind, ReferenceTable, TuningKey,
 };
 pub use error::{ScenarioError, Source};
 pub use rewrite::rewritten;

@@ -20,6 +20,7 @@ use crate::kind::Kind;
 use crate::map::is_zero;
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
 use crate::number::significant;
+use crate::range::{Covered, covered};
 
 /// Share of the current limit that the steps of encoders may cost as noise, rms.
 const NOISE_SHARE: f64 = 0.01;
@@ -54,6 +55,9 @@ pub struct Design {
     pub limits: Vec<Limit>,
     /// A better design, if there is one.
     pub suggested: Option<Suggested>,
+    /// Of a motor whose file says a range of its inertia: what of it is covered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inertia_range: Option<Covered>,
     /// What of the scenario is not in these figures.
     pub left_out: Vec<&'static str>,
 }
@@ -250,6 +254,7 @@ pub fn design(experiment: &Experiment) -> Result<Design, Error> {
         bounds: bounds(experiment),
         limits: limits(experiment, at_rest, &got),
         suggested: suggested(experiment, at_rest, &got)?,
+        inertia_range: covered(at_rest, at_rest.law.as_ref(), experiment.period_s)?,
         left_out: at_rest.left_out.clone(),
         asked,
         got,
@@ -368,7 +373,14 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
             )
         });
         let sigma = one("|sigma*|, lambda_2", drive.sigma_star_bound, unit, "for innovations of one step each at most");
-        return gates.chain([sigma]).collect();
+        let speeds = drive.top_speed.map(|it| {
+            let at_full = format!("up to which {} A are driven, behind the gear", number(drive.max_current_a));
+            [
+                one("top speed", it.no_load_rad_s, "rad/s", "of the supply without load or friction, behind the gear"),
+                one("speed at full current", it.full_current_rad_s, "rad/s", &at_full),
+            ]
+        });
+        return gates.chain([sigma]).chain(speeds.into_iter().flatten()).collect();
     }
     let mu: Vec<Vec<f64>> = experiment.mu.iter().map(|mu| mu.by_order.clone()).collect();
     let found = experiment.spec.as_ref().and_then(|spec| ultimates(&spec.config, &mu));

@@ -13,6 +13,7 @@ pub mod map;
 pub mod margins;
 pub mod monte_carlo;
 pub mod number;
+pub mod range;
 pub mod tune;
 mod watch;
 

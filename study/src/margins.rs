@@ -230,7 +230,12 @@ impl Loop {
     }
 
     /// The same with another plant.
-    fn with(at_rest: &AtRest, plant: &dyn Plant, law: &dyn LawAtRest, period_s: f64) -> Result<Self, MarginsError> {
+    pub(crate) fn with(
+        at_rest: &AtRest,
+        plant: &dyn Plant,
+        law: &dyn LawAtRest,
+        period_s: f64,
+    ) -> Result<Self, MarginsError> {
         let is_by_count = law.steps().iter().any(|step| *step > 0.0);
         let law = LinearTick::of(law, at_rest.report);
         let plant = LinearPlant::of(plant, law.u, period_s).map_err(MarginsError::Solver)?;
@@ -490,9 +495,10 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
     }
     let unstable = unstable_corners(at_rest, law, period_s).unwrap_or_default();
     let Some(worst) = unstable.first() else { return Vec::new() };
+    let known = if at_rest.inertia_range.is_some() { "the range of the inertia" } else { "drive.uncertain_percent" };
     vec![format!(
-        "unstable in {} of {} corners of what drive.uncertain_percent allows, most with {} (a factor of {:.6} in a \
-         tick); `host-sim design` tells more",
+        "unstable in {} of {} corners of what {known} allows, most with {} (a factor of {:.6} in a tick); `host-sim \
+         design` tells more",
         unstable.len(),
         at_rest.corners.len(),
         worst.name,

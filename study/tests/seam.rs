@@ -32,7 +32,7 @@ fn each_computation_ends_without_an_answer_when_it_is_stopped() {
     assert_eq!(study::map(&question, watch), Ok(None));
 
     let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a drive");
-    let asked = tune::Asked::new(&bench, &MOTOR, &Limits::default()).expect("a specification");
+    let asked = tune::Asked::new(&bench, &Limits::default()).expect("a specification");
     let effort = Effort { evaluations: 9, seed: 1, most_cycles: None };
     assert_eq!(study::tune(&bench, &MOTOR, &asked, effort, watch), Ok(None));
 

@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     eprintln!("{good} of {} points are good; guaranteed: {:?}", map.points.len(), map.promise);
 
     let bench = Bench::new(&file, &text, &[])?;
-    let asked = tune::Asked::new(&bench, &subject, &Limits { load_rad: Some(0.02), ..Limits::default() })?;
+    let asked = tune::Asked::new(&bench, &Limits { load_rad: Some(0.02), ..Limits::default() })?;
     let effort = Effort { evaluations: 60, seed: 1, most_cycles: None };
     let tuned = study::tune(&bench, &subject, &asked, effort, Watch::none())?.ok_or("stopped")?;
     eprintln!("load error {:.4} rad, {} cycles, not met: {:?}", tuned.found.worst.load_rad, tuned.cycles, tuned.missed);

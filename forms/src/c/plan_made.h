@@ -71,7 +71,7 @@ static inline bool @_plan_rest(@_plan *plan, int32_t turn, float angle)
 
 /* Plans a move to rest at 2 pi turn + angle, that begins at a tick with what is present then and takes so many ticks.
  * On the way, the present is that of the old plan at this tick (@_plan_jet), never a measurement. Whether the current
- * suffices is not asked. */
+ * and the supply suffice is not asked. */
 static inline bool @_plan_move(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks, int32_t turn,
     float angle)
 {

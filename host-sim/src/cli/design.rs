@@ -7,6 +7,7 @@ use scenario::Experiment;
 use study::design::{AskedPoles, Bound, ClosedLoop, Design, LEAST_PHASE_DEG, Limit, Noise, Suggested};
 use study::margins::{Margins, Root, UnstableCorner};
 use study::number::significant;
+use study::range::{Covered, End};
 use terminal::table::Table;
 
 use super::export::refuse_without_limits;
@@ -75,16 +76,15 @@ fn line(got: &ClosedLoop) -> String {
     let Some(margins) = &got.margins else {
         return format!("unstable: spectral radius {}, so no margins", radius(got.spectral_radius));
     };
+    format!("decay {} 1/s; {}", number(got.decay_per_s), margins_in_words(margins))
+}
+
+fn margins_in_words(margins: &Margins) -> String {
     let Margins { phase_deg, delay_s, gain_up, gain_down, sensitivity_peak, .. } = *margins;
     let phase = phase_deg.map_or_else(|| "any phase".into(), |phase| format!("{} deg", number(phase)));
     let delay = delay_s.map_or_else(|| "any delay".into(), |delay| format!("{} ms", number(1e3 * delay)));
     let up = gain_up.map_or_else(|| "any".into(), number);
-    format!(
-        "decay {} 1/s; margins {phase}, {delay}, gain {} to {up}; |S| up to {}",
-        number(got.decay_per_s),
-        factor_down(gain_down),
-        number(sensitivity_peak)
-    )
+    format!("margins {phase}, {delay}, gain {} to {up}; |S| up to {}", factor_down(gain_down), number(sensitivity_peak))
 }
 
 /// What `run` says of it.
@@ -146,7 +146,7 @@ pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
         let head = if k == 0 { "limited by " } else { "      then " };
         say(format!("{head}{what}, {} % used: {meaning}", percent(*used)));
     }
-    corners(&design.got, &mut say);
+    corners(design, &mut say);
     for warning in &experiment.warnings {
         say(format!("warning: {warning}"));
     }
@@ -177,18 +177,47 @@ pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
 /// How many unstable corners are told by name.
 const MOST_NAMED: usize = 4;
 
-fn corners(got: &ClosedLoop, line: &mut impl FnMut(String)) {
-    let ClosedLoop { corners, unstable_corners: unstable, .. } = got;
+fn corners(design: &Design, line: &mut impl FnMut(String)) {
+    let ClosedLoop { corners, unstable_corners: unstable, .. } = &design.got;
     if *corners > 0 {
         let words = match unstable.len() {
             0 => "all stable".into(),
             count => format!("{count} UNSTABLE, the worst first:"),
         };
-        line(format!("{corners} corners of drive.uncertain_percent: {words}"));
+        let of = if design.inertia_range.is_some() { "the ends of the inertia and drive" } else { "drive" };
+        line(format!("{corners} corners of {of}.uncertain_percent: {words}"));
     }
     for UnstableCorner { name, spectral_radius } in unstable.iter().take(MOST_NAMED) {
         line(format!("    {name}: spectral radius {}", radius(*spectral_radius)));
     }
+    for words in design.inertia_range.iter().flat_map(inertia_in_words) {
+        line(words);
+    }
+}
+
+/// What of a range of inertia is covered, and its ends.
+fn inertia_in_words(covered: &Covered) -> Vec<String> {
+    let Covered { designed_for_kg_m2, ends } = covered;
+    let [low, high] = ends;
+    let [from, to] = [low.inertia_kg_m2, high.inertia_kg_m2].map(number);
+    let head =
+        format!("inertia {from} to {to} kg m^2, designed for the geometric mean {}", number(*designed_for_kg_m2));
+    let left: Vec<String> = [low, high]
+        .into_iter()
+        .filter(|end| !end.is_covered())
+        .map(|end| {
+            let side = if end.inertia_kg_m2 > *designed_for_kg_m2 { "above" } else { "below" };
+            let times = (end.stable_to_kg_m2 / designed_for_kg_m2).ln().abs().exp();
+            format!("{side} {} (a factor of {} is stable)", number(end.stable_to_kg_m2), number(times))
+        })
+        .collect();
+    let verdict =
+        if left.is_empty() { "stable over all of it".into() } else { format!("NOT COVERED {}", left.join(", ")) };
+    let of_end = |end: &End| {
+        let words = end.margins.as_ref().map_or_else(|| "unstable".into(), |margins| margins_in_words(margins));
+        format!("    at {} kg m^2: {words}", number(end.inertia_kg_m2))
+    };
+    [format!("{head}: {verdict}"), of_end(low), of_end(high)].into()
 }
 
 pub(super) fn table(design: &Design, experiment: &Experiment) -> Table {

@@ -89,7 +89,7 @@ impl Console<'_> {
     pub(super) fn tune(&mut self, options: &TuneOptions) -> Result<u8, Failure> {
         let scenario = ScenarioText::read(options.file.as_deref(), JOINT)?;
         let bench = Bench::new(&scenario.file, &scenario.text, &options.sets)?;
-        let asked = Asked::new(&bench, &scenario.subject(&options.sets), &options.limits())?;
+        let asked = Asked::new(&bench, &options.limits())?;
         let to = options.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-tuned.toml", bench.name)));
         free_to(&to)?;
         let folder = folder_of(options.out.as_ref(), &bench.name, "tune");

@@ -7,7 +7,7 @@
 //! States: angle and speed of the link, angle and speed of the motor, both on the link's side of a gear (rad, rad/s),
 //! and, with a lag, the current (A). Friction, cogging and ripple of the motor are those of [`Motor`](super::Motor); a
 //! load is positive against positive motion of the link. W is the torque of the link's weight when it is level; 0 hangs
-//! down.
+//! down. A supply limits u by the speed of the motor, as there.
 //!
 //! The controller believes the same with its own numbers, without D and F. The lumped disturbances d_2 and d_4 (rad/s²)
 //! are what that leaves out at each shaft; as for the motor the current is the one that flows.
@@ -109,7 +109,7 @@ impl Joint {
     /// A joint that is `truth`, of which the controller believes `nominal`; `load` on the link in N m.
     pub fn new(truth: JointBody, nominal: JointBody, imperfections: Imperfections, load: Signal) -> Self {
         let rates_rad_s = [0.0, imperfections.damping_n_m_s()].map(|friction| {
-            let mut jacobian = truth.jacobian(friction);
+            let mut jacobian = truth.jacobian(friction + imperfections.braking_n_m_s(truth.motor.torque_n_m_per_a));
             jacobian[1][0] = (-truth.stiffness_n_m - truth.weight_n_m) / truth.link_inertia_kg_m2;
             spectral_bound(jacobian).max(fastest_signal_rad_s([&load]))
         });
@@ -149,7 +149,7 @@ impl Plant for Joint {
     }
 
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
-        let current = self.imperfections.current(x, u);
+        let current = self.imperfections.current(x, self.driven(x, u));
         self.rhs(t_s, x, u, d);
         let truth = [d[1], d[3]];
         let believed = JointBody { spring_damping_n_m_s: 0.0, ..self.nominal };
@@ -160,6 +160,7 @@ impl Plant for Joint {
 
     fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
         let JointBody { stiffness_n_m, spring_damping_n_m_s, motor, .. } = self.truth;
+        let u = self.driven(x, u);
         let current = self.imperfections.current(x, u).abs().max(u.abs());
         // The spring winds up by what the shafts turn in a step.
         let wound = (x[2] - x[0]).abs() + STEP_ANGLE * (x[1].abs() + x[3].abs()) / self.rates_rad_s[0];
@@ -187,8 +188,14 @@ impl Plant for Joint {
         self.exact.as_ref()
     }
 
+    fn driven(&self, x: &[f64], u: f64) -> f64 {
+        self.imperfections.driven(self.truth.motor.torque_n_m_per_a, x[3], u)
+    }
+
+    /// None with a supply, which these numbers do not have.
     fn parts(&self) -> Option<Parts<'_>> {
-        Some(Parts::Shafts { numbers: &self.numbers, load: &self.load })
+        let shafts = Parts::Shafts { numbers: &self.numbers, load: &self.load };
+        self.imperfections.supply.is_none().then_some(shafts)
     }
 }
 

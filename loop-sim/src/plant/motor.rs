@@ -9,6 +9,12 @@
 //! torques are at the shaft whose angle is θ. Friction is Coulomb's and Stribeck's, made smooth at ω_t: below it a
 //! shaft creeps where a real one sticks. A load is positive against positive motion.
 //!
+//! With a [`Supply`] of V volt and a winding of R ohm, u is limited at each instant by the speed; K_e is K_t:
+//!
+//! $$ \frac{-V - K_t \omega}{R} \le u \le \frac{V - K_t \omega}{R} $$
+//!
+//! Inductance has no part in it beyond the lag, nor has the ripple of K_t.
+//!
 //! The controller believes $\dot\omega = (K_t u - B \omega)/J$ with its own J, K_t, B. What is left is the lumped
 //! disturbance d_2 (rad/s²); it is taken with the current that flows, since the lag of a current loop is no torque.
 
@@ -131,6 +137,27 @@ impl Friction {
     }
 }
 
+/// Voltage and winding resistance: the current that they leave to a shaft that turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Supply {
+    /// V, volt.
+    pub volt: f64,
+    /// R, ohm; above 0.
+    pub ohm: f64,
+}
+
+impl Supply {
+    /// The part of a current u that is driven against this back-EMF (V).
+    pub fn driven(&self, back_emf_v: f64, u: f64) -> f64 {
+        u.max((-self.volt - back_emf_v) / self.ohm).min((self.volt - back_emf_v) / self.ohm)
+    }
+
+    /// The voltage of a current against this back-EMF, V; of both signs.
+    pub fn asked_v(&self, back_emf_v: f64, u: f64) -> f64 {
+        self.ohm * u + back_emf_v
+    }
+}
+
 /// What a data sheet does not say of a motor. The default is nothing of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Imperfections {
@@ -146,6 +173,8 @@ pub struct Imperfections {
     pub ripple_per_turn: f64,
     /// τ of the current loop, s; 0 for none.
     pub lag_s: f64,
+    /// V and R; none: every current is driven at every speed.
+    pub supply: Option<Supply>,
 }
 
 impl Imperfections {
@@ -158,9 +187,20 @@ impl Imperfections {
         load: f64,
     ) -> [f64; N] {
         let [angle, speed] = shafts::motor_at(N).map(|at| x[at]);
+        let u = self.driven(numbers[0][1], speed, u);
         let waves = shafts::waves(numbers[1], angle, sine::sin);
         let sin_link = if N > 3 { sine::sin(x[0]) } else { 0.0 };
         shafts::rates(numbers, x, u, load, self.friction.torque_n_m(speed), waves, sin_link)
+    }
+
+    /// The part of u that the supply drives through a motor of this K_t at this speed.
+    pub(super) fn driven(&self, torque_n_m_per_a: f64, speed: f64, u: f64) -> f64 {
+        self.supply.map_or(u, |supply| supply.driven(torque_n_m_per_a * speed, u))
+    }
+
+    /// Back-EMF as a damping, while the supply is the limit, N m s/rad.
+    pub(super) fn braking_n_m_s(&self, torque_n_m_per_a: f64) -> f64 {
+        self.supply.map_or(0.0, |supply| torque_n_m_per_a * torque_n_m_per_a / supply.ohm)
     }
 
     /// Friction as a damping, where it is steepest, N m s/rad.
@@ -187,7 +227,7 @@ impl Imperfections {
 
     /// Is there a lag, and nothing else?
     pub(super) fn is_linear(&self) -> bool {
-        self.friction.largest_n_m() == 0.0 && self.cogging_n_m == 0.0 && self.ripple == 0.0
+        self.friction.largest_n_m() == 0.0 && self.cogging_n_m == 0.0 && self.ripple == 0.0 && self.supply.is_none()
     }
 
     /// The row of a current that lags in the last of `order` states, if one does; and what u multiplies in the last
@@ -226,7 +266,8 @@ impl Motor {
     /// A motor that is `truth`, of which the controller believes `nominal`; `load` in N m.
     pub fn new(truth: Shaft, nominal: Shaft, imperfections: Imperfections, load: Signal) -> Self {
         let rates_rad_s = [0.0, imperfections.damping_n_m_s()].map(|friction| {
-            ((truth.damping_n_m_s + friction) / truth.inertia_kg_m2).max(fastest_signal_rad_s([&load]))
+            let braking = imperfections.braking_n_m_s(truth.torque_n_m_per_a);
+            ((truth.damping_n_m_s + braking + friction) / truth.inertia_kg_m2).max(fastest_signal_rad_s([&load]))
         });
         let jumps_s = merged_jumps_s([&load]);
         let numbers = shafts::of_motor(&truth, &imperfections);
@@ -267,7 +308,7 @@ impl Plant for Motor {
 
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
         let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = self.nominal;
-        let current = self.imperfections.current(x, u);
+        let current = self.imperfections.current(x, self.driven(x, u));
         self.rhs(t_s, x, u, d);
         let truth = d[1];
         d.fill(0.0);
@@ -276,6 +317,7 @@ impl Plant for Motor {
 
     fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
         let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = self.truth;
+        let u = self.driven(x, u);
         // A current that lags stays between what flows and u.
         let current = self.imperfections.current(x, u).abs().max(u.abs());
         let torque = self.imperfections.largest_n_m(torque_n_m_per_a, current)
@@ -300,8 +342,14 @@ impl Plant for Motor {
         self.exact.as_ref()
     }
 
+    fn driven(&self, x: &[f64], u: f64) -> f64 {
+        self.imperfections.driven(self.truth.torque_n_m_per_a, x[1], u)
+    }
+
+    /// None with a supply, which these numbers do not have.
     fn parts(&self) -> Option<Parts<'_>> {
-        Some(Parts::Shafts { numbers: &self.numbers, load: &self.load })
+        let shafts = Parts::Shafts { numbers: &self.numbers, load: &self.load };
+        self.imperfections.supply.is_none().then_some(shafts)
     }
 }
 
@@ -323,6 +371,69 @@ mod tests {
             solver::advance(motor, from, to, u, &mut x).expect("a slow plant");
         }
         x
+    }
+
+    const SUPPLY: Supply = Supply { volt: 12.0, ohm: 0.8 };
+
+    /// Without a lag a current beyond what 12 V drive is (V - K_t ω)/R all the way: ω = V/K_t (1 - e^(-t K_t²/(R J))).
+    #[test]
+    fn a_motor_at_its_supply_runs_up_to_the_no_load_speed() {
+        let shaft = Shaft { damping_n_m_s: 0.0, ..SHAFT };
+        for (torque, u) in [(0.05, 100.0), (0.05, -100.0), (-0.05, 100.0)] {
+            let shaft = Shaft { torque_n_m_per_a: torque, ..shaft };
+            let supplied = Imperfections { supply: Some(SUPPLY), ..Imperfections::default() };
+            let motor = Motor::new(shaft, shaft, supplied, Signal::default());
+            let (rate, end) = (0.05 * 0.05 / (0.8 * 2e-4), 12.0 / 0.05 * (torque * u).signum());
+            for span_s in [0.02, 0.1, 2.0] {
+                let found = after(&motor, &[0.0, 0.0], u, span_s);
+                let speed = end * (1.0 - (-rate * span_s).exp());
+                assert!((found[1] - speed).abs() < 1e-6 * end.abs(), "{span_s} s: {found:?}, {speed}");
+                let flows = (12.0 * u.signum() - torque * speed) / 0.8;
+                assert!((motor.driven(&found, u) - flows).abs() < 1e-4, "{span_s} s: {flows}");
+            }
+        }
+    }
+
+    /// Against (V - K_t ω)/R integrated here in 80 000 steps of Heun's: current loop, friction of speed and load,
+    /// driven forward, braked, and turned faster than the supply allows by its load.
+    #[test]
+    fn a_supply_limits_a_current_that_lags_as_the_equations_say() {
+        let lag_s = 1e-3;
+        let imperfections = Imperfections { lag_s, supply: Some(SUPPLY), ..Imperfections::default() };
+        let load = Signal::new(vec![Term::Step { amplitude: -0.8, t0_s: 0.06 }]);
+        let motor = Motor::new(SHAFT, SHAFT, imperfections, load);
+        let rates = |t_s: f64, [_, w, i]: [f64; 3], u: f64| {
+            let most = (12.0 - 0.05 * w) / 0.8;
+            let least = (-12.0 - 0.05 * w) / 0.8;
+            let wanted = if u > most {
+                most
+            } else if u < least {
+                least
+            } else {
+                u
+            };
+            let load = if t_s < 0.06 { 0.0 } else { -0.8 };
+            [w, (0.05 * i - 1e-3 * w - load) / 2e-4, (wanted - i) / lag_s]
+        };
+        let (mut x, mut own, mut fastest, mut cut) = (vec![0.0; 3], [0.0; 3], 0.0_f64, 0);
+        for k in 0..200 {
+            let (from, u) = (f64::from(k) * 1e-3, if (40..60).contains(&k) { -14.0 } else { 14.0 });
+            solver::advance(&motor, from, from + 1e-3, u, &mut x).expect("a slow plant");
+            let h = 1e-3 / 400.0;
+            for step in 0..400 {
+                let t_s = from + (f64::from(step) + 0.5) * h;
+                let first = rates(t_s, own, u);
+                let then = rates(t_s, std::array::from_fn(|j| own[j] + h * first[j]), u);
+                own = std::array::from_fn(|j| own[j] + 0.5 * h * (first[j] + then[j]));
+            }
+            fastest = fastest.max(x[1]);
+            cut += u32::from(motor.driven(&x, u) != u);
+            for (found, own) in x.iter().zip(own) {
+                assert!((found - own).abs() < 1e-4 * (1.0 + own.abs()), "tick {k}: {x:?} {own:?}");
+            }
+        }
+        // Beyond 240 rad/s only the load turns it, and the current brakes whatever is asked for.
+        assert!(fastest > 250.0 && cut > 30, "{fastest} rad/s, {cut} ticks");
     }
 
     /// ω = (K_t u - load)/B (1 - e^(-t B/J)) without friction.
@@ -384,6 +495,7 @@ mod tests {
     fn energy_goes_nowhere_else() {
         let friction = Friction { static_n_m: 0.008, coulomb_n_m: 0.005, ..Friction::default() };
         let imperfections = Imperfections {
+            supply: None,
             friction,
             cogging_n_m: 0.003,
             cogging_per_turn: 7.0,

@@ -14,7 +14,7 @@ pub(crate) type Numbers<const G: usize> = [[f64; 4]; G];
 /// Those of the motor.
 pub(super) fn of_motor(shaft: &Shaft, imperfections: &Imperfections) -> Numbers<3> {
     let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = *shaft;
-    let Imperfections { cogging_n_m, cogging_per_turn, ripple, ripple_per_turn, lag_s, friction } = *imperfections;
+    let Imperfections { cogging_n_m, cogging_per_turn, ripple, ripple_per_turn, lag_s, friction, .. } = *imperfections;
     let per_lag = if lag_s > 0.0 { 1.0 / lag_s } else { 0.0 };
     [
         [1.0 / inertia_kg_m2, torque_n_m_per_a, damping_n_m_s, per_lag],

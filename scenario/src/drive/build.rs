@@ -8,7 +8,7 @@ use controller_core::drive::{
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator;
 use loop_sim::linear::LawAtRest;
-use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft};
+use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft, Supply};
 use loop_sim::port::drive::{DriveAtRest, DriveDesign, DriveOf, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::port::finer::Finer;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
@@ -16,12 +16,15 @@ use loop_sim::sensor::{Sensing, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::solver;
 
+use super::inertia::{Inertia, too_uncertain};
+use super::planned::{Asked, Wanted};
+use super::supply::{self, Keys};
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointErrorTable, JointScenario,
     JointTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable, ReactionKey,
     ReferenceKind, ReferenceTable, TuningKey,
 };
-use crate::assemble::{AtRest, Corner, Drive, Experiment, Sensed, ShaftOf, StateName, Twin};
+use crate::assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Sensed, ShaftOf, StateName, TopSpeed, Twin};
 use crate::error::shown;
 use crate::resolve::{self, Problem, Problems, missing, problem};
 use crate::{FallbackKey, FallbackWord, TermTable};
@@ -38,8 +41,6 @@ const JOINT_STATES: [StateName; 5] = [
 const START_S: f64 = 0.25;
 /// A sudden load that is more times what the motor can make says nothing of a broken encoder.
 const MOST_SUDDEN: f64 = 2.0;
-/// The longest way onto a reference that is looked for, s.
-const LONGEST_S: f64 = 100.0;
 
 /// What both kinds of file say alike.
 struct Common<'a> {
@@ -53,6 +54,8 @@ struct Common<'a> {
     fault: &'a [FaultTable],
     monitor: MonitorTable,
     uncertain_percent: f64,
+    /// How much lighter a motor of a range of inertia may be, percent; 0 without a range.
+    lighter_percent: f64,
     mode: ModeKey,
     period_s: f64,
     max_current_a: f64,
@@ -79,89 +82,8 @@ struct Resolved {
     reaction: Reaction,
 }
 
-/// A motion, and how long the way onto the reference may be.
-struct Wanted {
-    motion: Motion,
-    /// The least ticks, if the number is to be found.
-    fewest: Option<u32>,
-}
-
-impl Wanted {
-    /// The motion with a duration within 90 % of the limit, for a motor as weak and heavy as it may be; else as a jump,
-    /// with a warning. A plan that the true motor cannot follow ends in ringing at the limits.
-    fn planned<const P: usize, const J: usize>(
-        &self,
-        max_current_a: f64,
-        uncertain_percent: f64,
-        last: usize,
-        feed_forward: impl Fn(&[f64; J]) -> f64,
-        warnings: &mut Vec<String>,
-    ) -> Motion {
-        let most = (LONGEST_S / self.motion.period_s) as u32;
-        let within_a = 0.9 * max_current_a * (100.0 - uncertain_percent) / (100.0 + uncertain_percent);
-        let shortest = |fewest: u32| self.motion.shortest::<P, J>([fewest, most.max(fewest)], within_a, &feed_forward);
-        let limit = shown(max_current_a);
-        if let Some(fewest) = self.fewest {
-            let Some(motion) = shortest(fewest) else {
-                let least_a = self.slowest::<P, J>(most, &feed_forward);
-                let remedy = if least_a > within_a {
-                    let enough = shown(rounded(1.01 * least_a * max_current_a / within_a));
-                    format!(
-                        "even in {LONGEST_S} s it takes {} A; max_current_a = {enough} is enough, or a nearer or \
-                         slower goal",
-                        shown(rounded(least_a))
-                    )
-                } else {
-                    "give reference.duration_s".into()
-                };
-                warnings.push(format!(
-                    "the reference begins with a jump: no way onto it stays within {} A, 90 % of the {limit} A for a \
-                     plant as weak and heavy as drive.uncertain_percent = {} allows; {remedy}",
-                    shown(rounded(within_a)),
-                    shown(uncertain_percent)
-                ));
-                return self.motion.clone();
-            };
-            return warned_of::<P, J>(motion, max_current_a, last, "", &feed_forward, warnings);
-        }
-        let remedy = shortest(1).map_or_else(String::new, |motion| {
-            let duration_s = f64::from(motion.ticks) * self.motion.period_s;
-            format!("; reference.duration_s = {} is long enough", shown(rounded(duration_s)))
-        });
-        warned_of::<P, J>(self.motion.clone(), max_current_a, last, &remedy, &feed_forward, warnings)
-    }
-
-    /// The largest current of the slowest way, A.
-    fn slowest<const P: usize, const J: usize>(&self, ticks: u32, feed_forward: impl Fn(&[f64; J]) -> f64) -> f64 {
-        const POINTS: u64 = 64;
-        let jets = Motion { ticks, ..self.motion.clone() }.jets::<P, J>();
-        let at = |i: u64| self.motion.start.saturating_add((u64::from(ticks) * i / POINTS) as u32);
-        (0..=POINTS).map(|i| feed_forward(&jets(at(i))).abs()).fold(0.0, f64::max)
-    }
-}
-
-/// The motion, if it needs more than there is with a warning.
-fn warned_of<const P: usize, const J: usize>(
-    motion: Motion,
-    max_current_a: f64,
-    last: usize,
-    remedy: &str,
-    feed_forward: impl Fn(&[f64; J]) -> f64,
-    warnings: &mut Vec<String>,
-) -> Motion {
-    let peak = motion.peak::<P, J>(last as u32, feed_forward);
-    if peak > max_current_a {
-        warnings.push(format!(
-            "the reference asks for up to {} A, the limit is {} A: it will not be followed{remedy}",
-            shown(rounded(peak)),
-            shown(max_current_a)
-        ));
-    }
-    motion
-}
-
 /// Four digits of a number that came of others.
-fn rounded(number: f64) -> f64 {
+pub(super) fn rounded(number: f64) -> f64 {
     format!("{number:.3e}").parse().unwrap_or(number)
 }
 
@@ -348,13 +270,15 @@ impl Common<'_> {
             late(format!("load[{}].t0_s", k + 1), term.t0_s, "there is no such load");
         }
         late("reference.start_s".into(), self.reference.start_s, "nothing moves");
-        let is_wide = uncertain_percent > 20.0;
+        let is_wide = self.is_wide();
         if is_wide && self.observer_states > 3 && plant == "motor" {
-            warnings.push(format!(
-                "drive.observer_states = 4 is for a motor known to 20 %, and drive.uncertain_percent = {} says more: \
-                 take 3",
-                shown(uncertain_percent)
-            ));
+            let said = if uncertain_percent > 20.0 {
+                format!("drive.uncertain_percent = {}", shown(uncertain_percent))
+            } else {
+                "the range of its inertia".into()
+            };
+            warnings
+                .push(format!("drive.observer_states = 4 is for a motor known to 20 %, and {said} says more: take 3"));
         }
         if is_wide && self.delay_ticks > 0 && plant == "joint" {
             warnings.push(format!(
@@ -364,6 +288,11 @@ impl Common<'_> {
             ));
         }
         warnings
+    }
+
+    /// Is the plant less known than the fast gain set and four states are for?
+    fn is_wide(&self) -> bool {
+        self.uncertain_percent.max(self.lighter_percent) > 20.0
     }
 
     /// The thresholds that the file gives, of shafts with these inertias.
@@ -376,7 +305,7 @@ impl Common<'_> {
         let MonitorTable { load_n_m, motor_n_m, sigma_star, saturated_s, .. } = self.monitor;
         let torques = [load_n_m, motor_n_m];
         Monitors {
-            uncertain: self.uncertain_percent / 100.0,
+            uncertain: self.uncertain_percent.max(self.lighter_percent) / 100.0,
             disturbance: std::array::from_fn(|i| torques[i].map(|torque| torque / inertia_kg_m2[i])),
             sigma_star,
             stuck_ticks: saturated_s.map(|time_s| ticks_of(time_s, self.period_s)),
@@ -389,7 +318,7 @@ impl Common<'_> {
     fn form(&self, gain_sets: Option<usize>) -> Form {
         Form {
             follows: if self.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
-            gain_sets: gain_sets.unwrap_or(if self.uncertain_percent > 20.0 { 1 } else { 2 }),
+            gain_sets: gain_sets.unwrap_or(if self.is_wide() { 1 } else { 2 }),
             delay_ticks: self.delay_ticks,
             observer_states: self.observer_states,
         }
@@ -623,7 +552,7 @@ fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, prob
     Mounted { encoder, mounting: Mounting { is_reversed: table.reversed, offset_counts: table.offset_counts } }
 }
 
-fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64) -> Imperfections {
+fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64, supply: Option<Supply>) -> Imperfections {
     Imperfections {
         friction: Friction {
             static_n_m: table.static_n_m.unwrap_or(table.coulomb_n_m),
@@ -636,6 +565,7 @@ fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64) -> Imperfections 
         ripple: table.ripple_percent / 100.0,
         ripple_per_turn: table.ripple_per_turn * gear,
         lag_s,
+        supply,
     }
 }
 
@@ -735,6 +665,7 @@ struct Parts<'a, D, const E: usize> {
     of_kind: fn(DriveOf<D, E>) -> DriveDesign,
     /// Does the file give a bandwidth?
     is_given: bool,
+    top_speed: Option<TopSpeed>,
     motion: Motion,
     warnings: Vec<String>,
     chosen: Vec<String>,
@@ -745,6 +676,7 @@ struct Parts<'a, D, const E: usize> {
     /// The plant without friction and load.
     smooth: Box<dyn Plant>,
     corners: Vec<Corner>,
+    inertia_range: Option<InertiaRange>,
 }
 
 /// All plants of which each of these numbers is so many percent more than in the data sheet, or less.
@@ -757,6 +689,23 @@ fn corners<const N: usize>(percent: f64, names: [&str; N], plant: impl Fn([f64; 
         Corner { name: words.join(", "), plant: plant(signs.map(|percent| 1.0 + percent / 100.0)) }
     };
     (0..count).map(corner).collect()
+}
+
+/// A motor with an inertia between these ends, and K_t as far off as the file says; at both ends the corners.
+fn inertia_range(inertia: &Inertia, percent: f64, believed: Shaft, lag: Imperfections) -> Option<InertiaRange> {
+    let torques = if percent > 0.0 { vec![0.0, -percent, percent] } else { vec![0.0] };
+    let plants = move |inertia_kg_m2: f64| {
+        let plant = |percent: &f64| {
+            let torque_n_m_per_a = (1.0 + percent / 100.0) * believed.torque_n_m_per_a;
+            let shaft = Shaft { inertia_kg_m2, torque_n_m_per_a, ..believed };
+            let off = if *percent == 0.0 { String::new() } else { format!(", K_t {percent:+} %") };
+            let name = format!("J {} kg m^2{off}", shown(rounded(inertia_kg_m2)));
+            Corner { name, plant: Box::new(plant::Motor::new(shaft, believed, lag, Signal::default())) }
+        };
+        torques.iter().map(plant).collect()
+    };
+    let ends_kg_m2 = inertia.range()?;
+    Some(InertiaRange { ends_kg_m2, designed_for_kg_m2: inertia.kg_m2, plants: Box::new(plants) })
 }
 
 /// What each encoder adds by its steps and its noise.
@@ -814,7 +763,7 @@ fn beyond_counters(mounted: &[(usize, Mounted)], moved_rad: f64) -> impl Iterato
 fn at_rest(
     law: Box<dyn LawAtRest>,
     plant: Box<dyn Plant>,
-    corners: Vec<Corner>,
+    (corners, inertia_range): (Vec<Corner>, Option<InertiaRange>),
     sensed: Vec<Sensed>,
     form: Form,
     sensing: &Sensing,
@@ -834,6 +783,7 @@ fn at_rest(
         report: true,
         left_out: parts.into_iter().filter(|(_, is_left_out)| *is_left_out).map(|(part, _)| part).collect(),
         corners,
+        inertia_range,
     }
 }
 
@@ -909,7 +859,7 @@ fn experiment<D: Copy, const E: usize>(
     warnings.extend(beyond_gates(&designed, &shafts, &sensing));
     let sensed = sensed(&mounted, &shafts, &sensing);
     let twin = twin(&designed, &motion, &sensing, &sensed, has_faults);
-    let at_rest = at_rest(law, parts.smooth, parts.corners, sensed, form, &sensing);
+    let at_rest = at_rest(law, parts.smooth, (parts.corners, parts.inertia_range), sensed, form, &sensing);
     let sensor: Box<dyn Sensor> = Box::new(Encoders::over(sensing.sensor(common.seed), mounted));
     let sensor = faults
         .into_iter()
@@ -925,6 +875,7 @@ fn experiment<D: Copy, const E: usize>(
         designed,
         motion,
         current_lag_s: common.lag_s,
+        top_speed: parts.top_speed,
         sigma_star_bound,
         twin,
     };
@@ -989,21 +940,25 @@ macro_rules! common {
 pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) -> Result<Experiment, Vec<Problem>> {
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.motor, &file.drive);
-    let inertia = needed(sheet.inertia_kg_m2, "motor.inertia_kg_m2", "the inertia of the rotor", &mut problems);
+    let gear = ratio(sheet.gear);
+    let inertia = Inertia::of(sheet, gear, drive, &mut problems);
+    problems.0.extend(too_uncertain(drive.uncertain_percent, Some((&inertia, sheet, gear))));
     let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
     let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
+    let keys = Keys { plant: "motor", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
+    let supply = problems.take(keys.supply(torque, limit)).flatten();
     let mounted = mounted(&file.encoder, sheet.gear, sheet.start_rad, "encoder", &mut problems);
     let common = common! {
         file, sheet, drive, problems, limit,
         mode: drive.mode,
+        lighter_percent: inertia.lighter_percent(),
         observer_states: drive.observer_states,
         noise_rad: &[file.encoder.noise_rad],
         plant: "motor",
     };
     // On the side of the gear where the angle is meant.
-    let gear = ratio(sheet.gear);
     let nominal = Motor {
-        inertia_kg_m2: sheet.load_inertia_kg_m2 + gear * gear * inertia,
+        inertia_kg_m2: inertia.kg_m2,
         torque_n_m_per_a: gear * torque,
         damping_n_m_s: gear * gear * sheet.damping_n_m_s,
     };
@@ -1013,17 +968,30 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
     let design = |period_s: f64| {
-        motor_design(&MotorDriveTable { period_s, ..drive.clone() }, sheet, nominal, mounted.encoder, limit)
+        let design =
+            motor_design(&MotorDriveTable { period_s, ..drive.clone() }, sheet, nominal, mounted.encoder, limit);
+        inertia.with_gate(design)
     };
     let form = common.form(drive.gain_sets);
     let mut warnings = common.warnings();
     warnings.extend(asked_states(&file.encoder, "encoder"));
     warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
-    let feed_forward = |jet: &_| nominal.feed_forward(jet);
-    let motion = resolved.wanted.planned::<3, 3>(limit, uncertain_percent, periods, feed_forward, &mut warnings);
+    let asked = Asked {
+        plant: "motor",
+        max_current_a: limit,
+        uncertain_percent,
+        inertia,
+        supply,
+        torque_n_m_per_a: nominal.torque_n_m_per_a,
+        gear,
+        feed_forward: &|jet| nominal.feed_forward(jet),
+        speed: &|[_, speed, _]| *speed,
+    };
+    let motion = resolved.wanted.planned::<3, 3>(&asked, periods, &mut warnings);
+    warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
-    let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear);
+    let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s];
     experiment(
@@ -1036,6 +1004,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             design: &design,
             of_kind: DriveDesign::Motor,
             is_given: given.iter().any(Option::is_some),
+            top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             motion,
             warnings,
             chosen: motor_in_words(&design(common.period_s), drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
@@ -1044,14 +1013,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             x0: vec![sheet.start_rad],
             plant: Box::new(plant::Motor::new(truth, believed, imperfections, load).sampled(common.period_s)),
             smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
-            corners: corners(uncertain_percent, ["J", "K_t"], |[inertia, torque]| {
-                let shaft = Shaft {
-                    inertia_kg_m2: inertia * believed.inertia_kg_m2,
-                    torque_n_m_per_a: torque * believed.torque_n_m_per_a,
-                    ..believed
-                };
-                Box::new(plant::Motor::new(shaft, believed, lag, Signal::default()))
-            }),
+            corners: motor_corners(&inertia, uncertain_percent, believed, lag),
+            inertia_range: inertia_range(&inertia, uncertain_percent, believed, lag),
         },
     )
 }
@@ -1158,6 +1121,20 @@ fn bodies(nominal: &Joint, spring_damping_n_m_s: f64, error: &JointErrorTable) -
     (believed, truth)
 }
 
+fn motor_corners(inertia: &Inertia, percent: f64, believed: Shaft, lag: Imperfections) -> Vec<Corner> {
+    if let Some(InertiaRange { ends_kg_m2, plants, .. }) = inertia_range(inertia, percent, believed, lag) {
+        return ends_kg_m2.into_iter().flat_map(plants).collect();
+    }
+    corners(percent, ["J", "K_t"], |[inertia, torque]| {
+        let shaft = Shaft {
+            inertia_kg_m2: inertia * believed.inertia_kg_m2,
+            torque_n_m_per_a: torque * believed.torque_n_m_per_a,
+            ..believed
+        };
+        Box::new(plant::Motor::new(shaft, believed, lag, Signal::default()))
+    })
+}
+
 fn joint_corners(percent: f64, believed: &JointBody, spring_damping_n_m_s: f64, lag: Imperfections) -> Vec<Corner> {
     corners(percent, ["J_l", "J_m", "K", "K_t"], |[link, motor, spring, torque]| {
         let body = JointBody {
@@ -1218,6 +1195,10 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.joint, &file.drive);
     let (nominal, limit) = joint_sheet(sheet, &mut problems);
+    problems.0.extend(too_uncertain(drive.uncertain_percent, None));
+    let keys = Keys { plant: "joint", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
+    let gear = ratio(sheet.gear);
+    let supply = problems.take(keys.supply(nominal.torque_n_m_per_a / gear, limit)).flatten();
     let (believed, truth) = bodies(&nominal, sheet.spring_damping_n_m_s, &file.error);
     // The spring carries the weight.
     let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
@@ -1227,6 +1208,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let common = common! {
         file, sheet, drive, problems, limit,
         mode: ModeKey::Position,
+        lighter_percent: 0.0,
         observer_states: 4,
         noise_rad: &[file.encoder.link.noise_rad, file.encoder.motor.noise_rad],
         plant: "joint",
@@ -1255,10 +1237,21 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
     warnings.extend(friction_warnings(&file.friction, limit * truth.motor.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
-    let feed_forward = |jet: &_| nominal.feed_forward(jet);
-    let motion = resolved.wanted.planned::<4, 5>(limit, uncertain_percent, periods, feed_forward, &mut warnings);
+    let asked = Asked {
+        plant: "joint",
+        max_current_a: limit,
+        uncertain_percent,
+        inertia: Inertia::known_to(nominal.link_inertia_kg_m2, uncertain_percent),
+        supply,
+        torque_n_m_per_a: nominal.torque_n_m_per_a,
+        gear,
+        feed_forward: &|jet| nominal.feed_forward(jet),
+        speed: &|jet| supply::motor_speed(&nominal, jet),
+    };
+    let motion = resolved.wanted.planned::<4, 5>(&asked, periods, &mut warnings);
+    warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
-    let imperfections = imperfections(&file.friction, sheet.current_lag_s, ratio(sheet.gear));
+    let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let given = [drive.surface_rad_s, drive.link_rad_s, drive.motor_rad_s, drive.reaching_per_s];
     let inertia = [nominal.link_inertia_kg_m2, nominal.motor_inertia_kg_m2];
@@ -1273,6 +1266,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             design: &design,
             of_kind: DriveDesign::Joint,
             is_given: given.iter().any(Option::is_some),
+            top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             motion,
             warnings,
             chosen: joint_in_words(&design(common.period_s), tuning, drive),
@@ -1281,6 +1275,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             x0: vec![sheet.start_rad, 0.0, motor_rad],
             plant: Box::new(plant::Joint::new(truth, believed, imperfections, load).sampled(common.period_s)),
             smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
+            inertia_range: None,
             corners: joint_corners(uncertain_percent, &believed, truth.spring_damping_n_m_s, lag),
         },
     )

@@ -583,3 +583,268 @@ fn a_plant_without_friction_goes_from_tick_to_tick() {
     assert!(built(JOINT, &["friction.cogging_n_m=0.01"]).plant.exact().is_none());
     assert!(built(JOINT, &["friction.ripple_percent=1"]).plant.exact().is_none());
 }
+
+/// A geared motor whose voltage and not its current is the limit: 36:1, 0.12 N m/A, 24 V, 5.56 rad/s at the output.
+const SLOW: [&str; 9] = [
+    "motor.inertia_kg_m2=1e-4",
+    "motor.torque_n_m_per_a=0.12",
+    "motor.damping_n_m_s=0",
+    "motor.gear=[36, 1]",
+    "motor.load_inertia_kg_m2=0.05",
+    "friction={}",
+    "span_s=3.0",
+    "encoder.bits=14",
+    "reference={kind = \"move\", to_rad = 3.0, start_s = 0.1}",
+];
+
+fn slow(sets: &[&str]) -> Experiment {
+    build(MOTOR, &[&SLOW[..], sets].concat()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn duration_s(experiment: &Experiment) -> f64 {
+    let motion = &experiment.drive.as_ref().expect("a drive").motion;
+    f64::from(motion.ticks) * motion.period_s
+}
+
+/// Hardly any resistance: only the speed counts. 1.875 D/τ of a move of degree 5 takes 90 % of 24 V of a motor with
+/// 20 % more back-EMF than in its data sheet.
+#[test]
+fn a_move_is_as_short_as_the_supply_allows() {
+    let tau = 1.875 * 3.0 * 36.0 * 0.12 * 1.2 / (0.9 * 24.0);
+    for supply in [
+        &["motor.supply_v=24", "motor.resistance_ohm=1e-4"][..],
+        &["motor.no_load_rad_s=200", "motor.resistance_ohm=1e-4"],
+    ] {
+        let found = duration_s(&slow(supply));
+        assert!((found - tau).abs() < 3e-3, "{found} s for {tau} s");
+    }
+    // More resistance takes longer, and the current alone is not the limit of either.
+    let durations = ["1e-4", "1", "3"].map(|ohm| {
+        let resistance = format!("motor.resistance_ohm={ohm}");
+        duration_s(&slow(&["motor.supply_v=24", "motor.max_current_a=7.9", &resistance]))
+    });
+    assert!(durations.is_sorted() && durations[2] > 1.002 * durations[0], "{durations:?}");
+    assert!(duration_s(&slow(&[])) < 0.3 * tau);
+}
+
+/// Whatever the motor is of those that may be, it follows, and its supply is at its limit nowhere: a voltmeter here.
+#[test]
+fn a_move_that_was_planned_is_followed_by_the_worst_motor() {
+    for error in ["error={torque_percent = 20.0, inertia_percent = 20.0}", "error={torque_percent = -20.0}", "error={}"]
+    {
+        let torque = if error.contains("-20") {
+            0.8
+        } else if error.contains("20") {
+            1.2
+        } else {
+            1.0
+        };
+        let sets = ["motor.supply_v=24", "motor.resistance_ohm=1.2", error];
+        let (experiment, trace) = ran(MOTOR, &[&SLOW[..], &sets].concat());
+        assert_eq!(experiment.warnings, Vec::<String>::new());
+        let volt = |row: &loop_sim::trace::Row| (1.2 * row.u_held + torque * 0.12 * 36.0 * row.x[1]).abs();
+        let peak = trace.rows.iter().map(volt).fold(0.0, f64::max);
+        assert!(peak < 24.0 && peak > 12.0, "{error}: {peak} V");
+        let worst = trace.rows.iter().map(|row| (row.x[0] - row.r).abs()).fold(0.0, f64::max);
+        assert!(worst < 1e-3, "{error}: {worst} rad");
+        let all = trace.rows.iter().fold(Health::OK, |all, row| all | row.health);
+        assert!(!all.intersects(Health::SATURATED | Health::DISTURBANCE_OVER_BOUND), "{error}: {all}");
+    }
+}
+
+/// 3 rad in 0.4 s is 14 rad/s of 5.6: the simulation says that it is not followed, and no faster than the supply.
+#[test]
+fn a_move_beyond_the_supply_is_warned_of_and_not_followed() {
+    let supply = ["motor.supply_v=24", "motor.resistance_ohm=0.3"];
+    let fast = "reference={kind = \"move\", to_rad = 3.0, start_s = 0.1, duration_s = 0.4}";
+    let (experiment, trace) = ran(MOTOR, &[&SLOW[..], &supply, &[fast]].concat());
+    let [warning] = &experiment.warnings[..] else { panic!("{:?}", experiment.warnings) };
+    assert!(warning.contains("the supply has 24 V (no-load speed 200 rad/s): it will not be followed;"), "{warning}");
+    let speed = trace.rows.iter().map(|row| row.x[1].abs()).fold(0.0, f64::max);
+    let worst = trace.rows.iter().map(|row| (row.x[0] - row.r).abs()).fold(0.0, f64::max);
+    assert!(speed > 5.5 && speed < 24.0 / 0.12 / 36.0 && worst > 1.0, "{speed} rad/s, {worst} rad");
+    // The remedy is one.
+    let (_, remedy) = warning.split_once("; reference.").expect("a remedy");
+    let key = format!("reference.{}", remedy.trim_end_matches(" is long enough").replace(' ', ""));
+    let longer = slow(&[&supply[..], &[fast, &key]].concat());
+    assert_eq!(longer.warnings, Vec::<String>::new(), "{key}");
+}
+
+/// Each with the line of the file that is enough, tried.
+#[test]
+fn other_goals_beyond_the_supply_are_told_what_is_within_it() {
+    let supply = ["motor.supply_v=24", "motor.resistance_ohm=0.3"];
+    for (reference, key) in [
+        ("reference={kind = \"speed\", speed_rad_s = 7.0, duration_s = 1.0}", "reference.speed_rad_s"),
+        ("reference={kind = \"speed\", speed_rad_s = 7.0}", "reference.speed_rad_s"),
+        ("reference={kind = \"sine\", amplitude_rad = 3.0, frequency_hz = 0.5}", "reference.amplitude_rad"),
+        ("reference={kind = \"points\", points_rad = [0.0, 0.5, 1.0, 1.5, 2.0], every_s = 0.05}", "reference.every_s"),
+    ] {
+        let told = slow(&[&supply[..], &[reference]].concat()).warnings;
+        let [warning] = &told[..] else { panic!("{reference}: {told:?}") };
+        let at = warning.find(key).unwrap_or_else(|| panic!("{reference}: {warning}"));
+        let set = warning[at..].trim_end_matches(" is within it").replace(' ', "");
+        let slower = slow(&[&supply[..], &[reference, &set]].concat()).warnings;
+        assert_eq!(slower, Vec::<String>::new(), "{set}");
+    }
+}
+
+/// A speed that nobody asked for is told, in one line; one that was typed, or that any supply has, is not.
+#[test]
+fn a_move_by_the_current_alone_asks_for_the_supply() {
+    let [told] = &slow(&[]).warnings[..] else { panic!("one line") };
+    assert!(told.starts_with("motor.supply_v is not given: ") && told.contains("V of back-EMF"), "{told}");
+    for given in ["reference.duration_s=0.4", "reference.to_rad=0.005", "motor.no_load_rad_s=2000"] {
+        assert_eq!(slow(&[given]).warnings, Vec::<String>::new(), "{given}");
+    }
+    let joint = build(
+        JOINT,
+        &[
+            "reference={kind = \"move\", to_rad = 400.0}",
+            "span_s=20",
+            "joint.link_damping_n_m_s=0",
+            "joint.motor_damping_n_m_s=0",
+        ],
+    )
+    .expect("a joint");
+    assert!(joint.warnings.iter().any(|it| it.starts_with("joint.supply_v is not given: ")), "{:?}", joint.warnings);
+}
+
+/// The motor of a joint turns faster than its link while the spring winds up: V by the jet is what the run has.
+#[test]
+fn the_supply_of_a_joint_is_that_of_its_motor() {
+    let sets = ["joint.resistance_ohm=0.2", "load=[]", "joint.current_lag_s=0"];
+    let told = |volt: &str| build(JOINT, &[&sets[..], &[volt]].concat()).unwrap_or_else(|error| panic!("{error}"));
+    let (_, trace) = ran(JOINT, &[&sets[..], &["joint.supply_v=200"]].concat());
+    let volts = |row: &loop_sim::trace::Row| (0.2 * row.u_held + 0.119 * row.x[3]).abs();
+    let peak = trace.rows.iter().map(volts).fold(0.0, f64::max);
+    let [enough, less] = [1.02, 0.98].map(|times| format!("joint.supply_v={}", times * peak));
+    let beyond = |it: &Experiment| it.warnings.iter().any(|it| it.contains("it will not be followed"));
+    assert!(!beyond(&told(&enough)) && beyond(&told(&less)), "{peak} V: {:?}", told(&less).warnings);
+}
+
+#[test]
+fn keys_of_the_supply_that_do_not_fit_say_what_does() {
+    let refused = |sets: &[&str]| build(MOTOR, sets).err().expect("refused");
+    for (sets, words) in [
+        (
+            &["motor.supply_v=24"][..],
+            "`motor.resistance_ohm`: missing: the winding resistance; where it is not known say no_load_rad_s = 480",
+        ),
+        (&["motor.resistance_ohm=1"], "`motor.supply_v`: missing: the winding resistance alone is no limit"),
+        (
+            &["motor.supply_v=24", "motor.resistance_ohm=1", "motor.no_load_rad_s=3"],
+            "`motor.no_load_rad_s`: supply_v / torque_n_m_per_a says it already, 480 rad/s",
+        ),
+        (
+            &["motor.supply_v=0", "motor.resistance_ohm=1"],
+            "`motor.supply_v`: found 0, expected a finite number above 0",
+        ),
+    ] {
+        let told = refused(sets);
+        assert!(told.contains(words), "{told}");
+    }
+    let weak = ["motor.supply_v=24", "motor.resistance_ohm=4"];
+    let told = build(MOTOR, &weak).expect("a motor").warnings;
+    assert!(told.len() == 1 && told[0].contains("through the winding at rest, 6 A: take 5.994"), "{told:?}");
+    let less = build(MOTOR, &[&weak[..], &["motor.max_current_a=5.994"]].concat()).expect("a motor");
+    assert_eq!(less.warnings, Vec::<String>::new());
+    // The line from the largest current at rest to the no-load speed.
+    let speeds = build(MOTOR, &["motor.no_load_rad_s=480"]).expect("a motor").drive.and_then(|it| it.top_speed);
+    let found = speeds.map(|it| [it.no_load_rad_s, it.full_current_rad_s]).expect("a supply");
+    assert!((found[0] - 480.0).abs() < 1e-9 && found[1].abs() < 1e-9, "{found:?}");
+}
+
+/// Designed for √(J_1 J_2); the bits are those of a file with that number, but for gate and monitors.
+#[test]
+fn a_range_of_inertia_is_designed_for_its_geometric_mean() {
+    let designed = |sets: &[&str]| {
+        let drive = build(MOTOR, sets).unwrap_or_else(|error| panic!("{error}")).drive.expect("a drive").designed;
+        let DriveDesign::Motor(DriveOf { design, form, monitors, .. }) = drive else { panic!("a motor") };
+        (design, form, monitors)
+    };
+    let (mean, ..) = designed(&["motor.inertia_kg_m2=4e-4"]);
+    let (design, form, monitors) = designed(&["motor.inertia_kg_m2=[1e-4, 1.6e-3]"]);
+    assert!((design.motor.inertia_kg_m2 / 4e-4 - 1.0).abs() < 1e-12 && form.gain_sets == 1);
+    assert!((design.bandwidths.surface_rad_s / mean.bandwidths.surface_rad_s - 1.0).abs() < 1e-9);
+    // The lightest is four times as fast: an acceleration is off by three times what the design expects.
+    assert!((monitors.uncertain / (1.0 - monitors.uncertain) - 3.0).abs() < 1e-9, "{monitors:?}");
+    assert!(((design.gate_steps - 1.0) / (mean.gate_steps - 1.0) - 4.0).abs() < 1e-9);
+    // Behind a gear of 10: 0.01 and 0.02 + 0.09 and 0.02.
+    let (geared, ..) =
+        designed(&["motor.gear=[10, 1]", "motor.inertia_kg_m2=[1e-4, 2e-4]", "motor.load_inertia_kg_m2=[0.0, 0.07]"]);
+    assert!((geared.motor.inertia_kg_m2 - 0.03).abs() < 1e-12, "{}", geared.motor.inertia_kg_m2);
+    // A range of nothing is a number.
+    assert_eq!(designed(&["motor.inertia_kg_m2=[4e-4, 4e-4]"]), designed(&["motor.inertia_kg_m2=4e-4"]));
+}
+
+/// At both ends of 2e-4 to 2e-3, with moves, sines and sudden loads: followed, and no alarm.
+#[test]
+fn a_motor_at_either_end_of_its_range_runs_without_an_alarm() {
+    let alarms = controller_core::drive::ALARMS;
+    let mut largest = 0.0_f64;
+    for (inertia, torque) in [(216.2, 20.0), (216.2, -15.0), (0.0, 0.0), (-68.3, 20.0), (-68.3, -20.0)] {
+        for (more, bar) in [
+            ("reference={kind = \"move\", to_rad = 3.0, start_s = 0.1}", 0.03),
+            ("reference={kind = \"sine\", amplitude_rad = 1.0, frequency_hz = 1.0}", 0.03),
+            ("load=[{kind = \"step\", amplitude = 0.12, t0_s = 0.5}]", 0.03),
+        ] {
+            let [inertia, torque] =
+                [("inertia", inertia), ("torque", torque)].map(|(of, it)| format!("error.{of}_percent={it}"));
+            let (experiment, trace) =
+                ran(MOTOR, &["motor.inertia_kg_m2=[2e-4, 2e-3]", "friction.cogging_n_m=0", &inertia, &torque, more]);
+            let rows = trace.rows.iter().filter(|row| row.t_s >= experiment.window_s[0]);
+            let all = rows.clone().fold(Health::OK, |all, row| all | row.health);
+            let worst = rows.map(|row| (row.x[0] - row.r).abs()).fold(0.0, f64::max);
+            assert!(!all.intersects(alarms) && worst < bar, "{inertia} {torque} {more}: {all}, {worst} rad");
+            largest = trace.rows.iter().map(|row| row.d_hat[1].abs()).fold(largest, f64::max);
+        }
+    }
+    // What is seen is more than a data sheet known to 20 % would allow, so that its threshold would have told.
+    let by_20_percent = (0.25 + 0.65 * 0.25) * 10.0 * 0.05 / 6.32e-4;
+    assert!(largest > by_20_percent, "{largest} rad/s^2");
+}
+
+#[test]
+fn what_is_not_known_to_50_percent_is_told_of_a_range() {
+    let refused = |text: &str, sets: &[&str]| build(text, sets).err().expect("refused");
+    let inertia = "motor.inertia_kg_m2=2e-4";
+    for (percent, sets, words) in [
+        (900, &[inertia][..], "motor.inertia_kg_m2 = [0.0002, 0.002] (designed for the geometric mean 0.000632)"),
+        (75, &[inertia], "motor.inertia_kg_m2 = [5e-5, 0.00035] (designed for the geometric mean 0.000132)"),
+        (
+            300,
+            &[inertia, "motor.gear=[10, 1]", "motor.load_inertia_kg_m2=0.02"],
+            "motor.load_inertia_kg_m2 = [0.02, 0.14] (designed for the geometric mean 0.08)",
+        ),
+        (300, &[inertia, "motor.gear=[10, 1]"], "kg m^2 of the rotor say motor.inertia_kg_m2 = [0.0002, 0.0008]"),
+        (
+            80,
+            &["motor.inertia_kg_m2=[2e-4, 2e-3]"],
+            "at most 50: the range of the inertia is in the data sheet already",
+        ),
+    ] {
+        let percent = format!("drive.uncertain_percent={percent}");
+        let told = refused(MOTOR, &[sets, &[&percent]].concat());
+        assert!(told.contains(words) && told.contains("expected a finite number at least 0 and at most 50"), "{told}");
+        // What is proposed is taken.
+        if let Some((_, remedy)) = told.split_once(" say ") {
+            let (remedy, _) = remedy.split_once(" (").expect("a mean");
+            let set = remedy.replacen(" = ", "=", 1);
+            build(MOTOR, &[sets, &[&set]].concat()).unwrap_or_else(|error| panic!("{set}: {error}"));
+        }
+    }
+    assert!(
+        refused(JOINT, &["drive.uncertain_percent=60"]).contains("found 60, expected a finite number at least 0 and")
+    );
+    for (set, words) in [
+        ("motor.inertia_kg_m2=[2e-3, 2e-4]", "found [0.002, 0.0002], expected [0.0002, 0.002]: the smallest first"),
+        ("motor.inertia_kg_m2=[1e-5, 1e-2]", "is more than a factor of 100"),
+        ("motor.inertia_kg_m2=[0.0, 1e-2]", "found 0.0, expected a finite number above 0"),
+        ("motor.inertia_kg_m2=[1e-3]", "found a list of 1, expected a list of 2 numbers"),
+        ("motor.inertia_kg_m2=[1e-3, 1e-3, 1e-3]", "expected a list of 2 numbers"),
+    ] {
+        let told = refused(MOTOR, &[set]);
+        assert!(told.contains(words), "{told}");
+    }
+}

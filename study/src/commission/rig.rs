@@ -40,6 +40,9 @@ impl Plant for Later<'_> {
     fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
         self.plant.fastest_rad_s(t_s + self.from_s, x, u).max(self.more.fastest_rad_s())
     }
+    fn driven(&self, x: &[f64], u: f64) -> f64 {
+        self.plant.driven(x, u)
+    }
     fn jumps_s(&self) -> &[f64] {
         &self.jumps_s
     }

@@ -364,6 +364,15 @@ impl Bench {
         Kind::of(&self.designed).uncertain
     }
 
+    /// Is the plant less known than 20 %, by what the file says of it?
+    pub fn is_uncertain(&self) -> bool {
+        let share = match &self.designed {
+            DriveDesign::Motor(motor) => motor.monitors.uncertain,
+            DriveDesign::Joint(joint) => joint.monitors.uncertain,
+        };
+        share > 0.2
+    }
+
     /// Largest current of either sign, A.
     pub fn max_current_a(&self) -> f64 {
         self.designed.max_current_a()

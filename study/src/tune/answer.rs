@@ -23,7 +23,8 @@ pub struct Limits {
     pub move_rad: Option<f64>,
     /// Error under a load step of 14 % of the largest torque, rad.
     pub load_rad: Option<f64>,
-    /// Are the corners those of 50 %, and not of 20 %? By default what covers `drive.uncertain_percent` of the file.
+    /// Are the corners those of 50 %, and not of 20 %? By default 50 where the file says more than 20 %, by
+    /// `drive.uncertain_percent` or a range of the inertia.
     pub is_wide: Option<bool>,
 }
 
@@ -32,15 +33,14 @@ impl Asked {
     ///
     /// # Errors
     /// A limit is not above 0.
-    pub fn new(bench: &Bench, subject: &Subject<'_>, limits: &Limits) -> Result<Self, Error> {
+    pub fn new(bench: &Bench, limits: &Limits) -> Result<Self, Error> {
         let Limits { noise_a, settle_s, move_rad, load_rad, is_wide } = *limits;
         for (option, value) in [("noise", noise_a), ("settling", settle_s), ("move", move_rad), ("load", load_rad)] {
             if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
                 return Err(Error::input("expected a number above 0").at(format!("--{option} {value}")));
             }
         }
-        let is_wide = is_wide
-            .unwrap_or_else(|| subject.number_at("drive.uncertain_percent").is_some_and(|percent| percent > 20.0));
+        let is_wide = is_wide.unwrap_or_else(|| bench.is_uncertain());
         let noise_a = noise_a.unwrap_or_else(|| bench.noise_limits_a()[1]);
         Ok(Self { noise_a, settle_s, move_rad, load_rad, is_wide })
     }

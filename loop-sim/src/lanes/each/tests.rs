@@ -3,7 +3,7 @@ use std::ops::ControlFlow;
 use super::*;
 use crate::actuator::{self, Limited};
 use crate::expression::Expression;
-use crate::plant::{Friction, Imperfections, Joint, JointBody, Motor, Shaft};
+use crate::plant::{Friction, Imperfections, Joint, JointBody, Motor, Shaft, Supply};
 use crate::port::{ControllerPort, PortError, Tick};
 use crate::random::Random;
 use crate::sensor;
@@ -68,6 +68,7 @@ fn imperfections(off: &mut impl FnMut(f64) -> f64, kind: usize) -> Imperfections
         ripple: size(0.02),
         ripple_per_turn: 6.0,
         lag_s: if has_lag { 4e-4 * (1.0 + off(0.5)) } else { 0.0 },
+        supply: None,
     }
 }
 
@@ -79,6 +80,9 @@ fn cases(of_each: usize) -> Vec<Case> {
     for k in 0..8 * of_each {
         let (is_joint, kind) = (k / 4 % 2 == 1, k % 4);
         let imperfections = imperfections(&mut off, kind);
+        // What no lane takes runs alone, between the others.
+        let supply = (k % 7 == 6).then_some(Supply { volt: 0.5, ohm: 0.3 });
+        let imperfections = Imperfections { supply, ..imperfections };
         let mut terms = vec![
             Term::Const { amplitude: off(0.002) },
             Term::Step { amplitude: off(0.01), t0_s: 0.030_3 },
