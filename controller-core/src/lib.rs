@@ -78,7 +78,7 @@ pub use real::Real;
 #[doc(hidden)]
 pub use real::{Count, Sealed};
 #[doc(inline)]
-pub use running::{ControlLaw, Guessing, RetuneError, Running, Words, WordsError};
+pub use running::{ControlLaw, Guessing, RetuneError, Running, Words, WordsError, fingerprint_with};
 #[doc(inline)]
 pub use shape::channels;
 #[doc(inline)]

@@ -32,14 +32,15 @@ pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> R
         .filter_map(|name| functions.state.iter().find(|word| word.name == *name))
         .chain(functions.state.iter().filter(|word| word.kind == Kind::Truth))
         .collect();
-    let header = [
-        head(exported, &file, &assembly, drift),
-        standalone::defines(exported, &file),
-        standalone::types(&file, &state),
-        declarations(exported, &file, &functions, &assembly, drift),
+    let body = [
+        "\n#include <stdbool.h>\n#include <stddef.h>\n\n",
+        &standalone::defines(exported, &file),
+        &standalone::types(&file, &state),
+        &declarations(exported, &file, &functions, &assembly, drift),
     ]
     .concat();
-    Ok(Files { assembly: text(prefix, &exported.origin(), &assembly.text), header })
+    let header = head(exported, &file, &assembly, drift) + &file.guarded("ASSEMBLY", &body);
+    Ok(Files { assembly: text(prefix, &exported.about.origin(), &assembly.text), header })
 }
 
 /// The file for the assembler: where it comes from, and its functions.
@@ -107,17 +108,11 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
 ",
         assembly.cycles, assembly.cycles_whole, assembly.floor, assembly.floor_whole,
     );
-    for line in exported.origin().lines() {
+    for line in exported.about.origin().lines() {
         out.push_str(format!(" * {line}").trim_end());
         out.push('\n');
     }
-    out.push_str(" */\n");
-    out + &file.guard(&format!("{}_ASSEMBLY", file.capitals), exported.design_hash())
-        + "
-#include <stdbool.h>
-#include <stddef.h>
-
-"
+    out + " */\n"
 }
 
 /// What the caller computes and hands to a tick.
@@ -173,7 +168,6 @@ extern \"C\" {{
     let close = "
 #ifdef __cplusplus
 }
-#endif
 #endif
 ";
     let all = standalone::interface(file, functions, &given, &tick_u, &write);

@@ -34,15 +34,8 @@ impl<'a> File<'a> {
         text.replace("@@", &self.capitals).replace('@', self.prefix)
     }
 
-    /// What compilers must not do, where the file comes from, and what keeps them from it.
-    pub(super) fn head(
-        &self,
-        title: &str,
-        usage: &str,
-        origin: &str,
-        (form, hash): (&str, u32),
-        includes: &str,
-    ) -> String {
+    /// Which file it is, what compilers must not do, and where the file comes from: a comment.
+    pub(super) fn head(&self, title: &str, usage: &str, origin: &str) -> String {
         let version = controller_core::VERSION;
         let mut out = format!(
             "/* {title}\n * Exported by version {version} of the library; do not edit, export it again. C99 and C++11, \
@@ -63,12 +56,18 @@ impl<'a> File<'a> {
             out.push_str(format!(" * {line}").trim_end());
             out.push('\n');
         }
-        out.push_str(" */\n");
-        out += &self.guard(&format!("{}_{form}", self.capitals), hash);
-        out + "
+        out + " */\n"
+    }
+
+    /// What the functions need of the compiler, after the head.
+    pub(super) fn demands(&self, includes: &str) -> String {
+        [
+            "
 #include <float.h>
 #include <stdbool.h>
-" + includes + &self.c("
+",
+            includes,
+            &self.c("
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \\
     || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error \"compile without -ffast-math and its parts: they change numbers and remove the guard against NaN\"
@@ -88,21 +87,26 @@ impl<'a> File<'a> {
 #define @@_AS_WRITTEN _Pragma(\"STDC FP_CONTRACT OFF\")
 #endif
 
-")
+"),
+        ]
+        .concat()
     }
 
-    /// Opens the include guard of a C file. It carries the design: the same file twice is one, two designs of one
-    /// prefix are an error, after which the compiler shows where the other one comes from.
-    pub(super) fn guard(&self, guard: &str, hash: u32) -> String {
-        let (hash, prefix) = (format!("{hash:#010x}u"), self.prefix);
+    /// All behind the head of a C file within its include guard, `form` behind the prefix. It carries a checksum of all
+    /// of that: the same file twice is one, two files of one prefix that differ in a character of code are an error,
+    /// after which the compiler shows where the other one comes from.
+    pub(super) fn guarded(&self, form: &str, body: &str) -> String {
+        let (guard, prefix) = (format!("{}_{form}", self.capitals), self.prefix);
+        let sum = format!("{:#010x}u", pil_wire::checksum(body.as_bytes()));
         format!(
             "#ifdef {guard}
-#if {guard} != {hash}
-#error \"two designs with the prefix {prefix}, {hash} here and {guard} before: export one with another --prefix\"
-#define {guard} {hash}
+#if {guard} != {sum}
+#error \"two designs with the prefix {prefix}, {sum} here and {guard} before: export one with another --prefix\"
+#define {guard} {sum}
 #endif
 #else
-#define {guard} {hash}
+#define {guard} {sum}
+{body}#endif
 "
         )
     }
@@ -153,7 +157,6 @@ impl<'a> File<'a> {
 #undef @@_AS_WRITTEN
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
-#endif
 #endif
 ")
     }

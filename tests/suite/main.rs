@@ -26,6 +26,7 @@ mod frames;
 mod gate;
 mod golden;
 mod golden_bits;
+mod identity;
 mod live;
 mod page;
 mod paper;
