@@ -36,6 +36,7 @@ pub mod history;
 pub mod law;
 pub mod model;
 pub mod models;
+pub mod modes;
 pub mod observer;
 mod polynomial;
 pub mod real;
@@ -71,6 +72,8 @@ pub use law::{Limits, ReachingLaw};
 pub use model::{Linear, Nominal, NominalModel};
 #[doc(inline)]
 pub use models::{Benchmark, FlexibleJoint, JointChain, JointParameters, Reading};
+#[doc(inline)]
+pub use modes::modes_ok;
 #[doc(inline)]
 pub use observer::{ObserverGains, Pole};
 #[doc(inline)]

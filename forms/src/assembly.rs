@@ -11,7 +11,7 @@ use loop_sim::port::in_process::Model;
 use tick_record::{Drift, Functions, Kind, Port, Record};
 
 use super::arm::{self, Assembly, Effort, Layout};
-use super::c99::File;
+use super::c99::{File, MODES};
 use super::{Exported, standalone};
 
 /// A file for the assembler and the header of its functions.
@@ -33,10 +33,12 @@ pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> R
         .chain(functions.state.iter().filter(|word| word.kind == Kind::Truth))
         .collect();
     let body = [
-        "\n#include <stdbool.h>\n#include <stddef.h>\n\n",
-        &standalone::defines(exported, &file),
-        &standalone::types(&file, &state),
-        &declarations(exported, &file, &functions, &assembly, drift),
+        file.demands("#include <stddef.h>\n"),
+        standalone::defines(exported, &file),
+        standalone::types(&file, &state),
+        declarations(exported, &file, &functions, &assembly, drift),
+        file.modes(),
+        file.tail(),
     ]
     .concat();
     let header = head(exported, &file, &assembly, drift) + &file.guarded("ASSEMBLY", &body);
@@ -108,6 +110,7 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
 ",
         assembly.cycles, assembly.cycles_whole, assembly.floor, assembly.floor_whole,
     );
+    out += &file.c(MODES);
     for line in exported.about.origin().lines() {
         out.push_str(format!(" * {line}").trim_end());
         out.push('\n');

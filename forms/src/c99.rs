@@ -17,6 +17,15 @@ pub(super) fn filled(template: &str, values: &[(&str, &dyn fmt::Display)]) -> St
 /// What is said of a constant, by how its name begins; of a longer beginning first.
 pub(super) type Meanings = [(&'static str, &'static str)];
 
+/// The modes of the machine that a tick assumes, and their check, for the head of a file.
+pub(super) const MODES: &str = " * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or a host program: rounding to nearest,
+ * subnormal numbers kept, float computed as float. Of a Cortex-M: FPSCR with RMode = 00 and FZ = 0. An interrupt begins
+ * with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after reset). Of x86: MXCSR without FTZ and
+ * DAZ, which linking with -ffast-math sets. Call @_modes_ok once at start-up, where the tick runs. Under other modes u
+ * still stays within its limits and is a number; its bits are others.
+ *
+";
+
 /// The file that begins every name with a prefix.
 pub(super) struct File<'a> {
     prefix: &'a str,
@@ -46,12 +55,13 @@ impl<'a> File<'a> {
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
  * itself where it can; with GCC that keeps @_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
+ * (-ffast-math and its parts) and more digits than f32 (x87) change bits as well.
  * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
  * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
  * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
  *
 ");
+        out += &self.c(MODES);
         for line in origin.lines() {
             out.push_str(format!(" * {line}").trim_end());
             out.push('\n');
@@ -109,6 +119,11 @@ impl<'a> File<'a> {
 {body}#endif
 "
         )
+    }
+
+    /// The check of the floating-point modes.
+    pub(super) fn modes(&self) -> String {
+        self.c(include_str!("c/modes.h"))
     }
 
     /// A function that is elsewhere.

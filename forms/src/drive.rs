@@ -358,7 +358,9 @@ impl C<'_> {
         };
         let [demands, defines, types] = [self.file.demands(includes), self.defines(), self.types()];
         let functions = [open.into(), self.parts(), self.functions(), close.into()].concat();
-        let body = [demands, defines, types, functions, self.monitors(), self.plans(), self.file.tail()].concat();
+        let body =
+            [demands, defines, types, functions, self.monitors(), self.plans(), self.file.modes(), self.file.tail()]
+                .concat();
         let head = self.file.head(&self.exported.title(), &self.usage(), &self.exported.about.origin());
         head + &self.file.guarded(form, &body)
     }

@@ -104,7 +104,11 @@ fn nominal_model(model: &Model, n: usize, b: f64) -> Result<(String, String, &'s
 /// What the file is, and where it comes from.
 fn head(title: &str, origin: &str) -> String {
     let version = controller_core::VERSION;
-    let mut out = format!("// {title}\n// Exported for controller-core {version}; do not edit, export it again.\n");
+    let mut out = format!(
+        "// {title}\n// Exported for controller-core {version}; do not edit, export it again.\n\
+         // Assumed wherever the tick runs: rounding to nearest, subnormal numbers kept. controller_core::modes_ok()\n\
+         // checks it; call it once at start-up, where the tick runs.\n//\n"
+    );
     for line in origin.lines() {
         out.push_str(format!("// {line}").trim_end());
         out.push('\n');

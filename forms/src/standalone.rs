@@ -22,7 +22,15 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
         .flat_map(|kind| file.functions.state.iter().filter(move |word| word.kind == kind))
         .collect();
     let defines = defines(exported, &file.file);
-    let body = [file.file.demands(""), defines, types(&file.file, &state), file.functions(), file.file.tail()].concat();
+    let body = [
+        file.file.demands(""),
+        defines,
+        types(&file.file, &state),
+        file.functions(),
+        file.file.modes(),
+        file.file.tail(),
+    ]
+    .concat();
     Ok(file.head() + &file.file.guarded("STANDALONE", &body))
 }
 

@@ -28,6 +28,7 @@ mod golden;
 mod golden_bits;
 mod identity;
 mod live;
+mod modes;
 mod page;
 mod paper;
 mod precision;
