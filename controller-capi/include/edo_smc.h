@@ -46,9 +46,11 @@
  * INTERRUPTS. Nothing here allocates, locks, or has a variable of its own. Calls with different states may interrupt
  * each other; calls with the same state may not.
  *
- * NUMBERS. The same bits as the Rust library on any machine, as long as your start-up code leaves the FPU's rounding
- * to nearest and its subnormal numbers on (both are the reset values; -ffast-math at the link of a hosted program
- * turns the latter off).
+ * NUMBERS. The same bits as the Rust library on any machine, under these floating-point modes wherever a call runs, be it
+ * main, an interrupt or a host program: rounding to nearest, subnormal numbers kept. Of a Cortex-M: FPSCR with RMode = 00
+ * and FZ = 0. An interrupt begins with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after
+ * reset). Of x86: MXCSR without FTZ and DAZ, which linking with -ffast-math sets. edo_smc_modes_ok checks it. Under other
+ * modes u still stays within its limits and is a number; its bits are others.
  */
 #ifndef EDO_SMC_H
 #define EDO_SMC_H
@@ -65,6 +67,10 @@ extern "C" {
 
 /* Version of the archive. */
 uint32_t edo_smc_version(void);
+
+/* Are the floating-point modes here and now those of NUMBERS above? 1, or 0. Call it once at start-up, where the tick
+ * runs: an interrupt of a Cortex-M has modes of its own. */
+uint32_t edo_smc_modes_ok(void);
 
 typedef int32_t edo_smc_status_t;
 

@@ -49,6 +49,13 @@ pub extern "C" fn edo_smc_version() -> u32 {
     VERSION
 }
 
+/// Are the floating-point modes here and now the assumed ones? 1, or 0.
+// SAFETY: the prefix is ours.
+#[unsafe(no_mangle)]
+pub extern "C" fn edo_smc_modes_ok() -> u32 {
+    controller_core::modes_ok().into()
+}
+
 /// The functions that chains and drives have alike, of this design, in a module of its name.
 macro_rules! instance {
     ($name:ident: $design:ty, $config:ty, $refused:ty, $designing:path; $($more:tt)*) => {

@@ -74,7 +74,7 @@ pub use block::bessel_poles;
 pub use chain::{ChainModel, map_error};
 #[doc(hidden)]
 pub use converted::NumberName;
-pub use encoder::{Encoder, Mounting};
+pub use encoder::{Encoder, Mounting, fingerprint};
 pub use error::DriveError;
 pub use full_state::{FullState, FullStateMemory, Measured};
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};

@@ -36,6 +36,7 @@ pub mod history;
 pub mod law;
 pub mod model;
 pub mod models;
+pub mod modes;
 pub mod observer;
 mod polynomial;
 pub mod real;
@@ -72,13 +73,15 @@ pub use model::{Linear, Nominal, NominalModel};
 #[doc(inline)]
 pub use models::{Benchmark, FlexibleJoint, JointChain, JointParameters, Reading};
 #[doc(inline)]
+pub use modes::modes_ok;
+#[doc(inline)]
 pub use observer::{ObserverGains, Pole};
 #[doc(inline)]
 pub use real::Real;
 #[doc(hidden)]
 pub use real::{Count, Sealed};
 #[doc(inline)]
-pub use running::{ControlLaw, Guessing, RetuneError, Running, Words, WordsError};
+pub use running::{ControlLaw, Guessing, RetuneError, Running, Words, WordsError, fingerprint_with};
 #[doc(inline)]
 pub use shape::channels;
 #[doc(inline)]

@@ -544,6 +544,13 @@ impl fmt::Display for RetuneError {
 
 impl core::error::Error for RetuneError {}
 
+/// Fingerprint of a law together with what its program does beside it, as words. Returns the law's own where there are
+/// none.
+pub fn fingerprint_with(law: u32, beside: impl IntoIterator<Item = u32>) -> u32 {
+    let mut beside = beside.into_iter().peekable();
+    if beside.peek().is_none() { law } else { hash([law].into_iter().chain(beside)) }
+}
+
 /// FNV-1a over words: tells designs apart and damage from none, and is no defence against anyone who means it.
 pub(crate) fn hash(words: impl IntoIterator<Item = u32>) -> u32 {
     words.into_iter().fold(START, mixed)

@@ -15,12 +15,18 @@
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
  * itself where it can; with GCC that keeps drive_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
+ * (-ffast-math and its parts) and more digits than f32 (x87) change bits as well.
  * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
  * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
  * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
  *
- * Design 0x78ea4d8b (FNV-1a, with which its words in Rust begin).
+ * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or a host program: rounding to nearest,
+ * subnormal numbers kept, float computed as float. Of a Cortex-M: FPSCR with RMode = 00 and FZ = 0. An interrupt begins
+ * with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after reset). Of x86: MXCSR without FTZ and
+ * DAZ, which linking with -ffast-math sets. Call drive_modes_ok once at start-up, where the tick runs. Under other modes u
+ * still stays within its limits and is a number; its bits are others.
+ *
+ * Design 0x25f5983a (FNV-1a; `design_hash` in the run.json of a run).
  * Scenario drive.toml (CRC-32 0x0c67d321):
  *
  *     # The joint of drive.c, at 5 kHz.
@@ -52,12 +58,12 @@
  *     reaction = "fallback"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x78ea4d8bu
-#error "two designs with the prefix drive, 0x78ea4d8bu here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x78ea4d8bu
+#if DRIVE_STANDALONE != 0x5019d607u
+#error "two designs with the prefix drive, 0x5019d607u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x5019d607u
 #endif
 #else
-#define DRIVE_STANDALONE 0x78ea4d8bu
+#define DRIVE_STANDALONE 0x5019d607u
 
 #include <float.h>
 #include <stdbool.h>
@@ -83,7 +89,7 @@
 #endif
 
 #define DRIVE_VERSION "0.1.0"
-#define DRIVE_DESIGN 0x78ea4d8bu /* log it: it tells designs apart */
+#define DRIVE_DESIGN 0x25f5983au /* log it: it tells designs apart */
 #define DRIVE_PERIOD_S 0.0002
 #define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
 #define DRIVE_DELAY_TICKS 0 /* from the tick that computes a current to the one that holds it */
@@ -1758,6 +1764,33 @@ static inline bool drive_plan_sine(drive_plan *plan, const drive_jet *present, u
     goal.phase_per_tick = (uint32_t)phase;
     goal.omega = (float)((double)goal.phase_per_tick / 4294967296.0 * 6.283185307179586 / 0.0002);
     return drive_plan_onto(plan, &goal, present, start, ticks);
+}
+
+/* Are the floating-point modes here and now those of the head? Call it once at start-up, where the tick runs: an
+ * interrupt of a Cortex-M begins with the modes of FPDSCR, not with those of main. False where rounding is not to
+ * nearest, subnormal numbers are flushed, or the compiler fuses, reorders or widens operations. No tick calls it. */
+static inline bool drive_modes_ok(void)
+{
+    DRIVE_AS_WRITTEN
+    volatile float given[8] = {1.0f, 5.9604645e-8f, 1.1754944e-38f, 7.1746481e-43f, 0.5f, 1.2676506e30f, 1.00024414f,
+                               1.00048828f};
+    const float one = given[0];
+    const float half_step = given[1]; /* 2^-24, half of the step of the numbers from 1 on */
+    const float step = half_step + half_step;
+    const float smallest = given[2]; /* 2^-126, the smallest normal number */
+    const float subnormal = given[3]; /* 2^-140 */
+    const float much = given[5]; /* 2^100 */
+    const float root = given[6]; /* 1 + 2^-12; its square is 1 + 2^-11 in float, 2^-24 more if it is fused */
+    const float infinite = much * much;
+    const float none = infinite - infinite;
+    volatile float half_of_it = smallest * given[4];
+    bool good = ((one + half_step) <= one) && (((one + step) + half_step) >= (one + (step + step)));
+    good = good && ((one + (0.75f * half_step)) <= one) && ((one - (0.25f * half_step)) >= one);
+    good = good && ((-one - (0.75f * half_step)) >= -one);
+    good = good && ((half_of_it + half_of_it) >= smallest) && ((subnormal * much) >= 9.094947e-13f);
+    good = good && (((root * root) - given[7]) <= 0.0f) && (((one + (0.25f * step)) - one) <= 0.0f);
+    good = good && !(none <= 0.0f) && !(none >= 0.0f);
+    return good;
 }
 
 #undef DRIVE_AS_WRITTEN

@@ -1,5 +1,5 @@
 @ The functions of paper.h, exported by version 0.1.0.
-@ Design 0xc5c7b46a (CRC-32, the one a target reports).
+@ Design 0x8afd7ad8 (FNV-1a; `design_hash` in the run.json of a run).
 @ Scenario paper.toml (CRC-32 0x2bacc204):
 @
 @     # The paper's law on the state of a joint, the numbers of Table I as a joint has them: 10 kHz, all three roots of the

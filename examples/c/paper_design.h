@@ -1,7 +1,7 @@
 /* Design of a sliding mode controller with an extended disturbance observer: n = 4, observers of order up to 2 in channels 2, 4, T = 0.0001 s.
  * Exported for version 0.1.0 of the archive; do not edit, export it again.
  *
- * Design 0xc5c7b46a (CRC-32, the one a target reports).
+ * Design 0x8afd7ad8 (FNV-1a; `design_hash` in the run.json of a run).
  * Scenario paper.toml (CRC-32 0x2bacc204):
  *
  *     # The paper's law on the state of a joint, the numbers of Table I as a joint has them: 10 kHz, all three roots of the
@@ -35,12 +35,12 @@
  *     order = 2
  */
 #ifdef PAPER_DESIGN_H
-#if PAPER_DESIGN_H != 0xc5c7b46au
-#error "two designs with the prefix paper, 0xc5c7b46au here and PAPER_DESIGN_H before: export one with another --prefix"
-#define PAPER_DESIGN_H 0xc5c7b46au
+#if PAPER_DESIGN_H != 0xa1f664e9u
+#error "two designs with the prefix paper, 0xa1f664e9u here and PAPER_DESIGN_H before: export one with another --prefix"
+#define PAPER_DESIGN_H 0xa1f664e9u
 #endif
 #else
-#define PAPER_DESIGN_H 0xc5c7b46au
+#define PAPER_DESIGN_H 0xa1f664e9u
 
 #include "edo_smc.h"
 

@@ -13,8 +13,9 @@ use core::cell::RefCell;
 use core::mem::MaybeUninit;
 
 use controller_core::drive::{Monitored, Stretch};
+use controller_core::modes_ok;
 use cortex_m::asm;
-use cortex_m::peripheral::NVIC;
+use cortex_m::peripheral::{FPU, NVIC};
 use critical_section::Mutex;
 use pil_wire::{Disturbance, Event, Live, Machine, Open, Plant, Refusal, Row, Seat, Tuned};
 use stm32f4::stm32f405::Interrupt;
@@ -121,6 +122,19 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Machine<L, E, N> for &Drive
     fn replace(&mut self, plant: &Plant) -> bool {
         stand_in::replace(plant)
     }
+}
+
+/// Stops the start-up where a tick would compute in other floating-point modes than it assumes: in main, or in an
+/// interrupt, which begins with FPDSCR.
+///
+/// # Panics
+/// There.
+pub fn assume_modes(fpu: &FPU) {
+    const ROUNDING_AND_FLUSH: u32 = 0b111 << 22;
+    const ASPEN: u32 = 1 << 31;
+    assert!(modes_ok(), "FPSCR: rounding not to nearest, or subnormal numbers flushed");
+    assert!(fpu.fpdscr.read() & ROUNDING_AND_FLUSH == 0, "FPDSCR: the same, of interrupts");
+    assert!(fpu.fpccr.read() & ASPEN != 0, "FPCCR.ASPEN = 0: an interrupt would spoil the floats of main");
 }
 
 /// Lets the port and the changes through: the port below all else.

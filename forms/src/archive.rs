@@ -45,34 +45,28 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
         ));
     }
     let body = members(exported, &channels);
-    let guard = format!("{}_DESIGN_H", prefix.to_uppercase());
     let mut out = format!(
         "/* Design of a sliding mode controller with an extended disturbance observer: {}, T = {:?} s.\n \
          * Exported for version {VERSION} of the archive; do not edit, export it again.\n *\n",
         exported.shape(),
         exported.spec.config.padded.period_s
     );
-    for line in exported.origin().lines() {
+    for line in exported.about.origin().lines() {
         out.push_str(format!(" * {line}").trim_end());
         out.push('\n');
     }
-    let _ = write!(
-        out,
-        " */
-{}
+    let body = format!(
+        "
 #include \"edo_smc.h\"
 
 static const edo_smc_design_{name}_t {prefix}_design = {{
-    {:#08x}u, EDO_SMC_ID({n}, {r}, {:#x}),
+    {VERSION_NUMBER:#08x}u, EDO_SMC_ID({n}, {r}, {:#x}),
 {body}}};
 
-#endif
 ",
-        File::new(prefix).guard(&guard, exported.design_hash()),
-        VERSION_NUMBER,
         shape.mask,
     );
-    Ok(out)
+    Ok(out + " */\n" + &File::new(prefix).guarded("DESIGN_H", &body))
 }
 
 /// The members of the design, each with its name.

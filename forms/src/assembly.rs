@@ -11,7 +11,7 @@ use loop_sim::port::in_process::Model;
 use tick_record::{Drift, Functions, Kind, Port, Record};
 
 use super::arm::{self, Assembly, Effort, Layout};
-use super::c99::File;
+use super::c99::{File, MODES};
 use super::{Exported, standalone};
 
 /// A file for the assembler and the header of its functions.
@@ -32,14 +32,17 @@ pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> R
         .filter_map(|name| functions.state.iter().find(|word| word.name == *name))
         .chain(functions.state.iter().filter(|word| word.kind == Kind::Truth))
         .collect();
-    let header = [
-        head(exported, &file, &assembly, drift),
+    let body = [
+        file.demands("#include <stddef.h>\n"),
         standalone::defines(exported, &file),
         standalone::types(&file, &state),
         declarations(exported, &file, &functions, &assembly, drift),
+        file.modes(),
+        file.tail(),
     ]
     .concat();
-    Ok(Files { assembly: text(prefix, &exported.origin(), &assembly.text), header })
+    let header = head(exported, &file, &assembly, drift) + &file.guarded("ASSEMBLY", &body);
+    Ok(Files { assembly: text(prefix, &exported.about.origin(), &assembly.text), header })
 }
 
 /// The file for the assembler: where it comes from, and its functions.
@@ -107,17 +110,12 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
 ",
         assembly.cycles, assembly.cycles_whole, assembly.floor, assembly.floor_whole,
     );
-    for line in exported.origin().lines() {
+    out += &file.c(MODES);
+    for line in exported.about.origin().lines() {
         out.push_str(format!(" * {line}").trim_end());
         out.push('\n');
     }
-    out.push_str(" */\n");
-    out + &file.guard(&format!("{}_ASSEMBLY", file.capitals), exported.design_hash())
-        + "
-#include <stdbool.h>
-#include <stddef.h>
-
-"
+    out + " */\n"
 }
 
 /// What the caller computes and hands to a tick.
@@ -173,7 +171,6 @@ extern \"C\" {{
     let close = "
 #ifdef __cplusplus
 }
-#endif
 #endif
 ";
     let all = standalone::interface(file, functions, &given, &tick_u, &write);

@@ -17,6 +17,15 @@ pub(super) fn filled(template: &str, values: &[(&str, &dyn fmt::Display)]) -> St
 /// What is said of a constant, by how its name begins; of a longer beginning first.
 pub(super) type Meanings = [(&'static str, &'static str)];
 
+/// The modes of the machine that a tick assumes, and their check, for the head of a file.
+pub(super) const MODES: &str = " * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or a host program: rounding to nearest,
+ * subnormal numbers kept, float computed as float. Of a Cortex-M: FPSCR with RMode = 00 and FZ = 0. An interrupt begins
+ * with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after reset). Of x86: MXCSR without FTZ and
+ * DAZ, which linking with -ffast-math sets. Call @_modes_ok once at start-up, where the tick runs. Under other modes u
+ * still stays within its limits and is a number; its bits are others.
+ *
+";
+
 /// The file that begins every name with a prefix.
 pub(super) struct File<'a> {
     prefix: &'a str,
@@ -34,15 +43,8 @@ impl<'a> File<'a> {
         text.replace("@@", &self.capitals).replace('@', self.prefix)
     }
 
-    /// What compilers must not do, where the file comes from, and what keeps them from it.
-    pub(super) fn head(
-        &self,
-        title: &str,
-        usage: &str,
-        origin: &str,
-        (form, hash): (&str, u32),
-        includes: &str,
-    ) -> String {
+    /// Which file it is, what compilers must not do, and where the file comes from: a comment.
+    pub(super) fn head(&self, title: &str, usage: &str, origin: &str) -> String {
         let version = controller_core::VERSION;
         let mut out = format!(
             "/* {title}\n * Exported by version {version} of the library; do not edit, export it again. C99 and C++11, \
@@ -53,22 +55,29 @@ impl<'a> File<'a> {
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
  * itself where it can; with GCC that keeps @_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math and its parts), more digits than f32 (x87) and denormals flushed to zero (FPSCR.FZ) change bits as well.
+ * (-ffast-math and its parts) and more digits than f32 (x87) change bits as well.
  * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
  * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
  * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
  *
 ");
+        out += &self.c(MODES);
         for line in origin.lines() {
             out.push_str(format!(" * {line}").trim_end());
             out.push('\n');
         }
-        out.push_str(" */\n");
-        out += &self.guard(&format!("{}_{form}", self.capitals), hash);
-        out + "
+        out + " */\n"
+    }
+
+    /// What the functions need of the compiler, after the head.
+    pub(super) fn demands(&self, includes: &str) -> String {
+        [
+            "
 #include <float.h>
 #include <stdbool.h>
-" + includes + &self.c("
+",
+            includes,
+            &self.c("
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \\
     || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error \"compile without -ffast-math and its parts: they change numbers and remove the guard against NaN\"
@@ -88,23 +97,33 @@ impl<'a> File<'a> {
 #define @@_AS_WRITTEN _Pragma(\"STDC FP_CONTRACT OFF\")
 #endif
 
-")
+"),
+        ]
+        .concat()
     }
 
-    /// Opens the include guard of a C file. It carries the design: the same file twice is one, two designs of one
-    /// prefix are an error, after which the compiler shows where the other one comes from.
-    pub(super) fn guard(&self, guard: &str, hash: u32) -> String {
-        let (hash, prefix) = (format!("{hash:#010x}u"), self.prefix);
+    /// All behind the head of a C file within its include guard, `form` behind the prefix. It carries a checksum of all
+    /// of that: the same file twice is one, two files of one prefix that differ in a character of code are an error,
+    /// after which the compiler shows where the other one comes from.
+    pub(super) fn guarded(&self, form: &str, body: &str) -> String {
+        let (guard, prefix) = (format!("{}_{form}", self.capitals), self.prefix);
+        let sum = format!("{:#010x}u", pil_wire::checksum(body.as_bytes()));
         format!(
             "#ifdef {guard}
-#if {guard} != {hash}
-#error \"two designs with the prefix {prefix}, {hash} here and {guard} before: export one with another --prefix\"
-#define {guard} {hash}
+#if {guard} != {sum}
+#error \"two designs with the prefix {prefix}, {sum} here and {guard} before: export one with another --prefix\"
+#define {guard} {sum}
 #endif
 #else
-#define {guard} {hash}
+#define {guard} {sum}
+{body}#endif
 "
         )
+    }
+
+    /// The check of the floating-point modes.
+    pub(super) fn modes(&self) -> String {
+        self.c(include_str!("c/modes.h"))
     }
 
     /// A function that is elsewhere.
@@ -153,7 +172,6 @@ impl<'a> File<'a> {
 #undef @@_AS_WRITTEN
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
-#endif
 #endif
 ")
     }

@@ -6,46 +6,42 @@
 
 use std::fmt::Write as _;
 
-use controller_core::drive::{Bounds, Encoder, JointDrive, MotorDesign, MotorDrive, Mounting};
-use controller_core::{ControlLaw, drives};
+use controller_core::drive::{Bounds, Encoder, MotorDesign, Mounting};
+use controller_core::drives;
 use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction, Thresholds};
-use scenario::{Drive, Source};
+use scenario::Drive;
 use tick_record::drive::{DriveFunctions, JET, joint, joint_tick, motor, motor_tick};
 use tick_record::{Kind, Port, Record, Role, c};
 
 use super::arm::{DriveAssembly, DriveLayout, Effort, drive_assembly};
 use super::c99::{File, Meanings, filled};
-use super::{Files, Form, assembly, origin, plan, rust};
+use super::{About, Files, Form, assembly, plan, rust};
 
-pub(super) fn text(drive: &Drive, warnings: &[String], source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
-    let (bounds, thresholds) = drive.designed.thresholds().map_err(|error| error.to_string())?;
-    let exported = Exported { drive, warnings, source, recorded: recorded(drive)?, bounds, thresholds };
+pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<String, String> {
     match form {
-        Form::Standalone(prefix) => Ok(C { exported: &exported, file: File::new(prefix), assembly: None }.text()),
-        Form::Means(prefix, function) => means_of_c(drive, &exported.recorded.functions, prefix, function),
-        Form::MeansOfAssembly(prefix, function) => means(drive, &exported.recorded.functions, prefix, function),
+        Form::Standalone(prefix) => {
+            let (exported, functions) = (Exported::of(drive, about)?, functions(drive)?);
+            let file = File::new(prefix);
+            Ok(C { exported: &exported, functions: &functions, file, assembly: None }.text())
+        }
+        Form::Means(prefix, function) => means_of_c(drive, &functions(drive)?, prefix, function),
+        Form::MeansOfAssembly(prefix, function) => means(drive, &functions(drive)?, prefix, function),
         Form::Archive(_) => {
             Err("the archive for C takes no exported design of a drive (its own are designed where they \
                  run): take --lang c --standalone, one file that needs no library, or --lang rust"
                 .into())
         }
-        Form::Rust => Ok(rust::drive(&exported)),
+        Form::Rust => Ok(rust::drive(&Exported::of(drive, about)?)),
     }
 }
 
 /// The functions as assembly, and their header: that of the C file, with declarations where that has functions.
-pub(super) fn files(
-    drive: &Drive,
-    warnings: &[String],
-    source: &Source<'_>,
-    prefix: &str,
-    effort: &Effort,
-) -> Result<Files, String> {
-    let (bounds, thresholds) = drive.designed.thresholds().map_err(|error| error.to_string())?;
-    let exported = Exported { drive, warnings, source, recorded: recorded(drive)?, bounds, thresholds };
-    let assembly = drive_assembly(&exported.recorded.functions, prefix, effort)?;
-    let header = C { exported: &exported, file: File::new(prefix), assembly: Some(&assembly) }.text();
-    Ok(Files { assembly: assembly::text(prefix, &exported.origin(), &assembly.text), header })
+pub(super) fn files(drive: &Drive, about: &About<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
+    let (exported, functions) = (Exported::of(drive, about)?, functions(drive)?);
+    let assembly = drive_assembly(&functions, prefix, effort)?;
+    let file = File::new(prefix);
+    let header = C { exported: &exported, functions: &functions, file, assembly: Some(&assembly) }.text();
+    Ok(Files { assembly: assembly::text(prefix, &about.origin(), &assembly.text), header })
 }
 
 /// What one function of the assembly is to compute, as `cycle-bound --means` reads it.
@@ -158,24 +154,9 @@ fn places(members: &[Port]) -> Vec<(&str, usize)> {
 
 pub(super) struct Exported<'a> {
     pub(super) drive: &'a Drive,
-    warnings: &'a [String],
-    source: &'a Source<'a>,
-    recorded: Recorded,
+    pub(super) about: &'a About<'a>,
     bounds: Vec<f64>,
     thresholds: Thresholds,
-}
-
-/// What is made of a design for its types.
-struct Recorded {
-    functions: DriveFunctions,
-    /// What tells the design apart, in words of a running one too.
-    hash: u32,
-}
-
-/// The parts of a drive's tick as records.
-#[cfg(feature = "proof")]
-pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, String> {
-    recorded(drive).map(|recorded| recorded.functions)
 }
 
 /// Does something for the type of a drive: aim, fast gain sets, ticks of delay, and of a motor states of its observer.
@@ -195,20 +176,13 @@ macro_rules! of_its_type {
     }};
 }
 
-fn recorded(drive: &Drive) -> Result<Recorded, String> {
+/// The parts of a drive's tick as records.
+pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, String> {
     macro_rules! of_motor {
-        ($design:expr, $mounting:expr, $($of:tt)*) => {
-            motor::<$($of)*>($design, $mounting).and_then(|functions| {
-                Ok(Recorded { functions, hash: MotorDrive::<f32, $($of)*>::try_design($design)?.fingerprint() })
-            })
-        };
+        ($design:expr, $mounting:expr, $($of:tt)*) => { motor::<$($of)*>($design, $mounting) };
     }
     macro_rules! of_joint {
-        ($design:expr, $mounting:expr, $($of:tt)*) => {
-            joint::<$($of)*>($design, $mounting).and_then(|functions| {
-                Ok(Recorded { functions, hash: JointDrive::<f32, $($of)*>::try_design($design)?.fingerprint() })
-            })
-        };
+        ($design:expr, $mounting:expr, $($of:tt)*) => { joint::<$($of)*>($design, $mounting) };
     }
     of_its_type!(drive, of_motor, of_joint)
 }
@@ -224,9 +198,10 @@ fn tick(drive: &Drive) -> Result<Record, String> {
     of_its_type!(drive, of_motor, of_joint)
 }
 
-impl Exported<'_> {
-    pub(super) const fn hash(&self) -> u32 {
-        self.recorded.hash
+impl<'a> Exported<'a> {
+    fn of(drive: &'a Drive, about: &'a About<'a>) -> Result<Self, String> {
+        let (bounds, thresholds) = drive.designed.thresholds().map_err(|error| error.to_string())?;
+        Ok(Self { drive, about, bounds, thresholds })
     }
 
     pub(super) fn period_s(&self) -> f64 {
@@ -244,12 +219,6 @@ impl Exported<'_> {
             if delay_ticks > 0 { "u held one tick late" } else { "no delay" },
             self.period_s()
         )
-    }
-
-    /// Where the file comes from, line by line.
-    pub(super) fn origin(&self) -> String {
-        let hash = format!("Design {:#010x} (FNV-1a, with which its words in Rust begin).", self.hash());
-        origin(self.source, self.warnings, &hash)
     }
 
     /// Its bounds as Rust has them.
@@ -371,6 +340,7 @@ fn told(assembly: &DriveAssembly) -> String {
 
 struct C<'a> {
     exported: &'a Exported<'a>,
+    functions: &'a DriveFunctions,
     file: File<'a>,
     /// Where the functions are, if this is their header.
     assembly: Option<&'a DriveAssembly>,
@@ -382,9 +352,17 @@ impl C<'_> {
             Some(_) => ["\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n", "\n#ifdef __cplusplus\n}\n#endif\n"],
             None => [""; 2],
         };
-        let [head, types, parts, functions] = [self.head(), self.types(), self.parts(), self.functions()];
-        let rest = [self.monitors(), self.plans(), self.file.tail()].concat();
-        [head, types, open.into(), parts, functions, close.into(), rest].concat()
+        let (includes, form) = match self.assembly {
+            Some(_) => ("#include <stddef.h>\n#include <stdint.h>\n", "ASSEMBLY"),
+            None => ("#include <stdint.h>\n", "STANDALONE"),
+        };
+        let [demands, defines, types] = [self.file.demands(includes), self.defines(), self.types()];
+        let functions = [open.into(), self.parts(), self.functions(), close.into()].concat();
+        let body =
+            [demands, defines, types, functions, self.monitors(), self.plans(), self.file.modes(), self.file.tail()]
+                .concat();
+        let head = self.file.head(&self.exported.title(), &self.usage(), &self.exported.about.origin());
+        head + &self.file.guarded(form, &body)
     }
 
     fn follows_position(&self) -> bool {
@@ -437,14 +415,10 @@ impl C<'_> {
         usage + &self.assembly.map_or_else(String::new, told)
     }
 
-    fn head(&self) -> String {
+    /// Numbers of the drive for the program around it.
+    fn defines(&self) -> String {
         let exported = self.exported;
-        let (includes, form) = match self.assembly {
-            Some(_) => ("#include <stddef.h>\n#include <stdint.h>\n", "ASSEMBLY"),
-            None => ("#include <stdint.h>\n", "STANDALONE"),
-        };
-        let (title, origin) = (exported.title(), exported.origin());
-        let mut out = self.file.head(&title, &self.usage(), &origin, (form, exported.hash()), includes);
+        let mut out = String::new();
         let capitals = &self.file.capitals;
         let limit = exported.drive.max_current_a;
         let _ = write!(
@@ -454,10 +428,13 @@ impl C<'_> {
              #define {capitals}_PERIOD_S {:?}\n#define {capitals}_MAX_CURRENT_A {limit:?} /* of either sign */\n\
              #define {capitals}_DELAY_TICKS {} /* from the tick that computes a current to the one that holds it */\n",
             controller_core::VERSION,
-            exported.hash(),
+            exported.about.design,
             exported.period_s(),
             exported.drive.designed.form().delay_ticks,
         );
+        if let Reaction::JoinedStop { ticks } = exported.drive.designed.reaction() {
+            let _ = writeln!(out, "#define {capitals}_STOP_TICKS {ticks}u /* of the stop after an alarm */");
+        }
         if let DriveDesign::Motor(DriveOf { design: MotorDesign { motor, .. }, .. }) = exported.drive.designed {
             let _ = write!(
                 out,
@@ -493,7 +470,7 @@ impl C<'_> {
 
     fn types(&self) -> String {
         let word = |word: &Port| Self::member(word);
-        let between = &self.exported.recorded.functions.between;
+        let between = &self.functions.between;
         let layout = self.assembly.map_or_else(String::new, |assembly| {
             let fresh = 4 * assembly.layout.words().count();
             filled(include_str!("c/layout.h"), &[("size", &(fresh + 4)), ("fresh", &fresh), ("started", &(fresh + 1))])
@@ -553,7 +530,7 @@ impl C<'_> {
 
     /// The words of the state in the order that they have in memory.
     fn state(&self) -> Vec<&Port> {
-        let words = &self.exported.recorded.functions.state;
+        let words = &self.functions.state;
         let Some(assembly) = self.assembly else { return words.iter().collect() };
         let placed = assembly.layout.words().filter_map(|name| words.iter().find(|word| word.name == *name));
         placed.chain(words.iter().filter(|word| word.kind == Kind::Truth)).collect()
@@ -598,8 +575,7 @@ impl C<'_> {
     }
 
     fn parts(&self) -> String {
-        let DriveFunctions { begin, observe, law, give_up, refuse, pass, follow, carry, .. } =
-            &self.exported.recorded.functions;
+        let DriveFunctions { begin, observe, law, give_up, refuse, pass, follow, carry, .. } = self.functions;
         let functions = [
             "\n/* A count as the number with a sign that it is; a conversion would be for the compiler to define. */\n"
                 .into(),
@@ -690,7 +666,8 @@ impl C<'_> {
             Reaction::GoOn => "is told and no more, as the scenario has it",
             Reaction::Fallback => "stops the drive, as the scenario has it",
             Reaction::JoinedStop { .. } => {
-                "is to be answered by a planned stop (@_plan_stop), as the scenario has it; the last two stop the drive"
+                "is to be answered by a planned stop (@_plan_stop, @@_STOP_TICKS), as the scenario has it; the last two stop \
+                 the drive"
             }
         };
         let stops_at = reaction.stops_at();
@@ -790,8 +767,7 @@ static inline void @_missed(@_state *state, uint32_t periods)
     }
 
     fn functions(&self) -> String {
-        let DriveFunctions { start, not_started, begin, report_applied, estimates, reset, .. } =
-            &self.exported.recorded.functions;
+        let DriveFunctions { start, not_started, begin, report_applied, estimates, reset, .. } = self.functions;
         let start_ticks = begin.constant("start_ticks").unwrap_or(0.0);
         // Counts, whether they are lost, targets: in the order of their declaration, which C++ wants whole.
         let shafts = self.shafts().len();

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use controller_core::{LAYOUT, Limits, Shape};
-use link::remote::Loadable;
 use loop_sim::port::in_process::{self, ControllerSpec, Download, Model};
 use scenario::{Experiment, Source};
 use study::margins;
@@ -70,7 +69,7 @@ pub fn export(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> R
         return Err("assembly needs the feature asm".into());
     }
     if let Some(drive) = &experiment.drive {
-        return drive::text(drive, &warnings(experiment), source, form);
+        return drive::text(drive, &About::of(experiment, source), form);
     }
     let exported = exported(experiment, source)?;
     match form {
@@ -89,7 +88,7 @@ pub fn export(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> R
 /// What cannot be exported, and what to change.
 pub fn assembly(experiment: &Experiment, source: &Source<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
     if let Some(drive) = &experiment.drive {
-        return drive::files(drive, &warnings(experiment), source, prefix, effort);
+        return drive::files(drive, &About::of(experiment, source), prefix, effort);
     }
     let of_formulas = |spec: &&ControllerSpec| matches!(spec.model, Model::Formulas { .. });
     let Some(spec) = experiment.spec.as_ref().filter(of_formulas) else {
@@ -99,7 +98,7 @@ pub fn assembly(experiment: &Experiment, source: &Source<'_>, prefix: &str, effo
     let linear = ControllerSpec { model: Model::Linear(vec![0.0; spec.config.n]), ..spec.clone() };
     let designed = in_process::build(&linear).map_err(|error| error.to_string())?;
     let download = designed.download.ok_or(F32_ONLY)?;
-    let exported = Exported { spec, download: &download, warnings: warnings(experiment), source };
+    let exported = Exported { spec, download: &download, about: About::of(experiment, source) };
     assembly::files(&exported, prefix, effort)
 }
 
@@ -131,15 +130,48 @@ fn parts(experiment: &Experiment) -> Result<(&ControllerSpec, &Download), String
 /// What there is to export of a controller.
 fn exported<'a>(experiment: &'a Experiment, source: &'a Source<'a>) -> Result<Exported<'a>, String> {
     let (spec, download) = parts(experiment)?;
-    Ok(Exported { spec, download, warnings: warnings(experiment), source })
+    Ok(Exported { spec, download, about: About::of(experiment, source) })
+}
+
+/// Where a file comes from, and which design it is.
+struct About<'a> {
+    /// Fingerprint of everything that changes what the exported functions do: the one of the port that `run` runs.
+    design: u32,
+    warnings: Vec<String>,
+    source: &'a Source<'a>,
+}
+
+impl<'a> About<'a> {
+    fn of(experiment: &Experiment, source: &'a Source<'a>) -> Self {
+        // Only a law without one has none, and that is not exported.
+        Self { design: experiment.port.fingerprint().unwrap_or(0), warnings: warnings(experiment), source }
+    }
+
+    /// Line by line: every line may stand in a comment of C and of Rust.
+    fn origin(&self) -> String {
+        let Self { design, warnings, source: Source { file, text, sets } } = self;
+        let mut origin = String::new();
+        for warning in warnings {
+            let _ = writeln!(origin, "Warning of the design: {warning}");
+        }
+        let _ = writeln!(origin, "Design {design:#010x} (FNV-1a; `design_hash` in the run.json of a run).");
+        for set in *sets {
+            let _ = writeln!(origin, "Changed by --set {set}");
+        }
+        let checksum = pil_wire::checksum(text.as_bytes());
+        let _ = writeln!(origin, "Scenario {file} (CRC-32 {checksum:#010x}):\n");
+        for line in text.lines() {
+            let _ = writeln!(origin, "    {line}");
+        }
+        harmless(&origin)
+    }
 }
 
 /// What all forms are made from.
 struct Exported<'a> {
     spec: &'a ControllerSpec,
     download: &'a Download,
-    warnings: Vec<String>,
-    source: &'a Source<'a>,
+    about: About<'a>,
 }
 
 impl Exported<'_> {
@@ -150,16 +182,6 @@ impl Exported<'_> {
 
     fn shape(&self) -> String {
         shape_text(self.download.shape)
-    }
-
-    fn design_hash(&self) -> u32 {
-        let Loadable { instance, words } = self.download.into();
-        pil_wire::design_hash(instance, &words)
-    }
-
-    fn origin(&self) -> String {
-        let hash = format!("Design {:#010x} (CRC-32, the one a target reports).", self.design_hash());
-        origin(self.source, &self.warnings, &hash)
     }
 }
 
@@ -178,24 +200,6 @@ fn shape_text(shape: Shape) -> String {
             format!("n = {}, observers of order up to {} in channels {}", shape.n, shape.r, many.join(", "))
         }
     }
-}
-
-/// Where a file comes from, line by line: every line may stand in a comment of C and of Rust.
-fn origin(Source { file, text, sets }: &Source<'_>, warnings: &[String], hash: &str) -> String {
-    let mut origin = String::new();
-    for warning in warnings {
-        let _ = writeln!(origin, "Warning of the design: {warning}");
-    }
-    let _ = writeln!(origin, "{hash}");
-    for set in *sets {
-        let _ = writeln!(origin, "Changed by --set {set}");
-    }
-    let checksum = pil_wire::checksum(text.as_bytes());
-    let _ = writeln!(origin, "Scenario {file} (CRC-32 {checksum:#010x}):\n");
-    for line in text.lines() {
-        let _ = writeln!(origin, "    {line}");
-    }
-    harmless(&origin)
 }
 
 /// A text as it may stand in any comment: nothing in it ends the comment, opens another or turns the direction of

@@ -27,7 +27,7 @@ pub(super) fn text(exported: &Exported<'_>) -> Result<String, String> {
         "Sliding mode control with an extended disturbance observer: {}, f32, T = {period_s:?} s.",
         exported.shape()
     );
-    let mut out = head(&title, &exported.origin());
+    let mut out = head(&title, &exported.about.origin());
     let mut imports =
         format!("{import}, Config, Fallback, Guessing, Limits, Nominal, Options, ReachingLaw, Running, Surface")
             .split(", ")
@@ -59,7 +59,7 @@ pub type Designed = {designed};
 
 /// The version of controller-core that this was exported for.
 pub const EXPORTED_FOR: &str = {version:?};
-/// Hash of the design, as a target reports it.
+/// Fingerprint of the design, with which the words of `RUNNING` begin.
 pub const DESIGN: u32 = {hash:#010x};
 
 /// The design, number by number.
@@ -80,7 +80,7 @@ pub static CONTROLLER: Designed = Designed::design(&CONFIG, {value});
 pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER, {estimates:?});
 ",
         imports = imports.join(", "),
-        hash = exported.design_hash(),
+        hash = exported.about.design,
         c = of_order(&surface.c, n),
         alpha = surface.alpha_per_s,
         gradient = of_order(&nominal.gradient, n),
@@ -104,7 +104,11 @@ fn nominal_model(model: &Model, n: usize, b: f64) -> Result<(String, String, &'s
 /// What the file is, and where it comes from.
 fn head(title: &str, origin: &str) -> String {
     let version = controller_core::VERSION;
-    let mut out = format!("// {title}\n// Exported for controller-core {version}; do not edit, export it again.\n");
+    let mut out = format!(
+        "// {title}\n// Exported for controller-core {version}; do not edit, export it again.\n\
+         // Assumed wherever the tick runs: rounding to nearest, subnormal numbers kept. controller_core::modes_ok()\n\
+         // checks it; call it once at start-up, where the tick runs.\n//\n"
+    );
     for line in origin.lines() {
         out.push_str(format!("// {line}").trim_end());
         out.push('\n');
@@ -174,14 +178,14 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
         ),
     };
     let design = design.replace("fallback: ", "fallback: Fallback::").replace(": inf,", ": f64::INFINITY,");
-    let (stops, beyond) = match exported.drive.designed.reaction() {
-        Reaction::GoOn => ("", ""),
-        Reaction::Fallback => (".stopping()", ""),
-        Reaction::JoinedStop { .. } => (".stopping_at(BEYOND_CONTROL)", "BEYOND_CONTROL, "),
+    let (stops, beyond, stop_ticks) = match exported.drive.designed.reaction() {
+        Reaction::GoOn => ("", "", 0),
+        Reaction::Fallback => (".stopping()", "", 0),
+        Reaction::JoinedStop { ticks } => (".stopping_at(BEYOND_CONTROL)", "BEYOND_CONTROL, ", ticks),
     };
     let bounds = exported.bounds().replace(": inf,", ": f64::INFINITY,");
     let version = controller_core::VERSION;
-    let mut out = head(&exported.title(), &exported.origin());
+    let mut out = head(&exported.title(), &exported.about.origin());
     let _ = write!(
         out,
         "
@@ -195,11 +199,14 @@ pub type Designed = {designed};
 
 /// The version of controller-core that this was exported for.
 pub const EXPORTED_FOR: &str = {version:?};
-/// Fingerprint of the design, with which its words begin.
+/// Fingerprint of the drive: `drive::fingerprint(running().design().fingerprint(), &MOUNTING, STOP_TICKS)`.
 pub const DESIGN: u32 = {hash:#010x};
 
 /// The design, number by number.
 pub const CONFIG: {design};
+
+/// Ticks of the stop that is to be planned after an alarm; 0: none.
+pub const STOP_TICKS: u32 = {stop_ticks};
 
 /// Sign and offset of each encoder: `MOUNTING[0].upright(register)` is what a sample takes.
 pub const MOUNTING: [Mounting; {encoders}] = {mounting};
@@ -215,7 +222,7 @@ pub fn running() -> Running<Monitored<&'static Designed, {encoders}>> {{
     Running::new(Monitored::new(&DRIVE, &BOUNDS){stops})
 }}
 ",
-        hash = exported.hash(),
+        hash = exported.about.design,
     );
     out
 }

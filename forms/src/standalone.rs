@@ -21,7 +21,17 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
         .into_iter()
         .flat_map(|kind| file.functions.state.iter().filter(move |word| word.kind == kind))
         .collect();
-    Ok([file.head(), types(&file.file, &state), file.functions(), file.file.tail()].concat())
+    let defines = defines(exported, &file.file);
+    let body = [
+        file.file.demands(""),
+        defines,
+        types(&file.file, &state),
+        file.functions(),
+        file.file.modes(),
+        file.file.tail(),
+    ]
+    .concat();
+    Ok(file.head() + &file.file.guarded("STANDALONE", &body))
 }
 
 /// The controller as records.
@@ -156,7 +166,7 @@ pub(super) fn defines(exported: &Exported<'_>, file: &File<'_>) -> String {
          #define {c}_PERIOD_S {period:?}\n",
         c = file.capitals,
         version = controller_core::VERSION,
-        hash = exported.design_hash(),
+        hash = exported.about.design,
         n = shape.n,
         r = shape.r,
         period = exported.spec.config.padded.period_s,
@@ -308,9 +318,7 @@ impl<'a> Standalone<'a> {
  *     write_pwm(output.u);
  *     @_report_applied(&state, held);                    only if it holds another u, not a late one
 ";
-        let hash = self.exported.design_hash();
-        self.file.head(&title, usage, &self.exported.origin(), ("STANDALONE", hash), "")
-            + &defines(self.exported, &self.file)
+        self.file.head(&title, usage, &self.exported.about.origin())
     }
 
     fn functions(&self) -> String {

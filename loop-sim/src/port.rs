@@ -163,7 +163,8 @@ pub trait ControllerPort: Send {
         0.0
     }
 
-    /// Tells one design from another; none for a controller that has no such number.
+    /// Tells one design from another: over everything that changes what an exported controller, its monitors, its gate
+    /// or its encoders do. None for a controller that has no such number.
     fn fingerprint(&self) -> Option<u32> {
         None
     }

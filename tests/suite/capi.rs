@@ -295,7 +295,7 @@ fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
         let named = |of: &str, functions: &[&str]| -> Vec<String> {
             functions.iter().map(|function| format!("edo_smc_{function}_{of}")).collect()
         };
-        let mut declared = vec!["edo_smc_version".to_string()];
+        let mut declared = vec!["edo_smc_version".to_string(), "edo_smc_modes_ok".to_string()];
         declared.extend(instances().iter().flat_map(|(name, _)| named(name, &functions)));
         for plant in ["motor", "joint"] {
             declared
@@ -308,6 +308,30 @@ fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
         declared.sort();
         shown.sort_unstable();
         assert_eq!(shown, declared, "{of}");
+    }
+}
+
+/// The archive's check of the floating-point modes, with those that a program of this machine can set.
+#[test]
+fn the_archive_sees_modes_that_are_not_the_assumed_ones() {
+    let folder = Folder::new("capi-modes");
+    let (file, program) = (folder.path("modes.c"), folder.path("modes"));
+    let code = "#include <fenv.h>\n#include <stdio.h>\n#include \"edo_smc.h\"\n\
+        #ifdef __SSE__\n#include <xmmintrin.h>\n#endif\nstatic void is(unsigned good, const char *mode) {\n\
+        if (edo_smc_modes_ok() != good) { printf(\"%s\\n\", mode); }\n}\n\
+        int main(void) {\n    is(1u, \"as it starts\");\n    fesetround(FE_UPWARD); is(0u, \"up\");\n    \
+        fesetround(FE_DOWNWARD); is(0u, \"down\");\n    fesetround(FE_TOWARDZERO); is(0u, \"to zero\");\n    \
+        fesetround(FE_TONEAREST); is(1u, \"to nearest\");\n\
+        #ifdef __SSE__\n    _mm_setcsr(_mm_getcsr() | 0x8000u); is(0u, \"FTZ\");\n    \
+        _mm_setcsr((_mm_getcsr() & ~0x8000u) | 0x40u); is(0u, \"DAZ\");\n    \
+        _mm_setcsr(_mm_getcsr() & ~0x40u); is(1u, \"neither\");\n#endif\n    return 0;\n}\n";
+    std::fs::write(&file, code).expect("a temporary file");
+    run("cc", &["-std=c11", "-O2", "-frounding-math", &include(), &file, &archive("host"), "-lm", "-o", &program]);
+    assert_eq!(run(&program, &[]), "");
+    // What a link with -ffast-math does.
+    if cfg!(target_arch = "x86_64") {
+        run("cc", &["-O2", "-ffast-math", &include(), &file, &archive("host"), "-lm", "-o", &program]);
+        assert!(run(&program, &[]).starts_with("as it starts\n"));
     }
 }
 

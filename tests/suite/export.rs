@@ -1007,7 +1007,7 @@ fn two_designs_of_one_prefix_in_one_program_are_refused_by_the_compiler() {
     for (form, guard) in [("--standalone", "EDO_SMC_STANDALONE"), ("--lang=c", "EDO_SMC_DESIGN_H")] {
         let hash = |file: &Path| {
             let text = fs::read_to_string(file).expect("an exported file");
-            text.split_once("Design 0x").expect("its hash").1[..8].to_string()
+            text.split_once(&format!("#define {guard} 0x")).expect("its guard").1[..8].to_string()
         };
         let one = exported(&folder, "one.h", INSTANCES[5].1, &[form]);
         let other =

@@ -701,12 +701,14 @@ fn main() {
     assert_eq!(EXPORTED_FOR, controller_core::VERSION);
     let running = running();
     assert!(running.estimates().is_none());
-    println!(\"{:#010x} {:#010x} {:#010x}\", DRIVE.fingerprint(), DESIGN, running.design().fingerprint());
+    let law = running.design().fingerprint();
+    let whole = controller_core::drive::fingerprint(law, &MOUNTING, STOP_TICKS);
+    println!(\"{:#010x} {whole:#010x} {:#010x}\", DRIVE.fingerprint(), DESIGN);
     MOUNTING.iter().for_each(|mounting| println!(\"{}\", mounting.upright(1000)));
 }
 ";
 
-/// The fingerprint is over every number of the design in f32: with the types of the file it is the whole drive.
+/// The fingerprint is over every number of the design in f32: with types, monitors and mounting it is the whole drive.
 #[test]
 fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
     for (wanted, counts) in [("one_set", "-300\n"), ("speed_late", "1000\n"), ("joint", "1000\n-923\n")] {
@@ -723,11 +725,11 @@ fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
                 JointDrive::<f32, Position, 1>::design(&design).fingerprint()
             }
         };
-        // With its monitors it is what `run` runs.
+        // With its monitors, as its encoders are mounted, it is what `run` runs.
         let source = Source { file: "it", text: &scenario, sets: &[] };
         let ran = scenario::parse(&source, "it").unwrap_or_else(|error| panic!("{error}")).port.fingerprint();
-        let watched = ran.expect("the fingerprint of a drive");
-        let said = format!("{hash:#010x} {hash:#010x} {watched:#010x}\n{counts}");
+        let whole = ran.expect("the fingerprint of a drive");
+        let said = format!("{hash:#010x} {whole:#010x} {whole:#010x}\n{counts}");
         assert_eq!(said_by_exported_rust(&folder("drive-rust"), name, &scenario, WHAT_IT_IS), said, "{name}");
     }
 }

@@ -134,9 +134,16 @@ fn a_report_with_all_its_parts_is_read_and_printed() {
         ["my-motor.toml", "trials", "my-motor.txt", "page.html", "page.pdf"].map(|name| folder.path(name));
     std::fs::write(&file, scenario::MOTOR).expect("room for a scenario");
     let proved = "u within its limits, any bits in counts, targets and state               PROVED";
-    std::fs::write(&certificate, format!("Certificate\n\n{proved}\n")).expect("room for a certificate");
+    let source = scenario::Source { file: "my-motor.toml", text: scenario::MOTOR, sets: &[] };
+    let design = scenario::parse(&source, "my-motor").expect("a scenario").port.fingerprint().expect("a drive");
+    let text = format!("Certificate\n\nDesign: {design:08x}\n{proved}\n");
+    std::fs::write(&certificate, &text).expect("room for a certificate");
     let said = host_sim(&["monte-carlo", &file, "--uncertain", "20", "--trials", "20", "--out", &trials]);
     assert_eq!(said.status, 0, "{said:?}");
+    let other = ["report", &file, "--map", "none", "--certificate", &certificate, "--set", "monitor.load_n_m=1"];
+    let said = host_sim(&other);
+    let told = format!("--certificate: {certificate} is of design {design:08x}, expected ");
+    assert!(said.status == 2 && said.err.contains(&told), "a certificate of other monitors: {said:?}");
     let said = host_sim(&["report", &file, "--trials", &trials, "--certificate", &certificate, "-o", &page]);
     assert_eq!((said.status, said.err.as_str()), (0, ""), "{said:?}");
     // As the browser has it after it was told that it will print.

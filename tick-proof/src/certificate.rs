@@ -6,13 +6,14 @@ use sha2::{Digest as _, Sha256};
 
 use crate::run::Row;
 
-/// The certificate of the file of this name and text. `sha256sum --check` finds the line with the two.
-pub fn text(file: &str, exported: &str, title: &str, rows: &[Row], solver: &str) -> String {
+/// The certificate of the file of this name and text, of a design with this title and fingerprint. `sha256sum --check`
+/// finds the line with the two.
+pub fn text([file, exported]: [&str; 2], (title, fingerprint): (&str, u32), rows: &[Row], solver: &str) -> String {
     let digest = <[u8; 32]>::from(Sha256::digest(exported)).map(|byte| format!("{byte:02x}")).concat();
     let mut out = format!(
         "Certificate of tick-proof {} for a file of host-sim export --standalone, by its SHA-256:\n\n\
          {digest}  {file}\n\n\
-         Of: {title}\nSolver: {solver}\n\
+         Of: {title}\nDesign: {fingerprint:08x}\nSolver: {solver}\n\
          Assumes: IEEE 754 binary32, round to nearest even, subnormal numbers, nothing contracted or reordered.\n\
          Shown of the operations that the file is written from (docs/proofs.md says what this is not).\n\n",
         env!("CARGO_PKG_VERSION"),
@@ -44,15 +45,26 @@ mod tests {
             seconds: 0.1,
         };
         let open = row("finite", Verdict::Undecided("no answer within 1 s".into()), Some("p2"));
-        let text = super::text("abc.h", "abc", "a joint", &[row("bounded", Verdict::Proved, None), open], "Solver 1");
+        let text = super::text(
+            ["abc.h", "abc"],
+            ("a joint", 0x0123_abcd),
+            &[row("bounded", Verdict::Proved, None), open],
+            "Solver 1",
+        );
         let digest = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad  abc.h";
-        for line in
-            [digest, "bounded  PROVED", "finite   undecided", "    p2: no answer within 1 s", "Solver: Solver 1"]
-        {
+        let design = "Design: 0123abcd";
+        for line in [
+            digest,
+            design,
+            "bounded  PROVED",
+            "finite   undecided",
+            "    p2: no answer within 1 s",
+            "Solver: Solver 1",
+        ] {
             assert!(text.lines().any(|one| one == line), "no line `{line}` in\n{text}");
         }
         let two_blocks = "abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq";
-        let long = super::text("long.h", two_blocks, "", &[], "");
+        let long = super::text(["long.h", two_blocks], ("", 0), &[], "");
         assert!(long.contains("248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1  long.h"), "{long}");
     }
 }

@@ -240,7 +240,7 @@ pub(crate) fn files() -> Vec<String> {
 /// Names of all functions that the header declares.
 fn declared(header: &Path) -> Result<Vec<String>, String> {
     let text = fs::read_to_string(header).map_err(|error| format!("{}: {error}", header.display()))?;
-    let mut names = vec![format!("{PREFIX}version")];
+    let mut names = vec![format!("{PREFIX}version"), format!("{PREFIX}modes_ok")];
     for (declaring, functions) in DECLARING {
         let lines: Vec<&str> = declared_by(&text, declaring).collect();
         if lines.is_empty() {

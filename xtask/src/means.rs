@@ -123,8 +123,9 @@ const WITHOUT: [(&str, &str); 3] = [
     ("budget::sine::tick", "no tick: the sine of a drive's map alone"),
 ];
 /// Functions of the archive that are not held, by a part of their names.
-const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 9] = [
+const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 10] = [
     ("edo_smc_version", SIZE),
+    ("edo_smc_modes_ok", "asks for the modes of the machine"),
     ("edo_smc_design_size_", SIZE),
     ("edo_smc_state_size_", SIZE),
     ("edo_smc_init_", "compares a design with its check"),

@@ -17,6 +17,7 @@ use core::f64::consts::TAU;
 use super::error::DriveError;
 use super::fields::fields;
 use crate::real::{Count, Real};
+use crate::running::fingerprint_with;
 
 /// An encoder and the gear between it and the shaft whose angle is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -171,6 +172,25 @@ impl Mounting {
         let offset = C::of(self.offset_counts);
         if self.is_reversed { offset.since(count) } else { count.since(offset) }
     }
+}
+
+/// Fingerprint of a drive as a whole: of its law within its monitors ([`ControlLaw::fingerprint`]), of the mounting of
+/// its encoders, and of the ticks of a joined stop after an alarm (0: none). Returns the fingerprint of the law where
+/// all encoders are upright and there is no such stop.
+///
+/// ```
+/// use controller_core::drive::{Mounting, fingerprint};
+///
+/// let turned = Mounting { is_reversed: true, offset_counts: 0 };
+/// assert_eq!(fingerprint(0x1234_5678, &[Mounting::UPRIGHT], 0), 0x1234_5678);
+/// assert_ne!(fingerprint(0x1234_5678, &[turned], 0), 0x1234_5678);
+/// ```
+///
+/// [`ControlLaw::fingerprint`]: crate::ControlLaw::fingerprint
+pub fn fingerprint(law: u32, mounting: &[Mounting], stop_ticks: u32) -> u32 {
+    let is_neutral = stop_ticks == 0 && mounting.iter().all(|mounting| *mounting == Mounting::UPRIGHT);
+    let words = mounting.iter().flat_map(|it| [u32::from(it.is_reversed), it.offset_counts as u32]);
+    fingerprint_with(law, words.chain([stop_ticks]).filter(|_| !is_neutral))
 }
 
 fields! {

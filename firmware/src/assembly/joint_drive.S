@@ -1,5 +1,5 @@
 @ The functions of joint_drive.h, exported by version 0.1.0.
-@ Design 0xa004fd76 (FNV-1a, with which its words in Rust begin).
+@ Design 0x2c793e15 (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
 @ Scenario drive.toml (CRC-32 0xee9da7e0):

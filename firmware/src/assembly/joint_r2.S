@@ -1,5 +1,5 @@
 @ The functions of joint_r2.h, exported by version 0.1.0.
-@ Design 0xedaa1f7a (CRC-32, the one a target reports).
+@ Design 0xdb203b35 (FNV-1a; `design_hash` in the run.json of a run).
 @ Scenario joint.toml (CRC-32 0xadf7d260):
 @
 @     # The joint whose tick is measured everywhere (src/bin/budget.rs): 10 kHz, all poles of the observers at -100, switching

@@ -1,5 +1,5 @@
 @ The functions of joint_r3.h, exported by version 0.1.0.
-@ Design 0xa1a01a6c (CRC-32, the one a target reports).
+@ Design 0x558fdc3c (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]
 @ Scenario joint.toml (CRC-32 0xadf7d260):
 @

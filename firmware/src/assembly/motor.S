@@ -1,5 +1,5 @@
 @ The functions of motor.h, exported by version 0.1.0.
-@ Design 0x72dd1a5d (FNV-1a, with which its words in Rust begin).
+@ Design 0x6755080e (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
 @ Scenario motor.toml (CRC-32 0xe1ca76bf):

@@ -93,6 +93,7 @@ fn main() -> ! {
     let Ok((live, law)) = Live::new(numbers.flat_map(halves)) else { unreachable!() };
     DRIVE.begin(live::seat(SEAT, law));
 
+    live::assume_modes(&core.FPU);
     live::unmask(core.NVIC);
     let period = ticker::start(chip.TIM3, &chip.RCC, TICK_HZ);
     defmt::println!("drive: {=u32} Hz, time in {}", TICK_HZ, unit);

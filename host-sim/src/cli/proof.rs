@@ -35,6 +35,7 @@ impl Console<'_> {
         let rows = rows.map_err(failed)?;
         let open = rows.iter().filter(|row| !row.is_proved());
         let open = open.map(|row| format!("{}: {}", row.verdict, row.statement)).collect();
-        Ok((certificate::text(name, text, &experiment.title, &rows, solver.name()), open))
+        let of = (experiment.title.as_str(), experiment.port.fingerprint().unwrap_or(0));
+        Ok((certificate::text([name, text], of, &rows, solver.name()), open))
     }
 }

@@ -50,6 +50,8 @@ pub(super) struct ReportOptions {
     certificate: Option<PathBuf>,
 }
 
+/// Names the fingerprint of a design.
+const HASH: &str = "hash of the design";
 /// Instead of a preset.
 const NO_MAP: &str = "none";
 /// What ends the name of a report.
@@ -63,8 +65,8 @@ const CLOCK_HZ: f64 = 168e6;
 #[derive(Default)]
 struct Gathered {
     accounts: Vec<Account>,
-    /// Of each scenario file: the place of its account, and the hash of its text.
-    files: Vec<(usize, String)>,
+    /// Of each scenario file: the place of its account, and what stands in it.
+    files: Vec<(usize, ScenarioText)>,
 }
 
 impl Gathered {
@@ -79,7 +81,7 @@ impl Gathered {
         if of_name.peek().is_none() {
             return Err(bad(format!("--trials: {scenario} is of a page: give its scenario file")));
         }
-        let Some((of, _)) = of_name.find(|(_, hash)| *hash == sha256) else {
+        let Some((of, text)) = of_name.find(|(_, file)| hex_sha256(file.subject(&[]).text) == sha256) else {
             return Err(bad(format!(
                 "--trials: the file of {scenario} was another when its trials ran (scenario_sha256): run \
                  `host-sim monte-carlo` again"
@@ -92,9 +94,43 @@ impl Gathered {
         if let Some((how, set)) = differs {
             return Err(bad(format!("--trials: its trials ran {how} --set {set}: the page would be of two plants")));
         }
+        let design = |sets: &[String]| -> Result<_, Failure> { Ok(text.subject(sets).with(&[])?.port.fingerprint()) };
+        if design(&sets)? != design(asked)? {
+            let set = sets.iter().find(|set| set.starts_with("controller.nominal")).map_or("", String::as_str);
+            return Err(bad(format!(
+                "--trials: its trials ran with --set {set}: the page would be of two designs. Give this --set here too"
+            )));
+        }
         self.accounts[*of].sections.push(section);
         Ok(())
     }
+}
+
+/// The account of the design that a certificate is of.
+fn certified<'a>(accounts: &'a mut [Account], name: &str, text: &str) -> Result<&'a mut Account, Failure> {
+    let Some(design) = text.lines().find_map(|line| line.strip_prefix("Design: ")) else {
+        return Err(bad(format!(
+            "--certificate: {name} has no line `Design: ..`: give the file that `host-sim export --certificate` wrote"
+        )));
+    };
+    let mut found = Vec::new();
+    let mut of = None;
+    for account in accounts {
+        let rows = account.sections.iter().flat_map(|section| &section.tables).flat_map(Table::rows);
+        let mut hashes = rows.filter(|row| row[0] == HASH).map(|row| row[1].clone()).peekable();
+        let is_of = hashes.peek().is_some_and(|hash| hash == design);
+        found.extend(hashes.map(|hash| format!("{} of {}", hash, account.name)));
+        if is_of && of.is_none() {
+            of = Some(account);
+        }
+    }
+    of.ok_or_else(|| {
+        bad(format!(
+            "--certificate: {name} is of design {design}, expected {}: run `host-sim export --standalone \
+             --certificate` of this scenario, with the same --set",
+            found.join(" or ")
+        ))
+    })
 }
 
 /// The certificate of an export, attached.
@@ -122,8 +158,8 @@ impl Console<'_> {
             gathered.add_trials(trials, &options.sets)?;
         }
         let Gathered { mut accounts, .. } = gathered;
-        if let (Some((name, text)), Some(account)) = (certificate, accounts.first_mut()) {
-            account.sections.push(proofs(name, text));
+        if let Some((name, text)) = certificate {
+            certified(&mut accounts, &name, &text)?.sections.push(proofs(name, text));
         }
         told_apart(&mut accounts);
         let names: Vec<&str> = accounts.iter().map(|account| account.name.as_str()).collect();
@@ -163,10 +199,9 @@ impl Console<'_> {
                 continue;
             }
             let text = ScenarioText::read(file, DEFAULT)?;
-            let hash = hex_sha256(text.subject(&options.sets).text);
             let named = |Failure { status, message }| Failure { status, message: of_file(&text.file, message) };
             let Some(account) = self.account(file, &text, options).map_err(named)? else { return Ok(None) };
-            gathered.files.push((gathered.accounts.len(), hash));
+            gathered.files.push((gathered.accounts.len(), text));
             gathered.accounts.push(account);
         }
         Ok(Some(gathered))
@@ -334,7 +369,7 @@ fn about(experiment: &Experiment, subject: &Subject<'_>) -> Section {
         table.row(["set besides", &sets.join(", ")]);
     }
     if let Some(hash) = experiment.port.fingerprint() {
-        table.row(["hash of the design", &format!("{hash:08x}")]);
+        table.row([HASH, &format!("{hash:08x}")]);
     }
     table.row(["period (s)", &significant(experiment.period_s, 6)]);
     table.row(["span (s)", &significant(experiment.span_s, 6)]);

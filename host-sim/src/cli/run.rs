@@ -34,7 +34,7 @@ struct RunJson<'a> {
     scenario: &'a str,
     /// What was set besides the file.
     sets: &'a [String],
-    /// Hash of the design that ran, as `Running::fingerprint` tells it; none of a law that has none.
+    /// Fingerprint of the design that ran, the `DESIGN` of its exported files; none of a law that has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     design_hash: Option<String>,
     #[serde(flatten)]

@@ -539,7 +539,8 @@ impl<const E: usize, const N: usize, const P: usize> ControllerPort for Drive<'_
     }
 
     fn fingerprint(&self) -> Option<u32> {
-        self.law.fingerprint()
+        let mounting = self.mounted.map(|mounted| mounted.mounting);
+        self.law.fingerprint().map(|law| drive::fingerprint(law, &mounting, self.stop_ticks.unwrap_or(0)))
     }
 }
 

@@ -6,8 +6,9 @@
 use std::sync::{Mutex, PoisonError};
 
 use controller_core::{
-    AnyConfig, Benchmark, Config, ConfigError, ControlLaw as _, Controller, Guessing, Libm, Limits, Linear, MAX_R,
-    Micromath, Nominal, NominalModel, Output, Real, Running, SampleLimits, Shape, Warnings, shapes,
+    AnyConfig, Benchmark, Config, ConfigError, ControlLaw as _, Controller, Gate, Gated, Guessing, Libm, Limits,
+    Linear, MAX_R, Micromath, Nominal, NominalModel, Output, Real, Running, SampleLimits, Shape, Warnings,
+    fingerprint_with, shapes,
 };
 
 use crate::MAX_ORDER;
@@ -122,7 +123,8 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     spec: &ControllerSpec,
 ) -> Result<Designed, ConfigError> {
     let Some(mut config) = spec.config.fixed::<N, R>() else { unreachable!("the shape is that of the configuration") };
-    // The gate stands before the port: `sensor::Gated`.
+    // The gate stands before the port, `sensor::Gated`: only the fingerprint knows of it here.
+    let samples = config.options.samples;
     config.options = config.options.with_samples(SampleLimits::NONE);
     let estimates = config.options.initial_estimates;
     let input_gain = config.nominal.input_gain;
@@ -164,11 +166,13 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
             numbers.extend_from_slice(&row);
             numbers.extend(controller.coefficients().numbers());
             let download = kind.map(|model| Download { shape: spec.config.shape(), model, numbers });
-            (Box::new(InProcess { running: Running::guessing(controller, guess) }), download)
+            let gate = (samples != SampleLimits::NONE).then(|| Gate::<f32, N>::new(&samples));
+            (Box::new(InProcess::new(controller, guess, gate, &spec.model)), download)
         }
         Precision::F64 => {
             let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, exact)?;
-            (Box::new(InProcess { running: Running::guessing(controller, estimates) }), None)
+            let gate = (samples != SampleLimits::NONE).then(|| Gate::<f64, N>::new(&samples));
+            (Box::new(InProcess::new(controller, estimates, gate, &spec.model)), None)
         }
     };
     Ok(Designed { port, warnings: config.warnings(), download, at_rest: Box::new(at_rest) })
@@ -263,13 +267,34 @@ impl<T: Real, const N: usize> NominalModel<T, N> for AnyModel<T, N> {
 /// A running controller that takes and gives f64.
 struct InProcess<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> {
     running: Running<Guessing<Controller<T, AnyModel<T, N>, N, R, MASK, O>>>,
+    fingerprint: u32,
+}
+
+impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> InProcess<T, N, R, MASK, O> {
+    fn new(
+        law: Controller<T, AnyModel<T, N>, N, R, MASK, O>,
+        guess: [T; N],
+        gate: Option<Gate<T, N>>,
+        model: &Model,
+    ) -> Self {
+        let behind = gate.map(|gate| Guessing::new(Gated::new(law, gate), guess).fingerprint());
+        let law = Guessing::new(law, guess);
+        let fingerprint = behind.unwrap_or_else(|| law.fingerprint());
+        // The law asks a model at some points only; two formulas may differ between them.
+        let formulas = match model {
+            Model::Formulas { drift, gain } => format!("{drift:?} {gain:?}"),
+            Model::Linear(_) | Model::BenchmarkLibm | Model::BenchmarkMicromath => String::new(),
+        };
+        let fingerprint = fingerprint_with(fingerprint, formulas.bytes().map(u32::from));
+        Self { running: Running::new(law), fingerprint }
+    }
 }
 
 impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> ControllerPort
     for InProcess<T, N, R, MASK, O>
 {
     fn fingerprint(&self) -> Option<u32> {
-        Some(self.running.design().fingerprint())
+        Some(self.fingerprint)
     }
 
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
