@@ -238,12 +238,22 @@ pub struct ReferenceTable {
     /// sine: frequency, Hz.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency_hz: Option<f64>,
-    /// points: angles, rad.
-    #[schemars(length(min = 2, max = 10_000), inner(range(min = -1e6, max = 1e6)))]
+    /// points (2 or more), set_points: angles, rad.
+    #[schemars(length(min = 1, max = 10_000), inner(range(min = -1e6, max = 1e6)))]
     pub points_rad: Option<Vec<f64>>,
-    /// points: time from one to the next, s; a whole number of ticks.
+    /// points, set_points: time from one to the next, s; a whole number of ticks.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every_s: Option<f64>,
+    /// set_points: limit of the speed, rad/s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_speed_rad_s: Option<f64>,
+    /// set_points: limit of the acceleration, rad/s^2.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_acceleration_rad_s2: Option<f64>,
+    /// set_points: time over which the path is averaged, twice for a motor and three times for a joint, s; a whole number
+    /// of ticks. The jerk stays below 2 max_acceleration_rad_s2/smooth_s. For points of a stream every_s. Default 0.01.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub smooth_s: Option<f64>,
     /// speed: speed to turn at, rad/s.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub speed_rad_s: Option<f64>,
@@ -269,6 +279,8 @@ pub enum ReferenceKind {
     Sine,
     /// A smooth curve through points, late by 3.5 of them.
     Points,
+    /// Set-points that come at any time, as a path within limits of speed, acceleration and jerk.
+    SetPoints,
     /// Even turning.
     Speed,
 }

@@ -95,6 +95,9 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &["drive.gain_sets=1", "motor.gear=[9, 1]", "motor.load_inertia_kg_m2=0.01"],
             &["reference={ kind=\"move\", to_rad=1, start_s=0.1, duration_s=0.25 }"],
             &["reference={ kind=\"points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01 }"],
+            &[
+                "reference={ kind=\"set_points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01, max_speed_rad_s=3.0, max_acceleration_rad_s2=8.0 }",
+            ],
             &["reference={ kind=\"speed\", speed_rad_s=20 }"],
             &["drive.mode=\"speed\"", "reference={ kind=\"speed\", speed_rad_s=20 }"],
             &["load=[{ kind=\"sin\", amplitude=0.02, omega_rad_s=30, phase_rad=0.1 }]"],
@@ -112,6 +115,9 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &["drive.gain_sets=1"],
             &["reference={ kind=\"sine\", amplitude_rad=0.5, frequency_hz=0.2 }"],
             &["reference={ kind=\"points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01 }"],
+            &[
+                "reference={ kind=\"set_points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01, max_speed_rad_s=3.0, max_acceleration_rad_s2=8.0 }",
+            ],
             &["reference={ kind=\"speed\", speed_rad_s=2 }"],
             &["load=[{ kind=\"sin\", amplitude=0.02, omega_rad_s=30, phase_rad=0.1 }]"],
             &["load=[{ kind=\"step\", amplitude=0.02, t0_s=0.3 }]"],

@@ -62,6 +62,17 @@ pub enum Goal {
         /// Ticks from one to the next.
         every: u32,
     },
+    /// Set-points that come at any time, through a profile ([`drive::Profile`]); the first at the start.
+    SetPoints {
+        /// Rad.
+        angles_rad: Vec<f64>,
+        /// Ticks from one to the next.
+        every: u32,
+        /// What the profile keeps to.
+        limits: drive::ProfileLimits,
+        /// Ticks for which the path is made; it ends there.
+        until: u32,
+    },
     /// Even turning; the way there loses half the angle that it would have made.
     Speed {
         /// Rad/s.
@@ -155,6 +166,13 @@ impl Motion {
                 Course::Sine(Sine::new(*amplitude_rad, *omega_rad_s, period_s))
             }
             Goal::Points { angles_rad, every } => Course::Points(Points::new(angles_rad, *every, start, period_s)),
+            Goal::SetPoints { angles_rad, every, limits, until } => {
+                let path = match M {
+                    3 => path::<T, 2, 3>(from_rad, angles_rad, *every, limits, period_s, *until),
+                    _ => path::<T, 3, 4>(from_rad, angles_rad, *every, limits, period_s, *until),
+                };
+                Course::SetPoints(Path { targets: path.into(), start, per_s: T::from_f64(1.0 / period_s) })
+            }
             Goal::Speed { speed_rad_s } => {
                 let before = 0.5 * f64::from(ticks) * period_s * speed_rad_s;
                 Course::Turning(Turning::new(from_rad - before, *speed_rad_s, start, period_s))
@@ -191,6 +209,7 @@ enum Course<T> {
     Rest(Rest<T>),
     Sine(Sine<T>),
     Points(Points<T>),
+    SetPoints(Path<T>),
     Turning(Turning<T>),
 }
 
@@ -200,6 +219,7 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Course<T> {
             Self::Rest(rest) => rest.at(tick),
             Self::Sine(sine) => sine.at(tick),
             Self::Points(points) => points.at(tick),
+            Self::SetPoints(path) => path.at(tick),
             Self::Turning(turning) => turning.at(tick),
         }
     }
@@ -233,6 +253,55 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Points<T> {
     fn at(&self, tick: u32) -> Target<T, i32, J> {
         let k = (tick.saturating_sub(self.start) / self.every) as usize;
         self.streams[k.min(self.streams.len() - 1)].at(tick)
+    }
+}
+
+/// Targets of a profile from rest, one per tick from the start on. Goals that it refuses stay away.
+fn path<T: Real<Count = i32>, const M: usize, const J: usize>(
+    from_rad: f64,
+    angles_rad: &[f64],
+    every: u32,
+    limits: &drive::ProfileLimits,
+    period_s: f64,
+    until: u32,
+) -> Vec<Target<T, i32, 4>> {
+    let split = |rad: f64| {
+        let turn = libm::round(rad / TAU);
+        (turn as i32, rad - turn * TAU)
+    };
+    let (turn, rad) = split(from_rad);
+    let mut jet = [T::ZERO; 4];
+    jet[0] = T::from_f64(rad);
+    let mut targets = vec![Target { turn, jet }];
+    let Ok(mut profile) = drive::Profile::<T, M, 1024>::new(limits, period_s) else { return targets };
+    profile.start(turn, rad, 0.0);
+    for tick in 0..until {
+        if let Some(&angle) = angles_rad.get((tick / every) as usize).filter(|_| tick.is_multiple_of(every)) {
+            let (turn, rad) = split(angle);
+            profile.go_to(turn, rad);
+        }
+        let Target { turn, jet } = profile.next_tick::<J>();
+        targets.push(Target { turn, jet: std::array::from_fn(|j| jet.get(j).copied().unwrap_or(T::ZERO)) });
+    }
+    targets
+}
+
+/// What a profile made.
+#[derive(Clone, Debug)]
+struct Path<T> {
+    targets: Arc<[Target<T, i32, 4>]>,
+    start: u32,
+    per_s: T,
+}
+
+impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Path<T> {
+    fn at(&self, tick: u32) -> Target<T, i32, J> {
+        let last = self.targets.len() - 1;
+        let k = (tick.saturating_sub(self.start) as usize).min(last);
+        let Target { turn, jet } = self.targets[k];
+        // The derivative above those of the path is constant within a tick: what it is in the next.
+        let above = (self.targets[(k + 1).min(last)].jet[3] - jet[3]) * self.per_s;
+        Target { turn, jet: std::array::from_fn(|j| jet.get(j).copied().unwrap_or(above)) }
     }
 }
 

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use controller_core::drive::{
-    DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorBandwidths, MotorDesign, Mounting,
+    DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorBandwidths, MotorDesign, Mounting, Profile,
+    ProfileLimits,
 };
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator;
@@ -39,6 +40,8 @@ const JOINT_STATES: [StateName; 5] = [
 ];
 /// A start onto a sine or points takes at least this long, s.
 const START_S: f64 = 0.25;
+/// Time over which set-points are averaged, s.
+const SMOOTH_S: f64 = 0.01;
 /// A sudden load that is more times what the motor can make says nothing of a broken encoder.
 const MOST_SUDDEN: f64 = 2.0;
 
@@ -175,7 +178,8 @@ fn resolved(
         .map(|(k, table)| problems.take(fault(table, &format!("fault[{}]", k + 1), encoders.len(), period_s)))
         .collect();
     let from_rad = encoders.first().and_then(|mounted| start(*mounted, common.start_rad));
-    let wanted = problems.take(motion(reference, common.mode, from_rad.unwrap_or(0.0), period_s));
+    let wanted =
+        problems.take(motion(reference, common.mode, from_rad.unwrap_or(0.0), [period_s, span_s], encoders.len()));
     let reaction = problems.take(reaction(&common.monitor, period_s));
     problems.0.extend(common.unsolved_lag());
     problems.0.extend(common.late_counts());
@@ -358,18 +362,59 @@ impl ReferenceKind {
             Self::Move => "move",
             Self::Sine => "sine",
             Self::Points => "points",
+            Self::SetPoints => "set_points",
             Self::Speed => "speed",
         }
     }
 }
 
-fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -> Result<Wanted, Problem> {
+/// Set-points through a profile.
+fn set_points(table: &ReferenceTable, [period_s, span_s]: [f64; 2], encoders: usize) -> Result<Goal, Problem> {
+    let ticks = |time_s: f64, most: f64, key: &str| {
+        let ticks = time_s / period_s;
+        if (ticks - ticks.round()).abs() > 1e-6 || ticks.round() < 1.0 || ticks.round() > most {
+            let [found, most] = [ticks, most * period_s].map(|number| shown(rounded(number)));
+            let message =
+                format!("found {found} ticks, expected a whole number of them, at least 1, of {most} s at most");
+            return problem(key, message);
+        }
+        Ok(ticks.round() as u32)
+    };
+    let angles_rad = table.points_rad.clone().unwrap_or_default();
+    let every = match table.every_s {
+        None if angles_rad.len() > 1 => {
+            return missing("reference.every_s", "time from one of points_rad to the next, s");
+        }
+        every_s => ticks(every_s.unwrap_or(period_s), f64::from(1 << 24), "reference.every_s")?,
+    };
+    let smooth_s = table.smooth_s.unwrap_or((SMOOTH_S / period_s).round().max(1.0) * period_s);
+    let limits = ProfileLimits {
+        speed_rad_s: table.max_speed_rad_s.unwrap_or(0.0),
+        acceleration_rad_s2: table.max_acceleration_rad_s2.unwrap_or(0.0),
+        window: ticks(smooth_s, if encoders == 1 { 512.0 } else { 128.0 }, "reference.smooth_s")?,
+    };
+    if let Err(DriveError { field, given, low, high, why, .. }) = Profile::<f64, 2, 1024>::new(&limits, period_s) {
+        let [given, low, high] = [given, low, high].map(|number| shown(rounded(number)));
+        return problem(format!("reference.max_{field}"), format!("found {given}, expected {low} to {high}: {why}"));
+    }
+    Ok(Goal::SetPoints { angles_rad, every, limits, until: ticks_of(span_s, period_s) })
+}
+
+fn motion(
+    table: &ReferenceTable,
+    mode: ModeKey,
+    from_rad: f64,
+    [period_s, span_s]: [f64; 2],
+    encoders: usize,
+) -> Result<Wanted, Problem> {
     let ReferenceTable { kind, to_rad, amplitude_rad, frequency_hz, ref points_rad, every_s, speed_rad_s, .. } = *table;
+    let ReferenceTable { max_speed_rad_s, max_acceleration_rad_s2, .. } = *table;
     let needed: &[&str] = match kind {
         ReferenceKind::Rest => &[],
         ReferenceKind::Move => &["to_rad"],
         ReferenceKind::Sine => &["amplitude_rad", "frequency_hz"],
         ReferenceKind::Points => &["points_rad", "every_s"],
+        ReferenceKind::SetPoints => &["points_rad", "max_speed_rad_s", "max_acceleration_rad_s2"],
         ReferenceKind::Speed => &["speed_rad_s"],
     };
     let given = [
@@ -379,13 +424,21 @@ fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -
         ("points_rad", points_rad.is_some()),
         ("every_s", every_s.is_some()),
         ("speed_rad_s", speed_rad_s.is_some()),
+        ("max_speed_rad_s", max_speed_rad_s.is_some()),
+        ("max_acceleration_rad_s2", max_acceleration_rad_s2.is_some()),
+        ("smooth_s", table.smooth_s.is_some()),
         ("start_s", table.start_s.is_some()),
         ("duration_s", table.duration_s.is_some()),
     ];
     for (name, is_given) in given {
         let key = format!("reference.{name}");
-        let is_common = name.ends_with("n_s") || name == "start_s";
-        if is_given && !needed.contains(&name) && (kind == ReferenceKind::Rest || !is_common) {
+        let is_read = match name {
+            "start_s" => kind != ReferenceKind::Rest,
+            "duration_s" => !matches!(kind, ReferenceKind::Rest | ReferenceKind::SetPoints),
+            "every_s" | "smooth_s" => kind == ReferenceKind::SetPoints,
+            _ => false,
+        };
+        if is_given && !needed.contains(&name) && !is_read {
             let rest = "leave it out, or replace the table: --set 'reference={kind = \"rest\"}'";
             let remedy = if kind == ReferenceKind::Rest { format!(": {rest}") } else { String::new() };
             return problem(key, format!("reference.kind = {:?} does not read it{remedy}", kind.word()));
@@ -410,6 +463,7 @@ fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -
             }
             (Goal::Sine { amplitude_rad: amplitude_rad.unwrap_or(0.0), omega_rad_s }, at_least(START_S))
         }
+        ReferenceKind::SetPoints => (set_points(table, [period_s, span_s], encoders)?, None),
         ReferenceKind::Points => {
             let ticks = every_s.unwrap_or(0.0) / period_s;
             if ticks < 0.5 || (ticks - ticks.round()).abs() > 1e-6 {
@@ -417,6 +471,9 @@ fn motion(table: &ReferenceTable, mode: ModeKey, from_rad: f64, period_s: f64) -
                 return problem("reference.every_s", message);
             }
             let angles_rad = points_rad.clone().unwrap_or_default();
+            if angles_rad.len() < 2 {
+                return problem("reference.points_rad", "expected at least 2 points; one alone: kind = \"set_points\"");
+            }
             // Six more after the last, and a start.
             if ticks * (angles_rad.len() + 6) as f64 > f64::from(1 << 30) {
                 return problem("reference.every_s", "the last point is more than 2^30 ticks away");

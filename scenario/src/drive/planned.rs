@@ -162,7 +162,8 @@ impl Wanted {
     ) -> Motion {
         let over = over::<P, J>(&motion, asked, last);
         if !over.is_empty() {
-            let remedy = longer().or_else(|| self.slower::<P, J>(asked, last).filter(|_| asked.supply.is_some()));
+            let slows = asked.supply.is_some() || matches!(motion.goal, Goal::SetPoints { .. });
+            let remedy = longer().or_else(|| self.slower::<P, J>(asked, last).filter(|_| slows));
             let remedy = remedy.map_or_else(String::new, |remedy| format!("; {remedy}"));
             warnings.push(format!("the reference asks for up to {}: it will not be followed{remedy}", over.join(", ")));
         }
@@ -210,6 +211,12 @@ fn slow(goal: &mut Goal, share: f64, period_s: f64) -> Option<String> {
         Goal::Points { every, .. } => {
             *every = (f64::from(*every) / share).ceil() as u32;
             Some(format!("reference.every_s = {}", shown(rounded(f64::from(*every) * period_s))))
+        }
+        Goal::SetPoints { limits, .. } => {
+            limits.speed_rad_s = down(share * limits.speed_rad_s)?;
+            limits.acceleration_rad_s2 = down(share * limits.acceleration_rad_s2)?;
+            let [speed, acceleration] = [limits.speed_rad_s, limits.acceleration_rad_s2].map(shown);
+            Some(format!("reference.max_acceleration_rad_s2 = {acceleration} with reference.max_speed_rad_s = {speed}"))
         }
     }
 }

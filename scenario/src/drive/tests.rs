@@ -848,3 +848,53 @@ fn what_is_not_known_to_50_percent_is_told_of_a_range() {
         assert!(told.contains(words), "{told}");
     }
 }
+
+/// Set-points typed at once, and frames of a bus at 100 Hz: no overshoot of the path, next to none of the shaft, never at
+/// a limit. Without a profile 20 rad and such frames are 10 A.
+#[test]
+fn set_points_become_a_path_within_limits() {
+    let limits = "max_speed_rad_s=200, max_acceleration_rad_s2=1200";
+    for goal in [1.0, 3.14, 20.0, -500.0] {
+        let reference = format!("reference={{kind=\"set_points\", points_rad=[{goal:?}], {limits}}}");
+        let (experiment, trace) = ran(MOTOR, &[&reference, "span_s=6.0"]);
+        assert!(experiment.warnings.is_empty(), "{:?}", experiment.warnings);
+        let furthest = trace.rows.iter().map(|row| row.x[0] / goal).fold(0.0, f64::max);
+        let speed = trace.rows.iter().map(|row| row.x[1].abs()).fold(0.0, f64::max);
+        let last = trace.rows.last().expect("rows");
+        println!("{goal} rad: up to {furthest:.5} of it, {speed:.1} rad/s, at last {:.1e} rad off", last.x[0] - goal);
+        assert!(furthest < 1.002 && speed < 202.0 && (last.x[0] - goal).abs() < 1e-3, "{goal}: {furthest} {speed}");
+        assert!(trace.rows.iter().all(|row| !row.health.contains(Health::SATURATED)), "{goal}");
+    }
+    let sine: Vec<f64> = (0..200).map(|k| 0.5 * (0.01 * std::f64::consts::TAU * f64::from(k)).sin()).collect();
+    let reference = format!("reference={{kind=\"set_points\", points_rad={sine:?}, every_s=0.01, {limits}}}");
+    let (_, trace) = ran(MOTOR, &[&reference]);
+    let moving = &trace.rows[500..2000];
+    let step = moving.windows(2).map(|pair| (pair[1].u - pair[0].u).powi(2)).sum::<f64>() / moving.len() as f64;
+    println!("frames of 100 Hz: u steps by {:.3} A rms", step.sqrt());
+    assert!(step.sqrt() < 0.5 && moving.iter().all(|row| row.u.abs() < 2.0), "{}", step.sqrt());
+    // The joint: three averages, over the period of its resonance.
+    let reference = "reference={kind=\"set_points\", points_rad=[1.0], max_speed_rad_s=3, max_acceleration_rad_s2=8, \
+                     smooth_s=0.06}";
+    let (_, trace) = ran(JOINT, &[reference, "load=[]"]);
+    let furthest = trace.rows.iter().map(|row| row.x[0]).fold(0.0, f64::max);
+    assert!(furthest < 1.002, "{furthest}");
+    assert!((trace.rows.last().expect("rows").x[0] - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn set_points_that_no_profile_takes_are_refused_with_what_it_takes() {
+    let with = |keys: &str| build(MOTOR, &[&format!("reference={{kind=\"set_points\", points_rad=[1.0], {keys}}}")]);
+    for (keys, expected) in [
+        ("max_speed_rad_s=10", "`reference.max_acceleration_rad_s2`: missing"),
+        ("max_speed_rad_s=1e5, max_acceleration_rad_s2=10", "`reference.max_speed_rad_s`: found 1e5"),
+        ("max_speed_rad_s=10, max_acceleration_rad_s2=1e9", "`reference.max_acceleration_rad_s2`: found 1e9"),
+        ("max_speed_rad_s=10, max_acceleration_rad_s2=10, smooth_s=0.6", "`reference.smooth_s`: found 600 ticks"),
+        ("max_speed_rad_s=10, max_acceleration_rad_s2=10, duration_s=0.6", "`reference.duration_s`"),
+    ] {
+        let error = with(keys).err().unwrap_or_default();
+        assert!(error.contains(expected), "{keys}: {error}");
+    }
+    let fast = with("max_speed_rad_s=1000, max_acceleration_rad_s2=1e5").expect("a warning");
+    let warning = fast.warnings.join("; ");
+    assert!(warning.contains("reference.max_acceleration_rad_s2 = 2"), "{warning}");
+}
