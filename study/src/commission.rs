@@ -134,6 +134,15 @@ pub enum Stopped {
     },
     /// A monitor of the drive fired.
     Alarm(Health),
+    /// The same during the record, of a plant behind a gear.
+    AlarmBehindGear {
+        /// The alarms.
+        health: Health,
+        /// Turns of the motor in one behind its gear.
+        gear: f64,
+        /// Keys of torque constant and inertia of the motor.
+        keys: [&'static str; 2],
+    },
     /// No move of this way is within the current.
     TooFar {
         /// rad.
@@ -168,6 +177,13 @@ impl fmt::Display for Stopped {
                 f,
                 "an alarm ({health:?}){}: look for what pushes, or say more in [monitor]",
                 if health.contains(Health::STOPPED) { " has stopped the drive, reset it (host-sim live)" } else { "" }
+            ),
+            Self::AlarmBehindGear { health, gear, keys: [torque, inertia] } => write!(
+                f,
+                "{}; or a number of the data sheet is that of the output of the gear of {gear}: {torque} and {inertia} \
+                 are of the motor's own shaft, the output's are {gear} times and {} times as large",
+                Self::Alarm(*health),
+                gear * gear
             ),
             Self::TooFar { way_rad } => {
                 write!(f, "no move of {way_rad} rad stays within the current: take a shorter way")
@@ -478,7 +494,12 @@ fn sequence(
     let (sheet, limit) = (sheet_of(&old), old.max_current_a());
     // A data sheet that is off by half in each number asks for a third of what is needed.
     let share = (limit - plan.peak_a).max(0.1 * limit) / 3.0;
-    let (recorded, load) = make_record(stand, plan, &sheet, share)?;
+    let (recorded, load) = make_record(stand, plan, &sheet, share).map_err(|stopped| match stopped {
+        Stopped::Alarm(health) if known.names_gear() => {
+            Stopped::AlarmBehindGear { health, gear: known.gear, keys: sheet.keys_of_motor() }
+        }
+        other => other,
+    })?;
     let (record, recorded_peak_rad) = (recorded.record.clone()?, recorded.peak_rad());
     let told = if plan.motor_alone { &Record { link: None, ..record.clone() } } else { &record };
     let mut identified = identify(told, &sheet, known).map_err(Stopped::Refused)?;

@@ -33,6 +33,7 @@ use serde::Serialize;
 
 mod alone;
 mod fit;
+mod gear;
 mod link;
 mod motor;
 pub mod record;
@@ -41,7 +42,7 @@ mod refusal;
 use alone::Alone;
 use fit::Fit;
 
-pub use refusal::Refusal;
+pub use refusal::{Equation, Refusal};
 
 /// Above this condition two parameters cannot be told apart.
 pub const MOST_CONDITION: f64 = 30.0;
@@ -163,12 +164,15 @@ pub struct Known {
     pub tolerance: f64,
     /// Noise of the encoders besides their rounding, steps rms.
     pub noise_steps: f64,
+    /// Turns of the motor in one behind its gear, as the file has it; 1 without a gear. The data sheet is that behind the
+    /// gear already: this is to name numbers that were read off the other side.
+    pub gear: f64,
 }
 
 impl Known {
-    /// A tolerance of 60 %, cogging unknown, no noise.
+    /// A tolerance of 60 %, cogging unknown, no noise, no gear.
     pub const fn with_lag(lag_s: f64) -> Self {
-        Self { lag_s, cogging_per_turn: None, tolerance: 0.6, noise_steps: 0.0 }
+        Self { lag_s, cogging_per_turn: None, tolerance: 0.6, noise_steps: 0.0, gear: 1.0 }
     }
 }
 
@@ -240,7 +244,8 @@ pub fn identify(record: &Record, sheet: &Sheet, known: &Known) -> Result<Identif
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &rad| (rad.min(low), rad.max(high)));
         (high - low).max(0.0) / angle.step_rad
     };
-    let shafts = record.link.iter().map(|link| ("link", link)).chain([("motor", &record.motor)]);
+    let of_motor = if matches!(sheet, Sheet::Joint(_)) { Equation::MotorOfJoint } else { Equation::Motor };
+    let shafts = record.link.iter().map(|link| (Equation::Link, link)).chain([(of_motor, &record.motor)]);
     for (shaft, angle) in shafts {
         let steps = travel(angle);
         if steps < LEAST_TRAVEL_STEPS {
@@ -250,8 +255,13 @@ pub fn identify(record: &Record, sheet: &Sheet, known: &Known) -> Result<Identif
     let (least, most) =
         record.held_a.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &u| (u.min(a), u.max(b)));
     if least >= most {
-        return Err(Refusal::Steady { held_a: least });
+        return Err(Refusal::Steady { equation: of_motor, held_a: least });
     }
+    let found = of_sheet(record, sheet, known);
+    found.map_err(|refusal| gear::other_side(record, sheet, known).unwrap_or(refusal))
+}
+
+fn of_sheet(record: &Record, sheet: &Sheet, known: &Known) -> Result<Identified, Refusal> {
     match sheet {
         Sheet::Joint(joint) => of_joint(record, joint, known),
         Sheet::Motor(motor) => of_motor(record, motor, known),
@@ -259,7 +269,7 @@ pub fn identify(record: &Record, sheet: &Sheet, known: &Known) -> Result<Identif
 }
 
 /// Is a fit one?
-fn judged(record: &Record, fit: Option<Fit>, equation: &'static str, step_rad: f64) -> Result<(Fit, Quality), Refusal> {
+fn judged(record: &Record, fit: Option<Fit>, equation: Equation, step_rad: f64) -> Result<(Fit, Quality), Refusal> {
     let fit = fit.filter(|fit| fit.steps <= MOST_STEPS);
     let fit = fit.ok_or_else(|| Refusal::Unsolved { equation, shaken_a: shaken_a(record) })?;
     let quality = Quality { condition: fit.condition(), residual_steps: fit.rms() / step_rad, steps: fit.steps };
@@ -349,8 +359,9 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     let most = most_residual_steps(record, &Sheet::Joint(*joint), known);
     let not_the_joint =
         |residual_steps: f64| Refusal::NotTheJoint { residual_steps, most, cause: cause(record, link, most) };
-    let found =
-        |is_damped: bool| judged(record, link_of(&q, &motor, record.period_s, is_damped), "link", link.step_rad);
+    let found = |is_damped: bool| {
+        judged(record, link_of(&q, &motor, record.period_s, is_damped), Equation::Link, link.step_rad)
+    };
     let (mut fit, mut quality) = found(false).map_err(|refusal| match cause(record, link, most) {
         Some(_) => not_the_joint(f64::INFINITY),
         None => refusal,
@@ -370,9 +381,9 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     } else if quality.residual_steps > most {
         return Err(not_the_joint(quality.residual_steps));
     }
-    let &[k_1, b_1, g, c, ..] = fit.values.as_slice() else { return Err(unsolved("link")) };
+    let &[k_1, b_1, g, c, ..] = fit.values.as_slice() else { return Err(unsolved(Equation::Link)) };
     if quality.condition > MOST_CONDITION {
-        return Err(Refusal::Alike { equation: "link", condition: quality.condition });
+        return Err(Refusal::Alike { equation: Equation::Link, condition: quality.condition });
     }
     let deviations = fit.deviations(lags);
     let spring_damping = fit.values.get(6).copied().unwrap_or(0.0);
@@ -444,9 +455,10 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
         period_s,
         cogging_per_turn: known.cogging_per_turn,
     };
-    let (motor_fit, of_motor) = judged(record, recorded.fit([sheet_2, damping, gain]), "motor", record.motor.step_rad)?;
+    let (motor_fit, of_motor) =
+        judged(record, recorded.fit([sheet_2, damping, gain]), Equation::MotorOfJoint, record.motor.step_rad)?;
     let &[k2, b2_of_all, b0, friction, ..] = motor_fit.values.as_slice() else {
-        return Err(unsolved("motor"));
+        return Err(unsolved(Equation::MotorOfJoint));
     };
     // The motor's equation has no damping of the spring: it is in b_2 too.
     let b2 = b2_of_all - d1 * k2 / k1;
@@ -457,9 +469,9 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
         }
     }
     if of_motor.condition > MOST_CONDITION {
-        return Err(Refusal::Alike { equation: "motor", condition: of_motor.condition });
+        return Err(Refusal::Alike { equation: Equation::MotorOfJoint, condition: of_motor.condition });
     }
-    shaken(record, friction)?;
+    shaken(record, Equation::MotorOfJoint, friction)?;
     explained(record, &recorded, &motor_fit, sheet_2, known)?;
     for (name, value, sheet) in [("k_1", k1, sheet_1), ("k_2", k2, sheet_2), ("B_0", b0, gain)] {
         within(record, name, value, sheet, known)?;
@@ -524,15 +536,15 @@ fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified,
         period_s: record.period_s,
         cogging_per_turn: known.cogging_per_turn,
     };
-    let (fit, quality) = judged(record, recorded.fit([0.0, damping, gain]), "motor", record.motor.step_rad)?;
-    let &[_, b, friction, ..] = fit.values.as_slice() else { return Err(unsolved("motor")) };
+    let (fit, quality) = judged(record, recorded.fit([0.0, damping, gain]), Equation::Motor, record.motor.step_rad)?;
+    let &[_, b, friction, ..] = fit.values.as_slice() else { return Err(unsolved(Equation::Motor)) };
     if b.is_nan() || b <= 0.0 {
         return Err(Refusal::NotPositive { name: "b", value: b, cause: Some(REVERSED_CURRENT) });
     }
     if quality.condition > MOST_CONDITION {
-        return Err(Refusal::Alike { equation: "motor", condition: quality.condition });
+        return Err(Refusal::Alike { equation: Equation::Motor, condition: quality.condition });
     }
-    shaken(record, friction)?;
+    shaken(record, Equation::Motor, friction)?;
     explained(record, &recorded, &fit, 0.0, known)?;
     within(record, "b", b, gain, known)?;
     let deviations = fit.deviations(recorded.lags());
@@ -591,12 +603,12 @@ fn shaken_a(record: &Record) -> f64 {
 }
 
 /// Is there enough in the current beside friction?
-fn shaken(record: &Record, friction_a: f64) -> Result<(), Refusal> {
+fn shaken(record: &Record, equation: Equation, friction_a: f64) -> Result<(), Refusal> {
     let shaken_a = shaken_a(record);
     if shaken_a >= LEAST_SHAKEN * friction_a {
         return Ok(());
     }
-    Err(Refusal::Weak { shaken_a, friction_a })
+    Err(Refusal::Weak { equation, shaken_a, friction_a })
 }
 
 /// Is one residual another thing than all the others?

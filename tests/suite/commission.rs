@@ -4,6 +4,7 @@
 //! First in this process, where every tick can be seen; then the image `drive` on the emulated chip, which stands in
 //! for two joints, one of which its data sheet is wrong about. Moves and times are those of a user.
 
+use std::fmt::Write as _;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Duration;
@@ -13,6 +14,7 @@ use controller_core::drive::Joint;
 use integration_tests::data::path;
 use integration_tests::deep;
 use integration_tests::live::{Bench, DESIGN, Shared, loadable};
+use integration_tests::program::{Folder, host_sim};
 use integration_tests::strategy::Rng;
 use link::live::LiveDrive;
 use link::transport::TransportError;
@@ -562,4 +564,61 @@ fn the_emulated_chip_refuses_a_record_with_a_lost_stretch_and_is_as_before() {
     assert!(matches!(why, Stopped::Lost { .. }), "{why}");
     let seen = good(drive.observe());
     assert!(seen.health.is_ok() && !seen.moving && !good(drive.tracked()).goes_on, "{seen:?}");
+}
+
+/// A motor behind a gear of 9, integrated here in steps of 10 us, along a sine by a loop of its own and shaken by ten
+/// sines: K_t 0.29 N m/A, rotor 1e-3 kg m^2, friction 0.2 N m behind the gear, an encoder of 14 bits at the motor.
+fn record_of_a_geared_motor() -> String {
+    let [gear, inertia, torque] = [9.0, 81.0 * 1e-3, 9.0 * 0.29];
+    let step_rad = std::f64::consts::TAU / 16384.0 / gear;
+    let (mut q, mut v, mut text) = (0.0_f64, 0.0_f64, String::from("tick,count_motor,u_held_a\n"));
+    for k in 0..6000 {
+        let t_s = 1e-3 * f64::from(k);
+        let sines = (1..=10).map(|n| f64::from(7 * n)).map(|hz| (std::f64::consts::TAU * hz * t_s + hz * hz).sin());
+        let by_loop = inertia / torque * (900.0 * (1.0 - (2.0 * t_s).cos() - q) - 45.0 * v);
+        let u = (by_loop + 0.8 * sines.sum::<f64>()).clamp(-20.0, 20.0);
+        writeln!(text, "{k},{},{u:?}", (q / step_rad).round()).expect("a text takes all");
+        for _ in 0..100 {
+            v += 1e-5 * (torque * u - 0.2 * (v / 1e-3).tanh()) / inertia;
+            q += 1e-5 * v;
+        }
+    }
+    text
+}
+
+/// The key is named where the record is read from a file, and where the drive makes it by itself.
+#[test]
+fn a_torque_constant_of_the_gears_output_is_named_by_identify_and_by_commission() {
+    let folder = Folder::new("commission-gear");
+    let [data, file, to, out] = ["data.csv", "mine.toml", "found.toml", "out"].map(|name| folder.path(name));
+    std::fs::write(&data, record_of_a_geared_motor()).expect("room");
+    let typed = |torque: &str| {
+        scenario::MOTOR
+            .replace("inertia_kg_m2 = 2e-4", "inertia_kg_m2 = 1e-3\ngear = [9, 1]")
+            .replace("torque_n_m_per_a = 0.05", &format!("torque_n_m_per_a = {torque}"))
+            .replace("max_current_a = 10.0", "max_current_a = 20.0")
+    };
+    let named = "which a gear of 9 explains: motor.torque_n_m_per_a is that of the output of the gear, 9 times that of \
+                 the motor: set motor.torque_n_m_per_a = 0.2889";
+    std::fs::write(&file, typed("2.6")).expect("room");
+    let said = host_sim(&["identify", &data, &file, "-o", &to, "--out", &out]);
+    assert!(said.status == 2 && said.err.contains(named), "{said:?}");
+    // The plant has the ninth of what the file says.
+    let commission = ["commission", &file, "-o", &to, "--out", &out];
+    let said = host_sim(&[&commission[..], &["--set", "error.torque_percent=-88.85"]].concat());
+    let told = "or a number of the data sheet is that of the output of the gear of 9: motor.torque_n_m_per_a and \
+                motor.inertia_kg_m2 are of the motor's own shaft";
+    assert!(said.status == 1 && said.err.contains("an alarm") && said.err.contains(told), "{said:?}");
+    // With a gear of 2 the loop lives, and the record is made.
+    let sets =
+        ["motor.gear=[2, 1]", "motor.torque_n_m_per_a=0.1", "error.torque_percent=-50", "drive.uncertain_percent=50"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let said = host_sim(&[&commission[..], &sets, &["--tolerance", "40"]].concat());
+    let named = "which a gear of 2 explains: motor.torque_n_m_per_a is that of the output of the gear, 2 times that of \
+                 the motor: set motor.torque_n_m_per_a = 0.05";
+    assert!(said.status == 1 && said.err.contains(named), "{said:?}");
+    // What was asked for is the remedy.
+    std::fs::write(&file, typed("0.2889")).expect("room");
+    let said = host_sim(&["identify", &data, &file, "-o", &to, "--out", &out]);
+    assert_eq!(said.status, 0, "{said:?}");
 }

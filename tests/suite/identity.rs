@@ -342,12 +342,11 @@ struct Made {
 fn without(code: &str, words: &[&str]) -> (String, Vec<String>) {
     let (mut numbers, mut rest) = (Vec::new(), String::new());
     for line in code.lines() {
-        match words.iter().find(|word| line.contains(**word)) {
-            Some(_) => numbers.push(line.to_owned()),
-            None => {
-                rest.push_str(line);
-                rest.push('\n');
-            }
+        if words.iter().any(|word| line.contains(word)) {
+            numbers.push(line.to_owned());
+        } else {
+            rest.push_str(line);
+            rest.push('\n');
         }
     }
     (rest, numbers)
@@ -436,12 +435,12 @@ fn compare((plant, text): (&str, &str), key: &str, before: &Made, after: &Made) 
         }
     }
     let is_recorded = RECORDED.contains(&&*format!("{plant}: {key}"));
-    if is_recorded || (is_same && before.recorded_from != after.recorded_from) {
-        if let (Some(code), Some(other)) = (recorded(text, &before.sets), recorded(text, &after.sets)) {
-            faults.extend(difference("C", [&code, &other]));
-            if is_recorded && code.0 == other.0 {
-                faults.push("C: the code is the same".into());
-            }
+    if (is_recorded || (is_same && before.recorded_from != after.recorded_from))
+        && let (Some(code), Some(other)) = (recorded(text, &before.sets), recorded(text, &after.sets))
+    {
+        faults.extend(difference("C", [&code, &other]));
+        if is_recorded && code.0 == other.0 {
+            faults.push("C: the code is the same".into());
         }
     }
     faults

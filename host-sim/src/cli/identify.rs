@@ -240,6 +240,7 @@ impl Subject {
             cogging_per_turn: common.cogging.map(|per_turn| per_turn * gear(&designed)),
             tolerance: common.tolerance / 100.0,
             noise_steps: common.noise_steps,
+            gear: turns_of_gear(&Source { file: &name, text: &text, sets: &common.sets }, &designed),
             ..Known::with_lag(drive.current_lag_s)
         };
         let to = common.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-identified.toml", experiment.name)));
@@ -262,6 +263,15 @@ impl Subject {
     fn source<'a>(&'a self, common: &'a Common) -> Source<'a> {
         Source { file: &self.name, text: &self.text, sets: &common.sets }
     }
+}
+
+/// The gear of the file; 1 without one.
+fn turns_of_gear(source: &Source<'_>, designed: &DriveDesign) -> f64 {
+    let part = |k: u32| {
+        let key = format!("{}.gear[{k}]", designed.name());
+        scenario::number_at(source, &key).ok().flatten().filter(|it| *it > 0.0)
+    };
+    part(1).zip(part(2)).map_or(1.0, |(num, den)| num / den)
 }
 
 /// Turns of the motor in one behind its gear, as its encoder has it.
@@ -440,10 +450,15 @@ impl Console<'_> {
         let data = options.data.display().to_string();
         let text = read_text(&options.data, Kind::TRACE)?;
         let mut mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
-        if common.motor_alone {
+        let kind = match mounted.len() {
+            1 => record::Kind::Motor,
+            _ if common.motor_alone => record::Kind::JointAlone,
+            _ => record::Kind::Joint,
+        };
+        if kind == record::Kind::JointAlone {
             mounted.remove(0);
         }
-        let record = record::read(&text, subject.experiment.period_s, &mounted)
+        let record = record::read(&text, subject.experiment.period_s, kind, &mounted)
             .map_err(|it| bad(format!("{data}:{}:{}: {}", it.line, it.column, it.message)))?;
         let old = sheet_of(&subject.designed);
         let found = identify(&record, &old, &subject.known).map_err(|refusal| bad(format!("{data}: {refusal}")))?;

@@ -1118,7 +1118,7 @@ fn a_record_becomes_a_scenario_that_runs() {
         (&data, &strict[..], "k_1 is -50 % from the data sheet, at most 40 %"),
         (&data, &["--cogging", "0"], "--cogging 0"),
         (&spoilt, &[], ":202:"),
-        (&alone, &[], ":1:1: no column count_link (a record without it: --motor-alone)"),
+        (&alone, &[], ":1:1: no column count_link (of a joint without it: --motor-alone; is it the record of a motor?"),
         (&file, &[], ":1:1: no column tick"),
     ] {
         let (status, told_too, err) = spoken(&[&["identify", data, &file, "-o", &other, "--out", &out], more].concat());

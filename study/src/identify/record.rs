@@ -69,7 +69,11 @@ fn missing(names: &[&str], heads: &[(usize, &str)]) -> String {
     let near = have.iter().find(|have| !COLUMNS.contains(have) && strsim::jaro_winkler(have, names[0]) > 0.8);
     let near = match near {
         Some(near) => format!(" ({near:?} is near)"),
-        None if names[0] == "count_link" => " (a record without it: --motor-alone)".into(),
+        None if names[0] == "count_link" => {
+            " (of a joint without it: --motor-alone; is it the record of a motor? Then \
+                                              give its scenario, with [motor])"
+                .into()
+        }
         None => String::new(),
     };
     format!("no column {}{near}: there are {}", names.join(" or "), have.join(", "))
@@ -88,6 +92,17 @@ fn drift(times: &[f64], per_period: f64, period_s: f64) -> Result<(), String> {
     ))
 }
 
+/// Of what a record is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A motor with one encoder.
+    Motor,
+    /// A joint with both.
+    Joint,
+    /// A joint whose link's count is not read.
+    JointAlone,
+}
+
 /// What the first line says: its cells, and which of them are read, the clock first and the motor's count last.
 struct Head<'a> {
     cells: Vec<(usize, &'a str)>,
@@ -95,7 +110,7 @@ struct Head<'a> {
 }
 
 impl<'a> Head<'a> {
-    fn of(line: usize, head: &'a str, is_joint: bool) -> Result<Self, Misread> {
+    fn of(line: usize, head: &'a str, kind: Kind) -> Result<Self, Misread> {
         let at = |column: usize, message: String| Misread { line, column, message };
         let separators = [(';', "semicolons"), ('\t', "tabs")];
         if let Some((mark, name)) = separators.into_iter().find(|(mark, _)| head.contains(*mark)) {
@@ -107,6 +122,15 @@ impl<'a> Head<'a> {
         let twice = cells.iter().enumerate().find(|(k, (_, head))| is_before(*k, head));
         if let Some((_, &(column, head))) = twice {
             return Err(at(column, format!("there are two columns {head:?}")));
+        }
+        let is_joint = kind == Kind::Joint;
+        if let Some(&(column, _)) = cells.iter().find(|(_, head)| kind == Kind::Motor && *head == "count_link") {
+            return Err(at(
+                column,
+                "a column count_link: it is the record of a joint, and the scenario has [motor]: give the scenario of \
+                 the joint, with [joint]"
+                    .into(),
+            ));
         }
         let place = |names: &[&str]| cells.iter().position(|(_, head)| names.contains(head));
         let needed = |names: &[&str]| place(names).ok_or_else(|| at(1, missing(names, &cells)));
@@ -171,11 +195,11 @@ fn next(clock: &str, before: f64, now: f64, per_period: f64, period_s: f64) -> R
     ))
 }
 
-/// A record of a drive with these encoders: motor, or link and motor.
+/// A record of a drive of this kind with the encoders that are read: motor, or link and motor.
 ///
 /// # Errors
 /// The first mistake and its place.
-pub fn read(text: &str, period_s: f64, encoders: &[Mounted]) -> Result<Record, Misread> {
+pub fn read(text: &str, period_s: f64, kind: Kind, encoders: &[Mounted]) -> Result<Record, Misread> {
     let at = |line: usize, column: usize, message: String| Misread { line, column, message };
     // A byte order mark is how some programs begin a file.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -183,8 +207,7 @@ pub fn read(text: &str, period_s: f64, encoders: &[Mounted]) -> Result<Record, M
     let Some((head_at, head)) = lines.next() else {
         return Err(at(1, 1, "the file is empty: expected tick,count_link,count_motor,u_held_a".into()));
     };
-    let is_joint = encoders.len() > 1;
-    let head = Head::of(head_at + 1, head, is_joint)?;
+    let head = Head::of(head_at + 1, head, kind)?;
     let (clock_at, clock) = head.clock();
     let per_period = if clock == "tick" { 1.0 } else { period_s };
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); head.read.len()];
@@ -212,6 +235,6 @@ pub fn read(text: &str, period_s: f64, encoders: &[Mounted]) -> Result<Record, M
         return Err(at(last, 1, format!("{rows} ticks are {seconds} s: at least 1 s is needed")));
     }
     let mut angles = columns.zip(encoders).map(|(counts, mounted)| unwrapped(counts, mounted));
-    let link = if is_joint { angles.next() } else { None };
+    let link = if kind == Kind::Joint { angles.next() } else { None };
     Ok(Record { period_s, link, motor: angles.next().unwrap_or_default(), held_a })
 }

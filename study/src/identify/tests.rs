@@ -22,7 +22,7 @@ const KNOWN: Known = Known { cogging_per_turn: Some(24.0), ..Known::with_lag(0.0
 
 fn recorded() -> Record {
     let text = include_str!("../../../tests/data/identify_joint_20bit.csv");
-    record::read(text, 1e-3, &[Mounted::new(Encoder::absolute(20)); 2]).expect("a record")
+    record::read(text, 1e-3, record::Kind::Joint, &[Mounted::new(Encoder::absolute(20)); 2]).expect("a record")
 }
 
 fn sheet() -> Sheet {
@@ -96,7 +96,7 @@ fn an_end_stop_and_a_shaft_that_stands_are_refused() {
         *angle = 0.0;
     }
     let refused = identify(&still, &sheet(), &KNOWN).expect_err("a link that stands");
-    assert!(matches!(refused, Refusal::Still { shaft: "link", .. }), "{refused}");
+    assert!(matches!(refused, Refusal::Still { shaft: Equation::Link, .. }), "{refused}");
 }
 
 /// k_1, b_1, k_2, b_2, B_0, f_c of a joint with g = 1, off the data sheet by -30, +40, +30, -30, -30 %.
@@ -268,7 +268,7 @@ fn mistakes_in_a_file_are_told_with_their_place() {
     let head = "tick,count_link,count_motor,u_held_a\n";
     let rows = |count: u32| (0..count).map(|k| format!("{k},{k},{k},0.5\n")).collect::<Vec<_>>().concat();
     let told = |text: &str| {
-        let found = record::read(text, 1e-3, &[Mounted::new(Encoder::absolute(20)); 2]);
+        let found = record::read(text, 1e-3, record::Kind::Joint, &[Mounted::new(Encoder::absolute(20)); 2]);
         found.map_err(|it| format!("{}:{}: {}", it.line, it.column, it.message))
     };
     assert!(told(&format!("{head}{}", rows(1200))).is_ok());
@@ -326,4 +326,172 @@ fn counts_wrap_and_angles_do_not() {
 
 fn found_step(mounted: &Mounted) -> f64 {
     mounted.encoder.unit_rad()
+}
+
+/// A motor behind a gear, integrated here in steps of 10 us, along a sine by a loop of its own: K_t, inertia of the
+/// rotor, gear, Coulomb friction behind the gear. The current is shaken by ten sines.
+struct Geared {
+    torque: f64,
+    inertia: f64,
+    gear: f64,
+    friction: f64,
+    /// Way of the sine, rad, and peak of what shakes, A.
+    way_rad: f64,
+    shaken_a: f64,
+}
+
+const GEARED: Geared = Geared { torque: 0.29, inertia: 1e-3, gear: 9.0, friction: 0.2, way_rad: 1.0, shaken_a: 4.0 };
+
+impl Geared {
+    fn recorded(&self) -> Record {
+        let (period_s, inner, step_rad) = (1e-3, 100, std::f64::consts::TAU / 16384.0 / self.gear);
+        let (inertia, torque) = (self.gear * self.gear * self.inertia, self.gear * self.torque);
+        let (mut q, mut v, mut record) = (0.0_f64, 0.0_f64, Record { period_s, ..Record::default() });
+        record.motor.step_rad = step_rad;
+        for k in 0..6000 {
+            let t_s = period_s * f64::from(k);
+            let sines = (1..=10).map(|n| f64::from(n * 7)).map(|hz| (std::f64::consts::TAU * hz * t_s + hz * hz).sin());
+            let wanted = self.way_rad * (1.0 - (2.0 * t_s).cos());
+            let by_loop = inertia / torque * (900.0 * (wanted - q) - 45.0 * v);
+            let u = (by_loop + self.shaken_a * 0.2 * sines.sum::<f64>()).clamp(-20.0, 20.0);
+            record.motor.rad.push((q / step_rad).round() * step_rad);
+            record.held_a.push(u);
+            for _ in 0..inner {
+                let step_s = period_s / f64::from(inner);
+                v += step_s * (torque * u - self.friction * (v / 1e-3).tanh()) / inertia;
+                q += step_s * v;
+            }
+        }
+        record
+    }
+
+    /// Behind the gear, of numbers that were typed as those of the motor.
+    fn sheet(&self, torque: f64, inertia: f64) -> Sheet {
+        let squared = self.gear * self.gear;
+        let [torque_n_m_per_a, inertia_kg_m2] = [self.gear * torque, squared * inertia];
+        Sheet::Motor(Motor { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s: 0.0 })
+    }
+}
+
+#[test]
+fn numbers_of_the_gears_output_are_named_with_what_to_type_instead() {
+    let (record, known) = (GEARED.recorded(), Known { gear: GEARED.gear, ..Known::with_lag(0.0) });
+    let Geared { torque, inertia, .. } = GEARED;
+    let right = identify(&record, &GEARED.sheet(torque, inertia), &known).expect("a good record");
+    let b = right.parameter("b").expect("b").value;
+    assert!((b * 9.0 * inertia / torque - 1.0).abs() < 0.02, "{b}");
+    let told = |torque: f64, inertia: f64| {
+        let refused = identify(&record, &GEARED.sheet(torque, inertia), &known).expect_err("numbers of the output");
+        println!("{refused}");
+        refused.to_string()
+    };
+    let of_torque = told(2.6, inertia);
+    assert!(of_torque.starts_with("b is 0.11") && of_torque.contains("a gear of 9 explains"), "{of_torque}");
+    assert!(of_torque.contains(": set motor.torque_n_m_per_a = 0.2889"), "{of_torque}");
+    let of_inertia = told(torque, 81.0 * inertia);
+    assert!(of_inertia.starts_with("b is 80.") || of_inertia.starts_with("b is 81."), "{of_inertia}");
+    assert!(of_inertia.contains("motor.inertia_kg_m2 is that of the output of the gear, 81 times"), "{of_inertia}");
+    let of_both = told(2.6, 81.0 * inertia);
+    assert!(of_both.contains("motor.torque_n_m_per_a") && of_both.contains("motor.inertia_kg_m2"), "{of_both}");
+    // What no gear explains is as it was: twice the torque constant, or a gear that nobody typed.
+    let refused = identify(&record, &GEARED.sheet(3.0 * torque, inertia), &known).expect_err("three times");
+    assert!(matches!(refused, Refusal::OutOfTolerance { name: "b", .. }), "{refused}");
+    let none = Known { gear: 1.0, ..known };
+    let refused = identify(&record, &GEARED.sheet(2.6, inertia), &none).expect_err("no gear");
+    assert!(!matches!(refused, Refusal::Geared { .. }), "{refused}");
+}
+
+/// The joint of the independent record, as a file with a gear would have it.
+#[test]
+fn of_a_joint_torque_constant_and_inertia_of_the_gears_output_are_told_apart() {
+    let gear = 5.0;
+    let known = Known { gear, ..KNOWN };
+    // Near the truth: of the data sheet this record is 50 % off.
+    let inertia = 4.5 / TRUTH[4].1;
+    let right = Joint {
+        stiffness_n_m: 4.5,
+        motor_inertia_kg_m2: inertia,
+        torque_n_m_per_a: TRUTH[6].1 * inertia,
+        ..Joint::TABLE_I
+    };
+    let told = |torque: f64, inertia: f64| {
+        let typed = Joint {
+            torque_n_m_per_a: torque * right.torque_n_m_per_a,
+            motor_inertia_kg_m2: inertia * right.motor_inertia_kg_m2,
+            ..right
+        };
+        identify(&recorded(), &Sheet::Joint(typed), &known).expect_err("numbers of the output")
+    };
+    for (torque, inertia, keys) in [
+        (gear, 1.0, &["joint.torque_n_m_per_a"][..]),
+        (1.0, gear * gear, &["joint.motor_inertia_kg_m2"]),
+        (gear, gear * gear, &["joint.torque_n_m_per_a", "joint.motor_inertia_kg_m2"]),
+    ] {
+        let refused = told(torque, inertia);
+        println!("{refused}");
+        let Refusal::Geared { numbers, .. } = &refused else { panic!("{torque} {inertia}: {refused}") };
+        assert!(numbers.iter().map(|(key, ..)| *key).eq(keys.iter().copied()), "{torque} {inertia}: {refused}");
+    }
+}
+
+#[test]
+fn a_record_of_another_kind_of_plant_is_named() {
+    let row = |k: u32| format!("{k},{k},{k},0.5\n");
+    let of_joint = format!("tick,count_link,count_motor,u_held_a\n{}", (0..1200).map(row).collect::<String>());
+    let encoder = Mounted::new(Encoder::absolute(14));
+    let told = record::read(&of_joint, 1e-3, record::Kind::Motor, &[encoder]).expect_err("a joint's");
+    assert_eq!((told.line, told.column), (1, 6));
+    assert!(told.message.contains("record of a joint, and the scenario has [motor]"), "{}", told.message);
+    assert!(record::read(&of_joint, 1e-3, record::Kind::JointAlone, &[encoder]).is_ok());
+    let row = |k: u32| format!("{k},{k},0.5\n");
+    let of_motor = format!("tick,count_motor,u_held_a\n{}", (0..1200).map(row).collect::<String>());
+    let told = record::read(&of_motor, 1e-3, record::Kind::Joint, &[encoder; 2]).expect_err("a motor's");
+    assert!(told.message.contains("is it the record of a motor?"), "{}", told.message);
+    // Ticks have no time: another period shows in b alone, by its square, and the refusal says so.
+    let half = Record { period_s: 0.5e-3, ..GEARED.recorded() };
+    let refused = identify(&half, &GEARED.sheet(GEARED.torque, GEARED.inertia), &Known::with_lag(0.0));
+    let told = refused.expect_err("another period").to_string();
+    println!("{told}");
+    assert!(told.contains("drive.period_s"), "{told}");
+}
+
+#[test]
+fn a_record_that_cannot_tell_says_which_parameters_and_what_to_record() {
+    let sheet = GEARED.sheet(GEARED.torque, GEARED.inertia);
+    let told = |record: &Record| {
+        let refused = identify(record, &sheet, &Known::with_lag(0.0)).expect_err("a record that says nothing");
+        println!("{refused}");
+        refused.to_string()
+    };
+    let good = GEARED.recorded();
+    // A loop that is not shaken, and one that is shaken by next to nothing.
+    for shaken_a in [0.0, 0.02] {
+        let quiet = told(&Geared { shaken_a, ..GEARED }.recorded());
+        assert!(quiet.contains('b') && quiet.contains("multisine"), "{quiet}");
+    }
+    // No acceleration: an even speed against friction.
+    let even = Record {
+        motor: Angle {
+            rad: (0..6000).map(|k| (f64::from(k) * 1e-3 / 4.3e-5).round() * 4.3e-5).collect(),
+            step_rad: 4.3e-5,
+        },
+        held_a: (0..6000).map(|k| 0.08 + 1e-3 * f64::from(k % 2)).collect(),
+        ..good.clone()
+    };
+    let told_even = told(&even);
+    assert!(told_even.contains("b and f_c cannot be told") || told_even.contains("says b to"), "{told_even}");
+    assert!(told_even.contains("multisine"), "{told_even}");
+    // No excitation at all.
+    let steady = told(&Record { held_a: vec![0.08; 6000], ..good.clone() });
+    assert!(steady.starts_with("b and f_c cannot be told: u_held_a is 0.08 A"), "{steady}");
+    // Too few counts: a move of 0.5 mrad, and an encoder of 6 bits.
+    let short = told(&Geared { way_rad: 0.0, shaken_a: 0.05, ..GEARED }.recorded());
+    assert!(
+        short.starts_with("b and f_c cannot be told: the motor moves by") && short.contains("longer moves"),
+        "{short}"
+    );
+    let step_rad = std::f64::consts::TAU / 64.0;
+    let rad = good.motor.rad.iter().map(|rad| (rad / step_rad).round() * step_rad).collect();
+    let coarse = told(&Record { motor: Angle { rad, step_rad }, ..good });
+    assert!(coarse.contains("b and f_c cannot be told"), "{coarse}");
 }
