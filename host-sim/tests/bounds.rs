@@ -268,7 +268,9 @@ fn steps_of_a_sensor_make_what_the_known_loop_says() {
         inertia_range: None,
         plant: Box::new(bare(2)),
         law: Box::new(Proportional(k)),
-        sensed: (0..2).map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0, quantum: 0.1 }).collect(),
+        sensed: (0..2)
+            .map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0, noise: 0.0, quantum: 0.1 })
+            .collect(),
         sensor_delay_ticks: 0,
         actuator_delay_ticks: 0,
         report: true,

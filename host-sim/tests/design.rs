@@ -55,7 +55,9 @@ fn by_hand<const N: usize>(a: [f64; N], k: [f64; N], delay_ticks: usize) -> AtRe
         inertia_range: None,
         plant: Box::new(plant),
         law: Box::new(Feedback(k)),
-        sensed: (0..N).map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0, quantum: 0.0 }).collect(),
+        sensed: (0..N)
+            .map(|state| Sensed { state, name: String::new(), unit: "", rms: 0.0, noise: 0.0, quantum: 0.0 })
+            .collect(),
         sensor_delay_ticks: 0,
         actuator_delay_ticks: delay_ticks,
         report: true,

@@ -127,6 +127,8 @@ pub struct Sensed {
     pub unit: &'static str,
     /// Rms of what its steps and its noise add.
     pub rms: f64,
+    /// The noise of these alone: what the file declares.
+    pub noise: f64,
     /// Largest step of what it tells: its error is half of it at most. 0 for none.
     pub quantum: f64,
 }
@@ -438,6 +440,7 @@ fn at_rest(
         name: format!("x_{}", state + 1),
         unit: rates.get(state).copied().unwrap_or(""),
         rms: (of(&sensor.noise, state).powi(2) + of(&sensor.quantum, state).powi(2) / 12.0).sqrt(),
+        noise: of(&sensor.noise, state),
         quantum: of(&sensor.quantum, state),
     });
     let left_out = [

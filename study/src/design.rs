@@ -6,13 +6,13 @@
 use std::fmt;
 
 use controller_core::bounds::{DisturbanceBounds, ultimate};
-use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign, bessel_poles};
+use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign, Switching, bessel_poles};
 use controller_core::error_dynamics::{error_poles, surface_roots};
 use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
 use loop_sim::linear::LawAtRest;
 use loop_sim::port::drive::{DriveAtRest, DriveDesign, DriveOf, Follows, Form};
 use loop_sim::port::in_process::{self, ControllerSpec};
-use scenario::{AtRest, Experiment};
+use scenario::{AtRest, Experiment, Sensed};
 use serde::Serialize;
 
 use crate::Error;
@@ -205,6 +205,16 @@ impl ClosedLoop {
     fn noise(&self, at_rest: &AtRest) -> Option<f64> {
         let parts = self.noise_gains.iter().zip(&at_rest.sensed).map(|(gain, sensed)| gain * sensed.rms);
         self.margins.is_some().then(|| parts.map(|part| part * part).sum::<f64>().sqrt())
+    }
+
+    /// Is most of the noise of u what the file declares, and not what steps make?
+    fn is_of_declared_noise(&self, at_rest: &AtRest) -> bool {
+        let (mut declared, mut all) = (0.0, 0.0);
+        for (gain, Sensed { rms, noise, .. }) in self.noise_gains.iter().zip(&at_rest.sensed) {
+            declared += gain * gain * noise * noise;
+            all += gain * gain * rms * rms;
+        }
+        declared > 0.5 * all
     }
 
     /// Is it stable, in all corners?
@@ -410,7 +420,9 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
     if let Some(drive) = &experiment.drive {
         let most = NOISE_SHARE * drive.max_current_a;
         if let Some(noise) = got.noise(at_rest) {
-            let meaning = format!("the encoder's steps may make {} A, 1 % of the limit, in u", number(most));
+            let is_noisy = at_rest.sensed.iter().any(|sensed| sensed.noise > 0.0);
+            let what = if is_noisy { "steps and noise" } else { "steps" };
+            let meaning = format!("the encoder's {what} may make {} A, 1 % of the limit, in u", number(most));
             limit("noise", noise / most, meaning);
         }
         let form = drive.designed.form();
@@ -459,8 +471,8 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
 struct Tried {
     /// What it is called.
     word: String,
-    /// Its line in the file.
-    line: String,
+    /// Its lines in the file.
+    lines: Vec<String>,
     /// Is it what the file has?
     is_same: bool,
     /// What limits it, if that is known.
@@ -480,11 +492,14 @@ fn suggested(
         let Some(spec) = &experiment.spec else { return Ok(None) };
         return for_surface(spec, at_rest, experiment.period_s);
     };
-    // A motor's rule has all the noise that there may be.
+    let is_noisy = present.is_of_declared_noise(at_rest);
+    let share_a = NOISE_SHARE * drive.max_current_a;
+    // A motor's rule has all the noise of steps that there may be, and knows of no other.
     let most_noise = match drive.designed {
-        DriveDesign::Motor(_) => f64::INFINITY,
-        DriveDesign::Joint(_) => NOISE_SHARE * drive.max_current_a,
+        DriveDesign::Motor(_) if !is_noisy => f64::INFINITY,
+        _ => share_a,
     };
+    let declared = is_noisy.then_some(share_a);
     let mut least = present.flaw(at_rest, most_noise).map_or(0, |flaw| flaw.weight());
     let mut nearest = None;
     let mut at_this_period = String::new();
@@ -494,12 +509,12 @@ fn suggested(
             break;
         }
         let tried = match &drive.designed {
-            DriveDesign::Motor(motor) => vec![for_motor(motor, period_s, drive.current_lag_s, at_rest)?],
-            DriveDesign::Joint(joint) => for_joint(joint, period_s, at_rest)?,
+            DriveDesign::Motor(motor) => vec![for_motor(motor, period_s, drive.current_lag_s, at_rest, declared)?],
+            DriveDesign::Joint(joint) => for_joint(joint, period_s, at_rest, declared)?,
         };
         // What the next faster one was refused for.
         let mut refused = String::from("the fastest set that is measured");
-        for Tried { word, line, is_same, why, got } in tried {
+        for Tried { word, lines, is_same, why, got } in tried {
             let got = match got {
                 Ok(got) => got,
                 Err(why) => {
@@ -508,7 +523,7 @@ fn suggested(
                 }
             };
             let period = (times > 1).then(|| format!("period_s = {}", as_toml(period_s)));
-            let lines = period.into_iter().chain([line]).map(|line| ["[drive]".into(), line]).collect();
+            let lines = period.into_iter().chain(lines).map(|line| ["[drive]".into(), line]).collect();
             let Some(flaw) = got.flaw(at_rest, most_noise) else {
                 let why = match why.unwrap_or(refused) {
                     why if is_same => format!("as it is; {why}"),
@@ -546,15 +561,22 @@ fn for_motor(
     period_s: f64,
     lag_s: f64,
     at_rest: &AtRest,
+    declared: Option<f64>,
 ) -> Result<Tried, MarginsError> {
     let (design, form) = (motor.design, motor.form);
     let by_rule = MotorDesign { period_s, ..design }.with_lag(lag_s, form.delay_ticks as u32);
+    let with = |surface_rad_s| DriveDesign::Motor(DriveOf { design: by_rule.with_surface(surface_rad_s), ..*motor });
+    let quiet = declared.map(|most| quiet_enough(by_rule.bandwidths.surface_rad_s, most, at_rest, with)).transpose()?;
+    let quiet = quiet.flatten();
+    let by_rule = quiet.map_or(by_rule, |surface_rad_s| by_rule.with_surface(surface_rad_s));
     let w = by_rule.bandwidths;
     let got = closed(&DriveDesign::Motor(DriveOf { design: by_rule, ..*motor }), at_rest)?;
     let late = late_s(&by_rule, lag_s, form);
     let (lost_s, longest) = (late.iter().sum::<f64>(), late.iter().fold(0.0, |a: f64, b| a.max(*b)));
     let by_phase = 0.1 / lost_s;
-    let why = if w.surface_rad_s < 0.999 * by_phase {
+    let why = if quiet.is_some() {
+        declared_in_words(at_rest)
+    } else if w.surface_rad_s < 0.999 * by_phase {
         let two_bits = by_phase.min(w.surface_rad_s * libm::pow(4.0, 0.4));
         format!("noise binds; two more bits would allow {} rad/s", number(two_bits))
     } else {
@@ -572,12 +594,20 @@ fn for_motor(
         number(w.reaching_per_s),
         number(w.offset_per_s)
     );
-    let is_same = period_s == design.period_s && (design.bandwidths.surface_rad_s / w.surface_rad_s - 1.0).abs() < 1e-3;
-    Ok(Tried { word: "the rule".into(), line, is_same, why: Some(why), got })
+    let one_set = quiet.and_then(|_| one_set(form, &design.switching, period_s, at_rest));
+    let is_near = (design.bandwidths.surface_rad_s / w.surface_rad_s - 1.0).abs() < 1e-3;
+    let is_same = period_s == design.period_s && is_near && one_set.is_none();
+    let lines = [line].into_iter().chain(one_set).collect();
+    Ok(Tried { word: "the rule".into(), lines, is_same, why: Some(why), got })
 }
 
 /// The measured sets, the fastest first.
-fn for_joint(joint: &DriveOf<JointDesign, 2>, period_s: f64, at_rest: &AtRest) -> Result<Vec<Tried>, MarginsError> {
+fn for_joint(
+    joint: &DriveOf<JointDesign, 2>,
+    period_s: f64,
+    at_rest: &AtRest,
+    declared: Option<f64>,
+) -> Result<Vec<Tried>, MarginsError> {
     let (design, form) = (joint.design, joint.form);
     let sets =
         [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
@@ -594,9 +624,88 @@ fn for_joint(joint: &DriveOf<JointDesign, 2>, period_s: f64, at_rest: &AtRest) -
             number(w.offset_per_s)
         );
         let is_same = period_s == design.period_s && w == design.bandwidths;
-        Ok(Tried { word: format!("{word:?}"), line, is_same, why: None, got })
+        Ok(Tried { word: format!("{word:?}"), lines: vec![line], is_same, why: None, got })
     });
-    tried.into_iter().collect()
+    let slower = declared.map(|most| slower_joint(joint, period_s, at_rest, most)).transpose()?.flatten();
+    tried.into_iter().chain(slower.map(Ok)).collect()
+}
+
+/// The quiet set, slowed until the declared noise makes no more than this.
+fn slower_joint(
+    joint: &DriveOf<JointDesign, 2>,
+    period_s: f64,
+    at_rest: &AtRest,
+    most_a: f64,
+) -> Result<Option<Tried>, MarginsError> {
+    let (design, form, quiet) = (joint.design, joint.form, JointBandwidths::QUIET);
+    let with = |surface_rad_s| {
+        let bandwidths = quiet.with_surface(surface_rad_s).within(period_s, form.delay_ticks);
+        DriveDesign::Joint(DriveOf { design: JointDesign { period_s, bandwidths, ..design }, ..*joint })
+    };
+    let Some(surface_rad_s) = quiet_enough(quiet.surface_rad_s, most_a, at_rest, with)? else { return Ok(None) };
+    let designed = with(surface_rad_s);
+    let lines = ["tuning = \"quiet\"".to_owned(), format!("surface_rad_s = {}", number(surface_rad_s))];
+    let lines = lines.into_iter().chain(one_set(form, &design.switching, period_s, at_rest)).collect();
+    Ok(Some(Tried {
+        word: "a slower one".into(),
+        lines,
+        is_same: false,
+        why: Some(declared_in_words(at_rest)),
+        got: closed(&designed, at_rest)?,
+    }))
+}
+
+/// The fastest drive below this bandwidth whose u has no more noise than this, to three digits; none if that has not
+/// more, or the slowest still has.
+fn quiet_enough(
+    fastest_rad_s: f64,
+    most_a: f64,
+    at_rest: &AtRest,
+    with: impl Fn(f64) -> DriveDesign,
+) -> Result<Option<f64>, MarginsError> {
+    let is_quiet = |surface_rad_s: f64| -> Result<bool, MarginsError> {
+        let got = closed(&with(surface_rad_s), at_rest)?.ok();
+        Ok(got.and_then(|got| got.noise(at_rest)).is_some_and(|noise| noise <= most_a))
+    };
+    if is_quiet(fastest_rad_s)? {
+        return Ok(None);
+    }
+    // Step by step: a joint that is far too slow is not stable, and so is not quiet either.
+    let (mut low, mut high) = (fastest_rad_s, fastest_rad_s);
+    while !is_quiet(low)? {
+        (low, high) = (0.8 * low, low);
+        if low < 1e-3 * fastest_rad_s {
+            return Ok(None);
+        }
+    }
+    for _ in 0..10 {
+        let middle = (low * high).sqrt();
+        if is_quiet(middle)? { low = middle } else { high = middle }
+    }
+    // Rounded down: less is quieter.
+    Ok(significant(0.995 * low, 3).parse().ok())
+}
+
+/// The line that leaves the fast set out, where noise would call it: it comes in while the smoothed innovation is beyond
+/// calm, and three deviations of that are now and then.
+fn one_set(form: Form, switching: &Switching, period_s: f64, at_rest: &AtRest) -> Option<String> {
+    let smoothed = 3.0 * (0.5 * period_s / switching.smoothing_s).sqrt();
+    let calls = |sensed: &Sensed| smoothed * sensed.noise > switching.calm_steps * sensed.quantum;
+    (form.gain_sets > 1 && at_rest.sensed.iter().any(calls))
+        .then(|| "gain_sets = 1  # noise of this size calls the fast set again and again".to_owned())
+}
+
+/// Why a loop is slow whose encoders shake.
+fn declared_in_words(at_rest: &AtRest) -> String {
+    let each =
+        at_rest.sensed.iter().filter(|sensed| sensed.noise > 0.0).map(|Sensed { name, noise, quantum, .. }| {
+            format!(
+                "{} rad rms of the {name}'s encoder, its steps make {}",
+                number(*noise),
+                number(quantum / f64::sqrt(12.0))
+            )
+        });
+    format!("the declared noise binds ({}): no more bits help", each.collect::<Vec<_>>().join("; "))
 }
 
 /// The sliding motion stays as asked for; α, k_l and the observers follow it: half of it, five and four times it, the

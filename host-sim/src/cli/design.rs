@@ -214,7 +214,7 @@ fn inertia_in_words(covered: &Covered) -> Vec<String> {
     let verdict =
         if left.is_empty() { "stable over all of it".into() } else { format!("NOT COVERED {}", left.join(", ")) };
     let of_end = |end: &End| {
-        let words = end.margins.as_ref().map_or_else(|| "unstable".into(), |margins| margins_in_words(margins));
+        let words = end.margins.as_ref().map_or_else(|| "unstable".into(), margins_in_words);
         format!("    at {} kg m^2: {words}", number(end.inertia_kg_m2))
     };
     [format!("{head}: {verdict}"), of_end(low), of_end(high)].into()

@@ -42,14 +42,17 @@ pub(super) fn table(
         row("arrival (s)", number(arrival_s), &after);
     }
     if let Some(Noise { moving, at_rest }) = noise {
+        let sensed = experiment.at_rest.iter().flat_map(|at_rest| &at_rest.sensed);
+        let of = if sensed.into_iter().any(|it| it.noise > 0.0) { "steps and noise" } else { "steps" };
         // There are no finer encoders to hold against those of a drive that reads all that it can.
         if let (true, Some(of_loop_a)) = (moving.is_nan(), of_loop_a) {
-            row("noise of u (A rms)", number(of_loop_a), "of the encoder's steps, by the matrices of the loop at rest");
+            let meaning = format!("of the encoder's {of}, by the matrices of the loop at rest");
+            row("noise of u (A rms)", number(of_loop_a), &meaning);
         }
         for (name, value) in
             [("r moving", *moving), ("r at rest", *at_rest)].into_iter().filter(|(_, value)| !value.is_nan())
         {
-            row(&format!("noise of u, {name} (A rms)"), number(value), &over("of the encoder's steps,"));
+            row(&format!("noise of u, {name} (A rms)"), number(value), &over(&format!("of the encoder's {of},")));
         }
     }
     for TorqueError { shaft, rms_n_m } in torque_errors(drive, metrics, trace) {

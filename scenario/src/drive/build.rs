@@ -771,7 +771,7 @@ fn sensed(mounted: &[(usize, Mounted)], shafts: &[ShaftOf], sensing: &Sensing) -
         let quantum = mounted.encoder.unit_rad();
         let (step, noise) = (quantum / f64::sqrt(12.0), sensing.noise.get(*state).copied().unwrap_or(0.0));
         let rms = if noise > 0.0 { (step * step + noise * noise).sqrt() } else { step };
-        Sensed { state: *state, name: shaft.name.into(), unit: "rad", rms, quantum }
+        Sensed { state: *state, name: shaft.name.into(), unit: "rad", rms, noise, quantum }
     });
     each.collect()
 }

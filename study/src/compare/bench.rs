@@ -13,6 +13,10 @@
 //! | ultimate | the same over the last τ/20, up to τ/2 after the step |
 //! | shown | 1 rad in τ, the load at 1.4 τ, up to 2 τ, with friction: for the eye, in no figure of merit |
 //!
+//! Where the file declares noise of an encoder, the noise of u is that of 3000 ticks of the sine, or at rest, the more:
+//! what a declared noise makes through a slow loop varies slowly. All other figures are without it. τ is longer then, as
+//! slow loops must settle in it.
+//!
 //! An encoder before a gear tells where the shaft is within half a span of its counter only: where 0.4 of that is less
 //! than 0.1 rad, the recovery starts there.
 //!
@@ -35,9 +39,10 @@ use loop_sim::plant::Plant;
 use loop_sim::port::ControllerPort;
 use loop_sim::port::drive::{DriveDesign, Follows, Form, Motion};
 use loop_sim::port::finer::Finer;
-use loop_sim::sensor::encoder::Encoders;
+use loop_sim::sensor::encoder::{Encoders, Mounted};
+use loop_sim::sensor::{Sensing, Sensor};
 use loop_sim::trace::{Recorder, Row, Trace};
-use scenario::{Experiment, ScenarioError, Source};
+use scenario::{Experiment, ScenarioError, Sensed, Source};
 use serde::Serialize;
 
 use super::linear::Sampled;
@@ -185,7 +190,7 @@ pub struct Bench {
     /// Where the recovery starts, rad.
     pub start_rad: f64,
     finer: Finer,
-    fine: Task,
+    noisy: Option<Noisy>,
     load_s: f64,
     rest: Task,
     nominal: Corner,
@@ -270,6 +275,54 @@ impl Base<'_> {
     }
 }
 
+/// Seed of the declared noise: the same for every law.
+const NOISE_SEED: u64 = 1;
+
+/// Ticks over which declared noise is averaged at least: a slow loop lets it through slowly.
+const NOISE_TICKS: f64 = 3000.0;
+
+/// Encoders with noise that the file declares, and the longer runs that tell what it makes of u.
+struct Noisy {
+    /// Standard deviation in each state, rad.
+    noise_rad: Vec<f64>,
+    sine: Run,
+    rest: Run,
+}
+
+impl Noisy {
+    /// None without noise.
+    fn of(found: &Experiment, base: &Base<'_>, sine: &str, tau_s: f64) -> Result<Option<Self>, Error> {
+        let mut noise_rad = vec![0.0; found.plant.order()];
+        for sensed in found.at_rest.iter().flat_map(|at_rest| &at_rest.sensed) {
+            noise_rad[sensed.state] = sensed.noise;
+        }
+        if noise_rad.iter().all(|noise| *noise == 0.0) {
+            return Ok(None);
+        }
+        let span_s = tau_s + tau_s.max(NOISE_TICKS * found.period_s);
+        let rest = base.run(0.0, "reference={kind = \"rest\"}", span_s)?;
+        Ok(Some(Self { noise_rad, sine: base.run(0.0, sine, span_s)?, rest }))
+    }
+}
+
+/// How many times as long the runs take for declared noise: 1 without. The noise of u goes with about the 2.5th power of
+/// w_c, so a loop that lets as little of it through as of the steps alone is so much slower, and must settle; a half on top,
+/// since less noise may be asked for.
+fn slower(found: &Experiment) -> f64 {
+    let of = |sensed: &Sensed| {
+        let steps = sensed.quantum / f64::sqrt(12.0);
+        if sensed.noise > 0.0 { 1.5 * libm::pow(sensed.rms / steps, 0.4) } else { 1.0 }
+    };
+    found.at_rest.iter().flat_map(|at_rest| &at_rest.sensed).map(of).fold(1.0, f64::max)
+}
+
+/// Noise of the encoder that has the least of it, in its steps.
+fn noise_steps(designed: &DriveDesign, noise_rad: &[f64]) -> f64 {
+    let of =
+        |(state, mounted): &(usize, Mounted)| noise_rad.get(*state).map_or(0.0, |it| it / mounted.encoder.unit_rad());
+    designed.encoders().iter().map(of).fold(f64::INFINITY, f64::min)
+}
+
 /// The drive of a file, if laws can be compared with it, and the encoders that tell its noise.
 fn compared(found: &Experiment) -> Result<(DriveDesign, Finer), &'static str> {
     let drive = found.drive.as_ref().ok_or("this is for drives, and the file has neither [joint] nor [motor]")?;
@@ -298,11 +351,13 @@ impl Bench {
         let shortest = base.starting(0.0, &[&move_to(1.0, "")])?;
         let t = shortest.period_s;
         let ticks = 2 * shortest.drive.as_ref().map_or(1, |drive| drive.motion.ticks);
-        let tau_s = f64::from(ticks) * t;
+        let ticks = (f64::from(ticks) * slower(&as_it_is)).round();
+        let tau_s = ticks * t;
         let sine = format!(
             "reference={{kind = \"sine\", amplitude_rad = 0.5, frequency_hz = {}, duration_s = {tau_s}}}",
             0.25 / tau_s
         );
+        let noisy = Noisy::of(&as_it_is, &base, &sine, tau_s)?;
         let sine = base.run(0.0, &sine, 2.0 * tau_s)?;
         let one_rad = move_to(1.0, &format!(", duration_s = {tau_s}"));
         let moved = base.run(0.0, &one_rad, 1.25 * tau_s)?;
@@ -329,7 +384,7 @@ impl Bench {
                 .collect::<Result<_, Error>>()
         };
         Ok(Self {
-            fine: sine.task.behind(&finer),
+            noisy,
             finer,
             start_rad,
             name: as_it_is.name,
@@ -580,11 +635,22 @@ impl Bench {
     }
 
     fn closed(&self, run: &Run, port: &mut dyn ControllerPort, plant: &dyn Plant, record: &mut dyn Recorder) -> bool {
+        self.closed_on(run, &mut Encoders::new(run.task.designed.encoders()), port, plant, record)
+    }
+
+    fn closed_on(
+        &self,
+        run: &Run,
+        sensor: &mut dyn Sensor,
+        port: &mut dyn ControllerPort,
+        plant: &dyn Plant,
+        record: &mut dyn Recorder,
+    ) -> bool {
         let limit = self.max_current_a();
         let Form { delay_ticks, .. } = self.designed.form();
         let setup = Loop {
             plant,
-            sensor: &mut Encoders::new(run.task.designed.encoders()),
+            sensor,
             port,
             actuator: &mut Limited::new(Delayed::new(Ideal, delay_ticks), -limit, limit),
             report: true,
@@ -595,34 +661,55 @@ impl Bench {
         close_loop(setup, record).is_ok()
     }
 
-    /// Of the nominal plant on the sine; infinite if the run comes to nothing.
+    /// Of the nominal plant on the sine; infinite if the run comes to nothing. Of encoders with declared noise the more
+    /// of that on a longer sine and at rest: what the steps make there is in both.
     fn noise(&self, design: &dyn Design) -> f64 {
-        let fine = &self.fine;
-        let (Some(mut port), Some(mut other)) = (design.port(&self.sine.task), design.port(fine)) else {
+        let Some(Noisy { noise_rad, sine, rest }) = &self.noisy else {
+            return self.noise_on(design, &self.sine, &[]);
+        };
+        self.noise_on(design, sine, noise_rad).max(self.noise_at_rest(design, rest, noise_rad))
+    }
+
+    fn noise_on(&self, design: &dyn Design, run: &Run, noise_rad: &[f64]) -> f64 {
+        let fine = run.task.behind(&self.finer);
+        let (Some(mut other), Some(trace)) = (design.port(&fine), self.noisy_run(design, run, noise_rad)) else {
             return f64::INFINITY;
         };
+        let window_s = [self.tau_s, run.periods as f64 * fine.model.period_s];
+        let mut sensor = Encoders::new(fine.designed.encoders());
+        let told = metrics::noise(&trace, window_s, &[], &mut sensor, other.as_mut()).moving;
+        let steps = noise_steps(&run.task.designed, noise_rad);
+        let found = self.finer.share(steps) * told;
+        if found.is_nan() { f64::INFINITY } else { found }
+    }
+
+    /// Rms of u of a drive that stands still under nothing but the noise.
+    fn noise_at_rest(&self, design: &dyn Design, run: &Run, noise_rad: &[f64]) -> f64 {
+        let Some(trace) = self.noisy_run(design, run, noise_rad) else { return f64::INFINITY };
+        let late = &trace.rows[trace.rows.len() / 10..];
+        (late.iter().map(|row| row.u * row.u).sum::<f64>() / late.len() as f64).sqrt()
+    }
+
+    /// A run of the nominal plant behind encoders with this noise; none if it comes to nothing.
+    fn noisy_run(&self, design: &dyn Design, run: &Run, noise_rad: &[f64]) -> Option<Trace> {
+        let mut port = design.port(&run.task)?;
         let mut trace = Trace {
-            order: self.sine.x0.len(),
+            order: run.x0.len(),
             observed: Vec::new(),
             follows: Some(0),
-            period_s: fine.model.period_s,
-            rows: Vec::with_capacity(self.sine.periods + 1),
+            period_s: run.task.model.period_s,
+            rows: Vec::with_capacity(run.periods + 1),
             ending: loop_sim::trace::Ending::Finished,
         };
         let plant = Coarse(self.nominal.free.as_ref(), self.nominal.coarse);
         let mut record = |row: &Row| {
-            let r = self.sine.task.aim(trace.rows.len()).jet[0];
+            let r = run.task.aim(trace.rows.len()).jet[0];
             trace.rows.push(Row { r, ..*row });
             ControlFlow::Continue(())
         };
-        if !self.closed(&self.sine, port.as_mut(), &plant, &mut record) {
-            return f64::INFINITY;
-        }
-        let window_s = [self.tau_s, 2.0 * self.tau_s];
-        let mut sensor = Encoders::new(fine.designed.encoders());
-        let told = metrics::noise(&trace, window_s, &[], &mut sensor, other.as_mut()).moving;
-        let found = self.finer.share(0.0) * told;
-        if found.is_nan() { f64::INFINITY } else { found }
+        let noise = Sensing { noise: noise_rad.to_vec(), ..Sensing::IDEAL };
+        let mut sensor = Encoders::over(noise.sensor(NOISE_SEED), run.task.designed.encoders());
+        self.closed_on(run, &mut sensor, port.as_mut(), &plant, &mut record).then_some(trace)
     }
 
     fn unstable(&self, design: &dyn Design) -> usize {
