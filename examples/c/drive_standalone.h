@@ -58,12 +58,12 @@
  *     reaction = "fallback"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x5019d607u
-#error "two designs with the prefix drive, 0x5019d607u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x5019d607u
+#if DRIVE_STANDALONE != 0x372c2f84u
+#error "two designs with the prefix drive, 0x372c2f84u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x372c2f84u
 #endif
 #else
-#define DRIVE_STANDALONE 0x5019d607u
+#define DRIVE_STANDALONE 0x372c2f84u
 
 #include <float.h>
 #include <stdbool.h>
@@ -1680,7 +1680,7 @@ static inline bool drive_plan_rest(drive_plan *plan, int32_t turn, float angle)
 
 /* Plans a move to rest at 2 pi turn + angle, that begins at a tick with what is present then and takes so many ticks.
  * On the way, the present is that of the old plan at this tick (drive_plan_jet), never a measurement. Whether the current
- * suffices is not asked. */
+ * and the supply suffice is not asked. */
 static inline bool drive_plan_move(drive_plan *plan, const drive_jet *present, uint32_t start, uint32_t ticks, int32_t turn,
     float angle)
 {
@@ -1764,6 +1764,297 @@ static inline bool drive_plan_sine(drive_plan *plan, const drive_jet *present, u
     goal.phase_per_tick = (uint32_t)phase;
     goal.omega = (float)((double)goal.phase_per_tick / 4294967296.0 * 6.283185307179586 / 0.0002);
     return drive_plan_onto(plan, &goal, present, start, ticks);
+}
+
+/* Part of a profile: a target from what its averages moved by in the last ticks and how far they are behind. */
+static inline void drive_jet_of_profile(const uint32_t moved[6], const uint32_t behind[2], uint32_t rest, float part_rad,
+    float per_s, drive_jet *jet)
+{
+    DRIVE_AS_WRITTEN
+    const float part = ((float)drive_signed(moved[0]) * 4.29496730e9f) + (float)drive_signed(moved[1]);
+    const float part_2 = ((float)drive_signed(moved[2]) * 4.29496730e9f) + (float)drive_signed(moved[3]);
+    const float part_3 = ((float)drive_signed(moved[4]) * 4.29496730e9f) + (float)drive_signed(moved[5]);
+    const float part_4 = per_s * per_s;
+    jet->r = ((float)drive_signed(rest) * 1.46291812e-9f)
+            - (((((float)drive_signed(behind[0]) * 4.29496730e9f) + (float)drive_signed(behind[1]))
+            + ((9.58333313e-1f * part) + ((0.5f * part_2) + (4.16666679e-2f * part_3)))) * part_rad);
+    jet->r_dot = (((1.66666672e-1f * (part + part_3)) + (6.66666687e-1f * part_2)) * part_rad) * per_s;
+    jet->r_ddot = ((0.5f * (part - part_3)) * part_rad) * part_4;
+    jet->r_dddot = (((part - part_2) - (part_2 - part_3)) * part_rad) * (part_4 * per_s);
+}
+
+/* PROFILE. Set-points that come at any time become targets within limits of speed, acceleration and jerk, without
+ * overshoot: in the interrupt take the target of each tick from drive_profile_next, and give a goal whenever there is one.
+ * The path is a mean over 3 windows of ticks: its jerk is at most 2 acceleration / (window period). Points of a
+ * stream take a window of as many ticks as there are from one to the next; one that is late, comes twice or not at all
+ * changes the path between them alone. Change a profile between two ticks, not while the interrupt makes one. */
+#ifndef DRIVE_PROFILE_WINDOW
+#define DRIVE_PROFILE_WINDOW 32u /* ticks of a window at most, 1 to 128; each takes 12 bytes of a profile */
+#endif
+
+typedef struct {
+    uint64_t goal; /* 2^-32 turns, modulo 2^64, as all that follows */
+    int64_t low; /* goals are taken between these */
+    int64_t high;
+    uint64_t base; /* where it is without averages */
+    int32_t step; /* of the base in a tick, and how many whole accelerations that is */
+    int32_t whole;
+    int32_t fastest;
+    int32_t fastest_whole;
+    int32_t acceleration;
+    int32_t steps[3u * DRIVE_PROFILE_WINDOW]; /* of the last windows; the oldest is at `oldest` */
+    uint32_t oldest;
+    uint32_t window;
+    uint32_t all; /* window^3: so many times as large are those that follow */
+    uint64_t sums[3]; /* the last is what the path moves by */
+    uint64_t earlier[2];
+    uint64_t behind; /* of the path behind the base */
+    float part_rad;
+} drive_profile;
+
+/* Part of a profile. */
+static inline int64_t drive_signed_long(uint64_t units)
+{
+    return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-(int64_t)(UINT64_MAX - units) - 1);
+}
+
+/* Part of a profile: 2 pi turn + rad. */
+static inline uint64_t drive_place(int32_t turn, double rad)
+{
+    DRIVE_AS_WRITTEN
+    return ((uint64_t)(uint32_t)turn << 32) + drive_units(rad);
+}
+
+/* Limits in motion too: above a lower speed it brakes as the acceleration has it. False, and nothing is changed, where a
+ * limit is no number, or less than 2^-32 turns or more than a quarter of a turn per tick (or tick squared). */
+static inline bool drive_profile_limit(drive_profile *profile, double speed_rad_s, double acceleration_rad_s2)
+{
+    DRIVE_AS_WRITTEN
+    const bool good = (speed_rad_s >= 7.3145903963357974e-6) && (speed_rad_s <= (1073741823.0 * 7.3145903963357974e-6)) &&
+                      (acceleration_rad_s2 >= 0.03657295198167899) &&
+                      (acceleration_rad_s2 <= (1073741823.0 * 0.03657295198167899));
+    if (good) {
+        profile->fastest = (int32_t)(speed_rad_s / 7.3145903963357974e-6);
+        profile->acceleration = (int32_t)(acceleration_rad_s2 / 0.03657295198167899);
+        profile->fastest_whole = profile->fastest / profile->acceleration;
+        profile->whole = ((profile->step < 0) ? -profile->step : profile->step) / profile->acceleration;
+    }
+    return good;
+}
+
+/* Part of a profile. */
+static inline void drive_profile_set_goal(drive_profile *profile, uint64_t place)
+{
+    const int64_t goal = drive_signed_long(place);
+    const int64_t below = (goal < profile->high) ? goal : profile->high;
+    profile->goal = (uint64_t)((below > profile->low) ? below : profile->low);
+}
+
+/* Keeps goals between 2 pi turn + rad of both from now on, and the present one. False, and nothing is changed, if an angle
+ * is no number or the first is not the lower one. */
+static inline bool drive_profile_keep_within(drive_profile *profile, int32_t low_turn, double low_rad, int32_t high_turn,
+    double high_rad)
+{
+    int64_t low;
+    int64_t high;
+    if (!drive_is_near(low_rad) || !drive_is_near(high_rad)) {
+        return false;
+    }
+    low = drive_signed_long(drive_place(low_turn, low_rad));
+    high = drive_signed_long(drive_place(high_turn, high_rad));
+    if (low > high) {
+        return false;
+    }
+    profile->low = low;
+    profile->high = high;
+    drive_profile_set_goal(profile, profile->goal);
+    return true;
+}
+
+/* Goes to 2 pi turn + rad, from where it is now. False if that is not within the range: it goes to its end; or if it is no
+ * number: the goal stays. In double: some hundred cycles on most cores. */
+static inline bool drive_profile_go_to(drive_profile *profile, int32_t turn, double rad)
+{
+    uint64_t goal;
+    if (!drive_is_near(rad)) {
+        return false;
+    }
+    goal = drive_place(turn, rad);
+    drive_profile_set_goal(profile, goal);
+    return profile->goal == goal;
+}
+
+/* Comes to rest as soon as it may, and never goes back. */
+static inline void drive_profile_stop(drive_profile *profile)
+{
+    const int64_t speed = (profile->step < 0) ? -(int64_t)profile->step : (int64_t)profile->step;
+    const int64_t whole = (int64_t)profile->whole;
+    const int64_t way = (whole * ((2 * speed) - ((int64_t)profile->acceleration * (whole + 1)))) / 2;
+    profile->goal = profile->base + (uint64_t)((profile->step < 0) ? -way : way);
+}
+
+/* Begins anew at 2 pi turn + rad with a speed, and stops from there: where a shaft is that shall be caught. False, and
+ * nothing is changed, if one is no number. */
+static inline bool drive_profile_start(drive_profile *profile, int32_t turn, double rad, double speed_rad_s)
+{
+    DRIVE_AS_WRITTEN
+    double units = speed_rad_s / 7.314590396335798e-6;
+    int64_t step;
+    if (!drive_is_near(rad) || !drive_is_near(speed_rad_s) || (profile->acceleration < 1)) {
+        return false;
+    }
+    units = (units > 1073741823.0) ? 1073741823.0 : units;
+    units = (units < -1073741823.0) ? -1073741823.0 : units;
+    step = (int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
+    profile->step = (int32_t)step;
+    profile->whole = ((profile->step < 0) ? -profile->step : profile->step) / profile->acceleration;
+    for (uint32_t k = 0; k < (3u * DRIVE_PROFILE_WINDOW); k++) {
+        profile->steps[k] = profile->step;
+    }
+    for (uint32_t k = 0; k < 2u; k++) {
+        profile->sums[k] = 0u;
+    }
+    profile->sums[2] = (uint64_t)(step * (int64_t)profile->all);
+    profile->earlier[0] = profile->sums[2];
+    profile->earlier[1] = profile->sums[2];
+    profile->behind = (uint64_t)(((step * (int64_t)profile->all) * (3 * ((int64_t)profile->window - 1))) / 2);
+    profile->base = drive_place(turn, rad) + (uint64_t)(((step * 3) * (int64_t)profile->window) / 2);
+    drive_profile_stop(profile);
+    return true;
+}
+
+/* A profile at rest at angle 0. False where drive_profile_limit is, or the window is not 1 to DRIVE_PROFILE_WINDOW. */
+static inline bool drive_profile_new(drive_profile *profile, double speed_rad_s, double acceleration_rad_s2, uint32_t window)
+{
+    DRIVE_AS_WRITTEN
+    profile->step = 0;
+    if ((window < 1u) || (window > DRIVE_PROFILE_WINDOW) || (window > 128u) ||
+        !drive_profile_limit(profile, speed_rad_s, acceleration_rad_s2)) {
+        return false;
+    }
+    profile->low = -4611686018427387904;
+    profile->high = 4611686018427387903;
+    profile->oldest = 0u;
+    profile->window = window;
+    profile->all = window * window * window;
+    profile->part_rad = (float)(1.4629180792671596e-9 / (double)profile->all);
+    return drive_profile_start(profile, 0, 0.0, 0.0);
+}
+
+/* Is it at rest at its goal? */
+static inline bool drive_profile_has_arrived(const drive_profile *profile)
+{
+    bool still = (profile->goal == profile->base) && (profile->step == 0) && (profile->behind == 0u) &&
+                 (profile->earlier[0] == 0u) && (profile->earlier[1] == 0u);
+    for (uint32_t k = 0; k < 3u; k++) {
+        still = still && (profile->sums[k] == 0u);
+    }
+    return still;
+}
+
+/* Part of a profile: is a stop within a distance possible after a tick with this step? */
+static inline bool drive_profile_stops(const drive_profile *profile, int64_t distance, int32_t step, int32_t whole)
+{
+    const int32_t twice = (2 * step) - (profile->acceleration * whole);
+    return (((int64_t)whole + 1) * (int64_t)twice) <= (2 * distance);
+}
+
+/* Part of a profile: the next step of the base. Forward is towards the goal. */
+static inline void drive_profile_advance(drive_profile *profile)
+{
+    const int64_t far = 2305843009213693952;
+    const int64_t left = drive_signed_long(profile->goal - profile->base);
+    const bool back = left < 0;
+    const int64_t apart = back ? drive_signed_long(profile->base - profile->goal) : left;
+    const int64_t distance = ((apart > far) ? far : ((apart < 0) ? 0 : apart));
+    const int32_t fastest = profile->fastest;
+    const int32_t acceleration = profile->acceleration;
+    const int32_t step = back ? -profile->step : profile->step;
+    int32_t whole = profile->whole;
+    int32_t next;
+    if (step < 0) {
+        next = step + acceleration;
+        if (next <= 0) {
+            whole--;
+        } else {
+            next = (next < fastest) ? next : fastest;
+            next = ((int64_t)next < distance) ? next : (int32_t)distance;
+            whole = 0;
+        }
+    } else {
+        const bool within = step <= fastest;
+        int32_t up = within ? (step + acceleration) : (step - acceleration);
+        int32_t up_whole = within ? (whole + 1) : (whole - 1);
+        if ((up >= fastest) == within) {
+            up = fastest;
+            up_whole = profile->fastest_whole;
+        }
+        if (drive_profile_stops(profile, distance, up, up_whole)) {
+            next = up;
+            whole = up_whole;
+        } else if (whole == 0) {
+            next = (acceleration < fastest) ? acceleration : fastest;
+            next = ((int64_t)next < distance) ? next : (int32_t)distance;
+            whole = (next == acceleration) ? 1 : 0;
+        } else if (within && drive_profile_stops(profile, distance, step, whole)) {
+            next = step;
+        } else {
+            next = step - acceleration;
+            whole--;
+        }
+    }
+    profile->step = back ? -next : next;
+    profile->whole = whole;
+    profile->base = profile->base + (uint64_t)(int64_t)profile->step;
+}
+
+/* Part of a profile: the step of so many windows ago. */
+static inline uint64_t drive_profile_before(const drive_profile *profile, uint32_t windows)
+{
+    const uint32_t length = 3u * profile->window;
+    const uint32_t at = profile->oldest + ((3u - windows) * profile->window);
+    return (uint64_t)(int64_t)profile->steps[(at < length) ? at : (at - length)];
+}
+
+/* Part of a profile: the nearest whole number and what is left of it in 2^-32. */
+static inline void drive_profile_split(uint64_t units, uint32_t *number)
+{
+    number[0] = (uint32_t)(units >> 32) + ((uint32_t)units >> 31);
+    number[1] = (uint32_t)units;
+}
+
+/* The target at the end of the coming tick: in the interrupt, once per tick. */
+static inline void drive_profile_next(drive_profile *profile, drive_target *target)
+{
+    uint32_t moved[2 * 3];
+    uint32_t behind[2];
+    uint32_t base[2];
+    uint64_t sum;
+    drive_jet jet;
+    drive_profile_advance(profile);
+    sum = (((uint64_t)(int64_t)profile->step - (3u * drive_profile_before(profile, 1u))) + (3u * drive_profile_before(profile, 2u))) - drive_profile_before(profile, 3u);
+    profile->steps[profile->oldest] = profile->step;
+    profile->oldest = ((profile->oldest + 1u) < (3u * profile->window)) ? (profile->oldest + 1u) : 0u;
+    sum += profile->sums[0];
+    profile->sums[0] = sum;
+    sum += profile->sums[1];
+    profile->sums[1] = sum;
+    sum += profile->sums[2];
+    profile->sums[2] = sum;
+    profile->behind += ((uint64_t)(int64_t)profile->step * profile->all) - sum;
+    drive_profile_split(sum, &moved[0]);
+    drive_profile_split(profile->earlier[0], &moved[2]);
+    drive_profile_split(profile->earlier[1], &moved[4]);
+    drive_profile_split(profile->behind, behind);
+    drive_profile_split(profile->base, base);
+    drive_jet_of_profile(moved, behind, base[1], profile->part_rad, 5000.0f, &jet);
+    profile->earlier[1] = profile->earlier[0];
+    profile->earlier[0] = sum;
+    target->turn = drive_signed(base[0]);
+    target->r = jet.r;
+    target->r_dot = jet.r_dot;
+    target->r_ddot = jet.r_ddot;
+    target->r_dddot = jet.r_dddot;
 }
 
 /* Are the floating-point modes here and now those of the head? Call it once at start-up, where the tick runs: an

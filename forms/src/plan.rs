@@ -160,6 +160,7 @@ fn profile(order: usize, taken: usize, period_s: f64) -> String {
             ("averages", &averages),
             ("last", &(averages - 1)),
             ("memory", &(4 * averages)),
+            ("window", if averages == 2 { &"32" } else { &"128" }),
             ("most_window", if averages == 2 { &"512" } else { &"128" }),
             ("all", &vec!["window"; averages].join(" * ")),
             ("most", &format!("{most:?}")),

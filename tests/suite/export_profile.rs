@@ -90,11 +90,13 @@ fn run<const M: usize, const J: usize, const LEN: usize>(period_s: f64) -> Run {
 fn driver(exported: &str, jet: &[&str], place: Place) -> String {
     let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
     let mixed = |name: &&str| format!("                sum = (sum ^ bits(last.{name})) * 0x01000193u;\n");
-    let mixed = jet.iter().map(mixed).collect::<String>();
-    let put = jet.iter().map(|name| format!("            *word++ = bits(last.{name});\n")).collect::<String>();
+    let put = |name: &&str| format!("            *word++ = bits(last.{name});\n");
+    let mixed = jet.iter().map(mixed).collect::<Vec<_>>().concat();
+    let put = jet.iter().map(put).collect::<Vec<_>>().concat();
     let zeros = ", 0.0f".repeat(jet.len());
     format!(
-        "#include \"{exported}\"
+        "#define EDO_SMC_PROFILE_WINDOW {WINDOW}u
+#include \"{exported}\"
 {transfer}
 typedef struct {{
     double numbers[2];
@@ -125,14 +127,8 @@ int main(void)
             uint32_t sum = 0x811c9dc5u;
             bool good = true;
             switch (ask->what) {{
-            case {NEW}: {{
-                edo_smc_profile made;
-                good = edo_smc_profile_new(&made, x[0], x[1], ask->window);
-                if (good) {{
-                    profile = made;
-                }}
-                break;
-            }}
+            /* One that is refused leaves a profile in motion as it is. */
+            case {NEW}: good = edo_smc_profile_new(&profile, x[0], x[1], ask->window); break;
             case {GO_TO}: good = edo_smc_profile_go_to(&profile, ask->turns[0], x[0]); break;
             case {STOP}: edo_smc_profile_stop(&profile); break;
             case {WITHIN}: good = edo_smc_profile_keep_within(&profile, ask->turns[0], x[0], ask->turns[1], x[1]); break;

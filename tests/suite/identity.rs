@@ -19,7 +19,13 @@ use link::remote::{Loadable, for_target};
 use scenario::{Experiment, ScenarioError, Source};
 
 /// Keys that no law, monitor, gate or encoder knows of, by how their path begins.
-const SIMULATED: [&str; 32] = [
+const SIMULATED: [&str; 38] = [
+    "motor.supply_v",
+    "motor.resistance_ohm",
+    "motor.no_load_rad_s",
+    "joint.supply_v",
+    "joint.resistance_ohm",
+    "joint.no_load_rad_s",
     "name",
     "title",
     "span_s",
@@ -95,11 +101,12 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &["drive.gain_sets=1", "motor.gear=[9, 1]", "motor.load_inertia_kg_m2=0.01"],
             &["reference={ kind=\"move\", to_rad=1, start_s=0.1, duration_s=0.25 }"],
             &["reference={ kind=\"points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01 }"],
-            &[
-                "reference={ kind=\"set_points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01, max_speed_rad_s=3.0, max_acceleration_rad_s2=8.0 }",
-            ],
+            &["reference={ kind=\"set_points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01, max_speed_rad_s=3.0, \
+                 max_acceleration_rad_s2=8.0 }"],
             &["reference={ kind=\"speed\", speed_rad_s=20 }"],
             &["drive.mode=\"speed\"", "reference={ kind=\"speed\", speed_rad_s=20 }"],
+            &["motor.supply_v=24", "motor.resistance_ohm=0.5", "reference={ kind=\"move\", to_rad=20 }"],
+            &["motor.no_load_rad_s=480", "reference={ kind=\"move\", to_rad=20 }"],
             &["load=[{ kind=\"sin\", amplitude=0.02, omega_rad_s=30, phase_rad=0.1 }]"],
             &["load=[{ kind=\"step\", amplitude=0.02, t0_s=0.3 }]"],
             &["load=[{ kind=\"ramp\", slope=0.01 }]"],
@@ -115,10 +122,11 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &["drive.gain_sets=1"],
             &["reference={ kind=\"sine\", amplitude_rad=0.5, frequency_hz=0.2 }"],
             &["reference={ kind=\"points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01 }"],
-            &[
-                "reference={ kind=\"set_points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01, max_speed_rad_s=3.0, max_acceleration_rad_s2=8.0 }",
-            ],
+            &["reference={ kind=\"set_points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01, max_speed_rad_s=3.0, \
+                 max_acceleration_rad_s2=8.0 }"],
             &["reference={ kind=\"speed\", speed_rad_s=2 }"],
+            &["joint.supply_v=24", "joint.resistance_ohm=0.5", "reference={ kind=\"move\", to_rad=2 }"],
+            &["joint.no_load_rad_s=200", "reference={ kind=\"move\", to_rad=2 }"],
             &["load=[{ kind=\"sin\", amplitude=0.02, omega_rad_s=30, phase_rad=0.1 }]"],
             &["load=[{ kind=\"step\", amplitude=0.02, t0_s=0.3 }]"],
             &["load=[{ kind=\"ramp\", slope=0.01 }]"],

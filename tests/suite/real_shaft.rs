@@ -5,8 +5,8 @@
 use std::f64::consts::TAU;
 
 use controller_core::drive::{
-    Encoder, FARTHEST_RAD, Joined, Joint, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive, Position, Reference,
-    Rest, Sample, Sine, Target, gap, powers_of_join, stop,
+    Encoder, FARTHEST_RAD, Joined, Joint, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive, Position, Profile,
+    ProfileLimits, Reference, Rest, Sample, Sine, Target, gap, powers_of_join, stop,
 };
 use controller_core::{Health, Limits, Output, Real, Running};
 use integration_tests::drive::{Flexible, Shaft};
@@ -345,6 +345,40 @@ fn a_joint_survives_missed_interrupts() {
 
 /// Two units of a position.
 const UNITS_RAD: f64 = 2.0 * TAU / 4_294_967_296.0;
+
+/// Where a profile that begins with the estimates brakes: no swing back, no limit reached, the way that physics leaves.
+#[test]
+fn a_profile_brakes_a_shaft_from_where_it_is() {
+    const BRAKE: f64 = 1800.0;
+    for speed in [200.0, 60.0, 5.0, -100.0] {
+        let (mut rig, _) = at_speed(speed);
+        let limits = ProfileLimits { speed_rad_s: 300.0, acceleration_rad_s2: BRAKE, window: 5 };
+        let mut profile = Profile::<f32, 2, 10>::new(&limits, PERIOD_S).expect("limits");
+        let known = rig.running.estimates().expect("it runs");
+        // The estimates are those of the last tick: the coming one begins a period later.
+        let (v, begin) = (f64::from(known.speed[0]), rig.shaft.x[0]);
+        let angle = f64::from(known.position[0]) + v * PERIOD_S;
+        assert!(profile.start(known.turn, angle, v));
+        let mut end = Target { turn: known.turn, jet: [angle as f32, known.speed[0]] };
+        let (mut most_a, mut back) = (0.0_f64, 0.0_f64);
+        for tick in 0..600 {
+            let sample = Sample { counts: [Some(rig.seen_count())], begin: end, end: profile.next_tick() };
+            let Output { u, health, .. } = rig.running.tick(&sample);
+            assert!(!health.contains(Health::SATURATED), "tick {tick}: {health}");
+            end = sample.end;
+            most_a = most_a.max(f64::from(u.abs()));
+            rig.shaft.advance(f64::from(rig.tick) * PERIOD_S, f64::from(u), PERIOD_S);
+            rig.tick += 1;
+            back = back.max(-speed.signum() * rig.shaft.x[1]);
+        }
+        let way = (rig.shaft.x[0] - begin).abs();
+        let expected = speed * speed / (2.0 * BRAKE) + 5.0 * PERIOD_S * speed.abs();
+        println!("{speed} rad/s: {way:.3} rad to rest ({expected:.3}), up to {most_a:.1} A, back at {back:.2} rad/s");
+        assert!(profile.has_arrived() && rig.shaft.x[1].abs() < 0.1);
+        assert!((way - expected).abs() < 0.02 * expected + 0.01, "{speed}: {way} of {expected}");
+        assert!(back < 0.3, "{speed}: it swings back at {back} rad/s");
+    }
+}
 
 /// How far a stop from this jet goes back, of a way of so much; the ticks that it takes.
 fn back_of_stop<T: Real<Count = i32>, const M: usize>(jet: [T; M], ticks: u32) -> ([f64; 2], u32) {

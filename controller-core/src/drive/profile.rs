@@ -26,7 +26,7 @@
 //! takes. A point that is late, or comes twice, or with the next one, changes the path between points and nothing else;
 //! where none comes the path ends at rest at the last one.
 //!
-//! **Stop, and start in motion.** [`Profile::stop`] sets the goal where braking ends: the path never goes back.
+//! **Stop, and start in motion.** [`Profile::stop`] sets the goal where braking ends.
 //! [`Profile::start`] begins with a position and a speed, such as those of a shaft that turns. Change a goal between two
 //! ticks, not while the interrupt makes one: it is two words.
 //!
@@ -194,20 +194,30 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         self.goal = Turns::new(goal.min(high).max(low));
     }
 
-    /// Comes to rest as soon as it may, and never goes back.
+    /// Comes to rest as soon as it may. The base never goes back, and the path never does if the base has not turned
+    /// round in the last M windows. A stop that ends beyond the range goes back to its end.
     pub fn stop(&mut self) {
         let (step, whole) = (i64::from(self.step.abs()), i64::from(self.whole));
         let way = whole * (2 * step - i64::from(self.acceleration) * (whole + 1)) / 2;
-        self.goal = Turns::new(self.base.units().wrapping_add(if self.step < 0 { -way } else { way }));
+        let (base, [low, high]) = (self.base.units(), self.range.map(Turns::units));
+        self.goal = Turns::new(base.wrapping_add(if self.step < 0 { -way } else { way }));
+        // Begun beyond the range it rests there.
+        if (low..=high).contains(&base) {
+            self.set_goal(self.goal.units());
+        }
     }
 
     /// Begins anew at 2π `turn` + `rad` with a speed, and stops from there: where a shaft is that shall be caught. False,
-    /// and nothing is changed, if one is no number.
+    /// and nothing is changed, if one is no number or the speed is more than a quarter of a turn per tick.
     pub fn start(&mut self, turn: i32, rad: f64, speed_rad_s: f64) -> bool {
         if !is_near(rad) || !is_near(speed_rad_s) {
             return false;
         }
-        let step = nearest_unit((speed_rad_s / (self.per_s.to_f64() * (TAU / TWO_32))).clamp(-MOST, MOST));
+        let units = speed_rad_s / (self.per_s.to_f64() * (TAU / TWO_32));
+        if units.abs() > MOST {
+            return false;
+        }
+        let step = nearest_unit(units);
         let windows = i64::from(self.window);
         let moved = step * windows.pow(M as u32);
         self.step = step as i32;
@@ -448,7 +458,7 @@ mod tests {
     /// A move from rest to rest: no overshoot at all, an exact end, and the time of the closed form.
     #[test]
     fn a_move_ends_at_its_goal_in_the_time_of_the_closed_form() {
-        for distance in [1e-6, 1e-3, 0.1, 1.0, 3.14, 20.0, 1e3] {
+        for distance in [1e-6, 1e-3, 0.1, 1.0, 3.1, 20.0, 1e3] {
             let mut profile = new::<3>(&LIMITS);
             profile.go_to(0, distance);
             let (mut ticks, mut last) = (0, 0.0);

@@ -147,9 +147,9 @@ impl Turns {
         (self.whole as i64) << 32 | self.part as i64
     }
 
-    /// 2π `turn` + `rad`.
+    /// 2π `turn` + `rad`, or what is nearest to it.
     pub(super) fn at(turn: i32, rad: f64) -> Self {
-        Self::new((i64::from(turn) << 32).wrapping_add(nearest_unit(rad * (TWO_32 / TAU))))
+        Self::new((i64::from(turn) << 32).saturating_add(nearest_unit(rad * (TWO_32 / TAU))))
     }
 
     /// The nearest whole number, and what is left of it in 2^-32.

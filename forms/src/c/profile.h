@@ -5,7 +5,7 @@
  * stream take a window of as many ticks as there are from one to the next; one that is late, comes twice or not at all
  * changes the path between them alone. Change a profile between two ticks, not while the interrupt makes one. */
 #ifndef @@_PROFILE_WINDOW
-#define @@_PROFILE_WINDOW 32u /* ticks of a window at most, 1 to $most_window$; each takes $memory$ bytes of a profile */
+#define @@_PROFILE_WINDOW $window$u /* ticks of a window at most, 1 to $most_window$; each takes $memory$ bytes of a profile */
 #endif
 
 typedef struct {
@@ -34,11 +34,27 @@ static inline int64_t @_signed_long(uint64_t units)
     return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-(int64_t)(UINT64_MAX - units) - 1);
 }
 
-/* Part of a profile: 2 pi turn + rad. */
+/* Part of a profile: 2 pi turn + rad, or what is nearest to it. */
 static inline uint64_t @_place(int32_t turn, double rad)
 {
+    const int64_t turns = (int64_t)turn * 4294967296;
+    const int64_t rest = @_signed_long(@_units(rad));
+    int64_t sum;
+    if (rest >= 0) {
+        sum = (turns > (9223372036854775807 - rest)) ? 9223372036854775807 : (turns + rest);
+    } else {
+        sum = (turns < (-9223372036854775807 - rest)) ? (-9223372036854775807 - 1) : (turns + rest);
+    }
+    return (uint64_t)sum;
+}
+
+/* Part of a profile: are these limits? */
+static inline bool @_profile_is_limit(double speed_rad_s, double acceleration_rad_s2)
+{
     @@_AS_WRITTEN
-    return ((uint64_t)(uint32_t)turn << 32) + @_units(rad);
+    return (speed_rad_s >= $speed_unit$) && (speed_rad_s <= ($most$ * $speed_unit$)) &&
+           (acceleration_rad_s2 >= $acceleration_unit$) &&
+           (acceleration_rad_s2 <= ($most$ * $acceleration_unit$));
 }
 
 /* Limits in motion too: above a lower speed it brakes as the acceleration has it. False, and nothing is changed, where a
@@ -46,9 +62,7 @@ static inline uint64_t @_place(int32_t turn, double rad)
 static inline bool @_profile_limit(@_profile *profile, double speed_rad_s, double acceleration_rad_s2)
 {
     @@_AS_WRITTEN
-    const bool good = (speed_rad_s >= $speed_unit$) && (speed_rad_s <= ($most$ * $speed_unit$)) &&
-                      (acceleration_rad_s2 >= $acceleration_unit$) &&
-                      (acceleration_rad_s2 <= ($most$ * $acceleration_unit$));
+    const bool good = @_profile_is_limit(speed_rad_s, acceleration_rad_s2);
     if (good) {
         profile->fastest = (int32_t)(speed_rad_s / $speed_unit$);
         profile->acceleration = (int32_t)(acceleration_rad_s2 / $acceleration_unit$);
@@ -100,27 +114,32 @@ static inline bool @_profile_go_to(@_profile *profile, int32_t turn, double rad)
     return profile->goal == goal;
 }
 
-/* Comes to rest as soon as it may, and never goes back. */
+/* Comes to rest as soon as it may. The path does not go back if it has not turned round in the last $averages$ windows. A
+ * stop that ends beyond the range goes back to its end. */
 static inline void @_profile_stop(@_profile *profile)
 {
     const int64_t speed = (profile->step < 0) ? -(int64_t)profile->step : (int64_t)profile->step;
     const int64_t whole = (int64_t)profile->whole;
     const int64_t way = (whole * ((2 * speed) - ((int64_t)profile->acceleration * (whole + 1)))) / 2;
+    const int64_t base = @_signed_long(profile->base);
     profile->goal = profile->base + (uint64_t)((profile->step < 0) ? -way : way);
+    /* Begun beyond the range it rests there. */
+    if ((base >= profile->low) && (base <= profile->high)) {
+        @_profile_set_goal(profile, profile->goal);
+    }
 }
 
 /* Begins anew at 2 pi turn + rad with a speed, and stops from there: where a shaft is that shall be caught. False, and
- * nothing is changed, if one is no number. */
+ * nothing is changed, if one is no number or the speed is more than a quarter of a turn per tick. */
 static inline bool @_profile_start(@_profile *profile, int32_t turn, double rad, double speed_rad_s)
 {
     @@_AS_WRITTEN
-    double units = speed_rad_s / $started_unit$;
+    const double units = speed_rad_s / $started_unit$;
     int64_t step;
-    if (!@_is_near(rad) || !@_is_near(speed_rad_s) || (profile->acceleration < 1)) {
+    if (!@_is_near(rad) || !@_is_near(speed_rad_s) || (units > $most$) || (units < -$most$) ||
+        (profile->acceleration < 1)) {
         return false;
     }
-    units = (units > $most$) ? $most$ : units;
-    units = (units < -$most$) ? -$most$ : units;
     step = (int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
     profile->step = (int32_t)step;
     profile->whole = ((profile->step < 0) ? -profile->step : profile->step) / profile->acceleration;
@@ -139,15 +158,17 @@ static inline bool @_profile_start(@_profile *profile, int32_t turn, double rad,
     return true;
 }
 
-/* A profile at rest at angle 0. False where @_profile_limit is, or the window is not 1 to @@_PROFILE_WINDOW. */
+/* A profile at rest at angle 0. False, and nothing is changed, where @_profile_limit is false or the window is not 1 to
+ * @@_PROFILE_WINDOW. */
 static inline bool @_profile_new(@_profile *profile, double speed_rad_s, double acceleration_rad_s2, uint32_t window)
 {
     @@_AS_WRITTEN
-    profile->step = 0;
     if ((window < 1u) || (window > @@_PROFILE_WINDOW) || (window > $most_window$u) ||
-        !@_profile_limit(profile, speed_rad_s, acceleration_rad_s2)) {
+        !@_profile_is_limit(speed_rad_s, acceleration_rad_s2)) {
         return false;
     }
+    profile->step = 0;
+    (void)@_profile_limit(profile, speed_rad_s, acceleration_rad_s2);
     profile->low = -4611686018427387904;
     profile->high = 4611686018427387903;
     profile->oldest = 0u;
