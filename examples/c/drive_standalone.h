@@ -58,12 +58,12 @@
  *     reaction = "fallback"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x372c2f84u
-#error "two designs with the prefix drive, 0x372c2f84u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x372c2f84u
+#if DRIVE_STANDALONE != 0xfa929c04u
+#error "two designs with the prefix drive, 0xfa929c04u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xfa929c04u
 #endif
 #else
-#define DRIVE_STANDALONE 0x372c2f84u
+#define DRIVE_STANDALONE 0xfa929c04u
 
 #include <float.h>
 #include <stdbool.h>
@@ -1789,7 +1789,7 @@ static inline void drive_jet_of_profile(const uint32_t moved[6], const uint32_t 
  * stream take a window of as many ticks as there are from one to the next; one that is late, comes twice or not at all
  * changes the path between them alone. Change a profile between two ticks, not while the interrupt makes one. */
 #ifndef DRIVE_PROFILE_WINDOW
-#define DRIVE_PROFILE_WINDOW 32u /* ticks of a window at most, 1 to 128; each takes 12 bytes of a profile */
+#define DRIVE_PROFILE_WINDOW 128u /* ticks of a window at most, 1 to 128; each takes 12 bytes of a profile */
 #endif
 
 typedef struct {
@@ -1818,11 +1818,27 @@ static inline int64_t drive_signed_long(uint64_t units)
     return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-(int64_t)(UINT64_MAX - units) - 1);
 }
 
-/* Part of a profile: 2 pi turn + rad. */
+/* Part of a profile: 2 pi turn + rad, or what is nearest to it. */
 static inline uint64_t drive_place(int32_t turn, double rad)
 {
+    const int64_t turns = (int64_t)turn * 4294967296;
+    const int64_t rest = drive_signed_long(drive_units(rad));
+    int64_t sum;
+    if (rest >= 0) {
+        sum = (turns > (9223372036854775807 - rest)) ? 9223372036854775807 : (turns + rest);
+    } else {
+        sum = (turns < (-9223372036854775807 - rest)) ? (-9223372036854775807 - 1) : (turns + rest);
+    }
+    return (uint64_t)sum;
+}
+
+/* Part of a profile: are these limits? */
+static inline bool drive_profile_is_limit(double speed_rad_s, double acceleration_rad_s2)
+{
     DRIVE_AS_WRITTEN
-    return ((uint64_t)(uint32_t)turn << 32) + drive_units(rad);
+    return (speed_rad_s >= 7.3145903963357974e-6) && (speed_rad_s <= (1073741823.0 * 7.3145903963357974e-6)) &&
+           (acceleration_rad_s2 >= 0.03657295198167899) &&
+           (acceleration_rad_s2 <= (1073741823.0 * 0.03657295198167899));
 }
 
 /* Limits in motion too: above a lower speed it brakes as the acceleration has it. False, and nothing is changed, where a
@@ -1830,9 +1846,7 @@ static inline uint64_t drive_place(int32_t turn, double rad)
 static inline bool drive_profile_limit(drive_profile *profile, double speed_rad_s, double acceleration_rad_s2)
 {
     DRIVE_AS_WRITTEN
-    const bool good = (speed_rad_s >= 7.3145903963357974e-6) && (speed_rad_s <= (1073741823.0 * 7.3145903963357974e-6)) &&
-                      (acceleration_rad_s2 >= 0.03657295198167899) &&
-                      (acceleration_rad_s2 <= (1073741823.0 * 0.03657295198167899));
+    const bool good = drive_profile_is_limit(speed_rad_s, acceleration_rad_s2);
     if (good) {
         profile->fastest = (int32_t)(speed_rad_s / 7.3145903963357974e-6);
         profile->acceleration = (int32_t)(acceleration_rad_s2 / 0.03657295198167899);
@@ -1884,27 +1898,32 @@ static inline bool drive_profile_go_to(drive_profile *profile, int32_t turn, dou
     return profile->goal == goal;
 }
 
-/* Comes to rest as soon as it may, and never goes back. */
+/* Comes to rest as soon as it may. The path does not go back if it has not turned round in the last 3 windows. A
+ * stop that ends beyond the range goes back to its end. */
 static inline void drive_profile_stop(drive_profile *profile)
 {
     const int64_t speed = (profile->step < 0) ? -(int64_t)profile->step : (int64_t)profile->step;
     const int64_t whole = (int64_t)profile->whole;
     const int64_t way = (whole * ((2 * speed) - ((int64_t)profile->acceleration * (whole + 1)))) / 2;
+    const int64_t base = drive_signed_long(profile->base);
     profile->goal = profile->base + (uint64_t)((profile->step < 0) ? -way : way);
+    /* Begun beyond the range it rests there. */
+    if ((base >= profile->low) && (base <= profile->high)) {
+        drive_profile_set_goal(profile, profile->goal);
+    }
 }
 
 /* Begins anew at 2 pi turn + rad with a speed, and stops from there: where a shaft is that shall be caught. False, and
- * nothing is changed, if one is no number. */
+ * nothing is changed, if one is no number or the speed is more than a quarter of a turn per tick. */
 static inline bool drive_profile_start(drive_profile *profile, int32_t turn, double rad, double speed_rad_s)
 {
     DRIVE_AS_WRITTEN
-    double units = speed_rad_s / 7.314590396335798e-6;
+    const double units = speed_rad_s / 7.314590396335798e-6;
     int64_t step;
-    if (!drive_is_near(rad) || !drive_is_near(speed_rad_s) || (profile->acceleration < 1)) {
+    if (!drive_is_near(rad) || !drive_is_near(speed_rad_s) || (units > 1073741823.0) || (units < -1073741823.0) ||
+        (profile->acceleration < 1)) {
         return false;
     }
-    units = (units > 1073741823.0) ? 1073741823.0 : units;
-    units = (units < -1073741823.0) ? -1073741823.0 : units;
     step = (int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
     profile->step = (int32_t)step;
     profile->whole = ((profile->step < 0) ? -profile->step : profile->step) / profile->acceleration;
@@ -1923,15 +1942,17 @@ static inline bool drive_profile_start(drive_profile *profile, int32_t turn, dou
     return true;
 }
 
-/* A profile at rest at angle 0. False where drive_profile_limit is, or the window is not 1 to DRIVE_PROFILE_WINDOW. */
+/* A profile at rest at angle 0. False, and nothing is changed, where drive_profile_limit is false or the window is not 1 to
+ * DRIVE_PROFILE_WINDOW. */
 static inline bool drive_profile_new(drive_profile *profile, double speed_rad_s, double acceleration_rad_s2, uint32_t window)
 {
     DRIVE_AS_WRITTEN
-    profile->step = 0;
     if ((window < 1u) || (window > DRIVE_PROFILE_WINDOW) || (window > 128u) ||
-        !drive_profile_limit(profile, speed_rad_s, acceleration_rad_s2)) {
+        !drive_profile_is_limit(speed_rad_s, acceleration_rad_s2)) {
         return false;
     }
+    profile->step = 0;
+    (void)drive_profile_limit(profile, speed_rad_s, acceleration_rad_s2);
     profile->low = -4611686018427387904;
     profile->high = 4611686018427387903;
     profile->oldest = 0u;
