@@ -105,7 +105,7 @@ fn a_drive_that_shakes_has_failed() {
         trials.column(trials.header.columns.iter().position(|known| known == name).expect(name)).expect("a column")
     };
     let (noise, settling) = (column("noise.at_rest"), column("metrics.settling_time_s"));
-    let error = column("metrics.y_ultimate");
+    let error = column("metrics.error_ultimate");
     let outcomes = trials.outcomes().expect("outcomes");
     let of_file = told["of_file"]["noise.at_rest"].as_str().and_then(|text| text.parse::<f64>().ok()).expect("noise");
     let unstable: Vec<usize> = (0..200).filter(|k| outcomes[*k].word() == "unstable").collect();
