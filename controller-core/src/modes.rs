@@ -7,8 +7,8 @@
 //! | machine | assumed | who changes it |
 //! |---|---|---|
 //! | Cortex-M with FPU, thread | FPSCR: RMode = 00, FZ = 0 (as after reset) | start-up code, libraries |
-//! | Cortex-M with FPU, interrupt | FPDSCR: RMode = 00, FZ = 0: a handler's FPSCR is a copy of it, not of the thread's | start-up code |
-//! | the same | FPCCR: ASPEN = 1 (LSPEN as you like), or a handler spoils the floats of what it interrupts | start-up code, an RTOS |
+//! | Cortex-M with FPU, interrupt | FPDSCR: RMode = 00, FZ = 0: a handler's FPSCR begins as it | start-up code |
+//! | the same | FPCCR: ASPEN = 1 (LSPEN as you like), or a handler spoils other floats | start-up code, an RTOS |
 //! | x86-64 | MXCSR: RC = 00, FTZ = 0, DAZ = 0 | `fesetround`; linking with `-ffast-math` sets FTZ and DAZ |
 //!
 //! FPSCR.DN chooses the bits of a NaN and FPSCR.AHP a format that no tick uses: no finite result depends on them. ASPEN

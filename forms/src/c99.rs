@@ -18,9 +18,11 @@ pub(super) fn filled(template: &str, values: &[(&str, &dyn fmt::Display)]) -> St
 pub(super) type Meanings = [(&'static str, &'static str)];
 
 /// The modes of the machine that a tick assumes, and their check, for the head of a file.
-pub(super) const MODES: &str = " * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or a host program: rounding to nearest,
+pub(super) const MODES: &str = " * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or \
+    a host program: rounding to nearest,
  * subnormal numbers kept, float computed as float. Of a Cortex-M: FPSCR with RMode = 00 and FZ = 0. An interrupt begins
- * with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after reset). Of x86: MXCSR without FTZ and
+ * with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after reset). Of x86: MXCSR without \
+ FTZ and
  * DAZ, which linking with -ffast-math sets. Call @_modes_ok once at start-up, where the tick runs. Under other modes u
  * still stays within its limits and is a number; its bits are others.
  *

@@ -666,7 +666,8 @@ impl C<'_> {
             Reaction::GoOn => "is told and no more, as the scenario has it",
             Reaction::Fallback => "stops the drive, as the scenario has it",
             Reaction::JoinedStop { .. } => {
-                "is to be answered by a planned stop (@_plan_stop, @@_STOP_TICKS), as the scenario has it; the last two stop \
+                "is to be answered by a planned stop (@_plan_stop, @@_STOP_TICKS), as the scenario has it; the last \
+                two stop \
                  the drive"
             }
         };

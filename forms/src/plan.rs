@@ -49,9 +49,11 @@ pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String 
         played(order, taken, period_s),
         made(taken, period_s),
         of(
-            "Part of a profile: a target from what its averages moved by in the last ticks and how far they are behind.",
+            "Part of a profile: a target from what its averages moved by in the last ticks and how far they are \
+            behind.",
             &format!(
-                "void @_jet_of_profile(const uint32_t moved[{}], const uint32_t behind[2], uint32_t rest, float part_rad,
+                "void @_jet_of_profile(const uint32_t moved[{}], const uint32_t behind[2], uint32_t rest, float \
+                part_rad,
     float per_s, @_jet *jet)",
                 2 * (taken - 1)
             ),

@@ -67,8 +67,8 @@ table! {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorTable {
-    /// Inertia of the rotor, kg m^2, or [smallest, largest]: a loop is designed for the geometric mean of a range. Must be
-    /// given.
+    /// Inertia of the rotor, kg m^2, or [smallest, largest]: a loop is designed for the geometric mean of a range. Must
+    /// be given.
     #[schemars(with = "Option<AboveZero>")]
     pub inertia_kg_m2: Option<NumberOrRange>,
     /// Torque constant K_t, N m/A. Must be given.
@@ -183,12 +183,12 @@ pub struct MotorDriveTable {
     /// Gain k_l of the reaching law, 1/s. Default: 8 times the bandwidth of the error, at most one per tick.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reaching_per_s: Option<f64>,
-    /// How well inertia and torque constant are known, percent, at most 50; of an inertia with a range the torque constant
-    /// alone. Default 20.
+    /// How well inertia and torque constant are known, percent, at most 50; of an inertia with a range the torque
+    /// constant alone. Default 20.
     #[schemars(range(min = 0))]
     pub uncertain_percent: f64 = 20.0,
-    /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20 and an inertia
-    /// that is at most as far off, else 1.
+    /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20 and an
+    /// inertia that is at most as far off, else 1.
     #[schemars(range(min = 1, max = 2))]
     pub gain_sets: Option<usize>,
     /// Bandwidth of the observer in the fast set over that in the quiet one. Default 2.
@@ -250,8 +250,9 @@ pub struct ReferenceTable {
     /// set_points: limit of the acceleration, rad/s^2.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_acceleration_rad_s2: Option<f64>,
-    /// set_points: time over which the path is averaged, twice for a motor and three times for a joint, s; a whole number
-    /// of ticks. The jerk stays below 2 max_acceleration_rad_s2/smooth_s. For points of a stream every_s. Default 0.01.
+    /// set_points: time over which the path is averaged, twice for a motor and three times for a joint, s; a whole
+    /// number of ticks. The jerk stays below 2 max_acceleration_rad_s2/smooth_s. For points of a stream every_s.
+    /// Default 0.01.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub smooth_s: Option<f64>,
     /// speed: speed to turn at, rad/s.

@@ -686,8 +686,8 @@ fn quiet_enough(
     Ok(significant(0.995 * low, 3).parse().ok())
 }
 
-/// The line that leaves the fast set out, where noise would call it: it comes in while the smoothed innovation is beyond
-/// calm, and three deviations of that are now and then.
+/// The line that leaves the fast set out, where noise would call it: it comes in while the smoothed innovation is
+/// beyond calm, and three deviations of that are now and then.
 fn one_set(form: Form, switching: &Switching, period_s: f64, at_rest: &AtRest) -> Option<String> {
     let smoothed = 3.0 * (0.5 * period_s / switching.smoothing_s).sqrt();
     let calls = |sensed: &Sensed| smoothed * sensed.noise > switching.calm_steps * sensed.quantum;

@@ -164,8 +164,8 @@ pub struct Known {
     pub tolerance: f64,
     /// Noise of the encoders besides their rounding, steps rms.
     pub noise_steps: f64,
-    /// Turns of the motor in one behind its gear, as the file has it; 1 without a gear. The data sheet is that behind the
-    /// gear already: this is to name numbers that were read off the other side.
+    /// Turns of the motor in one behind its gear, as the file has it; 1 without a gear. The data sheet is that behind
+    /// the gear already: this is to name numbers that were read off the other side.
     pub gear: f64,
 }
 

@@ -1,8 +1,8 @@
 //! A loop whose motor has any inertia of a range: where it is stable.
 //!
 //! Every inertia is judged with the torque constant less and more by `drive.uncertain_percent`, and as it is. From the
-//! inertia of the design outwards the range is gone through in steps; the first that is not stable is refined. So an end
-//! that is not reached is told with the inertia up to which all is well.
+//! inertia of the design outwards the range is gone through in steps; the first that is not stable is refined. So an
+//! end that is not reached is told with the inertia up to which all is well.
 
 use scenario::{AtRest, Corner, InertiaRange};
 use serde::Serialize;

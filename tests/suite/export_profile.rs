@@ -131,7 +131,8 @@ int main(void)
             case {NEW}: good = edo_smc_profile_new(&profile, x[0], x[1], ask->window); break;
             case {GO_TO}: good = edo_smc_profile_go_to(&profile, ask->turns[0], x[0]); break;
             case {STOP}: edo_smc_profile_stop(&profile); break;
-            case {WITHIN}: good = edo_smc_profile_keep_within(&profile, ask->turns[0], x[0], ask->turns[1], x[1]); break;
+            case {WITHIN}: good = edo_smc_profile_keep_within(&profile, ask->turns[0], x[0], ask->turns[1], x[1]); \
+            break;
             case {LIMIT}: good = edo_smc_profile_limit(&profile, x[0], x[1]); break;
             default: good = edo_smc_profile_start(&profile, ask->turns[0], x[0], x[1]); break;
             }}

@@ -2,9 +2,9 @@
 //!
 //! Every key of every file to start from, those behind a `#` too, is set to another value, alone. What leaves the
 //! project is made before and after, in process: the Rust file, the C file on the archive, the design on the wire, the
-//! head of a black box. Where the code of one of them differs, its numbers must: include guard and `DESIGN`, hash on the
-//! wire, fingerprint of the law. A key of the simulation alone ([`SIMULATED`]) changes none of them. Every other key
-//! changes the fingerprint of what runs, or stands in [`WITHOUT_EFFECT`] with its reason; one that no value changes
+//! head of a black box. Where the code of one of them differs, its numbers must: include guard and `DESIGN`, hash on
+//! the wire, fingerprint of the law. A key of the simulation alone ([`SIMULATED`]) changes none of them. Every other
+//! key changes the fingerprint of what runs, or stands in [`WITHOUT_EFFECT`] with its reason; one that no value changes
 //! alone stands in [`FIXED`].
 //!
 //! A self-contained C file takes up to a second to record. It is made where the fingerprint stays and what the file is
@@ -144,11 +144,10 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
                 "controller.k_s=1",
                 "controller.samples={ min=[-7, -50, -7, -50], max=[7, 50, 7, 50], jump=[0.1, 5, 0.1, 5] }",
             ],
-            &[
-                "plant.disturbance=[{ channel=1, terms=[{ kind=\"const\", amplitude=0.1 }, { kind=\"ramp\", slope=0.01 }, \
+            &["plant.disturbance=[{ channel=1, terms=[{ kind=\"const\", amplitude=0.1 }, { kind=\"ramp\", \
+                slope=0.01 }, \
                { kind=\"sin\", amplitude=0.2, omega_rad_s=3, phase_rad=0.5 }, \
-               { kind=\"cos\", amplitude=0.2, omega_rad_s=1 }, { kind=\"step\", amplitude=0.5, t0_s=5 }] }]",
-            ],
+               { kind=\"cos\", amplitude=0.2, omega_rad_s=1 }, { kind=\"step\", amplitude=0.5, t0_s=5 }] }]"],
             &["controller.observer=[{ channel=4, poles=[[-10.0, 5.0], [-10.0, -5.0]] }]"],
             &["controller.observer=[{ channel=4, bandwidth_rad_s=10, order=2 }]"],
             &["plant={ kind=\"benchmark\" }", "controller={ c=[5, 1], observer=[] }"],
@@ -165,7 +164,8 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
                 "controller={ surface_bandwidth_rad_s=4, observer=[] }",
             ],
             &[
-                "plant={ kind=\"own\", x0=[0.1, 0], rates=[\"x2\", \"-g/l*sin(x1) + u\"], constants={ g=9.81, l=0.5 } }",
+                "plant={ kind=\"own\", x0=[0.1, 0], rates=[\"x2\", \"-g/l*sin(x1) + u\"], constants={ g=9.81, l=0.5 \
+                } }",
                 "controller={ surface_bandwidth_rad_s=4, observer=[], nominal={ a=\"-g/l*sin(x1)\", b=1.0 } }",
             ],
         ],

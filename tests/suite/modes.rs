@@ -1,8 +1,8 @@
 //! Are the floating-point modes that a tick assumes checked rightly, and what holds under others?
 //!
-//! The exported C by the compiler of this machine, with the modes of `fesetround` and of MXCSR. Two promises stand apart:
-//! the bits are those of the Rust tick under the assumed modes alone; u within its limits, u a number, and the state
-//! after a reset hold under all of them.
+//! The exported C by the compiler of this machine, with the modes of `fesetround` and of MXCSR. Two promises stand
+//! apart: the bits are those of the Rust tick under the assumed modes alone; u within its limits, u a number, and the
+//! state after a reset hold under all of them.
 
 use std::fs;
 use std::path::Path;
@@ -129,7 +129,8 @@ fn the_check_sees_what_the_compiler_made_of_the_arithmetic() {
     let folder = folder("modes-compiler");
     let source = drive(&folder);
     let program = folder.join("program");
-    // A link with -ffast-math flushes subnormal numbers from the first instruction on; GCC 13 and later with -shared no more.
+    // A link with -ffast-math flushes subnormal numbers from the first instruction on; GCC 13 and later with -shared no
+    // more.
     if cfg!(target_arch = "x86_64") {
         let object = folder.join("user.o");
         compile("cc", &["-O2", "-ffp-contract=off", "-c"], &source, &object);

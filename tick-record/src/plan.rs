@@ -19,8 +19,8 @@ pub struct PlanFunctions {
     /// much of a tick it is `early` (2^-32) and what that is in s (`instant_s`), `power_0`.. and the jet of the goal,
     /// `goal_r`.. -> jet.
     pub join: Record,
-    /// `moved_0`.. (whole number and rest of the last M - 1 ticks), `behind_0`, `behind_1`, `rest`, `part_rad`, `per_s` ->
-    /// jet of a profile with M - 1 averages.
+    /// `moved_0`.. (whole number and rest of the last M - 1 ticks), `behind_0`, `behind_1`, `rest`, `part_rad`, `per_s`
+    /// -> jet of a profile with M - 1 averages.
     pub profile: Record,
     /// `gap_0`.., `tau_s` -> `s_0`.. in powers of what is done, `left_0`.. of what is left. In f64.
     pub powers: Record,

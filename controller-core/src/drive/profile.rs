@@ -27,8 +27,8 @@
 //! where none comes the path ends at rest at the last one.
 //!
 //! **Stop, and start in motion.** [`Profile::stop`] sets the goal where braking ends.
-//! [`Profile::start`] begins with a position and a speed, such as those of a shaft that turns. Change a goal between two
-//! ticks, not while the interrupt makes one: it is two words.
+//! [`Profile::start`] begins with a position and a speed, such as those of a shaft that turns. Change a goal between
+//! two ticks, not while the interrupt makes one: it is two words.
 //!
 //! ```
 //! use controller_core::drive::{Profile, ProfileLimits};
@@ -178,8 +178,8 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         false
     }
 
-    /// Goes to 2π `turn` + `rad`, from where it is now. False if that is not within the range: it goes to its end; or if
-    /// it is no number: the goal stays.
+    /// Goes to 2π `turn` + `rad`, from where it is now. False if that is not within the range: it goes to its end; or
+    /// if it is no number: the goal stays.
     pub fn go_to(&mut self, turn: i32, rad: f64) -> bool {
         if !is_near(rad) {
             return false;
@@ -207,8 +207,8 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         }
     }
 
-    /// Begins anew at 2π `turn` + `rad` with a speed, and stops from there: where a shaft is that shall be caught. False,
-    /// and nothing is changed, if one is no number or the speed is more than a quarter of a turn per tick.
+    /// Begins anew at 2π `turn` + `rad` with a speed, and stops from there: where a shaft is that shall be caught.
+    /// False, and nothing is changed, if one is no number or the speed is more than a quarter of a turn per tick.
     pub fn start(&mut self, turn: i32, rad: f64, speed_rad_s: f64) -> bool {
         if !is_near(rad) || !is_near(speed_rad_s) {
             return false;
@@ -418,7 +418,8 @@ mod tests {
     }
 
     /// Goals at any time, in motion, beyond the range, from anywhere: limits hold, and every derivative is that of the
-    /// one before. Within a tick the path is a polynomial of degree M + 1: its integral by the rule of both ends is exact.
+    /// one before. Within a tick the path is a polynomial of degree M + 1: its integral by the rule of both ends is
+    /// exact.
     fn keeps_its_limits<const M: usize, const J: usize>() {
         let (mut seed, [speed, acceleration]) = (M as u64, [60.0, 2000.0]);
         let mut profile = new::<M>(&LIMITS);
@@ -510,8 +511,9 @@ mod tests {
         }
     }
 
-    /// 2 s of a sine of 0.5 rad and 1 Hz in points every 8 ticks, in f32 as on a chip: the largest error, of the sine as
-    /// late as the averages are, and the largest step of r'. Disturbed, points come late, twice, or not until the next.
+    /// 2 s of a sine of 0.5 rad and 1 Hz in points every 8 ticks, in f32 as on a chip: the largest error, of the sine
+    /// as late as the averages are, and the largest step of r'. Disturbed, points come late, twice, or not until the
+    /// next.
     fn streamed(disturbed: bool) -> [f64; 2] {
         let mut profile = Profile::<f32, 2, 96>::new(&LIMITS, PERIOD_S).expect("limits");
         let point = |k: u32| 0.5 * (TAU * 8.0 * PERIOD_S * f64::from(k)).sin();
@@ -549,8 +551,8 @@ mod tests {
             disturbed[0],
             disturbed[1]
         );
-        // One point is 0.025 rad on its way; what is not there in time is that far behind. A motor with 250 rad/s² per A
-        // steps by 0.5 A at most.
+        // One point is 0.025 rad on its way; what is not there in time is that far behind. A motor with 250 rad/s² per
+        // A steps by 0.5 A at most.
         assert!(even[0] < 6e-3 && even[1] < 0.125, "{even:?}");
         assert!(disturbed[0] < 0.03 && disturbed[1] < 1.0, "{disturbed:?}");
     }

@@ -281,8 +281,8 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> R
     }
 }
 
-/// What a way adds to the jet of its goal: the rest of the position in 2^-32 turns, moved on by so many seconds, and the
-/// derivatives of the polynomial. Public for the recorder of C alone.
+/// What a way adds to the jet of its goal: the rest of the position in 2^-32 turns, moved on by so many seconds, and
+/// the derivatives of the polynomial. Public for the recorder of C alone.
 #[doc(hidden)]
 pub fn jet_of_way<T: Real, const J: usize>(
     x: T,

@@ -849,8 +849,8 @@ fn what_is_not_known_to_50_percent_is_told_of_a_range() {
     }
 }
 
-/// Set-points typed at once, and frames of a bus at 100 Hz: no overshoot of the path, next to none of the shaft, never at
-/// a limit. Without a profile 20 rad and such frames are 10 A.
+/// Set-points typed at once, and frames of a bus at 100 Hz: no overshoot of the path, next to none of the shaft, never
+/// at a limit. Without a profile 20 rad and such frames are 10 A.
 #[test]
 fn set_points_become_a_path_within_limits() {
     let limits = "max_speed_rad_s=200, max_acceleration_rad_s2=1200";

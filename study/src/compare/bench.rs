@@ -14,8 +14,8 @@
 //! | shown | 1 rad in τ, the load at 1.4 τ, up to 2 τ, with friction: for the eye, in no figure of merit |
 //!
 //! Where the file declares noise of an encoder, the noise of u is that of 3000 ticks of the sine, or at rest, the more:
-//! what a declared noise makes through a slow loop varies slowly. All other figures are without it. τ is longer then, as
-//! slow loops must settle in it.
+//! what a declared noise makes through a slow loop varies slowly. All other figures are without it. τ is longer then,
+//! as slow loops must settle in it.
 //!
 //! An encoder before a gear tells where the shaft is within half a span of its counter only: where 0.4 of that is less
 //! than 0.1 rad, the recovery starts there.
@@ -305,9 +305,9 @@ impl Noisy {
     }
 }
 
-/// How many times as long the runs take for declared noise: 1 without. The noise of u goes with about the 2.5th power of
-/// w_c, so a loop that lets as little of it through as of the steps alone is so much slower, and must settle; a half on top,
-/// since less noise may be asked for.
+/// How many times as long the runs take for declared noise: 1 without. The noise of u goes with about the 2.5th power
+/// of w_c, so a loop that lets as little of it through as of the steps alone is so much slower, and must settle; a half
+/// on top, since less noise may be asked for.
 fn slower(found: &Experiment) -> f64 {
     let of = |sensed: &Sensed| {
         let steps = sensed.quantum / f64::sqrt(12.0);

@@ -179,7 +179,8 @@ fn unexplained_motor([rms, most]: [f64; 2], share: f64, [peak, at_s]: [f64; 2]) 
         return format!(
             "what the motor does is not explained: one deviation of {peak:.0} steps at {at_s:.3} s stands out of \
              {rms:.2} steps rms ({:.0} times, at most {MOST_PEAK}): a count that jumped or stuck, an end stop, a blow \
-             or a load that came. Cut the record before or after it if 2 s with moves to and fro remain, or record again",
+             or a load that came. Cut the record before or after it if 2 s with moves to and fro remain, or record \
+             again",
             peak / rms
         );
     }
@@ -217,13 +218,15 @@ impl fmt::Display for Refusal {
         match self {
             Self::Still { shaft, steps } => write!(
                 f,
-                "{} cannot be told: the {shaft} moves by {steps:.0} steps of its encoder, at least {LEAST_TRAVEL_STEPS} \
+                "{} cannot be told: the {shaft} moves by {steps:.0} steps of its encoder, at least \
+                {LEAST_TRAVEL_STEPS} \
                  are needed: record longer moves (commission --way), or is it another column?",
                 shaft.parameters()
             ),
             Self::Steady { equation, held_a } => write!(
                 f,
-                "{} cannot be told: u_held_a is {held_a} A throughout: record the current that was held in each tick, with moves to and \
+                "{} cannot be told: u_held_a is {held_a} A throughout: record the current that was held in each \
+                tick, with moves to and \
                  fro and the multisine of `host-sim commission` on top, or is it another column?",
                 equation.parameters()
             ),
@@ -255,7 +258,8 @@ impl fmt::Display for Refusal {
             ),
             Self::Weak { equation, shaken_a, friction_a } => write!(
                 f,
-                "{} cannot be told: the current shakes the motor by {shaken_a:.2} A rms, and friction takes {friction_a:.2} A of it: at \
+                "{} cannot be told: the current shakes the motor by {shaken_a:.2} A rms, and friction takes \
+                {friction_a:.2} A of it: at \
                  least {LEAST_SHAKEN} times the friction are needed: give the multisine a larger peak, or the drive a \
                  slower loop for the record (drive.surface_rad_s)",
                 equation.parameters()
@@ -274,7 +278,8 @@ impl fmt::Display for Refusal {
             Self::Unsolved { equation, shaken_a } => write!(
                 f,
                 "{} cannot be told: least squares for the {equation} found no end in {MOST_STEPS} steps: no record of \
-                 such a plant, or one that says too little: the current shakes it by {shaken_a:.2} A rms, and needs the multisine of \
+                 such a plant, or one that says too little: the current shakes it by {shaken_a:.2} A rms, and needs \
+                 the multisine of \
                  `host-sim commission`{}",
                 equation.parameters(),
                 if *equation == Equation::Motor { "" } else { ", and encoders of about as many bits on both sides" }
@@ -284,8 +289,10 @@ impl fmt::Display for Refusal {
             }
             Self::OutOfTolerance { name, change, tolerance, shaken_a } => write!(
                 f,
-                "{name} is {:+.0} % from the data sheet, at most {:.0} % are declared: correct the file (K_t and inertia; \
-                 or drive.period_s, whose square is in it, if the record has another), declare more with --tolerance, or, if the current was not shaken by a multisine ({shaken_a:.2} A rms are quick in \
+                "{name} is {:+.0} % from the data sheet, at most {:.0} % are declared: correct the file (K_t and \
+                inertia; \
+                 or drive.period_s, whose square is in it, if the record has another), declare more with \
+                 --tolerance, or, if the current was not shaken by a multisine ({shaken_a:.2} A rms are quick in \
                  it), record again with one",
                 100.0 * change,
                 100.0 * tolerance
