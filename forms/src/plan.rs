@@ -95,11 +95,16 @@ typedef struct {{
     jet + &filled(include_str!("c/plan_types.h"), &[("width", &(2 * taken))])
 }
 
+/// What a target has of a jet.
+fn copied(order: usize) -> String {
+    let copied = |name: &&str| format!("    target->{name} = jet.{name};\n");
+    JET[..order].iter().map(copied).collect::<Vec<_>>().concat()
+}
+
 /// What the interrupt calls.
 fn played(order: usize, taken: usize, period_s: f64) -> String {
     let zeros: Vec<String> = JET[1..taken].iter().map(|name| format!("        jet->{name} = 0.0f;\n")).collect();
-    let copied: Vec<String> = JET[..order].iter().map(|name| format!("    target->{name} = jet.{name};\n")).collect();
-    let (zeros, copied) = (zeros.concat(), copied.concat());
+    let (zeros, copied) = (zeros.concat(), copied(order));
     // No loop: the bound of an interrupt in cycles is told without a hint.
     let last = 2 * taken - 1;
     let sum = |k| format!("    sum = @_share(sum, s) + plan->way[half][{k}];\n");
@@ -142,7 +147,6 @@ fn made(taken: usize, period_s: f64) -> String {
 /// Set-points that come at any time.
 fn profile(order: usize, taken: usize, period_s: f64) -> String {
     let (averages, [most, unit_rad]) = (taken - 1, PROFILE_UNITS);
-    let copied: Vec<String> = JET[..order].iter().map(|name| format!("    target->{name} = jet.{name};\n")).collect();
     let before = |windows| format!("@_profile_before(profile, {windows}u)");
     let step = "(uint64_t)(int64_t)profile->step";
     let comb = if averages == 2 {
@@ -174,7 +178,7 @@ fn profile(order: usize, taken: usize, period_s: f64) -> String {
             ("comb", &comb),
             ("integrators", &integrators.concat()),
             ("earlier", &earlier.concat()),
-            ("copied", &copied.concat()),
+            ("copied", &copied(order)),
         ],
     )
 }

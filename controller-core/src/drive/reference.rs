@@ -447,11 +447,9 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Streamed<T> {
             terms.fold(T::ZERO, |sum, (entry, control)| sum + T::from_f64(*entry / 24.0) * control)
         };
         let mut jet = jet_of(s, POWERS.iter().map(power), self.per_s);
-        let middle = self.points[3];
-        // The nearest whole turn, so that the rest is within half of one.
-        let turn = middle.wrapping_add(1 << 31) >> 32;
-        jet[0] += T::from_f64(middle.wrapping_sub(turn << 32) as f64 * (TAU / TWO_32));
-        Target { turn: turn as i32, jet }
+        let [turn, rest] = Turns::new(self.points[3]).nearest_whole();
+        jet[0] += T::from_f64(f64::from(rest) * (TAU / TWO_32));
+        Target { turn, jet }
     }
 }
 

@@ -155,10 +155,9 @@ impl Motion {
 
     fn plan<T: Real<Count = i32>, const M: usize>(&self) -> Plan<T, M> {
         let Self { ref goal, from_rad, start, ticks, period_s } = *self;
-        // An angle far out is turns and a rest: f32 keeps its digits.
         let rest = |angle_rad: f64| {
-            let turn = libm::round(angle_rad / TAU);
-            Rest { turn: turn as i32, angle: T::from_f64(angle_rad - turn * TAU) }
+            let (turn, rest_rad) = turns_and_rest(angle_rad);
+            Rest { turn, angle: T::from_f64(rest_rad) }
         };
         let course = match goal {
             Goal::Rest { angle_rad } => Course::Rest(rest(*angle_rad)),
@@ -256,6 +255,12 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Points<T> {
     }
 }
 
+/// An angle far out as turns and a rest: f32 keeps its digits.
+fn turns_and_rest(angle_rad: f64) -> (i32, f64) {
+    let turn = libm::round(angle_rad / TAU);
+    (turn as i32, angle_rad - turn * TAU)
+}
+
 /// Targets of a profile from rest, one per tick from the start on. Goals that it refuses stay away.
 fn path<T: Real<Count = i32>, const M: usize, const J: usize>(
     from_rad: f64,
@@ -265,11 +270,7 @@ fn path<T: Real<Count = i32>, const M: usize, const J: usize>(
     period_s: f64,
     until: u32,
 ) -> Vec<Target<T, i32, 4>> {
-    let split = |rad: f64| {
-        let turn = libm::round(rad / TAU);
-        (turn as i32, rad - turn * TAU)
-    };
-    let (turn, rad) = split(from_rad);
+    let (turn, rad) = turns_and_rest(from_rad);
     let mut jet = [T::ZERO; 4];
     jet[0] = T::from_f64(rad);
     let mut targets = vec![Target { turn, jet }];
@@ -277,7 +278,7 @@ fn path<T: Real<Count = i32>, const M: usize, const J: usize>(
     profile.start(turn, rad, 0.0);
     for tick in 0..until {
         if let Some(&angle) = angles_rad.get((tick / every) as usize).filter(|_| tick.is_multiple_of(every)) {
-            let (turn, rad) = split(angle);
+            let (turn, rad) = turns_and_rest(angle);
             profile.go_to(turn, rad);
         }
         let Target { turn, jet } = profile.next_tick::<J>();

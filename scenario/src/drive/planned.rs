@@ -162,8 +162,11 @@ impl Wanted {
     ) -> Motion {
         let over = over::<P, J>(&motion, asked, last);
         if !over.is_empty() {
-            let slows = asked.supply.is_some() || matches!(motion.goal, Goal::SetPoints { .. });
-            let remedy = longer().or_else(|| self.slower::<P, J>(asked, last).filter(|_| slows));
+            // Set-points take no duration.
+            let is_profile = matches!(motion.goal, Goal::SetPoints { .. });
+            let longer = if is_profile { None } else { longer() };
+            let slows = is_profile || asked.supply.is_some();
+            let remedy = longer.or_else(|| if slows { self.slower::<P, J>(asked, last) } else { None });
             let remedy = remedy.map_or_else(String::new, |remedy| format!("; {remedy}"));
             warnings.push(format!("the reference asks for up to {}: it will not be followed{remedy}", over.join(", ")));
         }
