@@ -141,13 +141,18 @@ enum {
     EDO_SMC_POSITION_STEPPED = 128,      /* a missed tick or a slip: the position was taken from the counts anew */
     EDO_SMC_WAITS = 256,                 /* counts do not agree with each other yet: no current until they do */
     EDO_SMC_WRONG_WAY = 512,             /* it speeds up against its current: encoder or phases are reversed */
-    EDO_SMC_OSCILLATES = 1024            /* the disturbance is over its bound to and fro: a limit cycle */
+    EDO_SMC_OSCILLATES = 1024,           /* the disturbance is over its bound to and fro: a limit cycle */
+    EDO_SMC_BRAKES = 2048,               /* after an alarm: the current opposes the speed, no target is followed */
+    EDO_SMC_OVERSPEED = 4096,            /* these three are told by a fence, which is no part of this library */
+    EDO_SMC_FOLLOWING_ERROR = 8192,
+    EDO_SMC_END_OF_RANGE = 16384
 };
-/* What monitors raise an alarm with; those of them that no planned stop answers: for config.stops_at; and those that
- * stop a drive whatever stops_at says. */
+/* For config.stops_at: what monitors raise an alarm with; those of them that no planned stop answers; all of them, and
+ * the drive brakes before it stops, as long as its counts can be believed. The last ones stop any drive. */
 enum {
     EDO_SMC_ALARMS = 1 + 4 + 16 + 32 + 512 + 1024,
     EDO_SMC_BEYOND_CONTROL = 1 + 32 + 512 + 1024,
+    EDO_SMC_BRAKING = 1 + 4 + 16 + 32 + 512 + 1024 + 2048,
     EDO_SMC_RUNAWAY = 512 + 1024
 };
 
@@ -244,7 +249,7 @@ typedef struct edo_smc_config_motor {
     double safe_u;
     double lag_s;     /* of the current loop, yours to write before the rule: 2e-4 if nobody knows */
     double uncertain; /* share to which inertia and torque are known: the monitors allow for it */
-    double stops_at;  /* alarms that stop the drive: some of EDO_SMC_ALARMS; EDO_SMC_RUNAWAY always does */
+    double stops_at;  /* what follows an alarm: EDO_SMC_BRAKING by rule, or the alarms that stop it */
 } edo_smc_config_motor_t;
 
 /* The same of a flexible joint, everything on the link's side of a gear. */
@@ -403,6 +408,7 @@ EDO_SMC_PLANS(joint, 4)
                                           const edo_smc_sample_##plant##_t *sample, edo_smc_output_t *output);         \
     edo_smc_status_t edo_smc_missed_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,   \
                                            uint32_t periods);                                                          \
+    edo_smc_status_t edo_smc_trip_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state);    \
     edo_smc_status_t edo_smc_report_applied_##name(edo_smc_state_##name##_t *state, float u);                          \
     edo_smc_status_t edo_smc_estimates_##name(const edo_smc_design_##name##_t *design,                                 \
                                               const edo_smc_state_##name##_t *state,                                   \
@@ -412,14 +418,14 @@ EDO_SMC_PLANS(joint, 4)
                                            size_t design_size, edo_smc_state_##name##_t *state,                        \
                                            const edo_smc_sample_##plant##_t *sample);
 
-EDO_SMC_DRIVE(motor, motor, 58, 21)
-EDO_SMC_DRIVE(motor_fast, motor, 65, 23)
-EDO_SMC_DRIVE(motor_late, motor, 58, 22)
-EDO_SMC_DRIVE(motor_fast_late, motor, 65, 24)
-EDO_SMC_DRIVE(joint, joint, 100, 33)
-EDO_SMC_DRIVE(joint_fast, joint, 116, 37)
-EDO_SMC_DRIVE(joint_late, joint, 100, 34)
-EDO_SMC_DRIVE(joint_fast_late, joint, 116, 38)
+EDO_SMC_DRIVE(motor, motor, 61, 23)
+EDO_SMC_DRIVE(motor_fast, motor, 68, 25)
+EDO_SMC_DRIVE(motor_late, motor, 61, 24)
+EDO_SMC_DRIVE(motor_fast_late, motor, 68, 26)
+EDO_SMC_DRIVE(joint, joint, 103, 35)
+EDO_SMC_DRIVE(joint_fast, joint, 119, 39)
+EDO_SMC_DRIVE(joint_late, joint, 103, 36)
+EDO_SMC_DRIVE(joint_fast_late, joint, 119, 40)
 
 EDO_SMC_ASSERT(config_motor, sizeof(edo_smc_config_motor_t) == 8 * 27)
 EDO_SMC_ASSERT(config_joint, sizeof(edo_smc_config_joint_t) == 8 * 39)

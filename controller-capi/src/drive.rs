@@ -8,7 +8,7 @@ use core::mem::MaybeUninit;
 
 use controller_core::Health;
 use controller_core::drive::{
-    ALARMS, DriveError, DriveEstimates, DriveLaw, JointBandwidths, JointDesign, JointDrive, Monitored, MotorDesign,
+    BRAKING, DriveError, DriveEstimates, DriveLaw, JointBandwidths, JointDesign, JointDrive, Monitored, MotorDesign,
     MotorDrive, Position, Sample, Target,
 };
 
@@ -251,7 +251,7 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
         // SAFETY: not NULL, aligned, of the right size; any bit pattern is a configuration.
         let config = unsafe { &mut *config };
         L::by_rule(config);
-        (config.uncertain, config.stops_at) = (UNCERTAIN, ALARMS.bits().into());
+        (config.uncertain, config.stops_at) = (UNCERTAIN, BRAKING.bits().into());
         Status::OK
     }
 
@@ -321,7 +321,7 @@ fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBER
             return Err(CRefusal::of(field, given, 0.0, most));
         }
     }
-    let alarms = Health::from_bits(config.stops_at as u16 & EVERY_ALARM).unwrap_or(ALARMS);
+    let alarms = Health::from_bits(config.stops_at as u16 & EVERY_ALARM).unwrap_or(BRAKING);
     L::of(config, alarms).map_err(|error| CRefusal::of(error.field, error.given, error.low, error.high))
 }
 

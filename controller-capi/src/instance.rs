@@ -301,9 +301,15 @@ pub(crate) unsafe fn report_applied<D: Instance>(state: *mut Held<D>, u: f32) ->
     if taken { Status::OK } else { Status::NOT_FINITE }
 }
 
+/// What happens between two ticks.
+///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
-pub(crate) unsafe fn missed<D: Instance>(design: *const D, state: *mut Held<D>, periods: u32) -> Status {
+pub(crate) unsafe fn between<D: Instance>(
+    design: *const D,
+    state: *mut Held<D>,
+    happens: impl FnOnce(&D::Law, &mut <D::Law as ControlLaw>::State),
+) -> Status {
     if let Err(status) = place(state) {
         return status;
     }
@@ -316,7 +322,7 @@ pub(crate) unsafe fn missed<D: Instance>(design: *const D, state: *mut Held<D>, 
         return if design.is_null() { Status::NULL } else { Status::OTHER_DESIGN };
     }
     // SAFETY: `init` has looked at the design of this address; any bit pattern is a state whose flags are 0 or 1.
-    unsafe { (*design).law().missed(held.state.assume_init_mut(), periods) };
+    unsafe { happens((*design).law(), held.state.assume_init_mut()) };
     Status::OK
 }
 

@@ -220,7 +220,17 @@ macro_rules! drives {
                 periods: u32,
             ) -> Status {
                 // SAFETY: the caller's word.
-                unsafe { instance::missed(design, state, periods) }
+                unsafe { instance::between(design, state, |law, state| law.missed(state, periods)) }
+            }
+
+            /// What follows an alarm, from the next tick on.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_trip_", stringify!($name)))]
+            pub unsafe extern "C" fn trip(design: *const ThisDesign, state: *mut ThisState) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { instance::between(design, state, |law, state| law.trip(state)) }
             }
 
             /// A tick that does not start.
@@ -262,14 +272,14 @@ macro_rules! drives {
 }
 
 drives! {
-    motor: drive::Motor<0, 0>, drive::MotorConfig, 58, 21;
-    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 65, 23;
-    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 58, 22;
-    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 65, 24;
-    joint: drive::Joint<0, 0>, drive::JointConfig, 100, 33;
-    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 116, 37;
-    joint_late: drive::Joint<0, 1>, drive::JointConfig, 100, 34;
-    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 116, 38;
+    motor: drive::Motor<0, 0>, drive::MotorConfig, 61, 23;
+    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 68, 25;
+    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 61, 24;
+    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 68, 26;
+    joint: drive::Joint<0, 0>, drive::JointConfig, 103, 35;
+    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 119, 39;
+    joint_late: drive::Joint<0, 1>, drive::JointConfig, 103, 36;
+    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 119, 40;
 }
 
 /// Plans of a plant: derivatives that a plan takes over, r included, and those of a target.

@@ -56,6 +56,7 @@ mod chain;
 mod converted;
 mod encoder;
 mod error;
+mod fence;
 mod fields;
 mod full_state;
 mod joint;
@@ -76,10 +77,13 @@ pub use chain::{ChainModel, map_error};
 pub use converted::NumberName;
 pub use encoder::{Encoder, Mounting, fingerprint};
 pub use error::DriveError;
+pub use fence::{FENCED, Fence, FenceLimits, Slowing};
 pub use full_state::{FullState, FullStateMemory, Measured};
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
 pub use law::{DriveEstimates, DriveLaw, EncoderForm, Sample};
-pub use monitor::{ALARMS, BEYOND_CONTROL, Bounds, Monitored, MonitoredState, RUNAWAY, Watched};
+pub use monitor::{
+    ALARMS, ANSWERED, BEYOND_CONTROL, BRAKING, Bounds, Monitored, MonitoredState, RUNAWAY, WatchTicks, Watched,
+};
 pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
 pub use numbers::LAYOUT;
 #[doc(hidden)]

@@ -48,10 +48,20 @@ impl Health {
     /// The estimate of a disturbance went over its bound in one direction and in the other, again and again: a limit
     /// cycle. It stops a drive whatever is chosen. Drives only.
     pub const OSCILLATES: Self = Self(1024);
+    /// After an alarm: the current opposes the speed, and no target is followed until the drive starts anew. Drives
+    /// only.
+    pub const BRAKES: Self = Self(2048);
+
+    /// It turns faster than its [`Fence`](crate::drive::Fence) allows. Drives only.
+    pub const OVERSPEED: Self = Self(4096);
+    /// It is further from its target than its [`Fence`](crate::drive::Fence) allows. Drives only.
+    pub const FOLLOWING_ERROR: Self = Self(8192);
+    /// It is beyond an end of its range, or must brake now to stay within it. Drives only.
+    pub const END_OF_RANGE: Self = Self(16_384);
 
     /// Every bit that has a meaning.
-    pub const ALL: u16 = 2047;
-    const NAMES: [(Self, &'static str); 11] = [
+    pub const ALL: u16 = 32_767;
+    const NAMES: [(Self, &'static str); 15] = [
         (Self::INPUT_REJECTED, "input rejected"),
         (Self::SATURATED, "saturated"),
         (Self::SIGMA_STAR_OVER_BOUND, "sigma* over bound"),
@@ -63,6 +73,10 @@ impl Health {
         (Self::WAITS, "waits for counts"),
         (Self::WRONG_WAY, "wrong way"),
         (Self::OSCILLATES, "oscillates"),
+        (Self::BRAKES, "brakes"),
+        (Self::OVERSPEED, "overspeed"),
+        (Self::FOLLOWING_ERROR, "following error"),
+        (Self::END_OF_RANGE, "end of range"),
     ];
 
     /// `flag` if `condition`, else nothing; without a branch.
@@ -74,8 +88,15 @@ impl Health {
     /// Both sets together.
     #[inline(always)]
     #[must_use]
-    pub(crate) const fn union(self, other: Self) -> Self {
+    pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
+    }
+
+    /// The flags that `other` has not.
+    #[inline(always)]
+    #[must_use]
+    pub(crate) const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
     }
 
     /// No trouble at all?

@@ -315,7 +315,7 @@ pub(crate) fn next<T: Real>(words: &mut impl Iterator<Item = u32>) -> Option<T> 
 /// `D` is a design, or a reference to one: `Running<&'static Drive>` leaves it in flash.
 #[derive(Clone, Debug)]
 pub struct Running<D: ControlLaw> {
-    design: D,
+    pub(crate) design: D,
     pub(crate) state: Option<D::State>,
 }
 

@@ -26,8 +26,8 @@
  * DAZ, which linking with -ffast-math sets. Call drive_modes_ok once at start-up, where the tick runs. Under other modes u
  * still stays within its limits and is a number; its bits are others.
  *
- * Design 0x25f5983a (FNV-1a; `design_hash` in the run.json of a run).
- * Scenario drive.toml (CRC-32 0x0c67d321):
+ * Design 0x7d465156 (FNV-1a; `design_hash` in the run.json of a run).
+ * Scenario drive.toml (CRC-32 0x00c8a703):
  *
  *     # The joint of drive.c, at 5 kHz.
  *     #     host-sim export drive.toml --lang c --standalone --prefix drive -o drive_standalone.h --force
@@ -55,15 +55,15 @@
  *     fallback = 0.0
  *
  *     [monitor]
- *     reaction = "fallback"
+ *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0xfa929c04u
-#error "two designs with the prefix drive, 0xfa929c04u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0xfa929c04u
+#if DRIVE_STANDALONE != 0xb1a0c075u
+#error "two designs with the prefix drive, 0xb1a0c075u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xb1a0c075u
 #endif
 #else
-#define DRIVE_STANDALONE 0xfa929c04u
+#define DRIVE_STANDALONE 0xb1a0c075u
 
 #include <float.h>
 #include <stdbool.h>
@@ -89,7 +89,7 @@
 #endif
 
 #define DRIVE_VERSION "0.1.0"
-#define DRIVE_DESIGN 0x25f5983au /* log it: it tells designs apart */
+#define DRIVE_DESIGN 0x7d465156u /* log it: it tells designs apart */
 #define DRIVE_PERIOD_S 0.0002
 #define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
 #define DRIVE_DELAY_TICKS 0 /* from the tick that computes a current to the one that holds it */
@@ -120,6 +120,11 @@ enum {
     DRIVE_STUCK_AT_LIMIT = 32,
     DRIVE_WRONG_WAY = 512, /* it speeds up against its current: an encoder or the phase order is reversed */
     DRIVE_OSCILLATES = 1024, /* the disturbance is over its bound to and fro: a limit cycle */
+    DRIVE_BRAKES = 2048, /* after an alarm: the current opposes the speed, no target is followed */
+    /* what its limits say */
+    DRIVE_OVERSPEED = 4096,
+    DRIVE_FOLLOWING_ERROR = 8192,
+    DRIVE_END_OF_RANGE = 16384, /* beyond an end, or it must brake now */
     DRIVE_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };
 
@@ -729,10 +734,11 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
     const float part = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
     const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
+    const bool waits = (!sample->lost_link) && (!sample->lost_motor);
     output->u = u;
     output->sigma = 0.0f;
     output->sigma_star = 0.0f;
-    if ((!sample->lost_link) && (!sample->lost_motor)) {
+    if (waits) {
         state->fresh = true;
     }
     if (!(sample->lost_link || sample->lost_motor)) {
@@ -742,7 +748,7 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
     }
     state->reach = 0.0f;
     state->held = u;
-    return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
+    return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST) | (waits ? (unsigned)DRIVE_WAITS : 0u);
 }
 
 /* Part of a tick, where nobody says what to do: the fallback goes out. */
@@ -1262,8 +1268,8 @@ static inline void drive_reset(drive_state *state)
 /* MONITORS. A count that sticks while the shaft stands still looks like a load that u cancels: the loop runs away, and
  * no observer sees it. Where that does harm call drive_watched_tick and drive_watched_lost instead of drive_tick_or_start and
  * drive_lost. An alarm (any of SIGMA_STAR_OVER_BOUND, DISTURBANCE_OVER_BOUND, STUCK_AT_LIMIT, INPUT_REJECTED)
- * stops the drive, as the scenario has it. WRONG_WAY and OSCILLATES stop the drive in any case. A drive that has stopped stays so until
- * drive_watched_reset. */
+ * lets the drive brake on its estimated speed (DRIVE_BRAKES), as long as its counts can be believed; then, or at rest, the current is taken away (DRIVE_STOPPED), as the scenario has it.
+ * WRONG_WAY and OSCILLATES stop the drive in any case. A drive that has stopped stays so until drive_watched_reset. */
 typedef struct {
     bool stopped;
     float stuck; /* ticks at a limit without |sigma| falling, ten within the limits for each that is forgotten */
@@ -1271,6 +1277,8 @@ typedef struct {
     float swings; /* ticks for which changes of side of a disturbance still count */
     float against; /* ticks in a row of the wrong way */
     float last_speed; /* |v| in the last tick at a limit */
+    float over; /* ticks over a bound or without a sample, less those without */
+    float braking; /* 1 and the ticks within the limits since it brakes */
     float side_link; /* disturbance of the shaft when it was last over its bound */
     float side_motor; /* disturbance of the shaft when it was last over its bound */
 } drive_monitor; /* zeros are right at the start */
@@ -1278,6 +1286,16 @@ typedef struct {
 static inline float drive_magnitude(float number)
 {
     return (number < 0.0f) ? -number : number;
+}
+
+/* The safe current goes out from now on. */
+static inline unsigned drive_watch_stop(drive_monitor *monitor, drive_output *output)
+{
+    drive_output safe;
+    (void)drive_not_started(&safe);
+    output->u = safe.u;
+    monitor->stopped = true;
+    return DRIVE_STOPPED;
 }
 
 /* So much less, but not below 0. */
@@ -1299,23 +1317,37 @@ static inline bool drive_watch_side(float d, float bound, float *side, bool *has
 }
 
 /* What the monitors say of a tick that was made; what follows is done. */
-static inline unsigned drive_watch(drive_monitor *monitor, const drive_state *state, unsigned told, drive_output *output)
+static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, unsigned told, drive_output *output)
 {
-    const float sigma = drive_magnitude(output->sigma);
     unsigned health = told;
     bool has_changed = false;
-    if (!state->started || ((health & DRIVE_WAITS) != 0u)) {
+    if (!state->started) {
         return health;
     }
+    if ((health & DRIVE_WAITS) != 0u) {
+        if ((health & DRIVE_SAMPLE_LOST) != 0u) { /* what was believed is given up */
+            health |= drive_watch_stop(monitor, output);
+        }
+        return health;
+    }
+    const bool is_braking = monitor->braking > 0.0f;
+    const float opposed = -(0.30897516f * state->v_motor);
+    const float asked = (drive_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
+    float slowing = (asked > 30.0f) ? 30.0f : asked;
+    slowing = (slowing < -30.0f) ? -30.0f : slowing;
+    const bool is_short = slowing != asked;
+    /* While it brakes the speed is what must fall at the limit. */
+    const float sigma = drive_magnitude(is_braking ? state->v_motor : output->sigma);
+    const float current = is_braking ? slowing : output->u;
+    const bool is_at_limit = is_braking ? is_short : ((told & DRIVE_SATURATED) != 0u);
     const bool over_link =
         drive_watch_side(state->d_link, 10.483162f, &monitor->side_link, &has_changed);
-    health |= over_link ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
     const bool over_motor =
         drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
-    health |= over_motor ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
     monitor->swings += has_changed ? 1000.0f : 0.0f;
-    if ((health & DRIVE_SATURATED) != 0u) {
-        const float wanted = 5001.6343f * output->u; /* acceleration by the current */
+    bool is_star_over = false;
+    if (is_at_limit) {
+        const float wanted = 5001.6343f * current; /* acceleration by the current */
         const float speed = drive_magnitude(state->v_motor);
         const float found = drive_magnitude(state->d_motor);
         /* Does it speed up against the current, by what the current would do the other way round? */
@@ -1325,7 +1357,13 @@ static inline unsigned drive_watch(drive_monitor *monitor, const drive_state *st
         /* Or do the shafts disagree about the spring between them? */
         wrong_way = wrong_way ||
             (over_link && ((state->d_link * state->d_motor) < 0.0f) && (found > drive_magnitude(wanted)));
-        monitor->against = (wrong_way && over_motor) ? (monitor->against + 1.0f) : 0.0f;
+        if (wrong_way && over_motor) {
+            monitor->against += 1.0f;
+        } else if ((told & DRIVE_SAMPLE_LOST) != 0u) {
+            monitor->against += 0.5f; /* at full current nobody sees what it does */
+        } else {
+            monitor->against = 0.0f;
+        }
         monitor->last_speed = speed;
         if (!(monitor->stuck > 0.0f) || (sigma >= monitor->last_sigma)) {
             monitor->stuck += 1.0f;
@@ -1334,15 +1372,46 @@ static inline unsigned drive_watch(drive_monitor *monitor, const drive_state *st
     } else {
         monitor->against = 0.0f;
         monitor->stuck = drive_lessened(monitor->stuck, 0.1f);
-        health |= (drive_magnitude(output->sigma_star) <= 2224.5945f) ? 0u : (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND;
+        is_star_over = !(drive_magnitude(output->sigma_star) <= 2224.5945f);
     }
-    health |= (monitor->stuck > 1000.0f) ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
-    if ((health & 1589u) != 0u) {
-        drive_output safe;
-        (void)drive_not_started(&safe);
-        output->u = safe.u;
-        monitor->stopped = true;
-        health |= DRIVE_STOPPED;
+    const bool is_any_over = over_link || over_motor;
+    const bool is_rejected = (told & DRIVE_INPUT_REJECTED) != 0u;
+    const bool is_blind = is_rejected && ((told & DRIVE_SAMPLE_LOST) != 0u);
+    const bool is_over = is_braking ? is_blind : (is_any_over || is_star_over || is_rejected);
+    monitor->over = is_over ? (monitor->over + 1.0f) : drive_lessened(monitor->over, 1.0f);
+    const bool is_late = monitor->over > 40.0f;
+    const bool is_stuck = monitor->stuck > 1000.0f;
+    unsigned alarms = is_stuck ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
+    if (is_late && !is_braking) {
+        alarms |= is_any_over ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
+        alarms |= is_star_over ? (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND : 0u;
+    }
+    health |= alarms;
+    alarms |= (is_rejected && is_late) ? (unsigned)DRIVE_INPUT_REJECTED : 0u;
+    /* To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks. */
+    const bool is_alarm = ((alarms & 1589u) != 0u) && !(monitor->against > 0.0f);
+    bool brakes = false;
+    if (is_braking) {
+        monitor->braking += is_short ? 0.0f : 1.0f;
+        brakes = !is_stuck && !is_late && (monitor->braking <= 6420.0f);
+    } else {
+        if (is_alarm && !is_blind) {
+            brakes = true;
+            monitor->braking = 1.0f;
+            monitor->stuck = 0.0f;
+            monitor->over = 0.0f;
+        }
+    }
+    if (brakes) {
+        state->held = slowing;
+        state->offset = 0.0f;
+        output->u = slowing;
+        health &= ~(unsigned)DRIVE_SATURATED;
+        health |= is_short ? (unsigned)(DRIVE_SATURATED | DRIVE_BRAKES) : (unsigned)DRIVE_BRAKES;
+    } else {
+        if (is_braking || is_alarm) {
+            health |= drive_watch_stop(monitor, output);
+        }
     }
     /* From the next tick on: this current is the law's. */
     if (monitor->against > 8.0f) {
@@ -1364,7 +1433,8 @@ static inline unsigned drive_watched_tick(drive_monitor *monitor, drive_state *s
         (void)drive_not_started(output);
         return DRIVE_INPUT_REJECTED | DRIVE_STOPPED;
     }
-    return drive_watch(monitor, state, drive_tick_or_start(state, sample, output), output);
+    unsigned health = drive_watch(monitor, state, drive_tick_or_start(state, sample, output), output);
+    return health;
 }
 
 /* drive_lost within the monitors. */
@@ -1386,6 +1456,8 @@ static inline void drive_watched_reset(drive_monitor *monitor, drive_state *stat
     monitor->swings = 0.0f;
     monitor->against = 0.0f;
     monitor->last_speed = 0.0f;
+    monitor->over = 0.0f;
+    monitor->braking = 0.0f;
     monitor->side_link = 0.0f;
     monitor->side_motor = 0.0f;
     drive_reset(state);

@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use controller_core::drive::{Bounds, Encoder, MotorDesign, Mounting};
+use controller_core::drive::{ALARMS, Bounds, Encoder, MotorDesign, Mounting};
 use controller_core::drives;
 use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction, Thresholds};
 use scenario::Drive;
@@ -322,6 +322,15 @@ const WORDS: [(&str, &str); 21] = [
 fn said(of: &Meanings, name: &str) -> &'static str {
     let of = of.iter().filter(|(beginning, _)| name.starts_with(beginning));
     of.max_by_key(|(beginning, _)| beginning.len()).map_or("", |(_, meaning)| meaning)
+}
+
+/// What follows a limit that is broken.
+const fn tripped(reaction: Reaction) -> &'static str {
+    match reaction {
+        Reaction::Brake => include_str!("c/trip_brakes.h"),
+        Reaction::Fallback => "            monitor->stopped = true;\n",
+        Reaction::GoOn | Reaction::JoinedStop { .. } => "",
+    }
 }
 
 /// What is to be known of the assembly.
@@ -640,8 +649,10 @@ impl C<'_> {
     /// What of a tick is looked at after it. Comparisons and counts of ticks, written by hand: bit by bit they are
     /// those of `controller_core::drive::Monitored` (test `export_drive`).
     fn monitors(&self) -> String {
-        let Thresholds { disturbance, sigma_star, stuck_ticks, wrong_way_ticks, gain } = &self.exported.thresholds;
+        let Thresholds { disturbance, sigma_star, ticks, brake, limits: [u_min, u_max], gain } =
+            &self.exported.thresholds;
         let reaction = self.exported.drive.designed.reaction();
+        let does_brake = reaction == Reaction::Brake;
         let shafts = self.shafts();
         let sides = shafts.iter().map(|shaft| {
             format!("    float side{shaft}; /* disturbance of the shaft when it was last over its bound */\n")
@@ -649,10 +660,7 @@ impl C<'_> {
         let zeros = shafts.iter().map(|shaft| format!("    monitor->side{shaft} = 0.0f;\n"));
         let looks = shafts.iter().zip(disturbance).map(|(shaft, bound)| {
             let over = format!("@_watch_side(state->d{shaft}, {bound:?}f, &monitor->side{shaft}, &has_changed)");
-            format!(
-                "    const bool over{shaft} =\n        {over};\n    health |= over{shaft} ? (unsigned)\
-                 @@_DISTURBANCE_OVER_BOUND : 0u;\n"
-            )
+            format!("    const bool over{shaft} =\n        {over};\n")
         });
         let driven = shafts.last().map_or("", String::as_str);
         let others = shafts.iter().take(shafts.len() - 1).map(|shaft| {
@@ -664,6 +672,10 @@ impl C<'_> {
         });
         let follows = match reaction {
             Reaction::GoOn => "is told and no more, as the scenario has it",
+            Reaction::Brake => {
+                "lets the drive brake on its estimated speed (@@_BRAKES), as long as its counts can be believed; then, \
+                 or at rest, the current is taken away (@@_STOPPED), as the scenario has it"
+            }
             Reaction::Fallback => "stops the drive, as the scenario has it",
             Reaction::JoinedStop { .. } => {
                 "is to be answered by a planned stop (@_plan_stop, @@_STOP_TICKS), as the scenario has it; the last \
@@ -672,28 +684,105 @@ impl C<'_> {
             }
         };
         let stops_at = reaction.stops_at();
-        let stops = if stops_at.is_ok() {
-            String::new()
-        } else {
-            filled(include_str!("c/stops.h"), &[("bits", &stops_at.bits())])
+        let bits = stops_at.bits() & ALARMS.bits();
+        let held = if self.exported.drive.designed.form().delay_ticks == 0 { "held" } else { "queued" };
+        let stops = match reaction {
+            Reaction::GoOn => String::new(),
+            Reaction::Brake => {
+                let brake_ticks = format!("{:?}", ticks.brake);
+                filled(include_str!("c/brakes.h"), &[("bits", &bits), ("brake_ticks", &brake_ticks), ("held", &held)])
+            }
+            Reaction::Fallback | Reaction::JoinedStop { .. } => filled(include_str!("c/stops.h"), &[("bits", &bits)]),
         };
+        let [stop, gave_up] = if stops_at.is_ok() {
+            [""; 2]
+        } else {
+            let gave_up = "        if ((health & @@_SAMPLE_LOST) != 0u) { /* what was believed is given up */\n            \
+                           health |= @_watch_stop(monitor, output);\n        }\n";
+            [include_str!("c/stop.h"), gave_up]
+        };
+        let slowing = if does_brake {
+            let numbers = [*brake, *u_min, *u_max].map(|number| format!("{number:?}"));
+            filled(
+                include_str!("c/slowing.h"),
+                &[("brake", &numbers[0]), ("u_min", &numbers[1]), ("u_max", &numbers[2]), ("shaft", &driven)],
+            )
+        } else {
+            include_str!("c/not_slowing.h").into()
+        };
+        let [braking, braking_zero, counts, unless_braking] = if does_brake {
+            [
+                "    float braking; /* 1 and the ticks within the limits since it brakes */\n",
+                "    monitor->braking = 0.0f;\n",
+                "    const bool is_blind = is_rejected && ((told & @@_SAMPLE_LOST) != 0u);\n    \
+                 const bool is_over = is_braking ? is_blind : (is_any_over || is_star_over || is_rejected);\n",
+                " && !is_braking",
+            ]
+        } else {
+            ["", "", "    const bool is_over = is_any_over || is_star_over || is_rejected;\n", ""]
+        };
+        let any_over: Vec<String> = shafts.iter().map(|shaft| format!("over{shaft}")).collect();
+        let (fence, fenced) = self.fence(tripped(reaction));
         self.file.c(&filled(
             include_str!("c/monitors.h"),
             &[
                 ("follows", &follows),
                 ("sides", &sides.collect::<String>()),
-                ("zeros", &zeros.collect::<String>()),
+                ("zeros", &(braking_zero.to_owned() + &zeros.collect::<String>())),
                 ("looks", &looks.collect::<String>()),
                 ("apart", &others.collect::<String>()),
                 ("shaft", &driven),
                 ("gain", &format!("{gain:?}")),
                 ("sigma_star", &format!("{sigma_star:?}")),
-                ("stuck_ticks", &format!("{stuck_ticks:?}")),
-                ("twice", &format!("{:?}", stuck_ticks + stuck_ticks)),
-                ("wrong_way_ticks", &format!("{wrong_way_ticks:?}")),
+                ("stuck_ticks", &format!("{:?}", ticks.stuck)),
+                ("twice", &format!("{:?}", ticks.stuck + ticks.stuck)),
+                ("wrong_way_ticks", &format!("{:?}", ticks.wrong_way)),
+                ("patience_ticks", &format!("{:?}", ticks.patience)),
+                ("any_over", &any_over.join(" || ")),
+                ("braking", &braking),
+                ("counts", &counts),
+                ("unless_braking", &unless_braking),
+                ("slowing", &slowing),
+                ("gave_up", &gave_up),
+                ("fence", &fence),
+                ("fenced", &fenced),
+                ("stop_and_brake", &stop),
                 ("stops", &stops),
             ],
         ))
+    }
+
+    /// The limits of position, speed and error, and what a tick does with them; nothing without any.
+    fn fence(&self, trip: &str) -> (String, String) {
+        let Some(fence) = self.exported.drive.designed.fence() else { return (String::new(), String::new()) };
+        let ([low, high], [max_speed, following, constant, per_square]) = fence.thresholds();
+        let number = |number: f32| format!("{number:?}f");
+        let shaft = &self.shafts()[0];
+        let (sample, error) = if self.follows_position() {
+            let error = filled(include_str!("c/following.h"), &[("shaft", shaft), ("most", &number(following))]);
+            (", const @_sample *sample", error)
+        } else {
+            ("", String::new())
+        };
+        let [constant, per_square] = [constant, per_square].map(|number| format!("{number:?}"));
+        let fence = filled(
+            include_str!("c/fence.h"),
+            &[
+                ("sample", &sample),
+                ("shaft", shaft),
+                ("constant", &constant),
+                ("per_square", &per_square),
+                ("low_turn", &(low.0 as u32)),
+                ("high_turn", &(high.0 as u32)),
+                ("low", &number(low.1)),
+                ("high", &number(high.1)),
+                ("max_speed", &number(max_speed)),
+                ("following", &error),
+            ],
+        );
+        let given = if self.follows_position() { ", sample" } else { "" };
+        let fenced = filled(include_str!("c/fenced.h"), &[("given", &given), ("trip", &trip)]);
+        (fence, fenced)
     }
 
     /// None for a speed: it is a number, and a ramp of it needs no plan.

@@ -180,17 +180,26 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
     let design = design.replace("fallback: ", "fallback: Fallback::").replace(": inf,", ": f64::INFINITY,");
     let (stops, beyond, stop_ticks) = match exported.drive.designed.reaction() {
         Reaction::GoOn => ("", "", 0),
+        Reaction::Brake => (".braking()", "", 0),
         Reaction::Fallback => (".stopping()", "", 0),
         Reaction::JoinedStop { ticks } => (".stopping_at(BEYOND_CONTROL)", "BEYOND_CONTROL, ", ticks),
     };
     let bounds = exported.bounds().replace(": inf,", ": f64::INFINITY,");
     let version = controller_core::VERSION;
+    let limits_of = match exported.drive.designed {
+        DriveDesign::Motor(DriveOf { monitors, .. }) => monitors.fence,
+        DriveDesign::Joint(DriveOf { monitors, .. }) => monitors.fence,
+    };
+    let (limits, fence) = limits_of.map_or(("", "None".into()), |it| {
+        let it = format!("{it:?}").replace("inf", "f64::INFINITY");
+        ("FenceLimits, ", format!("Some(Fence::new(&{it}, CONFIG.slowing()))"))
+    });
     let mut out = head(&exported.title(), &exported.about.origin());
     let _ = write!(
         out,
         "
 use controller_core::drive::{{
-    {beyond}Bounds, Encoder, {more}, Monitored, Mounting, {aim}, Switching,
+    {beyond}Bounds, Encoder, Fence, {limits}{more}, Monitored, Mounting, {aim}, Switching,
 }};
 use controller_core::{{Fallback, Limits, Running}};
 
@@ -199,7 +208,8 @@ pub type Designed = {designed};
 
 /// The version of controller-core that this was exported for.
 pub const EXPORTED_FOR: &str = {version:?};
-/// Fingerprint of the drive: `drive::fingerprint(running().design().fingerprint(), &MOUNTING, STOP_TICKS)`.
+/// Fingerprint of the drive:
+/// `drive::fingerprint(running().design().fingerprint(), &MOUNTING, STOP_TICKS, fence().as_ref())`.
 pub const DESIGN: u32 = {hash:#010x};
 
 /// The design, number by number.
@@ -216,6 +226,11 @@ pub static DRIVE: Designed = Designed::design(&CONFIG);
 
 /// What its monitors may see: of load and friction, of errors of the data sheet, of time at a limit.
 pub const BOUNDS: Bounds<{encoders}> = {bounds};
+
+/// Its limits of position, speed and distance from the target: [`Fence::guard`] after every tick.
+pub fn fence() -> Option<Fence> {{
+    {fence}
+}}
 
 /// Waits for its first sample, within its monitors: a count that sticks while the shaft stands still, they alone see.
 pub fn running() -> Running<Monitored<&'static Designed, {encoders}>> {{

@@ -85,6 +85,12 @@ impl TryFrom<&DriveDesign> for Loadable {
 pub fn for_target(experiment: &Experiment) -> Result<Loadable, String> {
     let name = &experiment.name;
     if let Some(drive) = &experiment.drive {
+        if drive.designed.fence().is_some() {
+            return Err(format!(
+                "{name}: the image on the chip knows no limits of position and speed: leave out the table [limits], \
+                 --set 'limits={{}}'"
+            ));
+        }
         return Loadable::try_from(&drive.designed).map_err(|error| format!("{name}: {error}"));
     }
     match &experiment.download {

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use super::{FallbackKey, TermTable};
 
 mod build;
+mod fence;
 mod inertia;
 mod planned;
 mod supply;
@@ -49,6 +50,8 @@ pub struct MotorScenario {
     pub reference: ReferenceTable,
     /// What the drive is watched for. Default: thresholds by rule, and alarms are told only.
     pub monitor: MonitorTable,
+    /// Where the shaft may be, how fast, and how far from its target. Default: no limits.
+    pub limits: LimitsTable,
     /// What no data sheet says. Default: none of it.
     pub friction: FrictionTable,
     /// Terms of a torque against positive motion, behind the gear: amplitude in N m, slope in N m/s. Default none.
@@ -310,6 +313,22 @@ pub struct MonitorTable {
     pub saturated_s: Option<f64>,
 }
 
+/// Limits of the shaft, of a joint of its link: to break one is an alarm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LimitsTable {
+    /// Lower end of its range, rad; the drive brakes ahead of it. Default none.
+    pub low_rad: Option<f64>,
+    /// Upper end of its range, rad. Default none.
+    pub high_rad: Option<f64>,
+    /// Top speed, rad/s; durations keep to it. Default none.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_speed_rad_s: Option<f64>,
+    /// Largest distance from the target, rad. Default none.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub following_error_rad: Option<f64>,
+}
+
 /// What follows an alarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -317,7 +336,9 @@ pub enum ReactionKey {
     /// It is told, and the drive goes on.
     #[default]
     Tell,
-    /// From then on 0 A goes out, or the safe current of the fallback.
+    /// It brakes on its estimated speed as long as its counts can be believed, and the current is taken away then.
+    Brake,
+    /// From then on 0 A goes out, or the safe current of the fallback: the shaft coasts.
     Fallback,
     /// The reference comes to rest from where it is, which needs good counts; where the current does not
     /// suffice, the fallback goes out.
@@ -443,6 +464,8 @@ pub struct JointScenario {
     pub reference: ReferenceTable,
     /// What the drive is watched for. Default: thresholds by rule, and alarms are told only.
     pub monitor: MonitorTable,
+    /// Where the shaft may be, how fast, and how far from its target. Default: no limits.
+    pub limits: LimitsTable,
     /// What no data sheet says of the motor, as torques behind the gear. Default: none of it.
     pub friction: FrictionTable,
     /// Terms of a torque against positive motion of the link: amplitude in N m, slope in N m/s. Default none.

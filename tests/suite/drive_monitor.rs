@@ -38,6 +38,9 @@ fn run<const FAST: usize>(
         sigma_star: law.sigma_star_bound([25.0]),
         stuck_ticks: 200,
         wrong_way_ticks: 6,
+        patience_ticks: 8,
+        brake_per_s: 60.0,
+        brake_ticks: 130,
     };
     let law = Monitored::new(law, &bounds);
     let mut running = Running::new(if stops { law.stopping() } else { law });
@@ -372,7 +375,15 @@ fn the_bound_of_sigma_star_is_the_known_one() {
 #[test]
 fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
     let law = Drive::try_design(&by_rule(1e-3, 14)).expect("a good design");
-    let bounds = Bounds { disturbance: [1e9], sigma_star: f64::INFINITY, stuck_ticks: 50, wrong_way_ticks: 6 };
+    let bounds = Bounds {
+        disturbance: [1e9],
+        sigma_star: f64::INFINITY,
+        stuck_ticks: 50,
+        wrong_way_ticks: 6,
+        patience_ticks: 8,
+        brake_per_s: 60.0,
+        brake_ticks: 130,
+    };
     let mut running = Running::new(Monitored::new(law, &bounds).stopping());
     let mut first = None;
     for k in 0..600 {
@@ -399,7 +410,15 @@ fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
 #[test]
 fn a_drive_that_swings_from_limit_to_limit_is_seen() {
     let law = Drive::try_design(&by_rule(1e-3, 14)).expect("a good design");
-    let bounds = Bounds { disturbance: [1e6], sigma_star: 1e9, stuck_ticks: 200, wrong_way_ticks: 6 };
+    let bounds = Bounds {
+        disturbance: [1e6],
+        sigma_star: 1e9,
+        stuck_ticks: 200,
+        wrong_way_ticks: 6,
+        patience_ticks: 8,
+        brake_per_s: 60.0,
+        brake_ticks: 130,
+    };
     let mut running = Running::new(Monitored::new(law, &bounds));
     let mut alone = Running::new(Monitored::new(law, &bounds).stopping_at(BEYOND_CONTROL));
     let still = Target { turn: 0, jet: [0.0; 2] };

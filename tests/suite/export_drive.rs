@@ -13,7 +13,7 @@ use controller_core::{ControlLaw, Health, Running};
 use integration_tests::data::path;
 use integration_tests::sampled;
 use integration_tests::strategy::Rng;
-use loop_sim::port::drive::{DriveDesign, DriveOf};
+use loop_sim::port::drive::{DriveDesign, DriveOf, Reaction};
 use scenario::Source;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -40,7 +40,14 @@ const JOINT: &str = "joint = { link_inertia_kg_m2 = 0.23, link_damping_n_m_s = 0
 type Instance = (&'static str, &'static str, &'static str, fn(&str, &str) -> Run);
 
 const INSTANCES: [Instance; 12] = [
-    ("two_sets", MOTOR, "encoder = { bits = 14 }", motor::<Position, 1, 0, 3>),
+    (
+        "two_sets",
+        MOTOR,
+        "encoder = { bits = 14 }
+         monitor = { reaction = 'brake' }
+         limits = { low_rad = -30, high_rad = 40, max_speed_rad_s = 60, following_error_rad = 20 }",
+        motor::<Position, 1, 0, 3>,
+    ),
     (
         "one_set",
         MOTOR,
@@ -49,7 +56,12 @@ const INSTANCES: [Instance; 12] = [
          monitor = { reaction = 'fallback' }",
         motor::<Position, 0, 0, 3>,
     ),
-    ("late", MOTOR, "encoder = { bits = 24 }\ndrive = { delay_ticks = 1 }", motor::<Position, 1, 1, 3>),
+    (
+        "late",
+        MOTOR,
+        "encoder = { bits = 24 }\ndrive = { delay_ticks = 1 }\nmonitor = { reaction = 'brake' }",
+        motor::<Position, 1, 1, 3>,
+    ),
     (
         "one_set_late",
         MOTOR,
@@ -83,7 +95,8 @@ const INSTANCES: [Instance; 12] = [
         "joint",
         JOINT,
         "encoder = { link = { bits = 20 }, motor = { bits = 20, reversed = true, offset_counts = 77 } }
-         drive = { lost_ticks = 8 }",
+         drive = { lost_ticks = 8 }
+         monitor = { reaction = 'brake' }",
         joint::<1, 0>,
     ),
     (
@@ -98,7 +111,9 @@ const INSTANCES: [Instance; 12] = [
         "joint_late",
         JOINT,
         "encoder = { link = { bits = 24 }, motor = { bits = 16, states = 65536, counts_per_turn = 4000 } }
-         drive = { delay_ticks = 1 }",
+         drive = { delay_ticks = 1 }
+         monitor = { reaction = 'fallback' }
+         limits = { low_rad = -3 }",
         joint::<1, 1>,
     ),
     (
@@ -146,7 +161,7 @@ where
     let MotorDesign { motor, encoder, .. } = design;
     let law = MotorDrive::<f32, A, FAST, LATE, S>::try_design(&design).expect("a good design");
     let plant = Plant { gain: [0.0, motor.input_gain()], ..Plant::default() };
-    run(name, &watched(law, &of), mounted.map(|mounted| mounted.mounting), [encoder.unit_rad()], plant)
+    run(name, (&watched(law, &of), &of), mounted.map(|mounted| mounted.mounting), [encoder.unit_rad()], plant)
 }
 
 fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
@@ -162,7 +177,8 @@ fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
         weight: joint.weight_n_m / link,
         ..Plant::default()
     };
-    run(name, &watched(law, &of), mounted.map(|mounted| mounted.mounting), encoders.map(|it| it.unit_rad()), plant)
+    let units = encoders.map(|it| it.unit_rad());
+    run(name, (&watched(law, &of), &of), mounted.map(|mounted| mounted.mounting), units, plant)
 }
 
 /// The law with the monitors of its scenario.
@@ -319,7 +335,7 @@ impl Counters {
 
 fn run<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     name: &str,
-    law: &Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>,
+    (law, of): (&Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>, &DriveDesign),
     mounting: [Mounting; E],
     unit_rad: [f64; E],
     mut plant: Plant,
@@ -336,7 +352,8 @@ where
         >,
 {
     let mut rng = Rng::new(0xD41E + name.bytes().map(u64::from).sum::<u64>());
-    let mut running = Running::new(law);
+    let mut running = Running::new(*law);
+    let (fence, does_brake) = (of.fence(), of.reaction() == Reaction::Brake);
     let (mut wanted, mut counters) =
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
     let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), [0_usize; HEALTHS], 0);
@@ -378,7 +395,15 @@ where
                 if what == START {
                     running.start_at_once(&sample);
                 }
-                said = Some(if what == LOST { running.lost() } else { running.tick(&sample) });
+                said = Some(if what == LOST {
+                    running.lost()
+                } else {
+                    let mut output = running.tick(&sample);
+                    if let Some(fence) = &fence {
+                        fence.guard(&mut running, &mut output, &target(turns[0], jets[0]));
+                    }
+                    output
+                });
             }
         }
         if let Some(output) = said {
@@ -402,7 +427,9 @@ where
         let all: Vec<u32> = running.words().collect();
         let [_, started, ref state @ .., _] = all[..] else { panic!("words of a running drive") };
         // What the monitors count together is no member in C.
-        let state: Vec<u32> = state.iter().enumerate().filter(|(k, _)| *k != 1).map(|(_, word)| *word).collect();
+        // Nor is that it brakes, where it does not.
+        let is_member = |k: usize| k != 1 && (k != 8 || does_brake);
+        let state: Vec<u32> = state.iter().enumerate().filter(|(k, _)| is_member(*k)).map(|(_, word)| *word).collect();
         let length = if started == 1 { state.len() } else { words };
         let known = running.estimates();
         words = words.max(state.len());
@@ -702,7 +729,7 @@ fn main() {
     let running = running();
     assert!(running.estimates().is_none());
     let law = running.design().fingerprint();
-    let whole = controller_core::drive::fingerprint(law, &MOUNTING, STOP_TICKS);
+    let whole = controller_core::drive::fingerprint(law, &MOUNTING, STOP_TICKS, fence().as_ref());
     println!(\"{:#010x} {whole:#010x} {:#010x}\", DRIVE.fingerprint(), DESIGN);
     MOUNTING.iter().for_each(|mounting| println!(\"{}\", mounting.upright(1000)));
 }

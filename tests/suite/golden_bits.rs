@@ -301,6 +301,7 @@ fn monitors<const E: usize>() -> Monitors<E> {
         stuck_ticks: None,
         sudden_load_n_m: 1.3,
         reaction: Reaction::GoOn,
+        fence: None,
     }
 }
 

@@ -1,5 +1,6 @@
 //! One suite, a module per question.
 
+mod brake;
 mod budget;
 mod capi;
 mod capi_drive;

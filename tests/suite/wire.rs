@@ -452,7 +452,15 @@ fn a_drive_is_tuned_anew_in_motion_with_the_same_bits() {
         let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
         MotorDesign::by_rule(1e-3, motor, Encoder::absolute(14), Limits::symmetric(10.0)).with_surface(surface)
     });
-    let bounds = Bounds { disturbance: [1e4], sigma_star: 1e6, stuck_ticks: 200, wrong_way_ticks: 6 };
+    let bounds = Bounds {
+        disturbance: [1e4],
+        sigma_star: 1e6,
+        stuck_ticks: 200,
+        wrong_way_ticks: 6,
+        patience_ticks: 8,
+        brake_per_s: 60.0,
+        brake_ticks: 130,
+    };
     let loadable = |design: &MotorDesign| Loadable {
         instance: Instance { n: 2, r: 3, mask: Instance::TWO_SETS, model: Model::Motor },
         words: design.to_numbers().into_iter().chain(bounds.to_numbers()).chain([0.0]).flat_map(halves).collect(),

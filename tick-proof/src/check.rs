@@ -69,7 +69,9 @@ pub fn statement(functions: &Functions) -> Statement {
             ("report_applied", &all.report_applied),
             ("reset", &all.reset),
         ],
-        Functions::Monitors { stopping, telling } => vec![("stopping", stopping), ("telling", telling)],
+        Functions::Monitors { braking, stopping, telling } => {
+            vec![("braking", braking), ("stopping", stopping), ("telling", telling)]
+        }
     };
     let questions = records.into_iter().enumerate().map(|(seed, (name, record))| question(name, record, seed as u64));
     Statement::new("(check) the solver computes what the record does, random bits", questions)

@@ -48,7 +48,7 @@ pub const FAULTS: [Fault; 7] = [
     },
     Fault {
         name: "a disturbance is not watched",
-        notices: "what is over",
+        notices: "what is too long over",
         instance: MONITORS_WITH_FAULTS,
         change: blind,
     },
@@ -65,7 +65,7 @@ impl Fault {
         let broken = match &mut functions {
             Functions::Chain(all) | Functions::Measured(all) => [&mut all.tick, &mut all.running],
             Functions::Drive(all) => [&mut all.observe, &mut all.law],
-            Functions::Monitors { stopping, telling } => [stopping, telling],
+            Functions::Monitors { stopping, telling, .. } => [stopping, telling],
         };
         let changed = broken.map(self.change).contains(&true);
         let noticing = claims(&functions).into_iter().find(|statement| statement.name.starts_with(self.notices));

@@ -3,10 +3,10 @@
 //! Those of the image `budget` (`firmware/budgets.toml`) have its names and designs; the drives among them are those of
 //! the files to start from, too. A scenario's own C file is proved by `host-sim export --certificate`.
 
-use controller_core::drive::{Aim, FullState, Hold, Joint, JointModel, Mounting, Position, Speed};
+use controller_core::drive::{ALARMS, Aim, BRAKING, FullState, Hold, Joint, JointModel, Mounting, Position, Speed};
 use controller_core::{
-    Benchmark, Config, Controller, JointParameters, Libm, Limits, Linear, MAX_N, Nominal, ObserverGains, Options,
-    ReachingLaw, Reading, SampleLimits, Shape, Surface, channels,
+    Benchmark, Config, Controller, Health, JointParameters, Libm, Limits, Linear, MAX_N, Nominal, ObserverGains,
+    Options, ReachingLaw, Reading, SampleLimits, Shape, Surface, channels,
 };
 use tick_record::Drift;
 use tick_record::drive::{self, NamedAim};
@@ -142,7 +142,11 @@ where
 }
 
 fn monitors<const E: usize>() -> Functions {
-    Functions::Monitors { stopping: monitor::<E>(true), telling: monitor::<E>(false) }
+    Functions::Monitors {
+        braking: monitor::<E>(BRAKING),
+        stopping: monitor::<E>(ALARMS),
+        telling: monitor::<E>(Health::OK),
+    }
 }
 
 fn measured<A>() -> Functions

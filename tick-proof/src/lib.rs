@@ -27,8 +27,10 @@ pub enum Functions {
     Measured(tick_record::Functions),
     /// A drive on the counts of encoders.
     Drive(DriveFunctions),
-    /// The monitors around any drive: where an alarm stops it, and where they only tell.
+    /// The monitors around any drive: where it brakes at an alarm, where an alarm stops it, and where they only tell.
     Monitors {
+        /// Every alarm makes it brake, or stops it.
+        braking: Record,
         /// Every alarm stops.
         stopping: Record,
         /// None does.
@@ -47,6 +49,6 @@ pub fn claims(functions: &Functions) -> Vec<statement::Statement> {
         Functions::Chain(functions) => chain::statements(functions),
         Functions::Measured(functions) => chain::of_a_map(functions),
         Functions::Drive(functions) => drive::statements(functions),
-        Functions::Monitors { stopping, telling } => monitor::statements(stopping, telling),
+        Functions::Monitors { braking, stopping, telling } => monitor::statements(braking, stopping, telling),
     }
 }

@@ -1,7 +1,8 @@
 //! What is claimed of the monitors around a drive, whatever the law puts out and whatever their thresholds are.
 //!
 //! Any bits in state, thresholds, u, σ, σ* and disturbances. What a law promises of u and σ is proved of the law; here
-//! it is shown that nothing is lost on the way: u is the law's or the fallback, and no cause of an alarm goes untold.
+//! it is shown that nothing is lost on the way: u is the law's, the fallback or a brake within the limits, and no cause
+//! of an alarm goes untold.
 
 use tick_record::{Kind, Record};
 
@@ -20,24 +21,24 @@ const SAID: [(&str, &str); 5] = [
     ("law_waits", "waits"),
 ];
 
-/// What is said of a tick, what the law itself says last.
-const ALARMS: [&str; 6] =
-    ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit", "wrong_way", "oscillates", "input_rejected"];
+/// What the monitors say of a tick themselves.
+const ALARMS: [&str; 5] =
+    ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit", "wrong_way", "oscillates"];
 
 /// What stops a drive whatever is chosen.
 const RUNAWAY: [&str; 2] = ["wrong_way", "oscillates"];
 
 /// What is counted from tick to tick; never below 0.
-const COUNTS: [&str; 3] = ["stuck", "swings", "against"];
+const COUNTS: [&str; 5] = ["stuck", "swings", "against", "over", "braking"];
 
 /// What is claimed of a tick, each with its name.
 type Claims = Vec<(&'static str, String)>;
 
-/// Everything that is claimed of monitors that stop, and of those that tell.
-pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
-    let both = [("stopping", Step::of(stopping)), ("telling", Step::of(telling))];
+/// Everything that is claimed of monitors that brake, of those that stop, and of those that tell.
+pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<Statement> {
+    let all_parts = [("braking", Step::of(braking)), ("stopping", Step::of(stopping)), ("telling", Step::of(telling))];
     let each = |name, of: &dyn Fn(&str, &Step) -> Claims| {
-        let questions = both.iter().flat_map(|(part, step)| {
+        let questions = all_parts.iter().flat_map(|(part, step)| {
             let ask = |(what, claim): (&str, String)| step.ask(&format!("{part}: {what}"), &claim);
             of(part, step).into_iter().map(ask).collect::<Vec<Question>>()
         });
@@ -45,10 +46,10 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
     };
     let watched = || disturbances(telling);
     vec![
-        each("u is the law's, or the fallback where the drive has stopped, any bits", &|_, step| {
-            let of = |source: &str| same(step.after("u"), source);
-            vec![("u", format!("(ite {} {} {})", step.after("stopped_now"), of("fallback"), of("law_u")))]
-        }),
+        each(
+            "u is the law's, a brake within the limits, or the fallback where the drive has stopped, any bits",
+            &outputs,
+        ),
         each("a drive that has stopped stays so and says so", &|_, step| {
             let stays = [step.after("stopped"), step.after("stopped_now")].map(String::from);
             vec![
@@ -60,33 +61,40 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
                 }),
             ]
         }),
-        each("what is over its bound, or no number, is told; what is told is so", &|_, step| {
+        each("what is too long over its bound, or no number, is told; what is told is so", &|part, step| {
             let over = either(watched().map(|d| not(&format!("(fp.leq (fp.abs {d}) {d}_bound)"))));
-            let star = not("(fp.leq (fp.abs law_sigma_star) sigma_star_bound)");
-            let star = all([star, not("law_saturated")]);
-            let silent = all(ALARMS[..5].iter().map(|alarm| not(step.after(alarm))));
+            let star = all([not("(fp.leq (fp.abs law_sigma_star) sigma_star_bound)"), not("law_saturated")]);
+            let silent = all(ALARMS.iter().map(|alarm| not(step.after(alarm))));
+            let told = |alarm: &str, is_over: &str| {
+                let late = all([is_over.to_string(), late(), not(&is_braking(part))]);
+                going(&watching(&then(&before(), &format!("(= {} {late})", step.after(alarm)))))
+            };
             vec![
                 ("waits", going(&then("law_waits", &silent))),
-                ("disturbance", going(&watching(&format!("(= {} {over})", step.after("disturbance_over_bound"))))),
-                ("sigma*", going(&watching(&format!("(= {} {star})", step.after("sigma_star_over_bound"))))),
+                ("disturbance", told("disturbance_over_bound", &over)),
+                ("sigma*", told("sigma_star_over_bound", &star)),
             ]
         }),
-        each("too long at a limit is told: every tick there without |sigma| falling counts", &|_, step| {
+        each("too long at a limit is told: every tick there without |sigma| falling counts", &|part, step| {
             let counts = ["law_saturated", "(fp.leq last_sigma (fp.abs law_sigma))", &positive("stuck")];
             let one_more = format!("(fp.add RNE stuck {})", number(1.0));
-            let counted = then(&all(counts.map(String::from)), &same(step.after("stuck"), &one_more));
+            let begins = all([not(&is_braking(part)), step.after("brakes").to_string()]);
+            let counted = either([begins.clone(), is_braking(part), same(step.after("stuck"), &one_more)]);
+            let counted = then(&all(counts.map(String::from)), &counted);
             let told = format!("(= {} (fp.gt {} stuck_ticks))", step.after("stuck_at_limit"), step.after("stuck"));
+            let told = either([begins, told]);
             let supposed = all([positive("stuck_ticks"), before()]);
             vec![("counted", going(&watching(&counted))), ("told", going(&watching(&then(&supposed, &told))))]
         }),
         each(
-            "the wrong way is told after so many ticks in a row, and a tick of it needs |d| over its bound",
+            "the wrong way is told after so many ticks in a row, and a tick of it needs |d| over its bound, or a lost \
+             sample, which is half of one",
             &|_, step| {
                 let driven = watched().last().unwrap_or_default();
                 let over = not(&format!("(fp.leq (fp.abs {driven}) {driven}_bound)"));
-                let one_more = same(step.after("against"), &format!("(fp.add RNE against {})", number(1.0)));
+                let more = |by: f32| same(step.after("against"), &format!("(fp.add RNE against {})", number(by)));
                 let none = format!("(fp.isZero {})", step.after("against"));
-                let counted = either([all([over, one_more]), none]);
+                let counted = either([all([over, more(1.0)]), all(["law_lost".into(), more(0.5)]), none]);
                 let told = format!("(= {} (fp.gt {} wrong_way_ticks))", step.after("wrong_way"), step.after("against"));
                 let supposed = all([positive("wrong_way_ticks"), before()]);
                 vec![
@@ -104,27 +112,117 @@ pub fn statements(stopping: &Record, telling: &Record) -> Vec<Statement> {
             vec![("kept", then(&before(), &consistent(&after)))]
         }),
         each(
-            "an alarm stops the drive, if alarms are to, the wrong way and oscillation any; nothing else does",
+            "an alarm stops the drive, or makes it brake, if alarms are to; the wrong way, oscillation and counts that \
+             are given up stop it; nothing else does",
+            &follows,
+        ),
+        each(
+            "a brake ends: after its ticks within the limits, or where the speed does not fall at one",
             &|part, step| {
-                let stopping: &[&str] = if part == "stopping" { &ALARMS } else { &RUNAWAY };
-                let alarm = either(stopping.iter().map(|alarm| step.after(alarm).to_string()));
-                // Before the counts have agreed nothing is an alarm.
-                let stops = all([alarm, not("law_waits")]);
-                vec![("stops", going(&format!("(= {} {stops})", step.after("stopped"))))]
+                let one_more = same(step.after("braking"), &format!("(fp.add RNE braking {})", number(1.0)));
+                let counted = then(&not(step.after("saturated")), &one_more);
+                let within = format!("(fp.leq {} brake_ticks)", step.after("braking"));
+                let at_limit = format!("(fp.leq {} stuck_ticks)", step.after("stuck"));
+                let supposed = all([
+                    is_braking(part),
+                    step.after("brakes").to_string(),
+                    positive("brake_ticks"),
+                    positive("stuck_ticks"),
+                ]);
+                let ends = all([counted, within, at_limit]);
+                vec![("ends", going(&watching(&then(&all([supposed, before()]), &ends))))]
             },
         ),
         each("what the law says is handed on", &|_, step| {
-            let claim = |(law, flag): (&str, &str)| format!("(= {} {law})", step.after(flag));
+            let claim = |(law, flag): (&str, &str)| {
+                let same = format!("(= {} {law})", step.after(flag));
+                if law == "law_saturated" { either([step.after("brakes").to_string(), same]) } else { same }
+            };
             let numbers = ["sigma", "sigma_star"].map(|name| same(step.after(name), &format!("law_{name}")));
             vec![("flags", going(&all(SAID.map(claim)))), ("numbers", going(&all(numbers)))]
         }),
-        each("its words stay finite: the counter within 2^24, |sigma| as the law's", &|_, step| {
+        each("its words stay finite: the counters within 2^24, |sigma| as the law's", &|part, step| {
             let [low, high] = [0.0, COUNTED];
-            let counter = then(&within("stuck", low, high), &within(step.after("stuck"), low, high));
-            let sound = all(["last_sigma", "law_sigma"].map(finite));
-            vec![("stuck", counter), ("last", then(&sound, &finite(step.after("last_sigma"))))]
+            let counter = |name: &str| then(&within(name, low, high), &within(step.after(name), low, high));
+            let sound = all(["last_sigma", "law_sigma", "v"].map(finite));
+            let mut claims = vec![("stuck", counter("stuck")), ("over", counter("over"))];
+            claims.push(("last", then(&sound, &finite(step.after("last_sigma")))));
+            if part == "braking" {
+                claims.push(("braking", counter("braking")));
+            }
+            claims
         }),
     ]
+}
+
+/// What goes out: the law's u, the fallback, or what opposes the speed.
+fn outputs(part: &str, step: &Step) -> Claims {
+    let of = |source: &str| same(step.after("u"), source);
+    let not_braking = then(&not(step.after("brakes")), &of("law_u"));
+    let mut claims = vec![("u", format!("(ite {} {} {not_braking})", step.after("stopped_now"), of("fallback")))];
+    if part == "braking" {
+        let zero = "(_ +zero 8 24)";
+        let limits = [format!("(fp.leq u_min {zero})"), format!("(fp.leq {zero} u_max)"), positive("brake")];
+        let u = step.after("u");
+        let inside = [format!("(fp.leq u_min {u})"), format!("(fp.leq {u} u_max)")];
+        let opposes = [("fp.gt", "fp.gt"), ("fp.lt", "fp.lt")]
+            .map(|(of_u, of_v)| not(&all([format!("({of_u} {u} {zero})"), format!("({of_v} v {zero})")])));
+        let supposed = all(limits.into_iter().chain([step.after("brakes").to_string()]));
+        claims.push(("brake", then(&supposed, &all(inside.into_iter().chain(opposes)))));
+    } else {
+        claims.push(("none", not(step.after("brakes"))));
+    }
+    claims
+}
+
+/// What follows an alarm.
+fn follows(part: &str, step: &Step) -> Claims {
+    let after = |name: &str| step.after(name).to_string();
+    let runaway = either(RUNAWAY.iter().map(|alarm| after(alarm)));
+    let rejected = all(["law_rejected".into(), late()]);
+    let answered = ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit"].map(after);
+    let acts = either(answered.into_iter().chain([rejected]));
+    let given_up = all(["law_waits", "law_lost"].map(String::from));
+    let blind = all(["law_rejected", "law_lost"].map(String::from));
+    let stops = |stops: String| {
+        let stops = either([all([not("law_waits"), either([stops, runaway.clone()])]), given_up.clone()]);
+        // Who waits has rejected its sample.
+        let supposed = all([before(), then("law_waits", "law_rejected")]);
+        going(&then(&supposed, &format!("(= {} {stops})", after("stopped"))))
+    };
+    match part {
+        "telling" => {
+            let stops = all([not("law_waits"), runaway]);
+            vec![("stops", going(&format!("(= {} {stops})", after("stopped"))))]
+        }
+        "stopping" => vec![("stops", stops(acts))],
+        _ => {
+            let in_doubt = format!("(fp.gt {} (_ +zero 8 24))", after("against"));
+            let acts = all([acts, not(&in_doubt)]);
+            let begins = all([not("law_waits"), acts.clone(), not(&blind)]);
+            let from_the_law = then(&not(&is_braking(part)), &format!("(= {} {begins})", after("brakes")));
+            let stops = then(&not(&is_braking(part)), &stops(all([acts, blind])));
+            let ends = either([after("brakes"), after("stopped_now")]);
+            let ends = then(&all([is_braking(part), before()]), &watching(&ends));
+            let both = not(&all([after("brakes"), after("stopped_now")]));
+            vec![
+                ("brakes", going(&then(&before(), &from_the_law))),
+                ("stops", stops),
+                ("goes on braking or stops", going(&ends)),
+                ("not both", both),
+            ]
+        }
+    }
+}
+
+/// Has it been braking before this tick?
+fn is_braking(part: &str) -> String {
+    if part == "braking" { "(fp.gt braking (_ +zero 8 24))".into() } else { "false".into() }
+}
+
+/// Is a tick over a bound, or without a sample, one too many?
+fn late() -> String {
+    format!("(fp.gt (fp.add RNE over {}) patience_ticks)", number(1.0))
 }
 
 /// That a disturbance changes its side beyond its bound.

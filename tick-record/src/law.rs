@@ -100,12 +100,20 @@ pub fn tick<D: Recorded>(
     design: &dyn Fn(&Recorder) -> D,
     tick: fn(&D, &mut D::State, &D::Sample) -> D::Output,
 ) -> Record {
+    part(design, &|recorder, law, state| D::put_output(recorder, &tick(law, state, &law.sample(recorder))))
+}
+
+/// Records a part of a tick, all words of the state among inputs and results.
+pub(crate) fn part<D: Recorded>(
+    design: &dyn Fn(&Recorder) -> D,
+    part: &dyn Fn(&Recorder, &D, &mut D::State),
+) -> Record {
     let law = |recorder: &Recorder| recorder.silently(|| design(recorder));
     let erased = |recorder: &Recorder| -> Rc<dyn Law> { Rc::new(Designed { law: law(recorder), guess: D::NO_GUESS }) };
     let words = Words::of(&D::state_names(), &erased);
     recorded(&law, &|recorder, law| {
         let mut state = words.state(recorder);
-        D::put_output(recorder, &tick(law, &mut state, &law.sample(recorder)));
+        part(recorder, law, &mut state);
         words.put(recorder, &Designed::<D>::words(&state));
     })
 }

@@ -2,12 +2,12 @@
 //! thresholds. What holds of this record holds for every drive, design and threshold. Around the record of a drive's
 //! tick it is that of the tick with its monitors ([`watched`]).
 
-use controller_core::drive::{Monitored, Watched};
+use controller_core::drive::{Monitored, WatchTicks, Watched};
 use controller_core::{ControlLaw, Health, Output, Real, RetuneError, Words};
 
 use crate::joined::Joined;
-use crate::law::{Recorded, tick};
-use crate::record::{Id, Kind, Port, Record, Role};
+use crate::law::{self, Recorded};
+use crate::record::{Id, Kind, Op, Port, Record, Role};
 use crate::recorder::{Recorder, Symbol, port};
 
 /// A law of which nothing is known: its output is an input.
@@ -36,6 +36,18 @@ const SAID: [(&str, Health); 5] = [
     ("law_waits", Health::WAITS),
 ];
 
+/// What the law has put out, of its health these bits.
+fn said(bits: u16) -> Output<Symbol> {
+    let mut health = Health::OK;
+    for (name, flag) in SAID.into_iter().filter(|(_, flag)| flag.bits() & bits != 0) {
+        if Recorder::of_this_thread().truth(name, Role::Argument) {
+            health |= flag;
+        }
+    }
+    let [u, sigma, sigma_star] = ["law_u", "law_sigma", "law_sigma_star"].map(argument);
+    Output { u, sigma, sigma_star, health }
+}
+
 fn argument(name: &str) -> Symbol {
     Recorder::of_this_thread().number(name, Role::Argument)
 }
@@ -57,14 +69,7 @@ impl<const E: usize> ControlLaw for AnyLaw<E> {
         Output { u: argument("fallback"), sigma, sigma_star, health: Health::INPUT_REJECTED }
     }
     fn tick(&self, _: &mut Seen<E>, (): &()) -> Output<Symbol> {
-        let mut health = Health::OK;
-        for (name, flag) in SAID {
-            if Recorder::of_this_thread().truth(name, Role::Argument) {
-                health |= flag;
-            }
-        }
-        let [u, sigma, sigma_star] = ["law_u", "law_sigma", "law_sigma_star"].map(argument);
-        Output { u, sigma, sigma_star, health }
+        said(Health::ALL)
     }
     fn lost(&self, state: &mut Seen<E>) -> Output<Symbol> {
         self.tick(state, &())
@@ -91,13 +96,17 @@ impl<const E: usize> Watched<E> for AnyLaw<E> {
     fn gain(&self) -> Symbol {
         argument("gain")
     }
+    fn range(&self) -> [Symbol; 2] {
+        ["u_min", "u_max"].map(argument)
+    }
+    fn put_instead(_: &mut Seen<E>, _: Symbol) {}
     fn per_rad(&self, _: usize) -> Symbol {
         Symbol::from_f64(1.0)
     }
 }
 
 /// What a drive with its monitors says.
-const FLAGS: [(&str, Health); 11] = [
+const FLAGS: [(&str, Health); 12] = [
     ("input_rejected", Health::INPUT_REJECTED),
     ("saturated", Health::SATURATED),
     ("sigma_star_over_bound", Health::SIGMA_STAR_OVER_BOUND),
@@ -109,7 +118,17 @@ const FLAGS: [(&str, Health); 11] = [
     ("waits", Health::WAITS),
     ("wrong_way", Health::WRONG_WAY),
     ("oscillates", Health::OSCILLATES),
+    ("brakes", Health::BRAKES),
 ];
+
+/// What monitors count to, as they are called.
+pub const TICKS: [&str; 4] = ["stuck_ticks", "wrong_way_ticks", "patience_ticks", "brake_ticks"];
+
+/// The same as numbers.
+pub fn ticks<T>(of: impl FnMut(&'static str) -> T) -> WatchTicks<T> {
+    let [stuck, wrong_way, patience, brake] = TICKS.map(of);
+    WatchTicks { stuck, wrong_way, patience, brake }
+}
 
 impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {
     fn state_names() -> Vec<String> {
@@ -129,22 +148,88 @@ impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {
 }
 
 /// Records what the monitors of E shafts make of what a law put out (`law_u`, `law_sigma`, `law_saturated`, ..), of the
-/// disturbances `d1`, .. and the speed `v` that it sees, of the `gain` of its input, and of the thresholds `d1_bound`,
-/// .., `sigma_star_bound`, `stuck_ticks` and `wrong_way_ticks`. If they are `stopping` every alarm stops the drive. A
-/// tick with a sample and one without are the same to them.
-pub fn monitor<const E: usize>(stopping: bool) -> Record {
+/// disturbances `d1`, .. and the speed `v` that it sees, of the `gain` and the limits `u_min`, `u_max` of its input, and
+/// of the thresholds `d1_bound`, .., `sigma_star_bound`, [`TICKS`] and of `brake`, the u per unit of speed while it
+/// brakes. The alarms `stops_at` stop the drive. A tick with a sample and one without are the same to them.
+pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     let design = |recorder: &Recorder| {
         let bounds = core::array::from_fn(|i| recorder.number(&format!("d{}_bound", i + 1), Role::Argument));
-        let [sigma_star, stuck, wrong] = ["sigma_star_bound", "stuck_ticks", "wrong_way_ticks"].map(argument);
-        let watched = Monitored::from_parts(AnyLaw::<E>, bounds, sigma_star, [stuck, wrong]);
-        if stopping { watched.stopping() } else { watched }
+        let sigma_star = argument("sigma_star_bound");
+        let watched = Monitored::from_parts(AnyLaw::<E>, bounds, sigma_star, ticks(argument), argument("brake"));
+        watched.stopping_at(stops_at)
     };
-    tick(&design, Monitored::tick)
+    // A way through all of it at once is one of too many.
+    let part = |f: &dyn Fn(&Recorder, &Monitored<AnyLaw<E>, E>, &mut StateOf<E>)| law::part(&design, f);
+    let truth = |name: &str| Recorder::of_this_thread().truth(name, Role::Between);
+    let slowing_of = || (Recorder::of_this_thread().number("slowing", Role::Between), truth("is_short"));
+    let looks = part(&|recorder, law, state| {
+        let output = said((Health::SATURATED | Health::INPUT_REJECTED).bits());
+        recorder.put_truth("looks", Role::Between, law.looks(state, &output));
+    });
+    let slowing = part(&|recorder, law, state| {
+        let (slowing, is_short) = law.slowing(state);
+        recorder.put("slowing", Role::Between, slowing);
+        recorder.put_truth("is_short", Role::Between, is_short);
+    });
+    let watch = part(&|recorder, law, state| {
+        let output = said(Health::ALL & !Health::POSITION_STEPPED.bits());
+        let [any, star] = law.watch(state, &output, slowing_of());
+        recorder.put_truth("is_any_over", Role::Between, any);
+        recorder.put_truth("is_star_over", Role::Between, star);
+    });
+    let answer = part(&|recorder, law, state| {
+        let output = said(Health::ALL & !Health::POSITION_STEPPED.bits());
+        let over = ["is_any_over", "is_star_over"].map(truth);
+        let answer = law.answer(state, output, slowing_of(), over);
+        Monitored::<AnyLaw<E>, E>::put_output(recorder, &answer);
+    });
+
+    let mut joined = Joined::default();
+    let slowing = joined.call(&slowing, &|_| None);
+    let watched =
+        joined.call(&watch, &|port| slowing.get(&port.name, port.role).filter(|_| port.role == Role::Between));
+    let answered = joined.call(&answer, &|port| {
+        let found = watched.get(&port.name, port.role);
+        found.or_else(|| slowing.get(&port.name, port.role).filter(|_| port.role == Role::Between))
+    });
+    let looks = joined.call(&looks, &|_| None).get("looks", Role::Between).expect("whether it looks");
+    let stopped = joined.input("stopped", Role::State, Kind::Truth);
+    let [yes, no] = [true, false].map(|truth| joined.constant(Op::Truth(truth)));
+    let zero = joined.constant(Op::Constant(0.0));
+    let mut results = Vec::new();
+    for (port, answer) in answered.all() {
+        let mut input = |name: &str, kind| joined.input(name, Role::Argument, kind);
+        // Of a tick that is not looked into, and of a drive that has stopped.
+        let (calm, at_rest) = match port.role {
+            Role::State => {
+                let before = joined.input(&port.name, port.role, port.kind);
+                (before, before)
+            }
+            Role::Flag(bit) => {
+                let told = SAID.iter().find(|(_, flag)| flag.bits() == 1 << bit);
+                let told = told.map_or(no, |(name, _)| input(name, Kind::Truth));
+                let flags = Health::INPUT_REJECTED | Health::STOPPED;
+                (told, if flags.bits() >> bit & 1 == 1 { yes } else { no })
+            }
+            _ => {
+                let told = input(&format!("law_{}", port.name), Kind::Number);
+                (told, if port.name == "u" { input("fallback", Kind::Number) } else { zero })
+            }
+        };
+        let handed_on = port.role == Role::Flag(Health::POSITION_STEPPED.bits().trailing_zeros() as u8);
+        let goes_on = if handed_on { calm } else { joined.select(looks, *answer, calm) };
+        results.push((port.clone(), joined.select(stopped, at_rest, goes_on)));
+    }
+    joined.record(results)
 }
+
+/// The state of a drive of which nothing is known, with its monitors.
+type StateOf<const E: usize> = <Monitored<AnyLaw<E>, E> as ControlLaw>::State;
 
 /// The words that the monitors add to the state of a drive with so many shafts, before its own.
 pub fn state(shafts: usize) -> Vec<Port> {
-    let numbers = ["counted", "stuck", "last_sigma", "swings", "against", "last_speed"].map(String::from);
+    let numbers =
+        ["counted", "stuck", "last_sigma", "swings", "against", "last_speed", "over", "braking"].map(String::from);
     let sides = (1..=shafts).map(|shaft| format!("side{shaft}"));
     let number = |name: String| port(&name, Role::State, Kind::Number);
     let stopped = port("stopped", Role::State, Kind::Truth);
@@ -167,12 +252,17 @@ pub fn watched(
     let of_state = |port: &Port| if port.role == Role::State { was(&port.name) } else { None };
     let told = joined.call(tick, &of_state);
     let fallback = joined.call(not_started, &|_| None).get("u", Role::Output);
-    let has_gain = tick.inputs.iter().find(|port| port.name == "model_b");
-    let gain = has_gain.map(|port| joined.input(&port.name, port.role, port.kind));
+    let mut of_law = |name: &str| {
+        let port = tick.inputs.iter().find(|port| port.name == name);
+        port.map(|port| joined.input(&port.name, port.role, port.kind))
+    };
+    let [gain, u_min, u_max] = ["model_b", "u_min", "u_max"].map(&mut of_law);
     let driven = shafts.last().map(|shaft| format!("v{shaft}")).unwrap_or_default();
     let given = |port: &Port| match (port.name.as_str(), port.role) {
         ("fallback", _) => fallback,
         ("gain", _) => gain,
+        ("u_min", _) => u_min,
+        ("u_max", _) => u_max,
         ("v", Role::State) => told.get(&driven, Role::State),
         (name, Role::State) => match name.strip_prefix('d').and_then(|shaft| shaft.parse::<usize>().ok()) {
             Some(shaft) => told.get(&format!("d{}", shafts[shaft - 1]), Role::State),
@@ -191,10 +281,23 @@ pub fn watched(
     }))
     .cloned()
     .collect();
-    // A drive that has stopped stays as it is.
+    let (brakes, u) = (judged.get_flag(Health::BRAKES), judged.get("u", Role::Output));
+    let is_late = told.get("queued", Role::State).is_some();
+    let zero = joined.constant(Op::Constant(0.0));
+    // A drive that has stopped stays as it is; one that brakes has put out another u, and begins anew from there.
     for (port, id) in told.all().filter(|(port, _)| port.role == Role::State) {
+        let instead = match port.name.as_str() {
+            "offset" => Some(zero),
+            "queued" => u,
+            "held" if !is_late => u,
+            _ => None,
+        };
+        let id = match (brakes, instead) {
+            (Some(brakes), Some(instead)) => joined.select(brakes, instead, *id),
+            _ => *id,
+        };
         let before = was(&port.name).expect("every word of the state");
-        results.push((port.clone(), joined.select(stopped, before, *id)));
+        results.push((port.clone(), joined.select(stopped, before, id)));
     }
     results
 }

@@ -15,6 +15,7 @@
 use core::f64::consts::TAU;
 
 use super::error::DriveError;
+use super::fence::Fence;
 use super::fields::fields;
 use crate::real::{Count, Real};
 use crate::running::fingerprint_with;
@@ -182,15 +183,17 @@ impl Mounting {
 /// use controller_core::drive::{Mounting, fingerprint};
 ///
 /// let turned = Mounting { is_reversed: true, offset_counts: 0 };
-/// assert_eq!(fingerprint(0x1234_5678, &[Mounting::UPRIGHT], 0), 0x1234_5678);
-/// assert_ne!(fingerprint(0x1234_5678, &[turned], 0), 0x1234_5678);
+/// assert_eq!(fingerprint(0x1234_5678, &[Mounting::UPRIGHT], 0, None), 0x1234_5678);
+/// assert_ne!(fingerprint(0x1234_5678, &[turned], 0, None), 0x1234_5678);
 /// ```
 ///
 /// [`ControlLaw::fingerprint`]: crate::ControlLaw::fingerprint
-pub fn fingerprint(law: u32, mounting: &[Mounting], stop_ticks: u32) -> u32 {
-    let is_neutral = stop_ticks == 0 && mounting.iter().all(|mounting| *mounting == Mounting::UPRIGHT);
+pub fn fingerprint(law: u32, mounting: &[Mounting], stop_ticks: u32, fence: Option<&Fence>) -> u32 {
+    let is_upright = mounting.iter().all(|mounting| *mounting == Mounting::UPRIGHT);
+    let is_neutral = stop_ticks == 0 && fence.is_none() && is_upright;
     let words = mounting.iter().flat_map(|it| [u32::from(it.is_reversed), it.offset_counts as u32]);
-    fingerprint_with(law, words.chain([stop_ticks]).filter(|_| !is_neutral))
+    let words = words.chain([stop_ticks]).chain(fence.into_iter().flat_map(Fence::words));
+    fingerprint_with(law, words.filter(|_| !is_neutral))
 }
 
 fields! {

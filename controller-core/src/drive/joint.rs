@@ -43,6 +43,7 @@ use super::block::Block;
 use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
+use super::fence::Slowing;
 use super::law::{BRAKING, Belief, EncoderForm, QUARTER_TURN, Row};
 use super::monitor::{Bounds, misjudged};
 use super::motor::{OBSERVED, POSITIVE, Switching};
@@ -411,7 +412,28 @@ impl JointDesign {
         let (torque, q) = (self.largest_current() * torque_n_m_per_a, misjudged(uncertain));
         let fastest = torque / motor;
         let disturbance = [load_n_m / link + 1.25 * q * torque / (link + motor), (0.25 + 1.75 * q) * fastest];
-        Bounds::of(law, disturbance, self.gate_steps, uncertain, fastest, self.period_s)
+        Bounds::of(law, disturbance, self.gate_steps, uncertain, fastest, self.brake(), self.period_s)
+    }
+
+    /// Gain of the brake on the motor, 1/s, and the time constant of both shafts under it, s: a damper that takes in what
+    /// comes along the spring, as far as a tick of delay and half of the inertia leave it stable.
+    fn brake(&self) -> [f64; 2] {
+        let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, stiffness_n_m, .. } = self.joint;
+        let (matched, most) = (libm::sqrt(stiffness_n_m * link) / motor, 0.5 / self.period_s);
+        let gain_per_s = if matched < most { matched } else { most };
+        [gain_per_s, (1.0 + link / motor) / gain_per_s]
+    }
+
+    /// How the link slows down: with the share of the limit that is left for load and friction when it approaches a far
+    /// target, and with the brake on the motor. Beyond the end it swings by what the spring was wound up.
+    pub fn slowing(&self) -> Slowing {
+        let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, torque_n_m_per_a, .. } = self.joint;
+        let [_, constant_s] = self.brake();
+        Slowing {
+            deceleration_rad_s2: BRAKING * self.largest_current() * torque_n_m_per_a / (link + motor),
+            constant_s: constant_s + 2.0 * self.period_s,
+            tolerance_rad: 2.0 * self.encoders[0].unit_rad(),
+        }
     }
 
     const fn largest_current(&self) -> f64 {

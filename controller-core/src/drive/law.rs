@@ -1134,7 +1134,8 @@ where
     #[doc(hidden)]
     pub fn give_up(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Output<T> {
         let u = self.fallback(state);
-        if counts.iter().all(Option::is_some) {
+        let waits = counts.iter().all(Option::is_some);
+        if waits {
             (state.fresh, state.doubt) = (true, self.belief.start_ticks);
             for x in &mut state.x {
                 x[2] = T::ZERO;
@@ -1143,7 +1144,8 @@ where
         // In both cases: a state that is fresh has none, and one store needs no address that is chosen.
         state.reach = T::ZERO;
         Self::hold(state, u);
-        Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health: Health::INPUT_REJECTED.union(Health::SAMPLE_LOST) }
+        let health = Health::INPUT_REJECTED.union(Health::SAMPLE_LOST).union(Health::WAITS.when(waits));
+        Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health }
     }
 
     /// Nothing is asked for: the fallback goes out.

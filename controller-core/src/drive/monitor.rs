@@ -22,11 +22,21 @@
 //!   five a second for good. A load that alternates beyond the bound does it, and false counts may; typed steps and
 //!   saturated moves do not. A late task, an undeclared delay, a wrong inertia or torque constant end in it.
 //!
-//! An alarm is told in [`Health`], and what follows is the caller's, who may plan a joined [`stop`](super::stop) with
-//! the reference. That needs good counts, and a motor that suffices. So a drive [stops](Monitored::stopping_at) by
-//! itself at the alarms of one's choice, and one tick after the last two ([`RUNAWAY`]) always: the fallback that needs
-//! nothing goes out, which is the safe u, and 0 where there is none, until it is reset. The last u is not held: it may
-//! be what raised the alarm.
+//! d and σ* are an alarm only after some milliseconds over their bounds ([`Bounds::patience_ticks`]): one missed
+//! interrupt or one false count is none.
+//!
+//! # What follows an alarm
+//! It is told in [`Health`], and the caller may plan a joined [`stop`](super::stop) with the reference. That needs good
+//! counts, and a motor that suffices. So a drive [stops](Monitored::stopping_at) by itself at the alarms of one's
+//! choice, and one tick after the last two ([`RUNAWAY`]) always: the fallback that needs nothing goes out, which is the
+//! safe u, and 0 where there is none, until it is reset. The last u is not held: it may be what raised the alarm.
+//!
+//! A drive that [brakes](Monitored::braking) does so first, as long as its counts can be believed:
+//! $u = -k_v v / b$ within the limits, with the estimate of the speed and no target. It needs neither the reference nor
+//! d nor a good value of b: a wrong b is another $k_v$. When u has been within its limits for some time constants of
+//! $1/k_v$ the shaft is at rest, or as slow as its load lets it be, and the current is taken away. So it is where
+//! braking at the limit does not slow the shaft down for as long as u may be stuck there, where the counts are lost for
+//! longer than an alarm takes, and at a [`RUNAWAY`].
 
 use core::mem::offset_of;
 
@@ -37,7 +47,7 @@ use super::target::{Aim, Target};
 use crate::controller::Output;
 use crate::health::Health;
 use crate::real::Real;
-use crate::running::{ControlLaw, RetuneError, Words, each_word, hash, next};
+use crate::running::{ControlLaw, RetuneError, Running, Words, each_word, hash, next};
 
 /// What the monitors of a drive with E encoders may see; by rule from a design ([`MotorDesign::bounds`],
 /// [`JointDesign::bounds`]).
@@ -55,6 +65,12 @@ pub struct Bounds<const E: usize> {
     pub stuck_ticks: u32,
     /// Ticks in a row in which the shaft speeds up against its current that are no alarm yet.
     pub wrong_way_ticks: u32,
+    /// Ticks with d or σ* over its bound, or without a sample, that are no alarm yet; each tick without forgets one.
+    pub patience_ticks: u32,
+    /// A drive that brakes asks for so many 1/s times its speed.
+    pub brake_per_s: f64,
+    /// It has come to rest after so many ticks of that within the limits of u.
+    pub brake_ticks: u32,
 }
 
 /// Time that u may be at a limit while |σ| does not fall, s.
@@ -66,15 +82,24 @@ const BOUNCE_TICKS: f64 = 6.0;
 const WRONG_WAY_RAD: f64 = 6e-3;
 const WRONG_WAY_S: f64 = 0.01;
 
+/// Time over a bound that is no alarm yet, s, and the fewest ticks.
+const PATIENCE_S: f64 = 0.008;
+const PATIENCE_TICKS: f64 = 4.0;
+
+/// Time constants of the brake until the shaft is taken to be at rest: of the speed 1/3000 is left.
+const BRAKE_CONSTANTS: f64 = 8.0;
+
 impl<const E: usize> Bounds<E> {
     /// For a law of this period with these gates: innovations of p/(1 - p) of them, which is how far an acceleration
-    /// is off under a gain that is wrong by p. `fastest`: what the limit of u does to the driven shaft, rad/s².
+    /// is off under a gain that is wrong by p. `fastest`: what the limit of u does to the driven shaft, rad/s²; of
+    /// the brake the gain from its speed to its deceleration, 1/s, and the time constant of what it slows down, s.
     pub(crate) fn of<T, M, A, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
         law: &EncoderForm<T, M, A, E, N, S, FAST, LATE>,
         disturbance: [f64; E],
         gate_steps: [f64; E],
         uncertain: f64,
         fastest: f64,
+        [brake_per_s, rest_s]: [f64; 2],
         period_s: f64,
     ) -> Self
     where
@@ -85,7 +110,15 @@ impl<const E: usize> Bounds<E> {
         let sigma_star = law.sigma_star_bound(gate_steps.map(|steps| steps * misjudged(uncertain)));
         let time_s = libm::sqrt(2.0 * WRONG_WAY_RAD / fastest).min(WRONG_WAY_S);
         let wrong_way_ticks = (time_s / period_s).max(BOUNCE_TICKS) as u32;
-        Self { disturbance, sigma_star, stuck_ticks: (STUCK_S / period_s) as u32, wrong_way_ticks }
+        Self {
+            disturbance,
+            sigma_star,
+            stuck_ticks: (STUCK_S / period_s) as u32,
+            wrong_way_ticks,
+            patience_ticks: (PATIENCE_S / period_s).max(PATIENCE_TICKS) as u32,
+            brake_per_s,
+            brake_ticks: (BRAKE_CONSTANTS * rest_s / period_s) as u32,
+        }
     }
 }
 
@@ -96,11 +129,13 @@ pub(crate) fn misjudged(uncertain: f64) -> f64 {
 }
 
 /// What the monitors raise an alarm with; the rest of [`Health`] is told and no alarm.
-pub const ALARMS: Health = Health::DISTURBANCE_OVER_BOUND
-    .union(Health::SIGMA_STAR_OVER_BOUND)
-    .union(Health::STUCK_AT_LIMIT)
-    .union(Health::INPUT_REJECTED)
-    .union(RUNAWAY);
+pub const ALARMS: Health = ANSWERED.union(BEYOND_CONTROL);
+
+/// At any alarm: brake as long as the counts can be believed, then stop.
+pub const BRAKING: Health = ALARMS.union(Health::BRAKES);
+
+/// Alarms that a planned stop answers.
+pub const ANSWERED: Health = Health::DISTURBANCE_OVER_BOUND.union(Health::SIGMA_STAR_OVER_BOUND);
 
 /// Alarms that no planned stop answers: u is at its limit and does not suffice, or nothing is known. A count that
 /// sticks ends in the first of them.
@@ -119,6 +154,12 @@ pub trait Watched<const E: usize>: ControlLaw<Output = Output<<Self as ControlLa
 
     /// What one unit of u adds to its acceleration.
     fn gain(&self) -> Self::Scalar;
+
+    /// The limits of u, lower and upper.
+    fn range(&self) -> [Self::Scalar; 2];
+
+    /// This goes out instead of what the law has put out, and the law begins anew from there.
+    fn put_instead(state: &mut Self::State, u: Self::Scalar);
 
     /// How many of these units one rad/s² is.
     fn per_rad(&self, block: usize) -> Self::Scalar;
@@ -145,6 +186,20 @@ where
         self.model.input_gain()
     }
 
+    #[inline(always)]
+    fn range(&self) -> [T; 2] {
+        [self.row.u_min, self.row.u_max]
+    }
+
+    #[inline(always)]
+    fn put_instead(state: &mut StateOf<Self>, u: T) {
+        state.offset = T::ZERO;
+        match state.queued.first_mut() {
+            Some(queued) => *queued = u,
+            None => state.held = u,
+        }
+    }
+
     fn per_rad(&self, block: usize) -> T {
         self.model.per_rad(block)
     }
@@ -163,6 +218,16 @@ impl<L: Watched<E>, const E: usize> Watched<E> for &L {
 
     fn gain(&self) -> L::Scalar {
         (**self).gain()
+    }
+
+    #[inline(always)]
+    fn range(&self) -> [L::Scalar; 2] {
+        (**self).range()
+    }
+
+    #[inline(always)]
+    fn put_instead(state: &mut L::State, u: L::Scalar) {
+        L::put_instead(state, u);
     }
 
     fn per_rad(&self, block: usize) -> L::Scalar {
@@ -190,35 +255,57 @@ pub struct Monitored<L: ControlLaw, const E: usize> {
     law: L,
     disturbance: [L::Scalar; E],
     sigma_star: L::Scalar,
-    stuck_ticks: L::Scalar,
-    wrong_way_ticks: L::Scalar,
-    /// What stops it beside a [`RUNAWAY`].
+    ticks: WatchTicks<L::Scalar>,
+    /// What u is per unit of speed while it brakes.
+    brake: L::Scalar,
+    /// What stops it beside a [`RUNAWAY`]; with [`Health::BRAKES`] it brakes first.
     stops_at: Health,
 }
 
+/// Ticks that monitors count to, as numbers that a tick compares; see [`Bounds`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WatchTicks<T> {
+    /// At a limit of u.
+    pub stuck: T,
+    /// Of the wrong way.
+    pub wrong_way: T,
+    /// Over a bound.
+    pub patience: T,
+    /// Of braking within the limits.
+    pub brake: T,
+}
+
 impl<L: Watched<E>, const E: usize> Monitored<L, E> {
-    /// The same from numbers that are known already, for a `const`: |d| in the unit of each block, |σ*|, ticks at a
-    /// limit and of the wrong way.
+    /// The same from numbers that are known already, for a `const`: |d| in the unit of each block, |σ*|, ticks, and u
+    /// per unit of speed of a brake.
     pub const fn from_parts(
         law: L,
         disturbance: [L::Scalar; E],
         sigma_star: L::Scalar,
-        [stuck_ticks, wrong_way_ticks]: [L::Scalar; 2],
+        ticks: WatchTicks<L::Scalar>,
+        brake: L::Scalar,
     ) -> Self {
-        Self { law, disturbance, sigma_star, stuck_ticks, wrong_way_ticks, stops_at: Health::OK }
+        Self { law, disturbance, sigma_star, ticks, brake, stops_at: Health::OK }
     }
 
     /// A drive, and what may be seen of it.
     pub fn new(law: L, bounds: &Bounds<E>) -> Self {
         let disturbance = core::array::from_fn(|i| L::Scalar::from_f64(bounds.disturbance[i]) * law.per_rad(i));
         let sigma_star = if bounds.sigma_star < LARGEST { bounds.sigma_star } else { LARGEST };
-        let ticks = [bounds.stuck_ticks, bounds.wrong_way_ticks].map(|ticks| L::Scalar::from_f64(f64::from(ticks)));
-        Self::from_parts(law, disturbance, L::Scalar::from_f64(sigma_star), ticks)
+        let number = |ticks: u32| L::Scalar::from_f64(f64::from(ticks));
+        let ticks = WatchTicks {
+            stuck: number(bounds.stuck_ticks),
+            wrong_way: number(bounds.wrong_way_ticks),
+            patience: number(bounds.patience_ticks),
+            brake: number(bounds.brake_ticks),
+        };
+        let brake = L::Scalar::from_f64(bounds.brake_per_s) / law.gain();
+        Self::from_parts(law, disturbance, L::Scalar::from_f64(sigma_star), ticks, brake)
     }
 
-    /// |d| in the unit of each block, |σ*|, ticks at a limit and of the wrong way: what a tick compares with.
-    pub const fn thresholds(&self) -> ([L::Scalar; E], L::Scalar, [L::Scalar; 2]) {
-        (self.disturbance, self.sigma_star, [self.stuck_ticks, self.wrong_way_ticks])
+    /// |d| in the unit of each block, |σ*|, ticks, and u per unit of speed of a brake: what a tick takes.
+    pub const fn thresholds(&self) -> ([L::Scalar; E], L::Scalar, WatchTicks<L::Scalar>, L::Scalar) {
+        (self.disturbance, self.sigma_star, self.ticks, self.brake)
     }
 
     /// The same; an alarm stops the drive until it is [reset](crate::Running::reset).
@@ -233,6 +320,35 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     pub const fn stopping_at(mut self, alarms: Health) -> Self {
         self.stops_at = alarms;
         self
+    }
+
+    /// The same; at an alarm the drive brakes as long as it can believe its counts, and stops then.
+    #[must_use]
+    pub const fn braking(self) -> Self {
+        self.stopping_at(BRAKING)
+    }
+}
+
+impl<L: Watched<E>, const E: usize> Monitored<L, E> {
+    /// Does what follows an alarm, from the next tick on: brakes, stops, or goes on where alarms are told only or
+    /// answered by a planned stop. For what the drive cannot know: a switch, a door, a [`Fence`](super::Fence).
+    pub fn trip(&self, state: &mut MonitoredState<L::State, L::Scalar, E>) {
+        let (zero, one) = (L::Scalar::ZERO, L::Scalar::from_f64(1.0));
+        if !self.stops_at.contains(Health::BRAKES) {
+            state.stopped |= self.stops_at.intersects(ANSWERED);
+        } else if !self.is_braking(state) {
+            (state.braking, state.stuck, state.over) = (one, zero, zero);
+            state.counted += one;
+        }
+    }
+}
+
+impl<L: Watched<E>, const E: usize> Running<Monitored<L, E>> {
+    /// [`Monitored::trip`], of a drive that has started.
+    pub fn trip(&mut self) {
+        if let Some(state) = &mut self.state {
+            self.design.trip(state);
+        }
     }
 }
 
@@ -277,6 +393,10 @@ pub struct MonitoredState<S, T, const E: usize> {
     /// Ticks in a row of the wrong way, and the speed in the last tick at a limit.
     against: T,
     speed: T,
+    /// Ticks over a bound, less those within.
+    over: T,
+    /// 1 and the ticks within the limits since it brakes.
+    braking: T,
     stopped: bool,
 }
 
@@ -290,8 +410,9 @@ impl<S: Clone, T: Copy, const E: usize> Clone for MonitoredState<S, T, E> {
 
 impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let Self { within, counted, stuck, last, swings, side, against, speed, stopped } = self;
-        let numbers = [counted, stuck, last, swings, against, speed].into_iter().chain(side).flat_map(each_word);
+        let Self { within, counted, stuck, last, swings, side, against, speed, over, braking, stopped } = self;
+        let numbers = [counted, stuck, last, swings, against, speed, over, braking].into_iter().chain(side);
+        let numbers = numbers.flat_map(each_word);
         [u32::from(*stopped)].into_iter().chain(numbers).chain(within.words())
     }
 
@@ -303,11 +424,13 @@ impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
         };
         let (counted, stuck, last) = (next(words)?, next(words)?, next(words)?);
         let (swings, against, speed) = (next(words)?, next(words)?, next(words)?);
+        let (over, braking) = (next(words)?, next(words)?);
         let mut side = [T::ZERO; E];
         for d in &mut side {
             *d = next(words)?;
         }
-        Some(Self { within: S::from_words(words)?, counted, stuck, last, swings, side, against, speed, stopped })
+        let within = S::from_words(words)?;
+        Some(Self { within, counted, stuck, last, swings, side, against, speed, over, braking, stopped })
     }
 }
 
@@ -328,15 +451,19 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         state: &mut MonitoredState<L::State, L::Scalar, E>,
         output: Output<L::Scalar>,
     ) -> Output<L::Scalar> {
+        if self.looks(state, &output) { self.looked_into(state, output) } else { output }
+    }
+
+    /// Is a tick looked into? One within its bounds is not, while nothing is counted.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn looks(&self, state: &MonitoredState<L::State, L::Scalar, E>, output: &Output<L::Scalar>) -> bool {
         let d = L::disturbance(&state.within);
         let mut calm = output.sigma_star.abs() <= self.sigma_star;
         for i in 0..E {
             calm &= d[i].abs() <= self.disturbance[i];
         }
-        if calm && state.counted == L::Scalar::ZERO && !output.health.intersects(Self::LOOKED_INTO) {
-            return output;
-        }
-        self.looked_into(state, output)
+        !(calm && state.counted == L::Scalar::ZERO && !output.health.intersects(Self::LOOKED_INTO))
     }
 
     const LOOKED_INTO: Health = Health::SATURATED.union(Health::INPUT_REJECTED);
@@ -347,60 +474,163 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     fn looked_into(
         &self,
         state: &mut MonitoredState<L::State, L::Scalar, E>,
-        mut output: Output<L::Scalar>,
+        output: Output<L::Scalar>,
     ) -> Output<L::Scalar> {
-        if output.health.contains(Health::WAITS) {
+        let slowing = self.slowing(state);
+        let over = self.watch(state, &output, slowing);
+        self.answer(state, output, slowing, over)
+    }
+
+    #[inline(always)]
+    fn is_braking(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> bool {
+        self.stops_at.contains(Health::BRAKES) && state.braking > L::Scalar::ZERO
+    }
+
+    /// What slows the shaft down, and whether the limits leave less of it than is asked for.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn slowing(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> (L::Scalar, bool) {
+        let [u_min, u_max] = self.law.range();
+        let asked = -(self.brake * L::speed(&state.within));
+        // Of a speed that is no number nothing is asked.
+        let asked = if asked.abs() <= L::Scalar::from_f64(LARGEST) { asked } else { L::Scalar::ZERO };
+        let u = asked.limited(u_min, u_max);
+        (u, u != asked)
+    }
+
+    /// Counts what a tick shows; whether a disturbance is over its bound, and σ*.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn watch(
+        &self,
+        state: &mut MonitoredState<L::State, L::Scalar, E>,
+        output: &Output<L::Scalar>,
+        (slowing, is_short): (L::Scalar, bool),
+    ) -> [bool; 2] {
+        let (zero, one, told) = (L::Scalar::ZERO, L::Scalar::from_f64(1.0), output.health);
+        if told.contains(Health::WAITS) {
             // Nothing is estimated yet, and nothing flows.
-            return output;
+            return [false; 2];
         }
-        let one = L::Scalar::from_f64(1.0);
-        let mut alarms = output.health;
-        let d = L::disturbance(&state.within);
-        let (mut over, mut has_changed) = ([false; E], false);
+        let (d, v) = (L::disturbance(&state.within), L::speed(&state.within));
+        let is_braking = self.is_braking(state);
+        // While it brakes the speed is what must fall at the limit.
+        let (sigma, u, is_at_limit) = if is_braking {
+            (v.abs(), slowing, is_short)
+        } else {
+            (output.sigma.abs(), output.u, told.contains(Health::SATURATED))
+        };
+        let (mut over, mut has_changed, mut is_any_over) = ([false; E], false, false);
         for i in 0..E {
             // No number is over any bound.
             let within = d[i].abs() <= self.disturbance[i];
             over[i] = !within;
+            is_any_over |= over[i];
             if over[i] {
-                has_changed |= d[i] * state.side[i] < L::Scalar::ZERO;
+                has_changed |= d[i] * state.side[i] < zero;
                 state.side[i] = d[i];
             }
-            alarms = alarms.union(Health::DISTURBANCE_OVER_BOUND.when(over[i]));
         }
         if has_changed {
-            state.swings += self.stuck_ticks;
+            state.swings += self.ticks.stuck;
         }
-        let sigma = output.sigma.abs();
-        if output.health.contains(Health::SATURATED) {
-            if state.stuck == L::Scalar::ZERO || sigma >= state.last {
+        let mut is_star_over = false;
+        if is_at_limit {
+            if state.stuck == zero || sigma >= state.last {
                 state.stuck += one;
             }
             state.last = sigma;
-            let is_wrong = self.is_wrong_way(state, &d, &over, output.u);
-            state.against = if is_wrong { state.against + one } else { L::Scalar::ZERO };
-            state.speed = L::speed(&state.within).abs();
+            if self.is_wrong_way(state, &d, &over, u) {
+                state.against += one;
+            } else if told.contains(Health::SAMPLE_LOST) {
+                // At full current nobody sees what it does.
+                state.against += L::Scalar::HALF;
+            } else {
+                state.against = zero;
+            }
+            state.speed = v.abs();
         } else {
-            state.against = L::Scalar::ZERO;
+            state.against = zero;
             state.stuck = lessened(state.stuck, L::Scalar::from_f64(0.1));
             let within = output.sigma_star.abs() <= self.sigma_star;
-            alarms = alarms.union(Health::SIGMA_STAR_OVER_BOUND.when(!within));
+            is_star_over = !within;
         }
-        alarms = alarms.union(Health::STUCK_AT_LIMIT.when(state.stuck > self.stuck_ticks));
-        let wrong_way = state.against > self.wrong_way_ticks;
-        let oscillates = state.swings > self.stuck_ticks + self.stuck_ticks;
+        let is_rejected = told.contains(Health::INPUT_REJECTED);
+        let is_over = if is_braking {
+            is_rejected && told.contains(Health::SAMPLE_LOST)
+        } else {
+            is_any_over || is_star_over || is_rejected
+        };
+        state.over = if is_over { state.over + one } else { lessened(state.over, one) };
+        [is_any_over, is_star_over]
+    }
+
+    /// What is told of what was counted, and what follows.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn answer(
+        &self,
+        state: &mut MonitoredState<L::State, L::Scalar, E>,
+        mut output: Output<L::Scalar>,
+        (slowing, is_short): (L::Scalar, bool),
+        [is_any_over, is_star_over]: [bool; 2],
+    ) -> Output<L::Scalar> {
+        let (zero, one, told) = (L::Scalar::ZERO, L::Scalar::from_f64(1.0), output.health);
+        let is_lost = told.contains(Health::SAMPLE_LOST);
+        if told.contains(Health::WAITS) {
+            // With a sample lost it is what was believed that was given up.
+            let is_alarm = is_lost && self.stops_at.contains(Health::INPUT_REJECTED);
+            return if is_alarm { self.stop(state, output) } else { output };
+        }
+        let is_braking = self.is_braking(state);
+        let is_rejected = told.contains(Health::INPUT_REJECTED);
+        let is_late = state.over > self.ticks.patience;
+        let is_stuck = state.stuck > self.ticks.stuck;
+        let mut alarms = Health::STUCK_AT_LIMIT.when(is_stuck);
+        alarms = alarms.union(Health::DISTURBANCE_OVER_BOUND.when(is_late && is_any_over && !is_braking));
+        alarms = alarms.union(Health::SIGMA_STAR_OVER_BOUND.when(is_late && is_star_over && !is_braking));
+        output.health = told.union(alarms);
+        let can_brake = self.stops_at.contains(Health::BRAKES);
+        // To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks.
+        let is_in_doubt = can_brake && state.against > zero;
+        let alarms = alarms.union(Health::INPUT_REJECTED.when(is_rejected && is_late));
+        let is_alarm = alarms.intersects(self.stops_at) && !is_in_doubt;
+        let wrong_way = state.against > self.ticks.wrong_way;
+        let oscillates = state.swings > self.ticks.stuck + self.ticks.stuck;
+        let brakes = if is_braking {
+            if !is_short {
+                state.braking += one;
+            }
+            !(is_stuck || is_late || state.braking > self.ticks.brake)
+        } else {
+            let begins = is_alarm && can_brake && !(is_rejected && is_lost);
+            if begins {
+                (state.braking, state.stuck, state.over) = (one, zero, zero);
+            }
+            begins
+        };
+        if brakes {
+            L::put_instead(&mut state.within, slowing);
+            output.u = slowing;
+            let limited = Health::SATURATED.when(is_short).union(Health::BRAKES);
+            output.health = output.health.without(Health::SATURATED).union(limited);
+        } else if is_braking || is_alarm {
+            output = self.stop(state, output);
+        }
         state.swings = lessened(state.swings, one);
-        state.counted = state.stuck + state.swings + state.against;
-        output.health = alarms;
-        if alarms.intersects(self.stops_at) {
-            state.stopped = true;
-            output.health = output.health.union(Health::STOPPED);
-            output.u = self.law.not_started().u;
-        }
+        state.counted = state.stuck + state.swings + state.against + state.over + state.braking;
         // From the next tick on: this u is the law's.
         state.stopped |= wrong_way | oscillates;
         output.health = output.health.union(Health::WRONG_WAY.when(wrong_way));
         output.health = output.health.union(Health::OSCILLATES.when(oscillates));
         output
+    }
+
+    /// The fallback goes out from now on.
+    #[inline(always)]
+    fn stop(&self, state: &mut MonitoredState<L::State, L::Scalar, E>, output: Output<L::Scalar>) -> Output<L::Scalar> {
+        state.stopped = true;
+        Output { u: self.law.not_started().u, health: output.health.union(Health::STOPPED), ..output }
     }
 }
 
@@ -461,8 +691,9 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
 
     fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
         let (within, zero) = (self.law.start_from(sample, guess)?, L::Scalar::ZERO);
-        let [counted, stuck, last, swings, against, speed] = [zero; 6];
-        Some(MonitoredState { within, counted, stuck, last, swings, side: [zero; E], against, speed, stopped: false })
+        let [counted, stuck, last, swings, against, speed, over, braking] = [zero; 8];
+        let (side, stopped) = ([zero; E], false);
+        Some(MonitoredState { within, counted, stuck, last, swings, side, against, speed, over, braking, stopped })
     }
 
     #[inline]
@@ -514,7 +745,9 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
     }
 
     fn fingerprint(&self) -> u32 {
-        let bounds = self.disturbance.into_iter().chain([self.sigma_star, self.stuck_ticks, self.wrong_way_ticks]);
+        let WatchTicks { stuck, wrong_way, patience, brake } = self.ticks;
+        let ticks = [self.sigma_star, stuck, wrong_way, patience, brake, self.brake];
+        let bounds = self.disturbance.into_iter().chain(ticks);
         let head = [self.law.fingerprint(), u32::from(self.stops_at.bits())];
         hash(head.into_iter().chain(bounds.flat_map(Real::to_words)))
     }

@@ -40,6 +40,7 @@ use super::block::Block;
 use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
+use super::fence::Slowing;
 use super::law::{BRAKING, Belief, EncoderForm, FastGains, QUARTER_TURN, Row};
 use super::monitor::{Bounds, misjudged};
 use super::target::{Aim, Position};
@@ -180,8 +181,8 @@ pub struct MotorDesign {
     pub fallback: Fallback,
     /// How fast everything is.
     pub bandwidths: MotorBandwidths,
-    /// Bandwidth of the fast gain set over that of the quiet one; read where there are two. 2 is stable within ±20 % of
-    /// J and K_t, nothing above 1 within ±50 %.
+    /// Bandwidth of the fast gain set over that of the quiet one; 1 where there is one. 2 is stable within ±20 % of J
+    /// and K_t, nothing above 1 within ±50 %.
     pub fast_ratio: f64,
     /// When the fast set comes in; read where there are two.
     pub switching: Switching,
@@ -196,7 +197,8 @@ pub const DEFAULT_LAG_S: f64 = 2e-4;
 
 impl MotorDesign {
     /// The rule of the module's head for a current loop with a lag of 0.2 ms, and no tick of delay. The gate is that
-    /// for a disturbance of 1.2 times the limit.
+    /// for a disturbance of 1.2 times the limit, and of twice that where [`fast_ratio`](Self::fast_ratio) is 1: one gain
+    /// set shows later that a motor turns the wrong way.
     pub const fn by_rule(period_s: f64, motor: Motor, encoder: Encoder, limits: Limits) -> Self {
         let bandwidths =
             MotorBandwidths { surface_rad_s: 0.0, observer_rad_s: 0.0, reaching_per_s: 0.0, offset_per_s: 0.0 };
@@ -245,8 +247,10 @@ impl MotorDesign {
     pub const fn with_bandwidths(mut self, bandwidths: MotorBandwidths) -> Self {
         self.bandwidths = bandwidths;
         let omega = bandwidths.observer_rad_s;
-        // What a step D of the disturbance makes of the innovation is at most 0.42 D/w_o².
-        self.gate_steps = 1.0 + 0.42 * 1.2 * self.largest_acceleration() / (omega * omega * self.encoder.unit_rad());
+        // What a step D of the disturbance makes of the innovation is at most 0.42 D/w_o². A fast set shows D = 2 b u, as
+        // of a motor that turns the wrong way, before that.
+        let largest = self.largest_acceleration() * if self.fast_ratio > 1.0 { 1.2 } else { 2.4 };
+        self.gate_steps = 1.0 + 0.42 * largest / (omega * omega * self.encoder.unit_rad());
         self
     }
 
@@ -261,7 +265,22 @@ impl MotorDesign {
     ) -> Bounds<1> {
         let share = 0.25 + 0.65 * misjudged(uncertain);
         let fastest = self.largest_acceleration();
-        Bounds::of(law, [share * fastest], [self.gate_steps], uncertain, fastest, self.period_s)
+        let brake = self.brake_per_s();
+        Bounds::of(law, [share * fastest], [self.gate_steps], uncertain, fastest, [brake, 1.0 / brake], self.period_s)
+    }
+
+    /// How a drive slows down: with the share of its limit that is left for load and friction when it approaches a far
+    /// target, and with the gain of its brake ([`Bounds::brake_per_s`]).
+    pub const fn slowing(&self) -> Slowing {
+        Slowing {
+            deceleration_rad_s2: BRAKING * self.largest_acceleration(),
+            constant_s: 1.0 / self.brake_per_s() + 2.0 * self.period_s,
+            tolerance_rad: 2.0 * self.encoder.unit_rad(),
+        }
+    }
+
+    const fn brake_per_s(&self) -> f64 {
+        0.5 * self.bandwidths.surface_rad_s
     }
 
     const fn largest_acceleration(&self) -> f64 {

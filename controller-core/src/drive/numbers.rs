@@ -54,7 +54,7 @@ macro_rules! numbers {
         /// [`Bounds`], disturbances first, and the bits of the alarms that stop the drive.
         pub const LAYOUT: &str = concat!(
             $(stringify!($design), $(" ", stringify!($place),)* " hold safe; ",)*
-            "d sigma* stuck wrong_way stops_at"
+            "d sigma* stuck wrong_way patience brake_per_s brake_ticks stops_at"
         );
     };
 }
@@ -83,20 +83,28 @@ numbers! {
 
 impl<const E: usize> Bounds<E> {
     /// How many numbers they are.
-    pub const NUMBERS: usize = E + 3;
+    pub const NUMBERS: usize = E + 6;
 
     /// Their numbers in the order of [`LAYOUT`].
     pub fn to_numbers(&self) -> impl Iterator<Item = f64> {
-        let ticks = [self.stuck_ticks, self.wrong_way_ticks].map(f64::from);
-        self.disturbance.into_iter().chain([self.sigma_star]).chain(ticks)
+        let ticks = [self.stuck_ticks, self.wrong_way_ticks, self.patience_ticks].map(f64::from);
+        let brake = [self.brake_per_s, f64::from(self.brake_ticks)];
+        self.disturbance.into_iter().chain([self.sigma_star]).chain(ticks).chain(brake)
     }
 
     /// Of their numbers; those that are not there are NaN, within which nothing is.
     pub fn from_numbers(numbers: impl IntoIterator<Item = f64>) -> Self {
         let mut numbers = numbers.into_iter();
         let mut next = || numbers.next().unwrap_or(f64::NAN);
-        let (disturbance, sigma_star) = (core::array::from_fn(|_| next()), next());
-        Self { disturbance, sigma_star, stuck_ticks: next() as u32, wrong_way_ticks: next() as u32 }
+        Self {
+            disturbance: core::array::from_fn(|_| next()),
+            sigma_star: next(),
+            stuck_ticks: next() as u32,
+            wrong_way_ticks: next() as u32,
+            patience_ticks: next() as u32,
+            brake_per_s: next(),
+            brake_ticks: next() as u32,
+        }
     }
 }
 
@@ -117,7 +125,15 @@ mod tests {
         );
         let holding = MotorDesign { fallback: Fallback::HoldLast, ..motor };
         assert_eq!(MotorDesign::from_numbers(&holding.to_numbers()), holding);
-        let bounds = Bounds { disturbance: [1.0, 2.0], sigma_star: f64::INFINITY, stuck_ticks: 3, wrong_way_ticks: 4 };
+        let bounds = Bounds {
+            disturbance: [1.0, 2.0],
+            sigma_star: f64::INFINITY,
+            stuck_ticks: 3,
+            wrong_way_ticks: 4,
+            patience_ticks: 5,
+            brake_per_s: 6.0,
+            brake_ticks: 7,
+        };
         assert_eq!(Bounds::from_numbers(bounds.to_numbers()), bounds);
     }
 }

@@ -1,5 +1,5 @@
 @ The functions of joint_drive.h, exported by version 0.1.0.
-@ Design 0x2c793e15 (FNV-1a; `design_hash` in the run.json of a run).
+@ Design 0xcc9024c4 (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
 @ Scenario drive.toml (CRC-32 0xee9da7e0):
@@ -2821,6 +2821,11 @@ joint_drive_law:
 joint_drive_give_up:
 	push.w {r4-r7}
 	adr.w ip, .Ljoint_drive_give_up_table
+	ldrb.w r4, [r1, #8]
+	eor.w r5, r4, #1
+	ldrb.w r6, [r1, #9]
+	eor.w r7, r6, #1
+	and.w r5, r5, r7
 	vldr s0, [ip, #0]
 	vldr s1, [ip, #4]
 	vldr s2, [ip, #8]
@@ -2857,33 +2862,31 @@ joint_drive_give_up:
 	vstr s0, [r2, #4]
 	vldr s0, [r0, #52]
 	vldr s2, [ip, #16]
-	ldrb.w r4, [r1, #8]
-	ldrb.w r5, [r1, #9]
-	orr.w r6, r4, r5
-	cmp.w r6, #0
+	orr.w r4, r4, r6
+	cmp.w r4, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #52]
 	vldr s0, [r0, #40]
 	vldr s2, [ip, #8]
-	cmp.w r6, #0
+	cmp.w r4, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #40]
 	vldr s0, [r0, #20]
 	vldr s2, [ip, #8]
-	cmp.w r6, #0
+	cmp.w r4, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #20]
-	eor.w r4, r4, #1
-	eor.w r5, r5, #1
-	and.w r4, r4, r5
-	ldrb.w r5, [r0, #92]
-	orr.w r4, r4, r5
+	ldrb.w r4, [r0, #92]
+	orr.w r4, r5, r4
 	strb.w r4, [r0, #92]
 	vstr s1, [r0, #0]
 	mov.w r0, #9
+	cmp.w r5, #0
+	it ne
+	orrne.w r0, r0, #256
 	pop.w {r4-r7}
 	bx lr
 	.balign 4

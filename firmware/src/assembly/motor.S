@@ -1,5 +1,5 @@
 @ The functions of motor.h, exported by version 0.1.0.
-@ Design 0x6755080e (FNV-1a; `design_hash` in the run.json of a run).
+@ Design 0xd23fd0e4 (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
 @ Scenario motor.toml (CRC-32 0xe1ca76bf):
@@ -163,7 +163,7 @@ motor_tick_u:
 	.balign 4
 .Lmotor_tick_u_table:
 	.word 0x437a0000 @ 250.0
-	.word 0x3d145f16 @ 0.036223494
+	.word 0x3d939607 @ 0.0720635
 	.word 0x39c90fdb @ 0.0003834952
 	.word 0x3a831198 @ 0.000999975
 	.word 0x3506372a @ 4.9999164e-7
@@ -332,7 +332,7 @@ motor_tick:
 	.word 0x408000d2 @ 4.0001
 	.word 0x3b83126f @ 0.004
 	.word 0xbef0f274 @ -0.47059977
-	.word 0x3d145f16 @ 0.036223494
+	.word 0x3d939607 @ 0.0720635
 	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x42fa0000 @ 125.0
 	.word 0x4062594d @ 3.5367005
@@ -617,8 +617,8 @@ motor_begin:
 	.word 0x3a83126f @ 0.001
 	.word 0x3f000000 @ 0.5
 	.word 0x39c90fdb @ 0.0003834952
-	.word 0x3c145f16 @ 0.009055873
-	.word 0x3d145f16 @ 0.036223494
+	.word 0x3c939607 @ 0.018015875
+	.word 0x3d939607 @ 0.0720635
 	.word 0x00004000 @ 2.2959e-41
 	.size motor_begin, .-motor_begin
 
@@ -850,17 +850,17 @@ motor_observe:
 .Lmotor_observe_table:
 	.word 0x3f800000 @ 1.0
 	.word 0x42480000 @ 50.0
-	.word 0x3b945f16 @ 0.0045279367
+	.word 0x3c139607 @ 0.009007937
 	.word 0x3a831198 @ 0.000999975
 	.word 0x3506372a @ 4.9999164e-7
 	.word 0x437a0000 @ 250.0
 	.word 0x39c90fdb @ 0.0003834952
-	.word 0x3d145f16 @ 0.036223494
+	.word 0x3d939607 @ 0.0720635
 	.word 0x40800000 @ 4.0
 	.word 0x3ff47645 @ 1.9098593
 	.word 0x41000000 @ 8.0
 	.word 0x3a83126f @ 0.001
-	.word 0x3c145f16 @ 0.009055873
+	.word 0x3c939607 @ 0.018015875
 	.word 0x00000000 @ 0.0
 	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x41490fdb @ 12.566371
@@ -1309,6 +1309,8 @@ motor_law:
 motor_give_up:
 	push.w {r4-r5}
 	adr.w ip, .Lmotor_give_up_table
+	ldrb.w r4, [r1, #4]
+	eor.w r5, r4, #1
 	vldr s0, [ip, #0]
 	vldr s1, [ip, #4]
 	vldr s2, [ip, #8]
@@ -1345,7 +1347,6 @@ motor_give_up:
 	vstr s0, [r2, #4]
 	vldr s0, [r0, #20]
 	vldr s2, [ip, #0]
-	ldrb.w r4, [r1, #4]
 	cmp.w r4, #0
 	it ne
 	vmovne.f32 s2, s0
@@ -1356,12 +1357,14 @@ motor_give_up:
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #12]
-	ldrb.w r5, [r0, #48]
-	eor.w r4, r4, #1
-	orr.w r4, r5, r4
+	ldrb.w r4, [r0, #48]
+	orr.w r4, r4, r5
 	strb.w r4, [r0, #48]
 	vstr s1, [r0, #0]
 	mov.w r0, #9
+	cmp.w r5, #0
+	it ne
+	orrne.w r0, r0, #256
 	pop.w {r4-r5}
 	bx lr
 	.balign 4

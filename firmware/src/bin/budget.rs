@@ -18,7 +18,7 @@ use core::mem::MaybeUninit;
 
 use controller_core::drive::{
     Aim, DriveLaw, FullState, Hold, Joint as JointData, JointDrive, JointModel, Measured, Monitored, MotorDrive,
-    Position, Speed, Target, sin_cos,
+    Position, Speed, Target, WatchTicks, sin_cos,
 };
 use controller_core::{
     Benchmark, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, Libm, Micromath, NominalModel, Output,
@@ -117,7 +117,7 @@ macro_rules! drives {
 }
 
 /// At a limit and of the wrong way.
-const PATIENCE: [f32; 2] = [200.0, 6.0];
+const PATIENCE: WatchTicks<f32> = WatchTicks { stuck: 200.0, wrong_way: 6.0, patience: 8.0, brake: 128.0 };
 
 drives! {
     motor: MotorDrive = Law::design(&MOTOR), counts::<Law, 1, 2>();
@@ -129,9 +129,9 @@ drives! {
     joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
     joint_drive_late: JointDrive<f32, Position, 0, 1> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
     motor_watched: Monitored<MotorDrive, 1> =
-        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, PATIENCE).stopping(), counts::<Law, 1, 2>();
+        Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, PATIENCE, 0.25).braking(), counts::<Law, 1, 2>();
     joint_drive_watched: Monitored<JointDrive, 2> =
-        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, PATIENCE).stopping(),
+        Law::from_parts(<JointDrive>::design(&JOINT_DRIVE), [1e6, 1e9], 1e9, PATIENCE, 0.25).braking(),
         counts::<Law, 2, 4>();
     joint_measured: Measuring<Position> = measuring(), measured::<Position>();
     joint_measured_held: Measuring<Hold> = measuring(), measured::<Hold>();

@@ -13,5 +13,10 @@ enum {
     @@_STUCK_AT_LIMIT = 32,
     @@_WRONG_WAY = 512, /* it speeds up against its current: an encoder or the phase order is reversed */
     @@_OSCILLATES = 1024, /* the disturbance is over its bound to and fro: a limit cycle */
+    @@_BRAKES = 2048, /* after an alarm: the current opposes the speed, no target is followed */
+    /* what its limits say */
+    @@_OVERSPEED = 4096,
+    @@_FOLLOWING_ERROR = 8192,
+    @@_END_OF_RANGE = 16384, /* beyond an end, or it must brake now */
     @@_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };

@@ -1,7 +1,4 @@
-    if ((health & $bits$u) != 0u) {
-        @_output safe;
-        (void)@_not_started(&safe);
-        output->u = safe.u;
-        monitor->stopped = true;
-        health |= @@_STOPPED;
+    alarms |= (is_rejected && is_late) ? (unsigned)@@_INPUT_REJECTED : 0u;
+    if ((alarms & $bits$u) != 0u) {
+        health |= @_watch_stop(monitor, output);
     }

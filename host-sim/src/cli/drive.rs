@@ -1,7 +1,7 @@
 //! What is said of the run of a drive.
 
 use controller_core::Health;
-use controller_core::drive::ALARMS;
+use controller_core::drive::{ALARMS, FENCED};
 use loop_sim::metrics::{Metrics, Noise, Tracking};
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment};
@@ -62,8 +62,9 @@ pub(super) fn table(
     row("|u| peak (A)", number(metrics.u_peak), &format!("of {} A, over the whole run", typed(drive.max_current_a, 6)));
     let share = format!("{} %", significant(100.0 * tracking.saturated_share, 3));
     row("saturated", share, "of all ticks");
-    if let Some((tick, alarm)) = (0..).zip(&trace.rows).find(|(_, row)| row.health.intersects(ALARMS)) {
-        let alarms = Health::from_bits(alarm.health.bits() & ALARMS.bits()).unwrap_or(alarm.health);
+    let every = ALARMS | FENCED;
+    if let Some((tick, alarm)) = (0..).zip(&trace.rows).find(|(_, row)| row.health.intersects(every)) {
+        let alarms = Health::from_bits(alarm.health.bits() & every.bits()).unwrap_or(alarm.health);
         row("first alarm (s)", typed(alarm.t_s, 6), &format!("tick {tick}: {alarms}"));
     }
     how_it_went(experiment, metrics, trace, &mut row);

@@ -23,8 +23,8 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use controller_core::drive::{
-    self, Bounds, DriveError, DriveLaw, Joined, Monitored, Player, Reference, Rest, Sample, Sine, Streamed, Target,
-    Watched,
+    self, Bounds, DriveError, DriveLaw, Fence, FenceLimits, Joined, Monitored, Player, Reference, Rest, Sample, Sine,
+    Streamed, Target, Watched,
 };
 use controller_core::{ControlLaw as _, Health, MAX_R, Output, Real, Running};
 
@@ -384,6 +384,8 @@ pub struct Monitors<const E: usize> {
     pub sudden_load_n_m: f64,
     /// What follows an alarm.
     pub reaction: Reaction,
+    /// Where the shaft may be, how fast, and how far from its target; to break it is an alarm. `None` for no limits.
+    pub fence: Option<FenceLimits>,
 }
 
 impl<const E: usize> Monitors<E> {
@@ -392,7 +394,7 @@ impl<const E: usize> Monitors<E> {
             disturbance: std::array::from_fn(|i| self.disturbance[i].unwrap_or(by_rule.disturbance[i])),
             sigma_star: self.sigma_star.unwrap_or(by_rule.sigma_star),
             stuck_ticks: self.stuck_ticks.unwrap_or(by_rule.stuck_ticks),
-            wrong_way_ticks: by_rule.wrong_way_ticks,
+            ..*by_rule
         }
     }
 }
@@ -402,6 +404,8 @@ impl<const E: usize> Monitors<E> {
 pub enum Reaction {
     /// It is told, and no more; a [`RUNAWAY`](drive::RUNAWAY) stops the drive, as it does under the others.
     GoOn,
+    /// It brakes as long as its counts can be believed, then the fallback goes out.
+    Brake,
     /// The fallback goes out from then on.
     Fallback,
     /// The reference comes to rest in so many ticks. Where the current does not suffice, or nothing is known, the
@@ -417,6 +421,7 @@ impl Reaction {
     pub const fn stops_at(self) -> Health {
         match self {
             Self::GoOn => Health::OK,
+            Self::Brake => drive::BRAKING,
             Self::Fallback => drive::ALARMS,
             Self::JoinedStop { .. } => drive::BEYOND_CONTROL,
         }
@@ -455,7 +460,13 @@ pub trait Law<const E: usize, const N: usize>: Send {
 /// Output of a tick, and the disturbance of each shaft, rad/s² (0 before the start).
 pub type Ticked<const E: usize> = (Output<f32>, [f32; E]);
 
-impl<L, const E: usize, const N: usize> Law<E, N> for Running<Monitored<L, E>>
+/// A drive in this process, within its fence.
+struct Fenced<L: Watched<E>, const E: usize> {
+    running: Running<Monitored<L, E>>,
+    fence: Option<Fence>,
+}
+
+impl<L, const E: usize, const N: usize> Law<E, N> for Fenced<L, E>
 where
     L: Watched<E> + DriveLaw<E, N> + Send + 'static,
     L::State: Send,
@@ -463,22 +474,26 @@ where
     fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError> {
         let Sample { counts, begin, end } = sample;
         let sample = L::sample(*counts, begin, end);
-        self.start_at_once(&sample);
-        let output = self.tick(&sample);
-        Ok((output, self.estimates().map_or([0.0; E], |known| known.disturbance)))
+        self.running.start_at_once(&sample);
+        let mut output = self.running.tick(&sample);
+        if let Some(fence) = &self.fence {
+            fence.guard(&mut self.running, &mut output, begin);
+        }
+        let known = self.running.estimates();
+        Ok((output, known.map_or([0.0; E], |known| known.disturbance)))
     }
 
     fn report_applied(&mut self, u: f32) {
-        self.report_applied(u);
+        self.running.report_applied(u);
     }
 
     fn reset(&mut self) -> Result<(), PortError> {
-        self.reset();
+        self.running.reset();
         Ok(())
     }
 
     fn fingerprint(&self) -> Option<u32> {
-        Some(self.design().fingerprint())
+        Some(self.running.design().fingerprint())
     }
 
     fn take(&mut self, other: Box<dyn Any>, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<(), PortError> {
@@ -486,7 +501,8 @@ where
             PortError::Refused("the other design is of another form: drive, gain sets, delay, states, aim".into())
         })?;
         let Sample { counts, begin, end } = sample;
-        self.retune(*other, &L::sample(*counts, begin, end)).map_err(|error| PortError::Refused(error.to_string()))
+        let sample = L::sample(*counts, begin, end);
+        self.running.retune(*other, &sample).map_err(|error| PortError::Refused(error.to_string()))
     }
 }
 
@@ -503,10 +519,15 @@ pub trait LivePort: ControllerPort {
     fn retune(&mut self, to: &DriveDesign, at_rest: bool) -> Result<(), DriveError>;
 }
 
+/// What a planned stop answers.
+const ANSWERS: Health = drive::ANSWERED.union(drive::FENCED);
+
 /// The law with its encoders and its reference. The plan takes over `P` derivatives, r included.
 struct Drive<'a, const E: usize, const N: usize, const P: usize> {
     law: Box<dyn Law<E, N> + 'a>,
     mounted: [Mounted; E],
+    /// What the law is fenced with, for its identity.
+    fence: Option<Fence>,
     follows: Follows,
     /// Ticks from the computation of u until it is held.
     late: u32,
@@ -525,7 +546,7 @@ struct Drive<'a, const E: usize, const N: usize, const P: usize> {
 impl<'a, const E: usize, const N: usize, const P: usize> Drive<'a, E, N, P> {
     fn new(
         law: Box<dyn Law<E, N> + 'a>,
-        mounted: [Mounted; E],
+        (mounted, fence): ([Mounted; E], Option<Fence>),
         form: Form,
         reaction: Reaction,
         motion: &Motion,
@@ -534,6 +555,7 @@ impl<'a, const E: usize, const N: usize, const P: usize> Drive<'a, E, N, P> {
         Self {
             law,
             mounted,
+            fence,
             follows: form.follows,
             late,
             player: motion.played(late),
@@ -574,7 +596,7 @@ impl<const E: usize, const N: usize, const P: usize> ControllerPort for Drive<'_
             Follows::Position => TAU * f64::from(target.turn) + target.jet[0],
             Follows::Speed => target.jet[1],
         };
-        if let Some(ticks) = self.stop_ticks.filter(|_| self.stopping.is_none() && health.intersects(drive::ALARMS)) {
+        if let Some(ticks) = self.stop_ticks.filter(|_| self.stopping.is_none() && health.intersects(ANSWERS)) {
             self.begin_to_stop(ticks);
         }
         self.tick += 1;
@@ -610,7 +632,8 @@ impl<const E: usize, const N: usize, const P: usize> ControllerPort for Drive<'_
 
     fn fingerprint(&self) -> Option<u32> {
         let mounting = self.mounted.map(|mounted| mounted.mounting);
-        self.law.fingerprint().map(|law| drive::fingerprint(law, &mounting, self.stop_ticks.unwrap_or(0)))
+        let (stop_ticks, fence) = (self.stop_ticks.unwrap_or(0), self.fence.as_ref());
+        self.law.fingerprint().map(|law| drive::fingerprint(law, &mounting, stop_ticks, fence))
     }
 }
 

@@ -88,6 +88,7 @@ mod tests {
                 stuck_ticks: None,
                 sudden_load_n_m: 0.0,
                 reaction: Reaction::GoOn,
+                fence: None,
             },
         })
     }

@@ -22,8 +22,8 @@ use super::planned::{Asked, Wanted};
 use super::supply::{self, Keys};
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointErrorTable, JointScenario,
-    JointTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable, ReactionKey,
-    ReferenceKind, ReferenceTable, TuningKey,
+    JointTable, LimitsTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,
+    ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
 };
 use crate::assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Sensed, ShaftOf, StateName, TopSpeed, Twin};
 use crate::error::shown;
@@ -56,6 +56,7 @@ struct Common<'a> {
     load: &'a [TermTable],
     fault: &'a [FaultTable],
     monitor: MonitorTable,
+    limits: LimitsTable,
     uncertain_percent: f64,
     /// How much lighter a motor of a range of inertia may be, percent; 0 without a range.
     lighter_percent: f64,
@@ -181,6 +182,11 @@ fn resolved(
     let wanted =
         problems.take(motion(reference, common.mode, from_rad.unwrap_or(0.0), [period_s, span_s], encoders.len()));
     let reaction = problems.take(reaction(&common.monitor, period_s));
+    problems.0.extend(common.limits.problems(common.start_rad, common.plant));
+    if let (ModeKey::Speed, Some(_)) = (common.mode, common.limits.following_error_rad) {
+        let message = "drive.mode = \"speed\" follows no position: leave it out";
+        problems.0.push(Problem { key: "limits.following_error_rad".into(), message: message.into() });
+    }
     problems.0.extend(common.unsolved_lag());
     problems.0.extend(common.late_counts());
     if let (Some(_), 1) = (common.monitor.motor_n_m, encoders.len()) {
@@ -208,6 +214,7 @@ fn start(mounted: Mounted, angle_rad: f64) -> Option<f64> {
 fn reaction(table: &MonitorTable, period_s: f64) -> Result<Reaction, Problem> {
     match (table.reaction, table.stop_s) {
         (ReactionKey::Tell, None) => Ok(Reaction::GoOn),
+        (ReactionKey::Brake, None) => Ok(Reaction::Brake),
         (ReactionKey::Fallback, None) => Ok(Reaction::Fallback),
         (ReactionKey::JoinedStop, stop_s) => {
             let ticks = ticks_of(stop_s.unwrap_or(START_S), period_s).max(1);
@@ -315,6 +322,7 @@ impl Common<'_> {
             stuck_ticks: saturated_s.map(|time_s| ticks_of(time_s, self.period_s)),
             sudden_load_n_m,
             reaction,
+            fence: self.limits.fence(),
         }
     }
 
@@ -977,6 +985,7 @@ macro_rules! common {
             load: &$file.load,
             fault: &$file.fault,
             monitor: $file.monitor,
+            limits: $file.limits,
             uncertain_percent: $drive.uncertain_percent,
             period_s: period($drive.period_s, &mut $problems),
             max_current_a: $limit,
@@ -1024,12 +1033,11 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let resolved = resolved(&common, &[mounted], default_name, &mut problems);
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
-    let design = |period_s: f64| {
-        let design =
-            motor_design(&MotorDriveTable { period_s, ..drive.clone() }, sheet, nominal, mounted.encoder, limit);
-        inertia.with_gate(design)
-    };
     let form = common.form(drive.gain_sets);
+    let design = |period_s: f64| {
+        let drive = MotorDriveTable { period_s, ..drive.clone() };
+        inertia.with_gate(motor_design(&drive, sheet, nominal, mounted.encoder, limit, form.gain_sets))
+    };
     let mut warnings = common.warnings();
     warnings.extend(asked_states(&file.encoder, "encoder"));
     warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
@@ -1044,8 +1052,13 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         gear,
         feed_forward: &|jet| nominal.feed_forward(jet),
         speed: &|[_, speed, _]| *speed,
+        max_speed_rad_s: common.limits.max_speed_rad_s,
     };
     let motion = resolved.wanted.planned::<3, 3>(&asked, periods, &mut warnings);
+    problems.0.extend(common.limits.beyond::<3>(&motion, periods));
+    if !problems.0.is_empty() {
+        return Err(problems.0);
+    }
     warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
     let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
@@ -1094,16 +1107,13 @@ fn motor_design(
     nominal: Motor,
     encoder: Encoder,
     limit: f64,
+    gain_sets: usize,
 ) -> MotorDesign {
     let by_rule = MotorDesign::by_rule(drive.period_s, nominal, encoder, Limits::symmetric(limit))
         .with_lag(sheet.current_lag_s, drive.delay_ticks as u32);
-    let design = by_rule.with_bandwidths(motor_bandwidths(drive, by_rule.bandwidths));
-    MotorDesign {
-        fast_ratio: drive.fast_ratio.unwrap_or(design.fast_ratio),
-        lost_ticks: drive.lost_ticks,
-        fallback: fallback(drive.fallback),
-        ..design
-    }
+    let fast_ratio = if gain_sets == 1 { 1.0 } else { drive.fast_ratio.unwrap_or(by_rule.fast_ratio) };
+    let design = MotorDesign { fast_ratio, ..by_rule }.with_bandwidths(motor_bandwidths(drive, by_rule.bandwidths));
+    MotorDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design }
 }
 
 /// What the file says of them, and what follows of that.
@@ -1304,8 +1314,13 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         gear,
         feed_forward: &|jet| nominal.feed_forward(jet),
         speed: &|jet| supply::motor_speed(&nominal, jet),
+        max_speed_rad_s: common.limits.max_speed_rad_s,
     };
     let motion = resolved.wanted.planned::<4, 5>(&asked, periods, &mut warnings);
+    problems.0.extend(common.limits.beyond::<4>(&motion, periods));
+    if !problems.0.is_empty() {
+        return Err(problems.0);
+    }
     warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
     let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);

@@ -37,6 +37,8 @@ pub(super) struct Asked<'a, const J: usize> {
     pub(super) feed_forward: &'a dyn Fn(&[f64; J]) -> f64,
     /// Speed of the motor behind the gear, rad/s.
     pub(super) speed: &'a dyn Fn(&[f64; J]) -> f64,
+    /// `limits.max_speed_rad_s`, of what is told where to be.
+    pub(super) max_speed_rad_s: Option<f64>,
 }
 
 impl<const J: usize> Asked<'_, J> {
@@ -68,10 +70,15 @@ impl<const J: usize> Asked<'_, J> {
         shares.fold(0.0, f64::max)
     }
 
+    /// Share of the top speed, of which all may be used but what the loop overshoots by.
+    fn speed_share(&self, jet: &[f64; J]) -> f64 {
+        self.max_speed_rad_s.map_or(0.0, |most| jet[1].abs() / most)
+    }
+
     /// What a jet surely takes, as a current of which there are [`within_a`](Self::within_a).
     fn surely_a(&self, jet: &[f64; J]) -> f64 {
-        let of_supply = self.within_a() * self.sure_share(jet) / SHARE;
-        (self.feed_forward)(jet).abs().max(of_supply)
+        let share = self.sure_share(jet).max(self.speed_share(jet)) / SHARE;
+        (self.feed_forward)(jet).abs().max(self.within_a() * share)
     }
 }
 
@@ -165,7 +172,7 @@ impl Wanted {
             // Set-points take no duration.
             let is_profile = matches!(motion.goal, Goal::SetPoints { .. });
             let longer = if is_profile { None } else { longer() };
-            let slows = is_profile || asked.supply.is_some();
+            let slows = is_profile || asked.supply.is_some() || asked.max_speed_rad_s.is_some();
             let remedy = longer.or_else(|| if slows { self.slower::<P, J>(asked, last) } else { None });
             let remedy = remedy.map_or_else(String::new, |remedy| format!("; {remedy}"));
             warnings.push(format!("the reference asks for up to {}: it will not be followed{remedy}", over.join(", ")));
@@ -241,6 +248,10 @@ fn over<const P: usize, const J: usize>(motion: &Motion, asked: &Asked<'_, J>, l
             shown(rounded(supply.volt)),
             shown(rounded(asked.gear * supply.volt / asked.torque_n_m_per_a))
         ));
+    }
+    let fastest = peak(&|jet| jet[1]);
+    if let Some(most) = asked.max_speed_rad_s.filter(|most| fastest > *most) {
+        words.push(format!("{} rad/s, limits.max_speed_rad_s is {}", shown(rounded(fastest)), shown(most)));
     }
     words
 }

@@ -1,15 +1,17 @@
 //! Is the record of the monitors the monitors, and are numbers written as they are read?
 
-use controller_core::drive::{Encoder, Monitored, Motor, MotorDesign, MotorDrive, Mounting, Position, Sample, Target};
+use controller_core::drive::{
+    ALARMS, BRAKING, Encoder, FENCED, Monitored, Motor, MotorDesign, MotorDrive, Mounting, Position, Sample, Target,
+};
 use controller_core::{ControlLaw as _, Health, Limits, Words as _};
 use tick_record::joined::Joined;
-use tick_record::monitor::{monitor, state, watched};
+use tick_record::monitor::{monitor, state, ticks, watched};
 use tick_record::{Id, Kind, Port, Role, Word, drive};
 
 /// The record against the monitors themselves, around a law that says what it is told.
 #[test]
 fn the_record_is_the_monitors() {
-    let record = monitor::<1>(true);
+    let record = monitor::<1>(ALARMS);
     let numbers = |given: &[(&str, f32)]| {
         let inputs: Vec<Word<f32>> = record
             .inputs
@@ -25,8 +27,13 @@ fn the_record_is_the_monitors() {
     };
     let at = |name: &str| record.results.iter().position(|port| port.name == name).expect(name);
     // 5 A, and 2 rad/s² where 1 are allowed: it stops at 0.5 A.
-    let over = numbers(&[("law_u", 5.0), ("fallback", 0.5), ("d1", -2.0), ("d1_bound", 1.0)]);
+    let beyond = [("law_u", 5.0), ("fallback", 0.5), ("d1", -2.0), ("d1_bound", 1.0), ("patience_ticks", 4.0)];
+    let over = numbers(&[&beyond[..], &[("over", 4.0)]].concat());
     assert_eq!((over[at("u")].number(), over[at("stopped")].truth()), (0.5, true));
+    // One tick of it is none.
+    let once = numbers(&[&beyond[..], &[("over", 3.0)]].concat());
+    assert_eq!((once[at("u")].number(), once[at("over")].number()), (5.0, 4.0));
+    assert!(!once[at("disturbance_over_bound")].truth() && !once[at("stopped")].truth());
     assert!(over[at("disturbance_over_bound")].truth() && over[at("stopped_now")].truth());
     // Within the bound nothing happens.
     let calm = numbers(&[("law_u", 5.0), ("fallback", 0.5), ("d1", -0.5), ("d1_bound", 1.0)]);
@@ -56,12 +63,14 @@ fn the_record_is_the_monitors() {
 /// Random ticks, whatever they are told, of a motor whose thresholds are low: every alarm, and what follows it.
 #[test]
 fn a_joined_tick_is_that_of_the_drive_with_its_monitors() {
-    let seen = [true, false].map(the_joined_tick_is_that_of_the_drive).into_iter().fold(0, |all, seen| all | seen);
-    assert_eq!(seen, Health::ALL, "every alarm was raised");
+    let all = [BRAKING, ALARMS, Health::OK];
+    let seen = all.map(the_joined_tick_is_that_of_the_drive).into_iter().fold(0, |all, seen| all | seen);
+    assert_eq!(seen | FENCED.bits(), Health::ALL, "every alarm was raised");
 }
 
-/// What was seen of a drive that is stopped by every alarm, or only by those that stop any.
-fn the_joined_tick_is_that_of_the_drive(stopping: bool) -> u16 {
+/// What was seen of a drive that these alarms stop, beside those that stop any.
+fn the_joined_tick_is_that_of_the_drive(stops_at: Health) -> u16 {
+    let stopping = stops_at == ALARMS;
     const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
     const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
     let (tick, functions) = (
@@ -73,7 +82,7 @@ fn the_joined_tick_is_that_of_the_drive(stopping: bool) -> u16 {
     let mut joined = Joined::default();
     let before: Vec<(Port, Id)> =
         words.iter().map(|port| (port.clone(), joined.input(&port.name, port.role, port.kind))).collect();
-    let results = watched(&mut joined, [&tick, &functions.not_started, &monitor::<1>(stopping)], &before, &[""]);
+    let results = watched(&mut joined, [&tick, &functions.not_started, &monitor::<1>(stops_at)], &before, &[""]);
     let record = joined.record(results);
 
     let gain = MOTOR.input_gain() as f32;
@@ -81,13 +90,18 @@ fn the_joined_tick_is_that_of_the_drive(stopping: bool) -> u16 {
         ("d1_bound", if stopping { 4000.0 } else { 100.0 }),
         ("sigma_star_bound", 5.0),
         ("stuck_ticks", if stopping { 3.0 } else { 30.0 }),
-        ("wrong_way_ticks", 0.5),
+        ("wrong_way_ticks", if stops_at.is_ok() { 4.0 } else { 0.5 }),
+        ("patience_ticks", 1.0),
+        ("brake_ticks", 2.0),
+        ("brake", 0.3),
         ("gain", gain),
+        ("u_min", -10.0),
+        ("u_max", 10.0),
     ];
-    let [d, star, stuck, wrong, _] = thresholds.map(|(_, threshold)| threshold);
+    let threshold = |name: &str| thresholds.iter().find(|(known, _)| *known == name).expect("a threshold").1;
     let law = MotorDrive::<f32, Position>::design(&DESIGN);
-    let law = Monitored::from_parts(law, [d], star, [stuck, wrong]);
-    let law = if stopping { law.stopping() } else { law };
+    let (d, star, brake) = (threshold("d1_bound"), threshold("sigma_star_bound"), threshold("brake"));
+    let law = Monitored::from_parts(law, [d], star, ticks(threshold), brake).stopping_at(stops_at);
     let mut random = 1_u32;
     let mut below = |end: u32| {
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -123,9 +137,7 @@ fn the_joined_tick_is_that_of_the_drive(stopping: bool) -> u16 {
             (_, "begin_r_dot") => Word::Number(begin.jet[1]),
             (_, "end_r") => Word::Number(end.jet[0]),
             (_, "end_r_dot") => Word::Number(end.jet[1]),
-            (_, name) => {
-                Word::Number(thresholds.iter().find(|(threshold, _)| *threshold == name).expect("a threshold").1)
-            }
+            (_, name) => Word::Number(threshold(name)),
         };
         let found = record.run(&record.inputs.iter().map(given).collect::<Vec<_>>());
         let output = law.tick(state, &sample);

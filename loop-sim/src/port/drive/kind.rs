@@ -7,13 +7,14 @@
 use std::any::Any;
 
 use controller_core::drive::{
-    Aim, Bounds, ChainModel, DriveError, DriveLaw, Encoder, EncoderForm, JointBandwidths, JointDesign, JointDrive,
-    Monitored, MotorBandwidths, MotorDesign, MotorDrive, Sample, Switching, Target, Watched,
+    Aim, Bounds, ChainModel, DriveError, DriveLaw, Encoder, EncoderForm, Fence, JointBandwidths, JointDesign,
+    JointDrive, Monitored, MotorBandwidths, MotorDesign, MotorDrive, Sample, Slowing, Switching, Target, WatchTicks,
+    Watched,
 };
 use controller_core::{Limits, Running, drives};
 
 use super::in_f64::boxed;
-use super::{Drive, Form, Law, LivePort, Monitors, Motion, Reaction};
+use super::{Drive, Fenced, Form, Law, LivePort, Monitors, Motion, Reaction};
 use crate::linear::{LawAtRest, Still};
 use crate::port::ControllerPort;
 use crate::sensor::encoder::Mounted;
@@ -25,10 +26,12 @@ pub struct Thresholds {
     pub disturbance: Vec<f32>,
     /// |σ*|.
     pub sigma_star: f32,
-    /// Ticks at a limit while |σ| does not fall.
-    pub stuck_ticks: f32,
-    /// Ticks of the wrong way.
-    pub wrong_way_ticks: f32,
+    /// Ticks that are counted to.
+    pub ticks: WatchTicks<f32>,
+    /// u per unit of the driven shaft's speed, in the unit of its block, while it brakes.
+    pub brake: f32,
+    /// Limits of u.
+    pub limits: [f32; 2],
     /// What one unit of u adds to the acceleration of the driven shaft, in the unit of its block.
     pub gain: f32,
 }
@@ -46,7 +49,7 @@ trait Use<const E: usize, const N: usize> {
 }
 
 /// It is run in this process.
-struct Run(Reaction);
+struct Run(Reaction, Option<Fence>);
 
 impl<const E: usize, const N: usize> Use<E, N> for Run {
     type Out = Box<dyn Law<E, N>>;
@@ -56,7 +59,9 @@ impl<const E: usize, const N: usize> Use<E, N> for Run {
         L: Watched<E> + DriveLaw<E, N> + Send + 'static,
         L::State: Send,
     {
-        Box::new(Running::new(Monitored::new(law, bounds).stopping_at(self.0.stops_at())))
+        let Self(reaction, fence) = self;
+        let running = Running::new(Monitored::new(law, bounds).stopping_at(reaction.stops_at()));
+        Box::new(Fenced { running, fence })
     }
 }
 
@@ -83,9 +88,9 @@ impl<const E: usize, const N: usize> Use<E, N> for Watch {
     type Out = (Bounds<E>, Thresholds);
 
     fn of<L: Watched<E> + DriveLaw<E, N>>(self, law: L, bounds: &Bounds<E>) -> Self::Out {
-        let gain = law.gain();
-        let (disturbance, sigma_star, [stuck_ticks, wrong_way_ticks]) = Monitored::new(law, bounds).thresholds();
-        (*bounds, Thresholds { disturbance: disturbance.into(), sigma_star, stuck_ticks, wrong_way_ticks, gain })
+        let (gain, limits) = (law.gain(), law.range());
+        let (disturbance, sigma_star, ticks, brake) = Monitored::new(law, bounds).thresholds();
+        (*bounds, Thresholds { disturbance: disturbance.into(), sigma_star, ticks, brake, limits, gain })
     }
 }
 
@@ -127,6 +132,8 @@ trait Kind<const E: usize, const N: usize, const P: usize>: Copy {
     /// Behind encoders with so many times as many counts: thresholds mean the same angles.
     fn finer(self, encoders: [Encoder; E], times: f64) -> Self;
     fn numbers(&self) -> Vec<f64>;
+    /// How it slows down.
+    fn slowing(&self) -> Slowing;
 
     /// Its law with its monitors, handed to whoever uses it. More than one gain set, or ticks of delay, are as two, and
     /// one.
@@ -193,6 +200,10 @@ impl Kind<1, 2, 3> for MotorDesign {
 
     fn numbers(&self) -> Vec<f64> {
         self.to_numbers().into()
+    }
+
+    fn slowing(&self) -> Slowing {
+        Self::slowing(self)
     }
 
     fn law<U: Use<1, 2>>(&self, form: Form, monitors: &Monitors<1>, user: U) -> Result<U::Out, DriveError> {
@@ -269,6 +280,10 @@ impl Kind<2, 4, 4> for JointDesign {
         self.to_numbers().into()
     }
 
+    fn slowing(&self) -> Slowing {
+        Self::slowing(self)
+    }
+
     fn law<U: Use<2, 4>>(&self, form: Form, monitors: &Monitors<2>, user: U) -> Result<U::Out, DriveError> {
         drives!(joint form.flags() => used!(JointDrive, self, monitors, user, [monitors.sudden_load_n_m],))
     }
@@ -316,8 +331,16 @@ impl<D, const E: usize> DriveOf<D, E> {
         D: Kind<E, N, P>,
     {
         let reaction = self.monitors.reaction;
-        let law = self.design.law(self.form, &self.monitors, Run(reaction))?;
-        Ok(Box::new(Drive::<E, N, P>::new(law, self.mounted, self.form, reaction, motion)))
+        let fence = self.fence();
+        let law = self.design.law(self.form, &self.monitors, Run(reaction, fence))?;
+        Ok(Box::new(Drive::<E, N, P>::new(law, (self.mounted, fence), self.form, reaction, motion)))
+    }
+
+    fn fence<const N: usize, const P: usize>(&self) -> Option<Fence>
+    where
+        D: Kind<E, N, P>,
+    {
+        self.monitors.fence.map(|limits| Fence::new(&limits, self.design.slowing()))
     }
 
     fn successor<const N: usize, const P: usize>(&self, at_rest: bool) -> Result<Box<dyn Any + Send>, DriveError>
@@ -340,7 +363,8 @@ impl<D, const E: usize> DriveOf<D, E> {
     where
         D: Kind<E, N, P>,
     {
-        Box::new(Drive::<E, N, P>::new(Box::new(law), self.mounted, self.form, self.monitors.reaction, motion))
+        let of = (self.mounted, self.fence());
+        Box::new(Drive::<E, N, P>::new(Box::new(law), of, self.form, self.monitors.reaction, motion))
     }
 
     fn watched<const N: usize, const P: usize>(&self) -> Result<(Vec<f64>, Thresholds), DriveError>
@@ -438,6 +462,11 @@ impl DriveDesign {
     /// What follows an alarm.
     pub const fn reaction(&self) -> Reaction {
         each!(self, drive => drive.monitors.reaction)
+    }
+
+    /// The fence around it.
+    pub fn fence(&self) -> Option<Fence> {
+        each!(self, drive => drive.fence())
     }
 
     /// The largest load that comes at once, N m.

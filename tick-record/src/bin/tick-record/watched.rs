@@ -1,6 +1,6 @@
 //! Drives with their monitors, of any design: the records of their parts, and where their numbers lie.
 
-use controller_core::drive::{JointDrive, Monitored, MotorDrive, Mounting, Position};
+use controller_core::drive::{BRAKING, JointDrive, Monitored, MotorDrive, Mounting, Position};
 use tick_record::drive::DriveFunctions;
 use tick_record::joined::Joined;
 use tick_record::{Id, Port, Record, Recorder, Role, drive, monitor};
@@ -8,7 +8,7 @@ use tick_record::{Id, Port, Record, Recorder, Role, drive, monitor};
 use crate::designs::{JOINT_DRIVE, MOTOR};
 use crate::memory::{Marked, Places, state_words};
 
-/// A drive with monitors that stop it at every alarm.
+/// A drive with monitors that brake and stop it at every alarm.
 pub(crate) struct Watched {
     /// As the archive names it.
     pub(crate) name: &'static str,
@@ -37,9 +37,9 @@ macro_rules! watched {
             shaft += 1;
             marked.number(&format!("d{shaft}_bound"))
         });
-        let [sigma_star, stuck, wrong] =
-            ["sigma_star_bound", "stuck_ticks", "wrong_way_ticks"].map(|name| marked.number(name));
-        let law = Monitored::from_parts(law, bounds, sigma_star, [stuck, wrong]).stopping();
+        let sigma_star = marked.number("sigma_star_bound");
+        let ticks = monitor::ticks(|name| marked.number(name));
+        let law = Monitored::from_parts(law, bounds, sigma_star, ticks, marked.number("brake")).stopping_at(BRAKING);
         let state = [monitor::state($shafts.len()), state_words(&tick)].concat();
         let parts = Monitored::<$drive, { $shafts.len() }>::PARTS_AT;
         all.push(Watched {
@@ -75,7 +75,7 @@ impl Watched {
     /// The tick with its monitors, joined: of these words of the state, what becomes of all.
     pub(crate) fn ticked(&self, joined: &mut Joined, before: &[(Port, Id)]) -> Vec<(Port, Id)> {
         let one = self.shafts.len() == 1;
-        let monitors = if one { monitor::monitor::<1>(true) } else { monitor::monitor::<2>(true) };
+        let monitors = if one { monitor::monitor::<1>(BRAKING) } else { monitor::monitor::<2>(BRAKING) };
         monitor::watched(joined, [&self.tick, &self.functions.not_started, &monitors], before, &self.shafts)
     }
 

@@ -1,0 +1,6 @@
+    if (state->started && ((health & (@@_WAITS | @@_STOPPED)) == 0u)) {
+        const unsigned broken = @_limits_broken(state$given$);
+        health |= broken;
+        if (broken != 0u) {
+$trip$        }
+    }

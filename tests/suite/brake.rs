@@ -1,0 +1,241 @@
+//! A drive that brakes: what makes it brake and what does not, how far and how long the shaft turns on, where it may
+//! not go, and what takes the current away. Plants are the suite's own, with friction, cogging and a current loop.
+
+use controller_core::drive::{
+    Encoder, Fence, FenceLimits, Joint, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position,
+    Sample, Target,
+};
+use controller_core::{Health, Limits, Output, Running};
+use integration_tests::drive::{Flexible, Shaft};
+use std::f64::consts::TAU;
+
+const PERIOD_S: f64 = 1e-3;
+const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+type Drive = MotorDrive<f32, Position, 1>;
+
+/// A motor on its drive, which is told where to be by a reference.
+struct Rig<'a> {
+    running: Running<Monitored<Drive, 1>>,
+    fence: Option<Fence>,
+    shaft: Shaft,
+    tick: u32,
+    seen: Health,
+    reference: &'a dyn Fn(f64) -> [f64; 2],
+}
+
+impl<'a> Rig<'a> {
+    fn new(shaft: Shaft, reference: &'a dyn Fn(f64) -> [f64; 2]) -> Self {
+        let law = Drive::design(&DESIGN);
+        let running = Running::new(Monitored::new(law, &DESIGN.bounds(&law, 0.2)).braking());
+        Self { running, fence: None, shaft, tick: 0, seen: Health::OK, reference }
+    }
+
+    /// One period with the count that `seen` makes of the true one.
+    fn period(&mut self, seen: impl FnOnce(i32) -> Option<i32>) -> Output<f32> {
+        let t = f64::from(self.tick) * PERIOD_S;
+        let target = |[r, v]: [f64; 2]| {
+            let turn = (r / TAU).round();
+            Target { turn: turn as i32, jet: [(r - turn * TAU) as f32, v as f32] }
+        };
+        let [begin, end] = [t, t + PERIOD_S].map(|t| target((self.reference)(t)));
+        let count = seen((self.shaft.x[0] / DESIGN.encoder.unit_rad()).round() as i32);
+        let mut output = self.running.tick(&Sample { counts: [count], begin, end });
+        if let Some(fence) = &self.fence {
+            fence.guard(&mut self.running, &mut output, &begin);
+        }
+        self.pass(t, &output);
+        output
+    }
+
+    fn pass(&mut self, t: f64, output: &Output<f32>) {
+        self.seen |= output.health;
+        self.shaft.advance(t, f64::from(output.u), PERIOD_S);
+        self.tick += 1;
+    }
+
+    fn healthy(&mut self, periods: u32) {
+        for _ in 0..periods {
+            self.period(Some);
+        }
+    }
+}
+
+/// From rest to a speed within half a second.
+fn ramp(speed: f64) -> impl Fn(f64) -> [f64; 2] {
+    move |t| {
+        let s = ((t - 0.1) / 0.5).max(0.0);
+        if s > 1.0 { [speed * (t - 0.1 - 0.25), speed] } else { [speed * 0.25 * s * s, speed * s] }
+    }
+}
+
+/// The way and the time that physics allows, v²/(2 b u) and v/(b u), and the last part within the limits.
+#[test]
+fn a_motor_brakes_within_the_way_that_its_current_allows_and_lets_go_at_rest() {
+    let (most, gain) = (10.0 * MOTOR.input_gain(), 0.5 * DESIGN.bandwidths.surface_rad_s);
+    for speed in [3.0, 60.0, -200.0_f64] {
+        let reference = ramp(speed);
+        let mut rig = Rig::new(Shaft::ROUGH, &reference);
+        rig.healthy(1000);
+        assert!((rig.seen | Health::WAITS | Health::INPUT_REJECTED) == Health::WAITS | Health::INPUT_REJECTED);
+        rig.running.trip();
+        let (from, mut ticks, mut worst_u) = (rig.shaft.x[0], 0, 0.0_f32);
+        let v = speed.abs();
+        loop {
+            let output = rig.period(Some);
+            if output.health.contains(Health::STOPPED) {
+                break;
+            }
+            assert!(output.health.contains(Health::BRAKES) && output.u.abs() <= 10.0, "{output:?}");
+            worst_u = worst_u.max(output.u.abs());
+            ticks += 1;
+            assert!(ticks < 1000, "it does not come to rest");
+        }
+        let way = (rig.shaft.x[0] - from).abs();
+        // Below v = b u/k_v it asks for less than the limit.
+        let slow = v.min(most / gain);
+        let [least, allowed] = [v * v / (2.0 * most), (v * v - slow * slow) / (2.0 * most) + slow / gain];
+        let time_s = (v - slow) / most + 8.0 / gain;
+        println!(
+            "{speed} rad/s: {way:.3} rad in {ticks} ticks at up to {worst_u} A, {least:.3} is the least; left {:.4} rad/s",
+            rig.shaft.x[1]
+        );
+        assert!(way < 1.05 * allowed + 2e-3 * v && f64::from(ticks) * PERIOD_S < time_s + 0.01, "{way} {allowed}");
+        assert!(rig.shaft.x[1].abs() < 0.05, "{} rad/s at the end", rig.shaft.x[1]);
+        // It stays stopped, whatever the target does.
+        assert_eq!(rig.period(Some).u, 0.0);
+    }
+}
+
+/// Of a joint, whose link the spring goes on to carry along: a fifth of its speed is left after 0.8 s, and no more than
+/// weight and load then make of it.
+#[test]
+fn a_joint_brakes_and_its_link_comes_to_rest() {
+    let design = JointDesign::new(PERIOD_S, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+    let law = JointDrive::<f32, Position, 1>::design(&design);
+    let mut running = Running::new(Monitored::new(law, &design.bounds(&law, 1.3, 0.2)).braking());
+    let mut plant = Flexible::NOMINAL;
+    let unit = design.encoders[0].unit_rad();
+    let reference = |t: f64| {
+        let s = (t / 1.0).min(1.0);
+        [1.5 * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s), 1.5 * 30.0 * s * s * (1.0 - s) * (1.0 - s)]
+    };
+    let (mut from, mut speed, mut slow, mut stopped) = (0.0, 0.0, 0.0, None);
+    for k in 0..8000_u32 {
+        let t = f64::from(k) * PERIOD_S;
+        let target = |t: f64| {
+            let [r, v] = reference(t);
+            let a = (reference(t + 1e-4)[1] - reference(t - 1e-4)[1]) / 2e-4;
+            let j = (reference(t + 1e-4)[1] - 2.0 * v + reference(t - 1e-4)[1]) / 1e-8;
+            Target { turn: 0, jet: [r as f32, v as f32, a as f32, j as f32] }
+        };
+        let counts = [plant.x[0], plant.x[2] / Flexible::K_1].map(|angle| Some((angle / unit).round() as i32));
+        let output = running.tick(&Sample { counts, begin: target(t), end: target(t + PERIOD_S) });
+        if k == 500 {
+            (from, speed) = (plant.x[0], plant.x[1]);
+            running.trip();
+        }
+        assert!(output.u.abs() <= 30.0 && !output.health.intersects(Health::OSCILLATES | Health::WRONG_WAY));
+        if output.health.contains(Health::STOPPED) {
+            stopped = stopped.or(Some((k, plant.x)));
+            break;
+        }
+        plant.advance(t, f64::from(output.u), PERIOD_S);
+        slow = if k == 1300 { plant.x[1] } else { slow };
+    }
+    let (tick, x) = stopped.expect("it stops");
+    println!(
+        "link at {speed:.2} rad/s: {:.3} rad on, let go after {} ms at {:.4} rad/s",
+        x[0] - from,
+        tick - 500,
+        x[1]
+    );
+    assert!(speed > 2.0 && (x[0] - from).abs() < 1.0 && x[1].abs() < 0.1, "{x:?}");
+}
+
+/// The target runs past the end: the shaft does not, by more than it is told to be off.
+#[test]
+fn a_shaft_brakes_ahead_of_the_ends_of_its_range() {
+    for speed in [2.0, 30.0, -120.0_f64] {
+        let reference = ramp(speed);
+        let side = speed.signum();
+        let end = reference(0.8)[0];
+        let limits = FenceLimits {
+            low_rad: if side < 0.0 { end } else { -1.0 },
+            high_rad: if side > 0.0 { end } else { 1.0 },
+            ..FenceLimits::NONE
+        };
+        let mut rig = Rig::new(Shaft::ROUGH, &reference);
+        rig.fence = Some(Fence::new(&limits, DESIGN.slowing()));
+        let mut past = f64::NEG_INFINITY;
+        for _ in 0..2000 {
+            rig.period(Some);
+            past = past.max(side * (rig.shaft.x[0] - end));
+        }
+        println!("{speed} rad/s to the end: at most {past:.4} rad past it, {:?}", rig.seen);
+        assert!(rig.seen.contains(Health::END_OF_RANGE | Health::BRAKES | Health::STOPPED));
+        assert!(past < 2.0 * DESIGN.encoder.unit_rad() && past > -0.02 * speed * speed / 30.0 - 0.5, "{past}");
+    }
+}
+
+/// Overspeed and following error, each by itself.
+#[test]
+fn too_fast_and_too_far_from_the_target_are_told_and_braked() {
+    let fast = FenceLimits { max_speed_rad_s: 40.0, ..FenceLimits::NONE };
+    let far = FenceLimits { following_rad: 0.003, ..FenceLimits::NONE };
+    let reference = ramp(60.0);
+    // A load of a quarter of what the motor can make is overcome after a dip.
+    let hit = Shaft { load: [0.8, 0.12], ..Shaft::ROUGH };
+    for (limits, shaft, told) in [(fast, Shaft::ROUGH, Health::OVERSPEED), (far, hit, Health::FOLLOWING_ERROR)] {
+        let mut rig = Rig::new(shaft, &reference);
+        rig.fence = Some(Fence::new(&limits, DESIGN.slowing()));
+        rig.healthy(2500);
+        println!("{:?}, at {:.3} rad/s in the end", rig.seen, rig.shaft.x[1]);
+        assert!(rig.seen.contains(told | Health::BRAKES | Health::STOPPED), "{:?}", rig.seen);
+        // Without the limits nothing stops it.
+        let mut free = Rig::new(shaft, &reference);
+        free.healthy(2500);
+        assert!(!free.seen.contains(Health::STOPPED), "{:?}", free.seen);
+    }
+}
+
+/// One missed interrupt, a tick without anything, false frames and steps of the target stop nothing.
+#[test]
+fn what_passes_stops_no_drive_that_brakes() {
+    for speed in [10.0, 20.0, 30.0, 35.0, 60.0, 100.0, 200.0] {
+        let reference = ramp(speed);
+        let mut rig = Rig::new(Shaft::ROUGH, &reference);
+        rig.healthy(1000);
+        // The interrupt does not come.
+        let t = f64::from(rig.tick) * PERIOD_S;
+        rig.shaft.advance(t, 0.0, PERIOD_S);
+        rig.tick += 1;
+        rig.healthy(500);
+        // It comes, with neither count nor target.
+        for _ in 0..20 {
+            let t = f64::from(rig.tick) * PERIOD_S;
+            let output = rig.running.lost();
+            rig.pass(t, &output);
+            rig.healthy(9);
+        }
+        let mut seed = 1_u32;
+        for _ in 0..2000 {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            rig.period(|count| Some(if seed >> 8 < (1 << 24) / 10 { -1 } else { count }));
+        }
+        let error = rig.shaft.x[0] - reference(f64::from(rig.tick) * PERIOD_S)[0];
+        println!("{speed} rad/s: {error:.4} rad, {:?}", rig.seen);
+        assert!(
+            !rig.seen.intersects(Health::BRAKES | Health::STOPPED) && error.abs() < 0.01,
+            "{speed}: {:?}",
+            rig.seen
+        );
+    }
+    for step in [0.03, 1.0, std::f64::consts::PI, 20.0, 500.0] {
+        let reference = move |t: f64| if t < 0.1 { [0.0; 2] } else { [step, 0.0] };
+        let mut rig = Rig::new(Shaft::ROUGH, &reference);
+        rig.healthy(6000);
+        assert!(!rig.seen.intersects(Health::BRAKES | Health::STOPPED), "{step} rad: {:?}", rig.seen);
+        assert!((rig.shaft.x[0] - step).abs() < 1e-3, "{step} rad: {}", rig.shaft.x[0]);
+    }
+}
