@@ -17,6 +17,7 @@ use loop_sim::sensor::{Sensing, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::solver;
 
+use super::gear::{Gear, Geared};
 use super::inertia::{Inertia, too_uncertain};
 use super::planned::{Asked, Wanted};
 use super::supply::{self, Keys};
@@ -493,48 +494,6 @@ fn needed(value: Option<f64>, key: &str, what: &str, problems: &mut Problems) ->
     problems.take(value.map_or_else(|| missing(key, what), Ok)).unwrap_or(1.0)
 }
 
-/// Counts that a drive reads before a gear and an encoder meet again.
-const MOST_COUNTS: u64 = 1 << 24;
-
-/// What of an encoder before a gear no drive reads, in the numbers of the file. `needs_turn`: a turn of the shaft must
-/// be a whole number of counts.
-fn unreadable(table: &EncoderTable, encoder: Encoder, key: &str, needs_turn: bool) -> Option<Problem> {
-    let Encoder { bits, counts_per_turn, gear_num, gear_den, .. } = encoder;
-    let (counts, den) = (u64::from(counts_per_turn) * u64::from(gear_num), u64::from(gear_den));
-    let common = {
-        let (mut a, mut b) = (counts, den);
-        while b != 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    };
-    let given = if table.counts_per_turn.is_some() { "counts_per_turn" } else { "bits" };
-    let problem = |message: String| Some(Problem { key: format!("{key}.{given}"), message });
-    let behind = format!("{counts_per_turn} counts in a turn behind a gear of [{gear_num}, {gear_den}]");
-    if needs_turn && den / common > 1 {
-        return problem(format!(
-            "{behind} are {counts}/{den} in a turn of the link, no whole number, and the sine of its angle needs one: \
-             take counts_per_turn that {} divides, or an encoder behind the gear",
-            den / common
-        ));
-    }
-    if counts / common > MOST_COUNTS {
-        let less = (1..32).find(|k| (counts / common) >> k <= MOST_COUNTS).unwrap_or(31);
-        let also = if table.counts_per_turn.is_some() {
-            format!(", counts_per_turn = {}", counts_per_turn >> less)
-        } else {
-            String::new()
-        };
-        return problem(format!(
-            "{behind} are {} before they meet again, and a drive reads at most 2^24 = {MOST_COUNTS}: shift the lowest \
-             {less} of its bits away and say bits = {}{also}",
-            counts / common,
-            bits - less
-        ));
-    }
-    None
-}
-
 /// Bits of a counter, and its number of states where that is no power of two, else 0.
 fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
     let problem = |name: &str, message: String| Err(Problem { key: format!("{key}.{name}"), message });
@@ -584,7 +543,13 @@ fn asked_states(table: &EncoderTable, key: &str) -> Option<String> {
 }
 
 /// The encoder with its gear to the shaft that is meant.
-fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, problems: &mut Problems) -> Mounted {
+fn mounted(
+    table: &EncoderTable,
+    (gear, plant): (Gear, &'static str),
+    start_rad: f64,
+    key: &'static str,
+    problems: &mut Problems,
+) -> Mounted {
     let (bits, states) = problems.take(counter(table, key)).unwrap_or((14, 0));
     let counts = table.counts_per_turn.map_or_else(
         || match bits {
@@ -594,9 +559,9 @@ fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, prob
         Ok,
     );
     let counts_per_turn = problems.take(counts).unwrap_or(4096);
-    let [num, den] = if table.behind_gear { [1, 1] } else { gear };
-    let encoder = Encoder::incremental(bits, counts_per_turn).wrapping_at(states).geared(num, den);
-    problems.0.extend(unreadable(table, encoder, key, key == "encoder.motor"));
+    let gear = if table.behind_gear { Gear::NONE } else { gear };
+    let bare = Encoder::incremental(bits, counts_per_turn).wrapping_at(states);
+    let encoder = problems.take(Geared { table, key, plant, gear, bare }.encoder()).unwrap_or(bare);
     let half_span = 0.5 * encoder.counter() as f64 * encoder.unit_rad();
     if start_rad.abs() >= half_span {
         let message = format!(
@@ -695,11 +660,6 @@ fn design_problem(error: &DriveError, plant: &str, is_given: bool, longest_s: Op
 /// So many deviations of its noise an encoder is from what is expected, now and then: measured, at 4.3 of them 700
 /// counts of 16 000 were lost, at 8.6 none.
 const NOISE_OF_GATE: f64 = 6.0;
-
-/// Turns of the motor in one of what it drives.
-fn ratio(gear: [u32; 2]) -> f64 {
-    f64::from(gear[0]) / f64::from(gear[1])
-}
 
 fn true_to(nominal: f64, percent: f64) -> f64 {
     nominal * (1.0 + percent / 100.0)
@@ -997,14 +957,15 @@ macro_rules! common {
 pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) -> Result<Experiment, Vec<Problem>> {
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.motor, &file.drive);
-    let gear = ratio(sheet.gear);
+    let turns = Gear::of(sheet.gear);
+    let gear = turns.ratio();
     let inertia = Inertia::of(sheet, gear, drive, &mut problems);
     problems.0.extend(too_uncertain(drive.uncertain_percent, Some((&inertia, sheet, gear))));
     let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
     let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
     let keys = Keys { plant: "motor", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
     let supply = problems.take(keys.supply(torque, limit)).flatten();
-    let mounted = mounted(&file.encoder, sheet.gear, sheet.start_rad, "encoder", &mut problems);
+    let mounted = mounted(&file.encoder, (turns, "motor"), sheet.start_rad, "encoder", &mut problems);
     let common = common! {
         file, sheet, drive, problems, limit,
         mode: drive.mode,
@@ -1145,7 +1106,7 @@ fn motor_in_words(design: &MotorDesign, is_given: bool, lag_s: f64, form: Form) 
 /// The data sheet on the link's side of the gear, and the limit of the current.
 fn joint_sheet(sheet: &JointTable, problems: &mut Problems) -> (Joint, f64) {
     let mut of = |value, key: &str, what: &str| needed(value, &format!("joint.{key}"), what, problems);
-    let gear = ratio(sheet.gear);
+    let gear = Gear::of(sheet.gear).ratio();
     let nominal = Joint {
         link_inertia_kg_m2: of(sheet.link_inertia_kg_m2, "link_inertia_kg_m2", "the inertia of the link"),
         link_damping_n_m_s: sheet.link_damping_n_m_s,
@@ -1254,14 +1215,15 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let (nominal, limit) = joint_sheet(sheet, &mut problems);
     problems.0.extend(too_uncertain(drive.uncertain_percent, None));
     let keys = Keys { plant: "joint", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
-    let gear = ratio(sheet.gear);
+    let turns = Gear::of(sheet.gear);
+    let gear = turns.ratio();
     let supply = problems.take(keys.supply(nominal.torque_n_m_per_a / gear, limit)).flatten();
     let (believed, truth) = bodies(&nominal, sheet.spring_damping_n_m_s, &file.error);
     // The spring carries the weight.
     let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
     problems.0.extend(on_link(&file.encoder.link));
-    let link = mounted(&file.encoder.link, [1, 1], sheet.start_rad, "encoder.link", &mut problems);
-    let motor = mounted(&file.encoder.motor, sheet.gear, motor_rad, "encoder.motor", &mut problems);
+    let link = mounted(&file.encoder.link, (Gear::NONE, "joint"), sheet.start_rad, "encoder.link", &mut problems);
+    let motor = mounted(&file.encoder.motor, (turns, "joint"), motor_rad, "encoder.motor", &mut problems);
     let common = common! {
         file, sheet, drive, problems, limit,
         mode: ModeKey::Position,

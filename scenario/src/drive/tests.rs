@@ -8,6 +8,8 @@ use loop_sim::trace::Trace;
 
 use crate::{Experiment, JOINT, MOTOR, Source, parse};
 
+mod remedies;
+
 fn build(text: &str, sets: &[&str]) -> Result<Experiment, String> {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     parse(&Source { file: "a.toml", text, sets: &sets }, "a").map_err(|error| error.to_string())
@@ -82,15 +84,18 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
         (
             JOINT,
             "joint.gear=[10,3]",
-            "`encoder.motor.bits`: 1048576 counts in a turn behind a gear of [10, 3] are 10485760/3 in a turn of the \
-             link, no whole number",
+            "`joint.gear`: 1048576 counts in a turn of the encoder behind a gear of [10, 3] are 10485760/3 in a turn \
+             of the link, and a joint needs a whole number of them, since it takes the sine of the angle: the nearest \
+             that fits is joint.gear = [3495253, 1048576], off by 5.99e-7 rad in a turn of the output, 0.333 counts of the \
+             encoder",
         ),
         (JOINT, "drive.mode=speed", "unknown key `drive.mode`"),
         (
             JOINT,
             "joint.gear=[101,1]",
-            "`encoder.motor.bits`: 1048576 counts in a turn behind a gear of [101, 1] are 105906176 before they meet \
-             again, and a drive reads at most 2^24 = 16777216: shift the lowest 3 of its bits away and say bits = 17",
+            "`encoder.motor.bits`: 1048576 counts in a turn of the encoder behind a gear of [101, 1] are 105906176 \
+             before they meet again, and a drive reads at most 2^24 = 16777216: shift the lowest 3 bits of its counts \
+             away and say encoder.motor.bits = 17",
         ),
         (
             MOTOR,
@@ -248,8 +253,10 @@ fn a_gear_makes_another_motor_of_it() {
     let geared = [&geared[..], &["motor.damping_n_m_s=0", "encoder.bits=11", "friction.cogging_n_m=0"]].concat();
     let direct =
         ["motor.damping_n_m_s=0", "encoder.counts_per_turn=16384", "encoder.bits=11", "friction.cogging_n_m=0"];
-    let [geared, direct] = [&geared[..], &direct].map(|sets| held(&ran(MOTOR, sets).1));
+    let unreduced = [&["motor.gear=[24000, 3000]"], &geared[1..]].concat();
+    let [geared, direct, unreduced] = [&geared[..], &direct, &unreduced].map(|sets| held(&ran(MOTOR, sets).1));
     assert_eq!(geared, direct);
+    assert_eq!(geared, unreduced);
     // 7 periods of the cogging in a turn of the motor are 56 in one of the shaft.
     let [far, near] = [("motor.gear=[8, 1]", 7), ("motor.gear=[1, 1]", 56)].map(|(gear, periods)| {
         let periods = format!("friction.cogging_per_turn={periods}");
