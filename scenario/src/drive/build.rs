@@ -19,7 +19,7 @@ use loop_sim::solver;
 
 use super::gear::{Gear, Geared};
 use super::inertia::{Inertia, too_uncertain};
-use super::planned::{Asked, Wanted};
+use super::planned::{Asked, Planned, Wanted, ticks_s};
 use super::supply::{self, Keys};
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointErrorTable, JointScenario,
@@ -41,6 +41,8 @@ const JOINT_STATES: [StateName; 5] = [
 ];
 /// A start onto a sine or points takes at least this long, s.
 const START_S: f64 = 0.25;
+/// Most ticks from one set-point to the next.
+const MOST_EVERY: u32 = 1 << 24;
 /// Time over which set-points are averaged, s.
 const SMOOTH_S: f64 = 0.01;
 /// A sudden load that is more times what the motor can make says nothing of a broken encoder.
@@ -89,6 +91,18 @@ struct Resolved {
 /// Four digits of a number that came of others.
 pub(super) fn rounded(number: f64) -> f64 {
     format!("{number:.3e}").parse().unwrap_or(number)
+}
+
+/// Four digits, rounded up: for the least that is taken.
+pub(super) fn up(number: f64) -> f64 {
+    let near = rounded(number);
+    if near < number { rounded(1.001 * number) } else { near }
+}
+
+/// Four digits, rounded down: for the most that is taken.
+pub(super) fn down(number: f64) -> f64 {
+    let near = rounded(number);
+    if near > number { rounded(0.999 * number) } else { near }
 }
 
 /// Periods of a drive, s, and how that is said.
@@ -152,7 +166,7 @@ fn friction_warnings(table: &FrictionTable, largest_n_m: f64) -> Vec<String> {
         let [at_rest, moving] = [static_n_m, table.coulomb_n_m].map(shown);
         warnings.push(format!(
             "friction.static_n_m = {at_rest} is below friction.coulomb_n_m = {moving}, and friction just above rest is \
-             no less than in motion: take {moving}, or leave it out"
+             no less than in motion: take friction.static_n_m = {moving}, or leave it out"
         ));
     }
     warnings
@@ -239,7 +253,7 @@ impl Common<'_> {
     fn late_counts(&self) -> Option<Problem> {
         let Self { jitter_s, period_s, .. } = *self;
         let message = format!(
-            "found {}, expected at most the period, {}: jitter is the age of a count within its tick",
+            "found {}, expected at most {}, the period: jitter is the age of a count within its tick",
             shown(jitter_s),
             shown(period_s)
         );
@@ -283,7 +297,7 @@ impl Common<'_> {
                 "the range of its inertia".into()
             };
             warnings
-                .push(format!("drive.observer_states = 4 is for a motor known to 20 %, and {said} says more: take 3"));
+                .push(format!("drive.observer_states = 4 is for a motor known to 20 %, and {said} says more: take drive.observer_states = 3"));
         }
         if is_wide && self.delay_ticks > 0 && plant == "joint" {
             warnings.push(format!(
@@ -369,33 +383,37 @@ impl ReferenceKind {
     }
 }
 
+/// A time as a whole number of ticks, 1 to `most`.
+fn whole_ticks(time_s: f64, period_s: f64, most: u32, key: &str) -> Result<u32, Problem> {
+    let ticks = time_s / period_s;
+    if (ticks - ticks.round()).abs() > 1e-6 || ticks.round() < 1.0 || ticks.round() > f64::from(most) {
+        let near = ticks.round().clamp(1.0, f64::from(most)) as u32;
+        let [found, near, most] = [rounded(ticks), ticks_s(near, period_s), ticks_s(most, period_s)].map(shown);
+        let message = format!(
+            "found {found} ticks, expected a whole number of them, at most {most} s: the nearest is {key} = {near}"
+        );
+        return problem(key, message);
+    }
+    Ok(ticks.round() as u32)
+}
+
 /// Set-points through a profile.
 fn set_points(table: &ReferenceTable, [period_s, span_s]: [f64; 2], encoders: usize) -> Result<Goal, Problem> {
-    let ticks = |time_s: f64, most: f64, key: &str| {
-        let ticks = time_s / period_s;
-        if (ticks - ticks.round()).abs() > 1e-6 || ticks.round() < 1.0 || ticks.round() > most {
-            let [found, most] = [ticks, most * period_s].map(|number| shown(rounded(number)));
-            let message =
-                format!("found {found} ticks, expected a whole number of them, at least 1, of {most} s at most");
-            return problem(key, message);
-        }
-        Ok(ticks.round() as u32)
-    };
     let angles_rad = table.points_rad.clone().unwrap_or_default();
     let every = match table.every_s {
         None if angles_rad.len() > 1 => {
             return missing("reference.every_s", "time from one of points_rad to the next, s");
         }
-        every_s => ticks(every_s.unwrap_or(period_s), f64::from(1 << 24), "reference.every_s")?,
+        every_s => whole_ticks(every_s.unwrap_or(period_s), period_s, MOST_EVERY, "reference.every_s")?,
     };
     let smooth_s = table.smooth_s.unwrap_or((SMOOTH_S / period_s).round().max(1.0) * period_s);
     let limits = ProfileLimits {
         speed_rad_s: table.max_speed_rad_s.unwrap_or(0.0),
         acceleration_rad_s2: table.max_acceleration_rad_s2.unwrap_or(0.0),
-        window: ticks(smooth_s, if encoders == 1 { 512.0 } else { 128.0 }, "reference.smooth_s")?,
+        window: whole_ticks(smooth_s, period_s, if encoders == 1 { 512 } else { 128 }, "reference.smooth_s")?,
     };
     if let Err(DriveError { field, given, low, high, why, .. }) = Profile::<f64, 2, 1024>::new(&limits, period_s) {
-        let [given, low, high] = [given, low, high].map(|number| shown(rounded(number)));
+        let [given, low, high] = [given, up(low), down(high)].map(shown);
         return problem(format!("reference.max_{field}"), format!("found {given}, expected {low} to {high}: {why}"));
     }
     Ok(Goal::SetPoints { angles_rad, every, limits, until: ticks_of(span_s, period_s) })
@@ -466,20 +484,14 @@ fn motion(
         }
         ReferenceKind::SetPoints => (set_points(table, [period_s, span_s], encoders)?, None),
         ReferenceKind::Points => {
-            let ticks = every_s.unwrap_or(0.0) / period_s;
-            if ticks < 0.5 || (ticks - ticks.round()).abs() > 1e-6 {
-                let message = format!("found {ticks:.3} ticks, expected a whole number of them, at least 1");
-                return problem("reference.every_s", message);
-            }
             let angles_rad = points_rad.clone().unwrap_or_default();
             if angles_rad.len() < 2 {
                 return problem("reference.points_rad", "expected at least 2 points; one alone: kind = \"set_points\"");
             }
             // Six more after the last, and a start.
-            if ticks * (angles_rad.len() + 6) as f64 > f64::from(1 << 30) {
-                return problem("reference.every_s", "the last point is more than 2^30 ticks away");
-            }
-            (Goal::Points { angles_rad, every: ticks.round() as u32 }, at_least(START_S))
+            let most = (1 << 30) / (angles_rad.len() as u32 + 6);
+            let every = whole_ticks(every_s.unwrap_or(0.0), period_s, most, "reference.every_s")?;
+            (Goal::Points { angles_rad, every }, at_least(START_S))
         }
         ReferenceKind::Speed => (Goal::Speed { speed_rad_s: speed_rad_s.unwrap_or(0.0) }, Some(1)),
     };
@@ -505,7 +517,8 @@ fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
                 "states",
                 format!(
                     "missing: does the counter wrap after {counts} counts (a timer with a reload of {}, an absolute \
-                     encoder of {counts} positions) or after 2^{bits} = {all}? Say states = {counts} or states = {all}",
+                     encoder of {counts} positions) or after 2^{bits} = {all}? Say {key}.states = {counts} or {key}.states = \
+                     {all}",
                     counts - 1
                 ),
             ),
@@ -536,7 +549,7 @@ fn asked_states(table: &EncoderTable, key: &str) -> Option<String> {
     (table.states.is_none() && u64::from(counts) < all).then(|| {
         format!(
             "{key}.states is not given: the counter is taken to wrap after 2^{bits}; if it wraps after {counts} (a \
-             reload of {}) say states = {counts}, else states = {all}",
+             reload of {}) say {key}.states = {counts}, else {key}.states = {all}",
             counts - 1
         )
     })
@@ -550,7 +563,8 @@ fn mounted(
     key: &'static str,
     problems: &mut Problems,
 ) -> Mounted {
-    let (bits, states) = problems.take(counter(table, key)).unwrap_or((14, 0));
+    let width = problems.take(counter(table, key));
+    let (bits, states) = width.unwrap_or((14, 0));
     let counts = table.counts_per_turn.map_or_else(
         || match bits {
             ..=24 => Ok(1 << bits),
@@ -558,12 +572,15 @@ fn mounted(
         },
         Ok,
     );
-    let counts_per_turn = problems.take(counts).unwrap_or(4096);
+    let counts = problems.take(counts);
     let gear = if table.behind_gear { Gear::NONE } else { gear };
-    let bare = Encoder::incremental(bits, counts_per_turn).wrapping_at(states);
-    let encoder = problems.take(Geared { table, key, plant, gear, bare }.encoder()).unwrap_or(bare);
-    let half_span = 0.5 * encoder.counter() as f64 * encoder.unit_rad();
-    if start_rad.abs() >= half_span {
+    let bare = Encoder::incremental(bits, counts.unwrap_or(4096)).wrapping_at(states);
+    // A counter with mistakes is judged no further.
+    let is_known = width.is_some() && counts.is_some();
+    let geared = is_known.then(|| Geared { table, key, plant, gear, bare }.encoder());
+    let encoder = geared.and_then(|geared| problems.take(geared)).unwrap_or(bare);
+    let half_span = 0.5 * bare.counter() as f64 * bare.unit_rad() / gear.ratio();
+    if is_known && start_rad.abs() >= half_span {
         let message = format!(
             "the run starts at {start_rad:.4} rad there, but its counter of {} states tells angles \
              within {half_span:.4} rad of 0 only, and the drive would take it for another turn: start nearer to 0",
@@ -683,7 +700,7 @@ struct Parts<'a, D, const E: usize> {
     /// Does the file give a bandwidth?
     is_given: bool,
     top_speed: Option<TopSpeed>,
-    motion: Motion,
+    planned: Planned,
     warnings: Vec<String>,
     chosen: Vec<String>,
     shafts: Vec<ShaftOf>,
@@ -856,7 +873,8 @@ fn experiment<D: Copy, const E: usize>(
     common: &Common<'_>,
     parts: Parts<'_, D, E>,
 ) -> Result<Experiment, Vec<Problem>> {
-    let Parts { resolved, form, mounted, monitors, motion, mut warnings, shafts, plant, mut x0, .. } = parts;
+    let Parts { resolved, form, mounted, monitors, planned, mut warnings, shafts, plant, mut x0, .. } = parts;
+    let Planned { motion, speed_rad_s } = planned;
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let drive = |period_s| (parts.of_kind)(DriveOf { design: (parts.design)(period_s), form, mounted, monitors });
     let refused = |error: DriveError| {
@@ -870,7 +888,7 @@ fn experiment<D: Copy, const E: usize>(
     let Resolved { name, title, periods, faults, .. } = resolved;
     let mounted = designed.encoders();
     x0.resize(plant.order(), 0.0);
-    warnings.extend(beyond_counters(&mounted, period_s * motion.peak::<3, 2>(periods as u32, |jet| jet[1])));
+    warnings.extend(beyond_counters(&mounted, period_s * speed_rad_s));
     let has_faults = !faults.is_empty();
     let sensing = common.sensing(&mounted, plant.order());
     warnings.extend(beyond_gates(&designed, &shafts, &sensing));
@@ -1001,12 +1019,13 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         uncertain_percent,
         inertia,
         supply,
+        supply_of: &|max_current_a| keys.supply(torque, max_current_a).ok().flatten(),
         torque_n_m_per_a: nominal.torque_n_m_per_a,
         gear,
         feed_forward: &|jet| nominal.feed_forward(jet),
         speed: &|[_, speed, _]| *speed,
     };
-    let motion = resolved.wanted.planned::<3, 3>(&asked, periods, &mut warnings);
+    let planned = resolved.wanted.planned::<3, 3>(&asked, periods, &mut warnings);
     warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
     let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
@@ -1023,7 +1042,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             of_kind: DriveDesign::Motor,
             is_given: given.iter().any(Option::is_some),
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
-            motion,
+            planned,
             warnings,
             chosen: motor_in_words(&design(common.period_s), drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
             shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
@@ -1262,12 +1281,13 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         uncertain_percent,
         inertia: Inertia::known_to(nominal.link_inertia_kg_m2, uncertain_percent),
         supply,
+        supply_of: &|max_current_a| keys.supply(nominal.torque_n_m_per_a / gear, max_current_a).ok().flatten(),
         torque_n_m_per_a: nominal.torque_n_m_per_a,
         gear,
         feed_forward: &|jet| nominal.feed_forward(jet),
         speed: &|jet| supply::motor_speed(&nominal, jet),
     };
-    let motion = resolved.wanted.planned::<4, 5>(&asked, periods, &mut warnings);
+    let planned = resolved.wanted.planned::<4, 5>(&asked, periods, &mut warnings);
     warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
     let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
@@ -1286,7 +1306,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             of_kind: DriveDesign::Joint,
             is_given: given.iter().any(Option::is_some),
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
-            motion,
+            planned,
             warnings,
             chosen: joint_in_words(&design(common.period_s), tuning, drive),
             shafts: vec![shaft(1, "link", inertia[0]), shaft(3, "motor", inertia[1])],
