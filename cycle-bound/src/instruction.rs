@@ -1,10 +1,11 @@
 //! One Thumb instruction: what it is called, which registers it reads, writes and takes for an address, where it goes.
 //!
 //! The decoder prints an instruction as text; everything here is read from that text, so that a test can state an
-//! instruction the way the manual does. Conditions behind an IT are read from its bits, since the decoder leaves some out.
+//! instruction the way the manual does. Conditions behind an IT are read from its bits: the decoder
+//! leaves some out.
 //!
-//! All that may end or leave a path, and how it is seen ([`Flow`]). Each row has a test with machine code (`tests::classes`
-//! for the bound, `meaning::tests` for `--means`).
+//! All that may end or leave a path, and how it is seen ([`Flow`]). Each row has a test with machine code:
+//! `tests::classes` for the bound, `meaning::tests` for `--means`.
 //!
 //! | instructions | flow | condition |
 //! |---|---|---|

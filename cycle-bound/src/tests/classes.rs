@@ -1,5 +1,5 @@
-//! Every class of instruction that may end or leave a path, in machine code: what the bound sees of it, alone and behind
-//! an IT. The table is in the module `instruction`.
+//! Every class of instruction that may end or leave a path, in machine code: what the bound sees of it, alone and
+//! behind an IT. The table is in the module `instruction`.
 
 use super::*;
 
