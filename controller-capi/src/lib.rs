@@ -220,7 +220,7 @@ macro_rules! drives {
                 periods: u32,
             ) -> Status {
                 // SAFETY: the caller's word.
-                unsafe { instance::between(design, state, |law, state| law.missed(state, periods)) }
+                unsafe { instance::between(design, state, |law, state| controller_core::ControlLaw::missed(law, state, periods)) }
             }
 
             /// What follows an alarm, from the next tick on.

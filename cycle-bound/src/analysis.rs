@@ -42,7 +42,8 @@ pub(crate) struct Node {
 impl Node {
     /// Is the instruction behind it executed after it, when it calls what returns?
     pub(crate) fn falls_through(&self) -> bool {
-        let stays = matches!(self.flow, Flow::Next | Flow::Call(_) | Flow::Indirect(true)) && !self.tail;
+        let stays =
+            matches!(self.flow, Flow::Next | Flow::Call(_) | Flow::Indirect(true) | Flow::Exception) && !self.tail;
         self.instruction.conditional || (stays && self.comes_back())
     }
 
@@ -62,6 +63,13 @@ impl Node {
     /// Does what it calls return? If it calls nothing, nothing is in the way.
     fn comes_back(&self) -> bool {
         self.called.is_none_or(|(_, returns)| returns)
+    }
+
+    /// Might it give control back to the caller, as nobody knows what it does?
+    fn may_leave(&self) -> bool {
+        // A call that cannot be followed comes back, if at all, to the next instruction.
+        let stays = matches!(self.flow, Flow::Next | Flow::Call(_) | Flow::Indirect(true) | Flow::Exception);
+        self.refusal.is_some() && (!stays || !self.falls_through() || self.instruction.open.is_some())
     }
 
     /// Does it give control back to the caller, if it is executed?
@@ -196,6 +204,7 @@ impl<'a> Analyst<'a> {
             }
             self.open.remove(&function.start);
             refuse_tables_entered_from_the_side(&mut unread.nodes);
+            refuse_blocks_entered_from_the_side(&mut unread.nodes);
             let summary = self.summarise(function, unread.nodes);
             self.done.insert(function.start, Rc::new(summary));
         }
@@ -285,11 +294,15 @@ impl<'a> Analyst<'a> {
             }
             Flow::Indirect(true) => node.refusal = Some("a call by a register: its target is not known".into()),
             Flow::Indirect(false) => node.refusal = Some("a jump by a register: its target is not known".into()),
+            Flow::Exception => node.refusal = Some("a handler of an exception: what it does is not known".into()),
             Flow::Table(width) => match self.table(&node.instruction, width, decoded) {
                 Ok(targets) => node.table = targets,
                 Err(reason) => node.refusal = Some(reason.into()),
             },
             _ => {}
+        }
+        if let Some(why) = node.instruction.open {
+            node.refusal = Some(why.into());
         }
         if self.timed && flow != Flow::Trap && node.refusal.is_none() {
             node.refusal = self.own(&node.instruction, false, Reading::Worst).err();
@@ -596,15 +609,32 @@ fn refuse_tables_entered_from_the_side(nodes: &mut BTreeMap<u32, Node>) {
     }
 }
 
+/// An instruction behind an IT is executed whatever its condition is, if it is jumped to.
+fn refuse_blocks_entered_from_the_side(nodes: &mut BTreeMap<u32, Node>) {
+    let before = sources(nodes);
+    let mut refused = BTreeSet::new();
+    for (&at, node) in nodes.iter().filter(|(_, node)| node.instruction.is_it()) {
+        let mut last = (at, node.instruction.next());
+        for _ in 1..node.instruction.stem().len() {
+            let Some(one) = nodes.get(&last.1) else { break };
+            if before.get(&last.1).is_some_and(|all| all.iter().any(|&from| from != last.0)) {
+                refused.insert(last.1);
+            }
+            last = (last.1, one.instruction.next());
+        }
+    }
+    for (_, node) in nodes.iter_mut().filter(|(at, _)| refused.contains(at)) {
+        node.refusal = Some("an instruction behind an IT that is jumped to".into());
+    }
+}
+
 /// Instructions from which a return is reached, or something unknown that might return.
 fn alive(nodes: &BTreeMap<u32, Node>) -> BTreeSet<u32> {
     let before = sources(nodes);
     let mut alive = BTreeSet::new();
     let mut open = Vec::new();
     for (address, node) in nodes {
-        // A call that cannot be followed comes back, if at all, to the next instruction.
-        let unknown = node.refusal.is_some() && !node.falls_through();
-        if node.leaves() || unknown {
+        if node.leaves() || node.may_leave() {
             open.push(*address);
         }
     }

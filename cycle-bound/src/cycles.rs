@@ -28,7 +28,7 @@ pub const ASSUMPTIONS: [&str; 7] = [
     "bound: pipeline refill P = 3, no load or store pipelined, every operand and address stall taken",
     "typical: P = 2, loads and stores pipelined behind a load, named operand stalls",
     "least: P = 1, all pipelined, what is conditional not executed",
-    "no interrupt in between; entry and exit of an interrupt, and the call of the function itself, not counted",
+    "no interrupt, no fault; entry and exit of an interrupt, and the call of the function itself, not counted",
     "in a handler, the 17 words that its first float instruction stores (lazy stacking of the FPU) not counted",
 ];
 

@@ -1,11 +1,35 @@
 //! One Thumb instruction: what it is called, which registers it reads, writes and takes for an address, where it goes.
 //!
 //! The decoder prints an instruction as text; everything here is read from that text, so that a test can state an
-//! instruction the way the manual does. A register is a bit of a `u64`: r0 .. pc at 0 .. 15, s0 .. s31 at 16 .. 47
+//! instruction the way the manual does. Conditions behind an IT are read from its bits: the decoder
+//! leaves some out.
+//!
+//! All that may end or leave a path, and how it is seen ([`Flow`]). Each row has a test with machine code:
+//! `tests::classes` for the bound, `meaning::tests` for `--means`.
+//!
+//! | instructions | flow | condition |
+//! |---|---|---|
+//! | B, CBZ, CBNZ | jump; into another function: a tail call | its own or that of an IT: also to the next |
+//! | BL | call; returns if any path of the callee does | of an IT |
+//! | BLX, BLXNS | call by a register: declined, comes back to the next | of an IT |
+//! | BX LR, BXNS LR, MOV PC, LR; POP, LDM, LDR of PC from the stack | return | of an IT: also to the next |
+//! | BX, BXNS, MOV, ADD, LDR, LDM and all else that writes PC | declined: may go anywhere, and return | of an IT |
+//! | TBB, TBH | jump by a table behind its comparison, else declined | of an IT: declined |
+//! | UDF, in any encoding | never returns; an exception that is not counted | of an IT: also to the next |
+//! | SVC, BKPT, HVC, SMC, HLT, DCPS, ERET, RFE | declined: a handler of which nothing is known | of an IT |
+//! | WFI, WFE | to the next; no largest number of cycles | of an IT |
+//! | MSR of MSP, PSP, CONTROL | to the next; the stack has no bound | of an IT |
+//! | CPS, MSR else, MRS, barriers, hints, loads, stores, divisions | to the next; no fault is assumed | of an IT |
+//! | CBZ, IT, CPS, a branch with its own condition, not the last: behind an IT | declined: unpredictable | - |
+//! | an instruction behind an IT that is jumped to | declined | - |
+//!
+//! A register is a bit of a `u64`: r0 .. pc at 0 .. 15, s0 .. s31 at 16 .. 47
 //! (d0 is s0 with s1), the flags of the FPSCR at 48.
 
 use capstone::arch::arm::{ArchExtraMode, ArchMode, ArmCC};
 use capstone::prelude::*;
+
+use crate::encoding;
 
 /// The frame pointer of GCC and Clang in Thumb code (r7), as a set of registers.
 const FRAME: u64 = 1 << 7;
@@ -32,6 +56,8 @@ pub(crate) enum Flow {
     Indirect(bool),
     /// Nowhere: UDF, the end of a panic.
     Trap,
+    /// To a handler of an exception, and if that comes back to the next instruction.
+    Exception,
 }
 
 /// A decoded instruction.
@@ -49,6 +75,8 @@ pub(crate) struct Instruction {
     pub(crate) conditional: bool,
     /// The condition, `eq`; empty if there is none, or if it is that of CBZ or CBNZ.
     pub(crate) condition: String,
+    /// Why the architecture does not say what it does, if it does not.
+    pub(crate) open: Option<&'static str>,
 }
 
 impl Instruction {
@@ -60,7 +88,13 @@ impl Instruction {
         let name = format!("{}{types}", bare.unwrap_or(stem));
         let conditional = bare.is_some() || name == "cbz" || name == "cbnz";
         let condition = condition.filter(|_| bare.is_some()).unwrap_or("").to_owned();
-        Self { address, size, name, operands: split(operands), conditional, condition }
+        Self { address, size, name, operands: split(operands), conditional, condition, open: None }
+    }
+
+    /// Is it an IT, of whatever conditions?
+    pub(crate) fn is_it(&self) -> bool {
+        let stem = self.stem();
+        stem.starts_with("it") && stem.len() <= 5 && stem[2..].chars().all(|letter| "te".contains(letter))
     }
 
     /// Mnemonic without data types: `vadd` of `vadd.f32`.
@@ -72,6 +106,20 @@ impl Instruction {
     pub(crate) fn text(&self) -> String {
         let condition = if self.conditional && !self.name.starts_with("cb") { "<c>" } else { "" };
         format!("{}{condition} {}", self.name, self.operands.join(", ")).trim_end().to_owned()
+    }
+
+    /// Makes it an instruction behind an IT, with the condition that the IT gives it.
+    fn put_behind_it(&mut self, condition: Option<&'static str>, (first, second): (u16, Option<u16>), is_last: bool) {
+        let goes_on = matches!(self.flow(), Flow::Next | Flow::Exception);
+        self.open = self.open.or_else(|| encoding::open_in_it(first, second, goes_on, is_last));
+        // BKPT takes no notice of it.
+        if let Some(condition) = condition.filter(|_| self.stem() != "bkpt") {
+            if self.conditional && self.condition != condition {
+                self.open = Some("unpredictable: its condition is not that of the IT");
+            }
+            self.conditional = true;
+            condition.clone_into(&mut self.condition);
+        }
     }
 
     /// Address of the instruction behind it.
@@ -90,12 +138,15 @@ impl Instruction {
         match self.stem() {
             "b" | "cbz" | "cbnz" => target().map_or(Flow::Indirect(false), Flow::Jump),
             "bl" => target().map_or(Flow::Indirect(true), Flow::Call),
-            "blx" => Flow::Indirect(true),
-            "bx" if self.operand(0) == "lr" => Flow::Return,
-            "bx" | "bxj" => Flow::Indirect(false),
+            "blx" | "blxns" => Flow::Indirect(true),
+            "bx" | "bxns" if self.operand(0) == "lr" => Flow::Return,
+            "bx" | "bxns" | "bxj" => Flow::Indirect(false),
             "tbb" => Flow::Table(1),
             "tbh" => Flow::Table(2),
-            "udf" => Flow::Trap,
+            // UDF #0xfe has a name of its own.
+            "udf" | "trap" => Flow::Trap,
+            "svc" | "bkpt" | "hvc" | "smc" | "hlt" | "eret" => Flow::Exception,
+            stem if ["dcps", "rfe", "srs"].iter().any(|name| stem.starts_with(name)) => Flow::Exception,
             // A value that was put on the stack at the entry: the return address.
             "pop" if writes_pc => Flow::Return,
             "ldm" | "ldmia" | "ldmdb" | "ldr" if writes_pc && self.address_registers() == SP => Flow::Return,
@@ -331,7 +382,10 @@ pub(crate) fn register(name: &str) -> u64 {
 }
 
 /// The disassembler: bytes to instructions.
-pub(crate) struct Decoder(Capstone);
+pub(crate) struct Decoder {
+    capstone: Capstone,
+    v8: bool,
+}
 
 impl Decoder {
     /// Thumb of ARMv7-M, and of ARMv8-M if `v8`.
@@ -343,7 +397,8 @@ impl Decoder {
         let count = if v8 { 2 } else { 1 };
         let builder =
             Capstone::new().arm().mode(ArchMode::Thumb).extra_mode(modes.into_iter().take(count)).detail(true);
-        builder.build().map(Self).map_err(|error| format!("the decoder cannot be made: {error}"))
+        let capstone = builder.build().map_err(|error| format!("the decoder cannot be made: {error}"))?;
+        Ok(Self { capstone, v8 })
     }
 
     /// The instruction at the front of `code`, with those that depend on it if it is an IT; empty if it is none.
@@ -353,15 +408,34 @@ impl Decoder {
             [low, 0xbf, ..] if low & 0xf != 0 => 5 - (low & 0xf).trailing_zeros() as usize,
             _ => 1,
         };
-        let Ok(decoded) = self.0.disasm_count(code, u64::from(address), block) else { return Vec::new() };
-        if decoded.len() != block {
+        let Ok(decoded) = self.capstone.disasm_count(code, u64::from(address), block) else { return Vec::new() };
+        let mut list: Vec<Instruction> = decoded.iter().filter_map(|one| self.read(one)).collect();
+        if list.len() != block {
             return Vec::new();
         }
-        decoded.iter().filter_map(|one| self.read(one)).collect()
+        let half = |at: usize| Some(u16::from_le_bytes([*code.get(at)?, *code.get(at + 1)?]));
+        let conditions = half(0).map_or_else(Vec::new, encoding::conditions);
+        let mut at = 0;
+        for (k, one) in list.iter_mut().enumerate() {
+            let (Some(first), second) = (half(at), half(at + 2).filter(|_| one.size == 4)) else { return Vec::new() };
+            at += one.size as usize;
+            // BXNS and BLXNS are BX and BLX with a bit that is 0 before ARMv8-M.
+            let is_secure = self.v8 && ["bxns", "blxns"].contains(&one.stem()) && first.is_multiple_of(4);
+            one.open = encoding::open(first, second).filter(|_| !is_secure);
+            match conditions.get(k.wrapping_sub(1)) {
+                Some(condition) => one.put_behind_it(*condition, (first, second), k + 1 == block),
+                None if k == 0 && block > 1 => one.open = encoding::open_it(first),
+                None if one.conditional && !["b", "cbz", "cbnz"].contains(&one.stem()) => {
+                    one.open = Some("unpredictable: a condition without an IT");
+                }
+                None => {}
+            }
+        }
+        list
     }
 
     fn read(&self, one: &capstone::Insn<'_>) -> Option<Instruction> {
-        let detail = self.0.insn_detail(one).ok()?;
+        let detail = self.capstone.insn_detail(one).ok()?;
         let condition = match detail.arch_detail().arm()?.cc() {
             ArmCC::ARM_CC_AL | ArmCC::ARM_CC_INVALID => None,
             other => Some(format!("{other:?}").trim_start_matches("ARM_CC_").to_lowercase()),

@@ -13,6 +13,7 @@ mod analysis;
 pub mod ceilings;
 pub mod cycles;
 pub mod emulated;
+mod encoding;
 mod graph;
 pub mod image;
 mod image_file;
@@ -427,7 +428,7 @@ fn found(image: &Image, reached: &[Rc<Summary>], functions: &[&Function]) -> Vec
         reached.iter().flat_map(|one| of(one)).map(|refusal| told(image, refusal)).collect()
     };
     let mut panics = named(is_panic);
-    panics.extend(instructions(|name| name == "udf"));
+    panics.extend(instructions(|name| name == "udf" || name == "trap"));
     panics.extend(places(|one| &one.never_return));
     let mut doubles = named(is_double);
     doubles.extend(instructions(|name| name.contains(".f64")));

@@ -90,7 +90,6 @@ use machine::{Machine, Program, Word};
 use text::Expected;
 
 mod cases;
-mod encoding;
 mod graph;
 mod inputs;
 mod machine;

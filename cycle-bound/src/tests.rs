@@ -1,6 +1,7 @@
 //! Functions written by hand, whose cycles are known by construction, and functions that must be declined. Machine
 //! code as an assembler makes it, the assembly beside it.
 
+mod classes;
 pub(crate) mod elf;
 mod files;
 
@@ -249,7 +250,7 @@ fn what_cannot_be_followed_is_declined_with_its_place_and_reason() {
         (of(&[("f", &[0xf000, 0xf832, 0x4770])]), "no function of the file begins"),
         (of(&[("f", &[0xbf30, 0x4770])]), "`wfi`: no largest number"),
         (of(&[("f", &[0xf3bf, 0x8f4f, 0x4770])]), "`dsb sy`: no largest number"),
-        (of(&[("f", &[0xdf01, 0x4770])]), "`svc #1`: the table has no such instruction"),
+        (of(&[("f", &[0xdf01, 0x4770])]), "`svc #1`: a handler of an exception"),
         // cbz r0, 2f; 1: subs r1, #1; 2: subs r2, #1; bne 1b; bx lr
         (of(&[("f", &[0xb100, 0x3901, 0x3a01, 0xd1fc, 0x4770])]), "two ways in"),
     ] {

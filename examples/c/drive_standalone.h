@@ -58,12 +58,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0xb1a0c075u
-#error "two designs with the prefix drive, 0xb1a0c075u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0xb1a0c075u
+#if DRIVE_STANDALONE != 0xc9d0d0c3u
+#error "two designs with the prefix drive, 0xc9d0d0c3u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xc9d0d0c3u
 #endif
 #else
-#define DRIVE_STANDALONE 0xb1a0c075u
+#define DRIVE_STANDALONE 0xc9d0d0c3u
 
 #include <float.h>
 #include <stdbool.h>
@@ -1316,114 +1316,162 @@ static inline bool drive_watch_side(float d, float bound, float *side, bool *has
     return true;
 }
 
-/* What the monitors say of a tick that was made; what follows is done. */
-static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, unsigned told, drive_output *output)
+/* A tick at a limit of the current, and of what must fall there. */
+static inline void drive_watch_limit(drive_monitor *monitor, const drive_state *state, float falling, float current, bool is_lost, bool over_link, bool over_motor)
 {
-    unsigned health = told;
-    bool has_changed = false;
-    if (!state->started) {
-        return health;
+    const float wanted = 5001.6343f * current; /* acceleration by the current */
+    const float speed = drive_magnitude(state->v_motor);
+    const float found = drive_magnitude(state->d_motor);
+    /* Does it speed up against the current, by what the current would do the other way round? */
+    bool wrong_way = ((state->v_motor * wanted) < 0.0f) && ((state->d_motor * wanted) < 0.0f) &&
+                     (speed > monitor->last_speed) && (found > (1.25f * drive_magnitude(wanted))) &&
+                     (found < (3.0f * drive_magnitude(wanted)));
+    /* Or do the shafts disagree about the spring between them? */
+    wrong_way = wrong_way ||
+                (over_link && ((state->d_link * state->d_motor) < 0.0f) && (found > drive_magnitude(wanted)));
+    if (wrong_way && over_motor) {
+        monitor->against += 1.0f;
+    } else if (is_lost) {
+        monitor->against += 0.5f; /* at full current nobody sees what it does */
+    } else {
+        monitor->against = 0.0f;
     }
-    if ((health & DRIVE_WAITS) != 0u) {
-        if ((health & DRIVE_SAMPLE_LOST) != 0u) { /* what was believed is given up */
-            health |= drive_watch_stop(monitor, output);
-        }
-        return health;
+    monitor->last_speed = speed;
+    if (!(monitor->stuck > 0.0f) || (falling >= monitor->last_sigma)) {
+        monitor->stuck += 1.0f;
     }
-    const bool is_braking = monitor->braking > 0.0f;
+    monitor->last_sigma = falling;
+}
+
+/* A tick within the limits. */
+static inline void drive_watch_within(drive_monitor *monitor)
+{
+    monitor->against = 0.0f;
+    monitor->stuck = drive_lessened(monitor->stuck, 0.1f);
+}
+
+/* A tick over a bound or without a sample, or without either. */
+static inline void drive_watch_over(drive_monitor *monitor, bool is_over)
+{
+    monitor->over = is_over ? (monitor->over + 1.0f) : drive_lessened(monitor->over, 1.0f);
+}
+
+/* The alarms that stop any drive, from the next tick on: this current is the law's. */
+static inline unsigned drive_watch_runaway(drive_monitor *monitor)
+{
+    const bool wrong_way = monitor->against > 8.0f;
+    const bool oscillates = monitor->swings > 2000.0f;
+    unsigned alarms = wrong_way ? (unsigned)DRIVE_WRONG_WAY : 0u;
+    alarms |= oscillates ? (unsigned)DRIVE_OSCILLATES : 0u;
+    monitor->swings = drive_lessened(monitor->swings, 1.0f);
+    monitor->stopped = monitor->stopped || wrong_way || oscillates;
+    return alarms;
+}
+
+/* From the next tick on it brakes. */
+static inline void drive_watch_brakes(drive_monitor *monitor)
+{
+    monitor->braking = 1.0f;
+    monitor->stuck = 0.0f;
+    monitor->over = 0.0f;
+}
+
+/* A tick of a drive that brakes: the current opposes the speed, which is what must fall at a limit. */
+static inline unsigned drive_brake(drive_monitor *monitor, drive_state *state, unsigned told, drive_output *output)
+{
+    const bool is_lost = (told & DRIVE_SAMPLE_LOST) != 0u;
     const float opposed = -(0.30897516f * state->v_motor);
     const float asked = (drive_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
     float slowing = (asked > 30.0f) ? 30.0f : asked;
     slowing = (slowing < -30.0f) ? -30.0f : slowing;
     const bool is_short = slowing != asked;
-    /* While it brakes the speed is what must fall at the limit. */
-    const float sigma = drive_magnitude(is_braking ? state->v_motor : output->sigma);
-    const float current = is_braking ? slowing : output->u;
-    const bool is_at_limit = is_braking ? is_short : ((told & DRIVE_SATURATED) != 0u);
+    bool has_changed = false;
     const bool over_link =
         drive_watch_side(state->d_link, 10.483162f, &monitor->side_link, &has_changed);
     const bool over_motor =
         drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
     monitor->swings += has_changed ? 1000.0f : 0.0f;
-    bool is_star_over = false;
-    if (is_at_limit) {
-        const float wanted = 5001.6343f * current; /* acceleration by the current */
-        const float speed = drive_magnitude(state->v_motor);
-        const float found = drive_magnitude(state->d_motor);
-        /* Does it speed up against the current, by what the current would do the other way round? */
-        bool wrong_way = ((state->v_motor * wanted) < 0.0f) && ((state->d_motor * wanted) < 0.0f) &&
-                         (speed > monitor->last_speed) && (found > (1.25f * drive_magnitude(wanted))) &&
-                         (found < (3.0f * drive_magnitude(wanted)));
-        /* Or do the shafts disagree about the spring between them? */
-        wrong_way = wrong_way ||
-            (over_link && ((state->d_link * state->d_motor) < 0.0f) && (found > drive_magnitude(wanted)));
-        if (wrong_way && over_motor) {
-            monitor->against += 1.0f;
-        } else if ((told & DRIVE_SAMPLE_LOST) != 0u) {
-            monitor->against += 0.5f; /* at full current nobody sees what it does */
-        } else {
-            monitor->against = 0.0f;
-        }
-        monitor->last_speed = speed;
-        if (!(monitor->stuck > 0.0f) || (sigma >= monitor->last_sigma)) {
-            monitor->stuck += 1.0f;
-        }
-        monitor->last_sigma = sigma;
+    if (is_short) {
+        drive_watch_limit(monitor, state, drive_magnitude(state->v_motor), slowing, is_lost, over_link, over_motor);
     } else {
-        monitor->against = 0.0f;
-        monitor->stuck = drive_lessened(monitor->stuck, 0.1f);
-        is_star_over = !(drive_magnitude(output->sigma_star) <= 2224.5945f);
+        drive_watch_within(monitor);
+        monitor->braking += 1.0f;
     }
-    const bool is_any_over = over_link || over_motor;
-    const bool is_rejected = (told & DRIVE_INPUT_REJECTED) != 0u;
-    const bool is_blind = is_rejected && ((told & DRIVE_SAMPLE_LOST) != 0u);
-    const bool is_over = is_braking ? is_blind : (is_any_over || is_star_over || is_rejected);
-    monitor->over = is_over ? (monitor->over + 1.0f) : drive_lessened(monitor->over, 1.0f);
-    const bool is_late = monitor->over > 40.0f;
+    drive_watch_over(monitor, is_lost && ((told & DRIVE_INPUT_REJECTED) != 0u));
     const bool is_stuck = monitor->stuck > 1000.0f;
-    unsigned alarms = is_stuck ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
-    if (is_late && !is_braking) {
-        alarms |= is_any_over ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
-        alarms |= is_star_over ? (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND : 0u;
-    }
-    health |= alarms;
-    alarms |= (is_rejected && is_late) ? (unsigned)DRIVE_INPUT_REJECTED : 0u;
-    /* To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks. */
-    const bool is_alarm = ((alarms & 1589u) != 0u) && !(monitor->against > 0.0f);
-    bool brakes = false;
-    if (is_braking) {
-        monitor->braking += is_short ? 0.0f : 1.0f;
-        brakes = !is_stuck && !is_late && (monitor->braking <= 6420.0f);
+    unsigned health = told | (is_stuck ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u);
+    if (is_stuck || (monitor->over > 40.0f) || (monitor->braking > 6420.0f)) {
+        health |= drive_watch_stop(monitor, output);
     } else {
-        if (is_alarm && !is_blind) {
-            brakes = true;
-            monitor->braking = 1.0f;
-            monitor->stuck = 0.0f;
-            monitor->over = 0.0f;
-        }
-    }
-    if (brakes) {
         state->held = slowing;
         state->offset = 0.0f;
         output->u = slowing;
         health &= ~(unsigned)DRIVE_SATURATED;
         health |= is_short ? (unsigned)(DRIVE_SATURATED | DRIVE_BRAKES) : (unsigned)DRIVE_BRAKES;
+    }
+    return health | drive_watch_runaway(monitor);
+}
+
+/* What the monitors say of a tick that was made; what follows is done. */
+static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, unsigned told, drive_output *output)
+{
+    const bool is_lost = (told & DRIVE_SAMPLE_LOST) != 0u;
+    const bool is_rejected = (told & DRIVE_INPUT_REJECTED) != 0u;
+    bool has_changed = false;
+    bool is_star_over = false;
+    if (!state->started) {
+        return told;
+    }
+    if ((told & DRIVE_WAITS) != 0u) {
+        if (is_lost) { /* what was believed is given up */
+            return told | drive_watch_stop(monitor, output);
+        }
+        return told;
+    }
+    if (monitor->braking > 0.0f) {
+        return drive_brake(monitor, state, told, output);
+    }
+    const bool over_link =
+        drive_watch_side(state->d_link, 10.483162f, &monitor->side_link, &has_changed);
+    const bool over_motor =
+        drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
+    monitor->swings += has_changed ? 1000.0f : 0.0f;
+    if ((told & DRIVE_SATURATED) != 0u) {
+        drive_watch_limit(monitor, state, drive_magnitude(output->sigma), output->u, is_lost, over_link, over_motor);
     } else {
-        if (is_braking || is_alarm) {
+        drive_watch_within(monitor);
+        is_star_over = !(drive_magnitude(output->sigma_star) <= 2224.5945f);
+    }
+    const bool is_any_over = over_link || over_motor;
+    drive_watch_over(monitor, is_any_over || is_star_over || is_rejected);
+    const bool is_late = monitor->over > 40.0f;
+    unsigned health = told;
+    health |= (monitor->stuck > 1000.0f) ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
+    if (is_late) {
+        health |= is_any_over ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
+        health |= is_star_over ? (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND : 0u;
+    }
+    /* A sample that is missing is an alarm after a while. */
+    const unsigned alarms = is_late ? health : (health & ~(unsigned)DRIVE_INPUT_REJECTED);
+    if ((alarms & 1589u) != 0u) {
+        if (is_rejected && is_lost) {
             health |= drive_watch_stop(monitor, output);
+        } else {
+            /* To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks. */
+            if (!(monitor->against > 0.0f)) {
+                drive_watch_brakes(monitor);
+            }
         }
     }
-    /* From the next tick on: this current is the law's. */
-    if (monitor->against > 8.0f) {
-        monitor->stopped = true;
-        health |= DRIVE_WRONG_WAY;
+    return health | drive_watch_runaway(monitor);
+}
+
+/* Does what follows an alarm, from the next tick on: for reasons of your own, a switch, a door. */
+static inline void drive_watched_trip(drive_monitor *monitor)
+{
+    if (!(monitor->braking > 0.0f)) {
+        drive_watch_brakes(monitor);
     }
-    if (monitor->swings > 2000.0f) {
-        monitor->stopped = true;
-        health |= DRIVE_OSCILLATES;
-    }
-    monitor->swings = drive_lessened(monitor->swings, 1.0f);
-    return health;
 }
 
 /* drive_tick_or_start within the monitors. */

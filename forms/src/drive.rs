@@ -324,12 +324,14 @@ fn said(of: &Meanings, name: &str) -> &'static str {
     of.max_by_key(|(beginning, _)| beginning.len()).map_or("", |(_, meaning)| meaning)
 }
 
-/// What follows a limit that is broken.
+/// What follows an alarm that somebody else raises.
 const fn tripped(reaction: Reaction) -> &'static str {
     match reaction {
         Reaction::Brake => include_str!("c/trip_brakes.h"),
-        Reaction::Fallback => "            monitor->stopped = true;\n",
-        Reaction::GoOn | Reaction::JoinedStop { .. } => "",
+        Reaction::Fallback => "    monitor->stopped = true;\n",
+        Reaction::GoOn | Reaction::JoinedStop { .. } => {
+            "    (void)monitor; /* it is told, or answered by a planned stop */\n"
+        }
     }
 }
 
@@ -665,8 +667,8 @@ impl C<'_> {
         let driven = shafts.last().map_or("", String::as_str);
         let others = shafts.iter().take(shafts.len() - 1).map(|shaft| {
             format!(
-                "        /* Or do the shafts disagree about the spring between them? */\n        wrong_way = wrong_way \
-                 ||\n            (over{shaft} && ((state->d{shaft} * state->d{driven}) < 0.0f) && (found > \
+                "    /* Or do the shafts disagree about the spring between them? */\n    wrong_way = wrong_way \
+                 ||\n                (over{shaft} && ((state->d{shaft} * state->d{driven}) < 0.0f) && (found > \
                  @_magnitude(wanted)));\n"
             )
         });
@@ -686,64 +688,70 @@ impl C<'_> {
         let stops_at = reaction.stops_at();
         let bits = stops_at.bits() & ALARMS.bits();
         let held = if self.exported.drive.designed.form().delay_ticks == 0 { "held" } else { "queued" };
-        let stops = match reaction {
-            Reaction::GoOn => String::new(),
-            Reaction::Brake => {
-                let brake_ticks = format!("{:?}", ticks.brake);
-                filled(include_str!("c/brakes.h"), &[("bits", &bits), ("brake_ticks", &brake_ticks), ("held", &held)])
-            }
-            Reaction::Fallback | Reaction::JoinedStop { .. } => filled(include_str!("c/stops.h"), &[("bits", &bits)]),
-        };
-        let [stop, gave_up] = if stops_at.is_ok() {
-            [""; 2]
+        let looks = looks.collect::<String>();
+        let over: Vec<String> = shafts.iter().map(|shaft| format!("over{shaft}")).collect();
+        let params: String = over.iter().map(|over| format!(", bool {over}")).collect();
+        let overs: String = over.iter().map(|over| format!(", {over}")).collect();
+        let [stuck_ticks, patience_ticks] = [ticks.stuck, ticks.patience].map(|number| format!("{number:?}"));
+        let then =
+            if does_brake { include_str!("c/brakes.h") } else { "        health |= @_watch_stop(monitor, output);\n" };
+        let [stop, gave_up, stops] = if stops_at.is_ok() {
+            [String::new(), String::new(), String::new()]
         } else {
-            let gave_up = "        if ((health & @@_SAMPLE_LOST) != 0u) { /* what was believed is given up */\n            \
-                           health |= @_watch_stop(monitor, output);\n        }\n";
-            [include_str!("c/stop.h"), gave_up]
+            let gave_up = "        if (is_lost) { /* what was believed is given up */\n            \
+                           return told | @_watch_stop(monitor, output);\n        }\n";
+            let stops = filled(include_str!("c/stops.h"), &[("bits", &bits), ("then", &then)]);
+            [include_str!("c/stop.h").into(), gave_up.into(), stops]
         };
-        let slowing = if does_brake {
-            let numbers = [*brake, *u_min, *u_max].map(|number| format!("{number:?}"));
-            filled(
-                include_str!("c/slowing.h"),
-                &[("brake", &numbers[0]), ("u_min", &numbers[1]), ("u_max", &numbers[2]), ("shaft", &driven)],
-            )
+        let [brake_text, brakes, braking, braking_zero] = if does_brake {
+            let [slope, u_min, u_max, brake_ticks] =
+                [*brake, *u_min, *u_max, ticks.brake].map(|number| format!("{number:?}"));
+            let text = filled(
+                include_str!("c/brake.h"),
+                &[
+                    ("slope", &slope),
+                    ("u_min", &u_min),
+                    ("u_max", &u_max),
+                    ("brake_ticks", &brake_ticks),
+                    ("stuck_ticks", &stuck_ticks),
+                    ("patience_ticks", &patience_ticks),
+                    ("looks", &looks),
+                    ("overs", &overs),
+                    ("held", &held),
+                    ("shaft", &driven),
+                ],
+            );
+            let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, output);\n    \
+                          }\n";
+            let member = "    float braking; /* 1 and the ticks within the limits since it brakes */\n";
+            [text, brakes.into(), member.into(), "    monitor->braking = 0.0f;\n".into()]
         } else {
-            include_str!("c/not_slowing.h").into()
+            [String::new(), String::new(), String::new(), String::new()]
         };
-        let [braking, braking_zero, counts, unless_braking] = if does_brake {
-            [
-                "    float braking; /* 1 and the ticks within the limits since it brakes */\n",
-                "    monitor->braking = 0.0f;\n",
-                "    const bool is_blind = is_rejected && ((told & @@_SAMPLE_LOST) != 0u);\n    \
-                 const bool is_over = is_braking ? is_blind : (is_any_over || is_star_over || is_rejected);\n",
-                " && !is_braking",
-            ]
-        } else {
-            ["", "", "    const bool is_over = is_any_over || is_star_over || is_rejected;\n", ""]
-        };
-        let any_over: Vec<String> = shafts.iter().map(|shaft| format!("over{shaft}")).collect();
-        let (fence, fenced) = self.fence(tripped(reaction));
+        let (fence, fenced) = self.fence();
         self.file.c(&filled(
             include_str!("c/monitors.h"),
             &[
                 ("follows", &follows),
                 ("sides", &sides.collect::<String>()),
-                ("zeros", &(braking_zero.to_owned() + &zeros.collect::<String>())),
-                ("looks", &looks.collect::<String>()),
+                ("zeros", &(braking_zero + &zeros.collect::<String>())),
+                ("looks", &looks),
+                ("params", &params),
+                ("overs", &overs),
+                ("brake", &brake_text),
+                ("brakes", &brakes),
                 ("apart", &others.collect::<String>()),
                 ("shaft", &driven),
                 ("gain", &format!("{gain:?}")),
                 ("sigma_star", &format!("{sigma_star:?}")),
-                ("stuck_ticks", &format!("{:?}", ticks.stuck)),
+                ("stuck_ticks", &stuck_ticks),
                 ("twice", &format!("{:?}", ticks.stuck + ticks.stuck)),
                 ("wrong_way_ticks", &format!("{:?}", ticks.wrong_way)),
-                ("patience_ticks", &format!("{:?}", ticks.patience)),
-                ("any_over", &any_over.join(" || ")),
+                ("patience_ticks", &patience_ticks),
+                ("any_over", &over.join(" || ")),
                 ("braking", &braking),
-                ("counts", &counts),
-                ("unless_braking", &unless_braking),
-                ("slowing", &slowing),
                 ("gave_up", &gave_up),
+                ("trip", &tripped(reaction)),
                 ("fence", &fence),
                 ("fenced", &fenced),
                 ("stop_and_brake", &stop),
@@ -753,7 +761,7 @@ impl C<'_> {
     }
 
     /// The limits of position, speed and error, and what a tick does with them; nothing without any.
-    fn fence(&self, trip: &str) -> (String, String) {
+    fn fence(&self) -> (String, String) {
         let Some(fence) = self.exported.drive.designed.fence() else { return (String::new(), String::new()) };
         let ([low, high], [max_speed, following, constant, per_square]) = fence.thresholds();
         let number = |number: f32| format!("{number:?}f");
@@ -781,7 +789,7 @@ impl C<'_> {
             ],
         );
         let given = if self.follows_position() { ", sample" } else { "" };
-        let fenced = filled(include_str!("c/fenced.h"), &[("given", &given), ("trip", &trip)]);
+        let fenced = filled(include_str!("c/fenced.h"), &[("given", &given)]);
         (fence, fenced)
     }
 

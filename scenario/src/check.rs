@@ -120,6 +120,10 @@ impl<'a> Checker<'a> {
                     faults.push(fault(node.origin, path, node, &expected(&[choice]), ""));
                     return;
                 }
+                if let Some(hint) = as_ratio(choice, list, path) {
+                    faults.push(fault(node.origin, path, node, &expected(&[choice]), &hint));
+                    return;
+                }
                 for (k, child) in list.iter().enumerate() {
                     self.node(&choice["items"], child, &path.position(k + 1), faults);
                 }
@@ -219,6 +223,43 @@ fn as_integer(choices: &[&Json], node: &Node) -> String {
         }
         _ => String::new(),
     }
+}
+
+/// The ratio of a gear in whole numbers, where a data sheet has decimals: `[4.4, 1]` is `[22, 5]`.
+fn as_ratio(choice: &Json, list: &[Node], path: &KeyPath) -> Option<String> {
+    let is_gear = path.keys().and_then(|keys| keys.last().map(|key| *key == "gear")) == Some(true);
+    let numbers: Option<Vec<f64>> = list.iter().map(number).collect();
+    let numbers = numbers.filter(|numbers| is_gear && numbers.iter().any(|it| *it != it.trunc()))?;
+    let parts: Option<Vec<[u128; 2]>> = numbers.into_iter().map(fraction).collect();
+    let [[a, b], [c, d]] = parts?.try_into().ok()?;
+    let [num, den] = lowest([a * d, b * c]);
+    let is_taken = [num, den].iter().all(|it| i64::try_from(*it).is_ok() && holds(&choice["items"], *it as f64));
+    is_taken.then(|| format!(": write [{num}, {den}]"))
+}
+
+fn number(node: &Node) -> Option<f64> {
+    match node.value {
+        NodeValue::Integer(number) => Some(number as f64),
+        NodeValue::Float(number) => Some(number),
+        _ => None,
+    }
+}
+
+/// A decimal number above 0 of at most 17 digits as a fraction.
+fn fraction(number: f64) -> Option<[u128; 2]> {
+    let text = number.to_string();
+    let (whole, decimals) = text.split_once('.').unwrap_or((&text, ""));
+    let is_short = number > 0.0 && text.len() <= 18;
+    Some([format!("{whole}{decimals}").parse().ok().filter(|_| is_short)?, 10_u128.pow(decimals.len() as u32)])
+}
+
+/// Divides both by their greatest common divisor.
+pub(super) fn lowest([num, den]: [u128; 2]) -> [u128; 2] {
+    let (mut a, mut b) = (num, den);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    [num / a.max(1), den / a.max(1)]
 }
 
 /// `minimum`, `maximum` or another of a choice; an integer has those of its type too.

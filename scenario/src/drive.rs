@@ -11,6 +11,7 @@ use super::{FallbackKey, TermTable};
 
 mod build;
 mod fence;
+mod gear;
 mod inertia;
 mod planned;
 mod supply;
@@ -95,9 +96,10 @@ pub struct MotorTable {
     #[schemars(range(min = 0))]
     pub damping_n_m_s: f64,
     /// Turns of the motor, and those that what it drives makes meanwhile: [100, 1] is a reduction of 100. Default
-    /// [1, 1].
-    #[schemars(inner(range(min = 1, max = 1000)))]
-    pub gear: [u32; 2] = [1, 1],
+    /// [1, 1]. Any ratio for an encoder behind the gear; before it one that the encoder's counts fit, of others the
+    /// nearest is named.
+    #[schemars(inner(range(min = 1)))]
+    pub gear: [u64; 2] = [1, 1],
     /// Inertia of the load behind the gear, kg m^2, or [smallest, largest]. Default 0.
     #[schemars(extend("default" = 0.0))]
     pub load_inertia_kg_m2: NumberOrRange,
@@ -511,8 +513,10 @@ pub struct JointTable {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub no_load_rad_s: Option<f64>,
     /// Turns of the motor, and those that the spring makes meanwhile: [100, 1] is a reduction of 100. Default [1, 1].
-    #[schemars(inner(range(min = 1, max = 1000)))]
-    pub gear: [u32; 2] = [1, 1],
+    /// Any ratio for an encoder behind the gear; before it the motor's encoder makes a whole number of counts in a turn
+    /// of the spring, of other ratios the nearest is named.
+    #[schemars(inner(range(min = 1)))]
+    pub gear: [u64; 2] = [1, 1],
     /// Viscous friction of the link, N m s/rad. Default 0.
     #[schemars(range(min = 0))]
     pub link_damping_n_m_s: f64,

@@ -99,7 +99,7 @@ static void designs(void) {
     BAD_NUMBER(lost_ticks, 0.0);
     BAD_NUMBER(lag_s, -1.0);
     BAD_NUMBER(uncertain, 0.95);
-    BAD_NUMBER(stops_at, 4096.0);
+    BAD_NUMBER(stops_at, 32768.0);
     config.hold = 0.0;
     config.safe_u = 11.0;
     REFUSED(EDO_SMC_OUT_OF_RANGE, redesign());

@@ -239,3 +239,86 @@ fn what_passes_stops_no_drive_that_brakes() {
         assert!((rig.shaft.x[0] - step).abs() < 1e-3, "{step} rad: {}", rig.shaft.x[0]);
     }
 }
+
+/// Enable, move, stop, enable again: the target is where the estimates say that the shaft is, so nothing jumps.
+#[test]
+fn a_drive_that_stopped_is_enabled_again_where_it_is() {
+    let reference = ramp(40.0);
+    let mut rig = Rig::new(Shaft::ROUGH, &reference);
+    // Enabled: a mechanical brake may open when the drive no longer waits.
+    let waits = (0..100).take_while(|_| rig.period(Some).health.contains(Health::WAITS)).count();
+    assert!(waits <= 12, "{waits} ticks");
+    rig.healthy(900);
+    rig.running.trip();
+    while !rig.period(Some).health.contains(Health::STOPPED) {}
+    let known = rig.running.estimates().expect("a drive that has started");
+    // The turns stay with the caller: a drive that starts counts from within half a counter of 0.
+    let place = TAU * f64::from(known.turn) + f64::from(known.position[0]);
+    let turns = (place / TAU).round();
+    rig.shaft.x[0] -= turns * TAU;
+    let place = place - turns * TAU;
+    rig.running.reset();
+    let hold = move |_: f64| [place, 0.0];
+    rig.reference = &hold;
+    rig.seen = Health::OK;
+    let mut most = 0.0_f64;
+    for _ in 0..500 {
+        rig.period(Some);
+        most = most.max((rig.shaft.x[0] - place).abs());
+    }
+    println!("{waits} ticks to the first enable; held again within {most:.5} rad, {:?}", rig.seen);
+    assert!(most < 5e-3 && !rig.seen.intersects(Health::STOPPED | Health::BRAKES), "{most}");
+}
+
+/// Homing against a stop: creep, until the load that the drive estimates says that something holds the shaft, and count
+/// angles from there. And with a switch: trip, and take the place where it closed.
+#[test]
+fn a_shaft_is_homed_against_a_stop_and_by_a_switch() {
+    const STOP_RAD: f64 = 1.7;
+    let creep = |t: f64| if t < 0.1 { [0.0; 2] } else { [2.0 * (t - 0.1), 2.0] };
+    let mut rig = Rig::new(Shaft::ROUGH, &creep);
+    let (mut held, mut found) = (0, None);
+    for _ in 0..3000 {
+        rig.period(Some);
+        if rig.shaft.x[0] > STOP_RAD {
+            (rig.shaft.x[0], rig.shaft.x[1]) = (STOP_RAD, rig.shaft.x[1].min(0.0));
+        }
+        let Some(known) = rig.running.estimates() else { continue };
+        // More than friction, for 10 ms; below the bound of the monitors, which is 0.2 N m.
+        held = if known.load[0].abs() > 0.08 { held + 1 } else { 0 };
+        if held >= 10 {
+            found = Some(TAU * f64::from(known.turn) + f64::from(known.position[0]));
+            break;
+        }
+    }
+    let found = found.expect("the stop");
+    println!("the stop at {STOP_RAD} is found at {found:.5} rad, {:?}", rig.seen);
+    // The estimate is ahead of the count while the load grows.
+    assert!((found - STOP_RAD).abs() < 3e-3);
+    assert!(!rig.seen.intersects(Health::BRAKES | Health::STOPPED));
+    // Off it by 0.2 rad, by the counts from there.
+    let from = f64::from(rig.tick) * PERIOD_S;
+    let back = move |t: f64| {
+        let s = ((t - from) / 0.3).min(1.0);
+        let way = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
+        [found - 0.2 * way, -0.2 / 0.3 * 30.0 * s * s * (1.0 - s) * (1.0 - s)]
+    };
+    rig.reference = &back;
+    rig.healthy(800);
+    assert!((rig.shaft.x[0] - (STOP_RAD - 0.2)).abs() < 4e-3, "{}", rig.shaft.x[0]);
+
+    // The switch closes at 1 rad.
+    let mut rig = Rig::new(Shaft::ROUGH, &creep);
+    let mut closed = None;
+    for _ in 0..2000 {
+        rig.period(Some);
+        if closed.is_none() && rig.shaft.x[0] > 1.0 {
+            closed = rig.running.estimates().map(|known| known.position[0]);
+            rig.running.trip();
+        }
+    }
+    let closed = closed.expect("the switch");
+    println!("the switch at 1 rad closes at {closed:.4}, the shaft stops at {:.4}", rig.shaft.x[0]);
+    // A tick at 2 rad/s, and the way of the brake.
+    assert!((closed - 1.0).abs() < 3e-3 && rig.seen.contains(Health::STOPPED) && rig.shaft.x[0] < 1.04);
+}

@@ -326,7 +326,7 @@ fn an_alarm_that_lasts_and_stops_nothing_does_not_keep_out_a_better_design() {
     let mut anxious = good.clone();
     let count = anxious.words.len();
     // What the monitors may see of a disturbance, and of sigma*; the alarms that stop it.
-    let numbers = [(10, 1e-6), (8, 1e-9), (2, 0.0)];
+    let numbers = [(16, 1e-6), (14, 1e-9), (2, 0.0)];
     for (from_end, number) in numbers {
         anxious.words[count - from_end..][..2].copy_from_slice(&halves(number));
     }

@@ -78,7 +78,7 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
         each("too long at a limit is told: every tick there without |sigma| falling counts", &|part, step| {
             let counts = ["law_saturated", "(fp.leq last_sigma (fp.abs law_sigma))", &positive("stuck")];
             let one_more = format!("(fp.add RNE stuck {})", number(1.0));
-            let begins = all([not(&is_braking(part)), step.after("brakes").to_string()]);
+            let begins = all([not(&is_braking(part)), will_brake(part, step)]);
             let counted = either([begins.clone(), is_braking(part), same(step.after("stuck"), &one_more)]);
             let counted = then(&all(counts.map(String::from)), &counted);
             let told = format!("(= {} (fp.gt {} stuck_ticks))", step.after("stuck_at_limit"), step.after("stuck"));
@@ -198,15 +198,15 @@ fn follows(part: &str, step: &Step) -> Claims {
         "stopping" => vec![("stops", stops(acts))],
         _ => {
             let in_doubt = format!("(fp.gt {} (_ +zero 8 24))", after("against"));
-            let acts = all([acts, not(&in_doubt)]);
-            let begins = all([not("law_waits"), acts.clone(), not(&blind)]);
-            let from_the_law = then(&not(&is_braking(part)), &format!("(= {} {begins})", after("brakes")));
+            let begins = all([not("law_waits"), acts.clone(), not(&in_doubt), not(&blind)]);
+            let begins = all([format!("(= {} {begins})", will_brake(part, step)), not(step.after("brakes"))]);
+            let from_the_law = then(&not(&is_braking(part)), &begins);
             let stops = then(&not(&is_braking(part)), &stops(all([acts, blind])));
             let ends = either([after("brakes"), after("stopped_now")]);
             let ends = then(&all([is_braking(part), before()]), &watching(&ends));
             let both = not(&all([after("brakes"), after("stopped_now")]));
             vec![
-                ("brakes", going(&then(&before(), &from_the_law))),
+                ("begins", going(&then(&before(), &from_the_law))),
                 ("stops", stops),
                 ("goes on braking or stops", going(&ends)),
                 ("not both", both),
@@ -218,6 +218,11 @@ fn follows(part: &str, step: &Step) -> Claims {
 /// Has it been braking before this tick?
 fn is_braking(part: &str) -> String {
     if part == "braking" { "(fp.gt braking (_ +zero 8 24))".into() } else { "false".into() }
+}
+
+/// Will it brake from the next tick on?
+fn will_brake(part: &str, step: &Step) -> String {
+    if part == "braking" { format!("(fp.gt {} (_ +zero 8 24))", step.after("braking")) } else { "false".into() }
 }
 
 /// Is a tick over a bound, or without a sample, one too many?

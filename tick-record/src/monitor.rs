@@ -5,7 +5,7 @@
 use controller_core::drive::{Monitored, WatchTicks, Watched};
 use controller_core::{ControlLaw, Health, Output, Real, RetuneError, Words};
 
-use crate::joined::Joined;
+use crate::joined::{Given, Joined};
 use crate::law::{self, Recorded};
 use crate::record::{Id, Kind, Op, Port, Record, Role};
 use crate::recorder::{Recorder, Symbol, port};
@@ -162,37 +162,49 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     let part = |f: &dyn Fn(&Recorder, &Monitored<AnyLaw<E>, E>, &mut StateOf<E>)| law::part(&design, f);
     let truth = |name: &str| Recorder::of_this_thread().truth(name, Role::Between);
     let slowing_of = || (Recorder::of_this_thread().number("slowing", Role::Between), truth("is_short"));
-    let looks = part(&|recorder, law, state| {
+    let put_output = Monitored::<AnyLaw<E>, E>::put_output;
+    let looked_at = Health::ALL & !Health::POSITION_STEPPED.bits();
+    let calm = part(&|recorder, law, state| {
         let output = said((Health::SATURATED | Health::INPUT_REJECTED).bits());
-        recorder.put_truth("looks", Role::Between, law.looks(state, &output));
+        recorder.put_truth("is_calm", Role::Between, law.is_calm(state, &output));
+    });
+    let braking = part(&|recorder, law, state| {
+        recorder.put_truth("is_braking", Role::Between, law.is_braking(state));
+    });
+    let watch = part(&|recorder, law, state| {
+        let [any, star] = law.watch(state, &said(looked_at & !Health::WAITS.bits()));
+        recorder.put_truth("is_any_over", Role::Between, any);
+        recorder.put_truth("is_star_over", Role::Between, star);
+    });
+    let answer = part(&|recorder, law, state| {
+        let over = ["is_any_over", "is_star_over"].map(truth);
+        put_output(recorder, &law.answer(state, said(looked_at & !Health::WAITS.bits()), over));
     });
     let slowing = part(&|recorder, law, state| {
         let (slowing, is_short) = law.slowing(state);
         recorder.put("slowing", Role::Between, slowing);
         recorder.put_truth("is_short", Role::Between, is_short);
     });
-    let watch = part(&|recorder, law, state| {
-        let output = said(Health::ALL & !Health::POSITION_STEPPED.bits());
-        let [any, star] = law.watch(state, &output, slowing_of());
-        recorder.put_truth("is_any_over", Role::Between, any);
-        recorder.put_truth("is_star_over", Role::Between, star);
+    let watch_brake =
+        part(&|_, law, state| law.watch_brake(state, &said(looked_at & !Health::WAITS.bits()), slowing_of()));
+    let slow_down = part(&|recorder, law, state| {
+        put_output(recorder, &law.slow_down(state, said(looked_at & !Health::WAITS.bits()), slowing_of()));
     });
-    let answer = part(&|recorder, law, state| {
-        let output = said(Health::ALL & !Health::POSITION_STEPPED.bits());
-        let over = ["is_any_over", "is_star_over"].map(truth);
-        let answer = law.answer(state, output, slowing_of(), over);
-        Monitored::<AnyLaw<E>, E>::put_output(recorder, &answer);
+    let waits = part(&|recorder, law, state| {
+        put_output(recorder, &law.wait_for_counts(state, said(looked_at)));
     });
 
     let mut joined = Joined::default();
+    let watched = joined.call(&watch, &|_| None);
+    let answered = joined.call(&answer, &|port| watched.get(&port.name, port.role));
     let slowing = joined.call(&slowing, &|_| None);
-    let watched =
-        joined.call(&watch, &|port| slowing.get(&port.name, port.role).filter(|_| port.role == Role::Between));
-    let answered = joined.call(&answer, &|port| {
-        let found = watched.get(&port.name, port.role);
-        found.or_else(|| slowing.get(&port.name, port.role).filter(|_| port.role == Role::Between))
-    });
-    let looks = joined.call(&looks, &|_| None).get("looks", Role::Between).expect("whether it looks");
+    let of_slowing = |port: &Port| slowing.get(&port.name, port.role).filter(|_| port.role == Role::Between);
+    let braked = joined.call(&watch_brake, &of_slowing);
+    let slowed = joined.call(&slow_down, &|port| braked.get(&port.name, port.role).or_else(|| of_slowing(port)));
+    let waited = joined.call(&waits, &|_| None);
+    let is_braking = joined.call(&braking, &|_| None).get("is_braking", Role::Between).expect("whether it brakes");
+    let is_waiting = joined.input("law_waits", Role::Argument, Kind::Truth);
+    let is_calm = joined.call(&calm, &|_| None).get("is_calm", Role::Between).expect("whether it is calm");
     let stopped = joined.input("stopped", Role::State, Kind::Truth);
     let [yes, no] = [true, false].map(|truth| joined.constant(Op::Truth(truth)));
     let zero = joined.constant(Op::Constant(0.0));
@@ -217,7 +229,10 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
             }
         };
         let handed_on = port.role == Role::Flag(Health::POSITION_STEPPED.bits().trailing_zeros() as u8);
-        let goes_on = if handed_on { calm } else { joined.select(looks, *answer, calm) };
+        let of = |given: &Given| given.get(&port.name, port.role).expect("the same results of all");
+        let looked = joined.select(is_braking, of(&slowed), *answer);
+        let looked = joined.select(is_waiting, of(&waited), looked);
+        let goes_on = if handed_on { calm } else { joined.select(is_calm, calm, looked) };
         results.push((port.clone(), joined.select(stopped, at_rest, goes_on)));
     }
     joined.record(results)

@@ -32,9 +32,10 @@ pub struct Encoder {
     pub states: u32,
     /// Counts while the encoder turns once, 4..=2^24.
     pub counts_per_turn: u32,
-    /// Turns of the encoder, 1..=1000, while the shaft makes ...
+    /// Gear numerator: turns of the encoder, at least 1.
     pub gear_num: u32,
-    /// ... so many, 1..=1000.
+    /// Gear denominator: turns of the shaft meanwhile, at least 1. The fewest turns of the shaft that are a whole
+    /// number of counts are at most 1000, and at most 2^24 counts: 325 turns for `geared(4554, 325)` and 2^10 counts.
     pub gear_den: u32,
 }
 
@@ -96,8 +97,8 @@ impl Encoder {
                 "an encoder's counter has 2 to 2^31 - 1 states, or 2^bits",
             ),
             (counts_per_turn, 4, 1 << 24, "an encoder makes 4 to 2^24 counts per turn"),
-            (gear_num, 1, 1000, "the turns of a gear are 1 to 1000"),
-            (gear_den, 1, 1000, "the turns of a gear are 1 to 1000"),
+            (gear_num, 1, u32::MAX, "the turns of a gear are whole numbers of at least 1"),
+            (gear_den, 1, u32::MAX, "the turns of a gear are whole numbers of at least 1"),
         ];
         let mut k = 0;
         while k < ranges.len() {
@@ -107,7 +108,12 @@ impl Encoder {
             }
             k += 1;
         }
-        let (_, counts) = self.base();
+        // Of the gear a tick sees the base alone: its limits are those of a drive, whatever the two numbers are.
+        let (turns, counts) = self.base();
+        if turns > MOST_TURNS {
+            let why = "gear and encoder meet again after 1 to 1000 turns of the shaft";
+            return Err(DriveError::new(field, turns as f64, 1.0, MOST_TURNS as f64, why));
+        }
         if counts > 1 << 24 {
             let why =
                 "the turns in which gear and encoder meet again make more than 2^24 counts, which f32 cannot hold";
@@ -219,6 +225,8 @@ fields! {
     }
 }
 
+/// Most turns of the shaft in a base.
+const MOST_TURNS: u32 = 1000;
 /// Of a counter whose difference has a sign.
 const MOST_STATES: u32 = i32::MAX as u32;
 
@@ -288,8 +296,11 @@ mod tests {
             Encoder::absolute(1),
             Encoder::incremental(33, 4096),
             Encoder::absolute(20).geared(0, 1),
+            Encoder::absolute(20).geared(1, 0),
             Encoder::absolute(20).geared(1, 1001),
             Encoder::absolute(20).geared(100, 1),
+            Encoder::absolute(14).geared(10_301, 100),
+            Encoder::absolute(12).geared(u32::MAX, u32::MAX - 1),
         ];
         for encoder in refused {
             let error = encoder.check("encoder").expect_err("refused");
@@ -297,6 +308,27 @@ mod tests {
         }
         assert_eq!(Encoder::absolute(24).check("encoder"), Ok(()));
         assert_eq!(Encoder::incremental(32, 4000).geared(160, 3).check("encoder"), Ok(()));
+    }
+
+    /// The two numbers of a gear may be large: the tick sees the turns and counts after which it meets its encoder.
+    #[test]
+    fn a_gear_of_large_numbers_is_taken_where_its_base_is_small() {
+        let taken = [
+            (Encoder::absolute(10).geared(4554, 325), (325, 4_663_296)),
+            (Encoder::absolute(12).geared(99_225, 1024), (1, 396_900)),
+            (Encoder::incremental(16, 4000).geared(10_301, 100), (1, 412_040)),
+            (Encoder::absolute(12).geared(3591, 187), (187, 14_708_736)),
+            (Encoder::absolute(24).geared(16_777_213, 16_777_216), (1, 16_777_213)),
+        ];
+        for (encoder, base) in taken {
+            assert_eq!((encoder.check("encoder"), encoder.base()), (Ok(()), base), "{encoder:?}");
+            // No tick can tell it from an encoder of so many counts on a shaft of so many turns.
+            let (turns, counts) = base;
+            let plain = Encoder::incremental(encoder.bits, counts as u32).geared(1, turns);
+            let [geared, plain] = [encoder, plain].map(|encoder| encoder.sensor());
+            assert!((geared.unit / plain.unit - 1.0).abs() < 4.0 * f64::EPSILON, "{encoder:?}");
+            assert!(geared.counts_alike(&plain) && geared.quarter_counts == plain.quarter_counts);
+        }
     }
 
     #[test]

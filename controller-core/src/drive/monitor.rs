@@ -332,6 +332,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
 impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     /// Does what follows an alarm, from the next tick on: brakes, stops, or goes on where alarms are told only or
     /// answered by a planned stop. For what the drive cannot know: a switch, a door, a [`Fence`](super::Fence).
+    #[inline]
     pub fn trip(&self, state: &mut MonitoredState<L::State, L::Scalar, E>) {
         let (zero, one) = (L::Scalar::ZERO, L::Scalar::from_f64(1.0));
         if !self.stops_at.contains(Health::BRAKES) {
@@ -451,19 +452,22 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         state: &mut MonitoredState<L::State, L::Scalar, E>,
         output: Output<L::Scalar>,
     ) -> Output<L::Scalar> {
-        if self.looks(state, &output) { self.looked_into(state, output) } else { output }
+        if self.is_calm(state, &output) {
+            return output;
+        }
+        self.looked_into(state, output)
     }
 
-    /// Is a tick looked into? One within its bounds is not, while nothing is counted.
+    /// Is there nothing to look into? A tick is within its bounds, and nothing is counted.
     #[doc(hidden)]
     #[inline(always)]
-    pub fn looks(&self, state: &MonitoredState<L::State, L::Scalar, E>, output: &Output<L::Scalar>) -> bool {
+    pub fn is_calm(&self, state: &MonitoredState<L::State, L::Scalar, E>, output: &Output<L::Scalar>) -> bool {
         let d = L::disturbance(&state.within);
         let mut calm = output.sigma_star.abs() <= self.sigma_star;
         for i in 0..E {
             calm &= d[i].abs() <= self.disturbance[i];
         }
-        !(calm && state.counted == L::Scalar::ZERO && !output.health.intersects(Self::LOOKED_INTO))
+        calm && state.counted == L::Scalar::ZERO && !output.health.intersects(Self::LOOKED_INTO)
     }
 
     const LOOKED_INTO: Health = Health::SATURATED.union(Health::INPUT_REJECTED);
@@ -476,13 +480,44 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         state: &mut MonitoredState<L::State, L::Scalar, E>,
         output: Output<L::Scalar>,
     ) -> Output<L::Scalar> {
-        let slowing = self.slowing(state);
-        let over = self.watch(state, &output, slowing);
-        self.answer(state, output, slowing, over)
+        if output.health.contains(Health::WAITS) {
+            return self.wait_for_counts(state, output);
+        }
+        if self.is_braking(state) {
+            return self.brake(state, output);
+        }
+        let over = self.watch(state, &output);
+        self.answer(state, output, over)
     }
 
+    /// Nothing is estimated yet, and nothing flows. With a sample lost it is what was believed that was given up.
+    #[doc(hidden)]
     #[inline(always)]
-    fn is_braking(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> bool {
+    pub fn wait_for_counts(
+        &self,
+        state: &mut MonitoredState<L::State, L::Scalar, E>,
+        output: Output<L::Scalar>,
+    ) -> Output<L::Scalar> {
+        let is_alarm = output.health.contains(Health::SAMPLE_LOST) && self.stops_at.contains(Health::INPUT_REJECTED);
+        if is_alarm { self.stop(state, output) } else { output }
+    }
+
+    /// A tick of a drive that brakes.
+    #[cold]
+    #[inline(never)]
+    fn brake(
+        &self,
+        state: &mut MonitoredState<L::State, L::Scalar, E>,
+        output: Output<L::Scalar>,
+    ) -> Output<L::Scalar> {
+        let slowing = self.slowing(state);
+        self.watch_brake(state, &output, slowing);
+        self.slow_down(state, output, slowing)
+    }
+
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn is_braking(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> bool {
         self.stops_at.contains(Health::BRAKES) && state.braking > L::Scalar::ZERO
     }
 
@@ -501,68 +536,100 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     /// Counts what a tick shows; whether a disturbance is over its bound, and σ*.
     #[doc(hidden)]
     #[inline(always)]
-    pub fn watch(
+    pub fn watch(&self, state: &mut MonitoredState<L::State, L::Scalar, E>, output: &Output<L::Scalar>) -> [bool; 2] {
+        let over = self.sides(state);
+        let is_any_over = over.contains(&true);
+        let mut is_star_over = false;
+        if output.health.contains(Health::SATURATED) {
+            let is_lost = output.health.contains(Health::SAMPLE_LOST);
+            self.at_limit(state, &over, [output.sigma.abs(), output.u], is_lost);
+        } else {
+            Self::within_limits(state);
+            let within = output.sigma_star.abs() <= self.sigma_star;
+            is_star_over = !within;
+        }
+        let is_over = is_any_over || is_star_over || output.health.contains(Health::INPUT_REJECTED);
+        Self::count_over(state, is_over);
+        [is_any_over, is_star_over]
+    }
+
+    /// The same of a drive that brakes: its speed is what must fall at a limit.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn watch_brake(
         &self,
         state: &mut MonitoredState<L::State, L::Scalar, E>,
         output: &Output<L::Scalar>,
         (slowing, is_short): (L::Scalar, bool),
-    ) -> [bool; 2] {
-        let (zero, one, told) = (L::Scalar::ZERO, L::Scalar::from_f64(1.0), output.health);
-        if told.contains(Health::WAITS) {
-            // Nothing is estimated yet, and nothing flows.
-            return [false; 2];
-        }
-        let (d, v) = (L::disturbance(&state.within), L::speed(&state.within));
-        let is_braking = self.is_braking(state);
-        // While it brakes the speed is what must fall at the limit.
-        let (sigma, u, is_at_limit) = if is_braking {
-            (v.abs(), slowing, is_short)
+    ) {
+        let over = self.sides(state);
+        let is_lost = output.health.contains(Health::SAMPLE_LOST);
+        if is_short {
+            let speed = L::speed(&state.within).abs();
+            self.at_limit(state, &over, [speed, slowing], is_lost);
         } else {
-            (output.sigma.abs(), output.u, told.contains(Health::SATURATED))
-        };
-        let (mut over, mut has_changed, mut is_any_over) = ([false; E], false, false);
+            Self::within_limits(state);
+            state.braking += L::Scalar::from_f64(1.0);
+        }
+        Self::count_over(state, is_lost && output.health.contains(Health::INPUT_REJECTED));
+    }
+
+    /// Which disturbances are over their bounds; a change of side counts.
+    #[inline(always)]
+    fn sides(&self, state: &mut MonitoredState<L::State, L::Scalar, E>) -> [bool; E] {
+        let d = L::disturbance(&state.within);
+        let (mut over, mut has_changed) = ([false; E], false);
         for i in 0..E {
             // No number is over any bound.
             let within = d[i].abs() <= self.disturbance[i];
             over[i] = !within;
-            is_any_over |= over[i];
             if over[i] {
-                has_changed |= d[i] * state.side[i] < zero;
+                has_changed |= d[i] * state.side[i] < L::Scalar::ZERO;
                 state.side[i] = d[i];
             }
         }
         if has_changed {
             state.swings += self.ticks.stuck;
         }
-        let mut is_star_over = false;
-        if is_at_limit {
-            if state.stuck == zero || sigma >= state.last {
-                state.stuck += one;
-            }
-            state.last = sigma;
-            if self.is_wrong_way(state, &d, &over, u) {
-                state.against += one;
-            } else if told.contains(Health::SAMPLE_LOST) {
-                // At full current nobody sees what it does.
-                state.against += L::Scalar::HALF;
-            } else {
-                state.against = zero;
-            }
-            state.speed = v.abs();
-        } else {
-            state.against = zero;
-            state.stuck = lessened(state.stuck, L::Scalar::from_f64(0.1));
-            let within = output.sigma_star.abs() <= self.sigma_star;
-            is_star_over = !within;
+        over
+    }
+
+    /// A tick at a limit, and of what must fall there.
+    #[inline(always)]
+    fn at_limit(
+        &self,
+        state: &mut MonitoredState<L::State, L::Scalar, E>,
+        over: &[bool; E],
+        [falling, u]: [L::Scalar; 2],
+        is_lost: bool,
+    ) {
+        let one = L::Scalar::from_f64(1.0);
+        if state.stuck == L::Scalar::ZERO || falling >= state.last {
+            state.stuck += one;
         }
-        let is_rejected = told.contains(Health::INPUT_REJECTED);
-        let is_over = if is_braking {
-            is_rejected && told.contains(Health::SAMPLE_LOST)
+        state.last = falling;
+        let d = L::disturbance(&state.within);
+        if self.is_wrong_way(state, &d, over, u) {
+            state.against += one;
+        } else if is_lost {
+            // At full current nobody sees what it does.
+            state.against += L::Scalar::HALF;
         } else {
-            is_any_over || is_star_over || is_rejected
-        };
+            state.against = L::Scalar::ZERO;
+        }
+        state.speed = L::speed(&state.within).abs();
+    }
+
+    #[inline(always)]
+    fn within_limits(state: &mut MonitoredState<L::State, L::Scalar, E>) {
+        state.against = L::Scalar::ZERO;
+        state.stuck = lessened(state.stuck, L::Scalar::from_f64(0.1));
+    }
+
+    #[inline(always)]
+    fn count_over(state: &mut MonitoredState<L::State, L::Scalar, E>, is_over: bool) {
+        let one = L::Scalar::from_f64(1.0);
         state.over = if is_over { state.over + one } else { lessened(state.over, one) };
-        [is_any_over, is_star_over]
     }
 
     /// What is told of what was counted, and what follows.
@@ -572,54 +639,60 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         &self,
         state: &mut MonitoredState<L::State, L::Scalar, E>,
         mut output: Output<L::Scalar>,
-        (slowing, is_short): (L::Scalar, bool),
         [is_any_over, is_star_over]: [bool; 2],
     ) -> Output<L::Scalar> {
-        let (zero, one, told) = (L::Scalar::ZERO, L::Scalar::from_f64(1.0), output.health);
-        let is_lost = told.contains(Health::SAMPLE_LOST);
-        if told.contains(Health::WAITS) {
-            // With a sample lost it is what was believed that was given up.
-            let is_alarm = is_lost && self.stops_at.contains(Health::INPUT_REJECTED);
-            return if is_alarm { self.stop(state, output) } else { output };
+        let zero = L::Scalar::ZERO;
+        let (is_rejected, is_late) = (output.health.contains(Health::INPUT_REJECTED), state.over > self.ticks.patience);
+        let mut alarms = Health::STUCK_AT_LIMIT.when(state.stuck > self.ticks.stuck);
+        alarms = alarms.union(Health::DISTURBANCE_OVER_BOUND.when(is_late && is_any_over));
+        alarms = alarms.union(Health::SIGMA_STAR_OVER_BOUND.when(is_late && is_star_over));
+        let asked = alarms.union(Health::INPUT_REJECTED.when(is_rejected && is_late));
+        let is_blind = is_rejected && output.health.contains(Health::SAMPLE_LOST);
+        output.health = output.health.union(alarms);
+        if asked.intersects(self.stops_at) {
+            if is_blind || !self.stops_at.contains(Health::BRAKES) {
+                output = self.stop(state, output);
+            } else if state.against == zero {
+                // To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks.
+                self.trip(state);
+            }
         }
-        let is_braking = self.is_braking(state);
-        let is_rejected = told.contains(Health::INPUT_REJECTED);
-        let is_late = state.over > self.ticks.patience;
+        self.runaway(state, output)
+    }
+
+    /// The current of a drive that brakes, or none any more.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn slow_down(
+        &self,
+        state: &mut MonitoredState<L::State, L::Scalar, E>,
+        mut output: Output<L::Scalar>,
+        (slowing, is_short): (L::Scalar, bool),
+    ) -> Output<L::Scalar> {
         let is_stuck = state.stuck > self.ticks.stuck;
-        let mut alarms = Health::STUCK_AT_LIMIT.when(is_stuck);
-        alarms = alarms.union(Health::DISTURBANCE_OVER_BOUND.when(is_late && is_any_over && !is_braking));
-        alarms = alarms.union(Health::SIGMA_STAR_OVER_BOUND.when(is_late && is_star_over && !is_braking));
-        output.health = told.union(alarms);
-        let can_brake = self.stops_at.contains(Health::BRAKES);
-        // To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks.
-        let is_in_doubt = can_brake && state.against > zero;
-        let alarms = alarms.union(Health::INPUT_REJECTED.when(is_rejected && is_late));
-        let is_alarm = alarms.intersects(self.stops_at) && !is_in_doubt;
-        let wrong_way = state.against > self.ticks.wrong_way;
-        let oscillates = state.swings > self.ticks.stuck + self.ticks.stuck;
-        let brakes = if is_braking {
-            if !is_short {
-                state.braking += one;
-            }
-            !(is_stuck || is_late || state.braking > self.ticks.brake)
+        output.health = output.health.union(Health::STUCK_AT_LIMIT.when(is_stuck));
+        if is_stuck || state.over > self.ticks.patience || state.braking > self.ticks.brake {
+            output = self.stop(state, output);
         } else {
-            let begins = is_alarm && can_brake && !(is_rejected && is_lost);
-            if begins {
-                (state.braking, state.stuck, state.over) = (one, zero, zero);
-            }
-            begins
-        };
-        if brakes {
             L::put_instead(&mut state.within, slowing);
             output.u = slowing;
             let limited = Health::SATURATED.when(is_short).union(Health::BRAKES);
             output.health = output.health.without(Health::SATURATED).union(limited);
-        } else if is_braking || is_alarm {
-            output = self.stop(state, output);
         }
-        state.swings = lessened(state.swings, one);
+        self.runaway(state, output)
+    }
+
+    /// The alarms that stop any drive, from the next tick on: this u is the law's.
+    #[inline(always)]
+    fn runaway(
+        &self,
+        state: &mut MonitoredState<L::State, L::Scalar, E>,
+        mut output: Output<L::Scalar>,
+    ) -> Output<L::Scalar> {
+        let wrong_way = state.against > self.ticks.wrong_way;
+        let oscillates = state.swings > self.ticks.stuck + self.ticks.stuck;
+        state.swings = lessened(state.swings, L::Scalar::from_f64(1.0));
         state.counted = state.stuck + state.swings + state.against + state.over + state.braking;
-        // From the next tick on: this u is the law's.
         state.stopped |= wrong_way | oscillates;
         output.health = output.health.union(Health::WRONG_WAY.when(wrong_way));
         output.health = output.health.union(Health::OSCILLATES.when(oscillates));
@@ -708,18 +781,21 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
 
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &L::Sample) -> Self::Output {
-        self.stopped(state).unwrap_or_else(|| {
-            let output = self.law.tick(&mut state.within, sample);
-            self.judged(state, output)
-        })
+        // A closure might be a call.
+        if let Some(output) = self.stopped(state) {
+            return output;
+        }
+        let output = self.law.tick(&mut state.within, sample);
+        self.judged(state, output)
     }
 
     #[inline]
     fn lost(&self, state: &mut Self::State) -> Self::Output {
-        self.stopped(state).unwrap_or_else(|| {
-            let output = self.law.lost(&mut state.within);
-            self.judged(state, output)
-        })
+        if let Some(output) = self.stopped(state) {
+            return output;
+        }
+        let output = self.law.lost(&mut state.within);
+        self.judged(state, output)
     }
 
     #[inline]

@@ -11,7 +11,6 @@
 use std::collections::{BTreeMap, HashSet};
 use std::rc::Rc;
 
-use super::encoding;
 use super::graph::{Graph, Node, Op};
 use super::term::{EQUAL, GREATER, LESS, Mixing, Order, UNORDERED};
 use super::text::{Expected, Kind, Known, Place, Port};
@@ -88,11 +87,13 @@ pub(super) struct Program<'a> {
     image: &'a Image,
     decoder: Decoder,
     code: Mixing<u32, Rc<Code>>,
+    /// Addresses of instructions behind an IT.
+    behind_it: HashSet<u32>,
 }
 
 impl<'a> Program<'a> {
     pub(super) fn new(image: &'a Image, decoder: Decoder) -> Self {
-        Self { image, decoder, code: Mixing::default() }
+        Self { image, decoder, code: Mixing::default(), behind_it: HashSet::new() }
     }
 
     /// Instructions that some path has executed.
@@ -110,15 +111,11 @@ impl<'a> Program<'a> {
             return Err(format!("no instruction known at {}", self.image.place(address)));
         }
         for one in &block {
-            let half = |at: u32| {
-                let bytes = self.image.bytes(one.address + at)?;
-                Some(u16::from_le_bytes([*bytes.first()?, *bytes.get(1)?]))
-            };
-            let open = half(0).and_then(|first| encoding::open(first, half(2).filter(|_| one.size == 4)));
-            if let Some(why) = open {
+            if let Some(why) = one.open {
                 return Err(format!("`{}` at {}: {why}", one.text(), self.image.place(one.address)));
             }
         }
+        self.behind_it.extend(block.iter().skip(1).map(|one| one.address));
         self.code.extend(block.into_iter().map(|one| (one.address, Rc::new(Code::of(one)))));
         Ok(Rc::clone(&self.code[&address]))
     }
@@ -525,13 +522,19 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         let mut of_call: Mixing<Key, usize> = Mixing::default();
         let mut found: HashSet<Key> = HashSet::from([(start, 0)]);
         let (mut keys, mut to) = (vec![(start, 0)], Vec::new());
+        let mut jumps = vec![start];
         while let Some(&(at, call)) = keys.get(to.len()) {
             let targets = match self.program.at(at) {
                 Err(_) => [None, None],
                 Ok(code) => {
                     let on = Some(Some((code.instruction.next(), call)));
                     let on_if = on.filter(|_| code.instruction.conditional);
-                    match code.instruction.flow() {
+                    let flow = code.instruction.flow();
+                    jumps.extend(match flow {
+                        Flow::Jump(to) | Flow::Call(to) => Some(to),
+                        _ => None,
+                    });
+                    match flow {
                         Flow::Next => [on, None],
                         Flow::Jump(to) => [on_if, Some(Some((to, call)))],
                         Flow::Call(to) => {
@@ -556,6 +559,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 }
             }
             to.push(targets);
+        }
+        // There its condition is not asked, and it has been read as one that is.
+        if let Some(to) = jumps.into_iter().find(|to| self.program.behind_it.contains(to)) {
+            return Err(format!("jumps behind an IT at {}", self.program.image.place(to)));
         }
         Ok((keys, to, calls.into_iter().map(|(from, back, _)| (from, back)).collect()))
     }
@@ -1043,6 +1050,9 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         };
         if let (Some(width), [value, memory, behind @ ..]) = (single(stem), operands) {
             let address = self.address(at, memory, behind.first())?;
+            if stem.starts_with('v') {
+                self.of_words(address)?;
+            }
             if stem.contains("ld") {
                 let word = self.load(address, width)?;
                 self.set(value, word)?;
@@ -1055,6 +1065,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         match (stem, operands) {
             ("ldrd" | "strd", [a, b, memory, behind @ ..]) => {
                 let low = self.address(at, memory, behind.first())?;
+                self.of_words(low)?;
                 let four = self.graph.constant(4);
                 let high = self.moved(low, four, 1)?;
                 if stem == "ldrd" {
@@ -1086,10 +1097,21 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         Ok(true)
     }
 
+    /// Several words, and floats, are not moved from or to an address that is no multiple of 4: that is a fault.
+    fn of_words(&self, address: Word) -> Done<()> {
+        let is_off = match address {
+            Word::Address(_, offset) => offset % 4 != 0,
+            Word::Term(term) => self.graph.bits(term).is_some_and(|at| at % 4 != 0),
+            _ => false,
+        };
+        if is_off { Err("an address that is no multiple of 4: a fault".into()) } else { Ok(()) }
+    }
+
     /// Where a list begins in memory; the base is moved past it.
     fn list(&mut self, base: usize, list: &[usize], down: bool, writes: bool) -> Done<Word> {
         let (start, length) = (self.state.registers[base], self.graph.constant(4 * list.len() as u32));
         let end = self.moved(start, length, if down { u32::MAX } else { 1 })?;
+        self.of_words(start)?;
         if writes {
             self.state.registers[base] = end;
         }

@@ -914,3 +914,101 @@ fn a_word_is_no_case() {
         assert_eq!(Cases::new(&expected, effort, &stop).unequal(&mut graph, &pairs, &[]), Ok(vec![0]));
     }
 }
+
+/// A function that returns what it is given, with one more instruction before its return, alone and behind an IT:
+/// where that might do anything else, it is not the same.
+#[test]
+fn what_ends_or_leaves_a_path_is_seen_and_its_condition_too() {
+    let told = |code: &[u16]| {
+        let elf = elf(&[(0x0800_0000, code)], &[("f", 1, 0, 2 * code.len() as u32)]);
+        verdict(&elf, "means 1\nfunction f\nin a count r0\nout b count r0\nbegin\nreturn a\n")
+    };
+    // Behind push {r4, lr} where it pops.
+    let returning: [(&[u16], bool); 4] =
+        [(&[0x4770], false), (&[0x46f7], false), (&[0xbd10], true), (&[0xe8bd, 0x8010], true)];
+    for (one, is_popped) in returning {
+        let push: &[u16] = if is_popped { &[0xb510] } else { &[] };
+        let end: &[u16] = if is_popped { &[0xbd10] } else { &[0x4770] };
+        assert_eq!(told(&[push, one].concat()), Verdict::Same, "{one:x?}");
+        assert_eq!(told(&[push, &[0x2800, 0xbf08], one, end].concat()), Verdict::Same, "{one:x?}");
+        // movs r0, #1, where the condition fails; adds r0, #0 changes nothing where it does.
+        let fails = |change: u16| told(&[push, &[0x2800, 0xbf08], one, &[change], end].concat());
+        assert!(matches!(fails(0x2001), Verdict::Differs(_)), "{one:x?}");
+        assert_eq!(fails(0x3000), Verdict::Same, "{one:x?}");
+        // Behind a return nothing is executed.
+        assert_eq!(told(&[push, one, &[0x2001], end].concat()), Verdict::Same, "{one:x?}");
+    }
+    // b, beq, cbz, b behind an IT, over movs r0, #1: only the first is never gone through.
+    assert_eq!(told(&[0xe000, 0x2001, 0x4770]), Verdict::Same);
+    for code in [
+        &[0x2800_u16, 0xd000, 0x2001, 0x4770][..],
+        &[0xb100, 0x2001, 0x4770],
+        &[0x2800, 0xbf08, 0xe000, 0x2001, 0x4770],
+    ] {
+        assert!(matches!(told(code), Verdict::Differs(_)), "{code:x?}");
+    }
+    // push {r4, lr}; bl g; pop {r4, pc}; g: bx lr, or movs r0, #1 before it; the call behind an IT is declined.
+    let called = |front: &[u16], leaf: &[u16]| told(&[&[0xb510], front, &[0xf000, 0xf801, 0xbd10], leaf].concat());
+    assert_eq!(called(&[], &[0x4770]), Verdict::Same);
+    assert!(matches!(called(&[], &[0x2001, 0x4770]), Verdict::Differs(_)));
+    assert_ne!(called(&[0x2800, 0xbf08], &[0x2001, 0x4770]), Verdict::Same);
+    // bx r3; blx r3; mov pc, r0; add pc, r0; ldr pc, [r0]; ldr pc, [pc]; ldm r0, {r1, pc}; tbb [pc, r0];
+    // udf; udf #0xfe; udf.w; svc; bkpt; wfi; wfe; cpsid i; msr primask, r0; msr msp, r0; msr control, r0.
+    for one in [
+        &[0x4718_u16][..],
+        &[0x4798],
+        &[0x4687],
+        &[0x4487],
+        &[0xf8d0, 0xf000],
+        &[0xf8df, 0xf000],
+        &[0xe890, 0x8002],
+        &[0xe8df, 0xf000],
+        &[0xde00],
+        &[0xdefe],
+        &[0xf7f0, 0xa000],
+        &[0xdf01],
+        &[0xbe00],
+        &[0xbf30],
+        &[0xbf20],
+        &[0xb672],
+        &[0xf380, 0x8810],
+        &[0xf380, 0x8808],
+        &[0xf380, 0x8814],
+    ] {
+        assert_ne!(told(&[one, &[0x4770]].concat()), Verdict::Same, "{one:x?}");
+        assert_ne!(told(&[&[0x2800, 0xbf08], one, &[0x4770]].concat()), Verdict::Same, "{one:x?}");
+    }
+    // Barriers and hints change nothing.
+    for one in [&[0xbf00_u16][..], &[0xf3bf, 0x8f5f], &[0xf3bf, 0x8f4f], &[0xf3bf, 0x8f6f]] {
+        assert_eq!(told(&[&[0x2800, 0xbf08], one, &[0x4770]].concat()), Verdict::Same, "{one:x?}");
+    }
+    // cbz r0 to the instruction behind an IT, and back to it; bx lr before the end of a block: nobody knows.
+    for code in [
+        &[0xb108_u16, 0x2800, 0xbf08, 0x4770, 0xbf00, 0x4770][..],
+        &[0x2800, 0xbf08, 0x4770, 0xbf00, 0xd0fc, 0x4770],
+        &[0x2800, 0xbf04, 0x4770, 0xbf00, 0x4770],
+    ] {
+        assert!(matches!(told(code), Verdict::Declined(_)), "{code:x?}");
+    }
+}
+
+/// An access of several words, or of a float, to an address that is no multiple of 4 is a fault; one of a word is none.
+#[test]
+fn an_access_that_faults_is_declined() {
+    let told = |code: &[u16]| {
+        let code = [&[0xb084, 0x2100, 0x9100, 0x9101, 0x9102, 0x9103], code, &[0xb004, 0x4770]].concat();
+        let elf = elf(&[(0x0800_0000, &code)], &[("f", 1, 0, 2 * code.len() as u32)]);
+        verdict(&elf, "means 1\nfunction f\nin a count r0\nout b count r0\nbegin\nreturn a\n")
+    };
+    // ldr r1, [sp, #2]; of it str too.
+    assert_eq!(told(&[0xf8dd, 0x1002]), Verdict::Same);
+    assert_eq!(told(&[0xf8cd, 0x1002]), Verdict::Same);
+    // add r3, sp, #4; adds r3, #2 or #4, and then ldrd r1, r2, [r3]; strd; ldm r3, {r1, r2}; stm; vldr s0, [r3]; vstr.
+    for one in
+        [[0xe9d3, 0x1200], [0xe9c3, 0x1100], [0xe893, 0x0006], [0xe883, 0x0006], [0xed93, 0x0a00], [0xed83, 0x0a00]]
+    {
+        assert_eq!(told(&[&[0xab01, 0x3304], &one[..]].concat()), Verdict::Same, "{one:x?}");
+        let off = told(&[&[0xab01, 0x3302], &one[..]].concat());
+        assert!(matches!(&off, Verdict::Declined(why) if why.contains("no multiple of 4")), "{one:x?}: {off:?}");
+    }
+}

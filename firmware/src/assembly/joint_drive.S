@@ -1,8 +1,8 @@
 @ The functions of joint_drive.h, exported by version 0.1.0.
-@ Design 0xcc9024c4 (FNV-1a; `design_hash` in the run.json of a run).
+@ Design 0x4c6005e4 (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
-@ Scenario drive.toml (CRC-32 0xee9da7e0):
+@ Scenario drive.toml (CRC-32 0x2bee94b2):
 @
 @     # What the image `drive` is designed from: a joint with an encoder on each side, at 5 kHz.
 @     #
@@ -37,7 +37,7 @@
 @     fallback = 0.0
 @
 @     [monitor]
-@     reaction = "fallback"
+@     reaction = "brake"
 
 	.syntax unified
 	.cpu cortex-m4

@@ -1,8 +1,8 @@
 @ The functions of motor.h, exported by version 0.1.0.
-@ Design 0xd23fd0e4 (FNV-1a; `design_hash` in the run.json of a run).
+@ Design 0x54b9aecc (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
-@ Scenario motor.toml (CRC-32 0xe1ca76bf):
+@ Scenario motor.toml (CRC-32 0x2a898658):
 @
 @     # What the image `motor` is designed from: a motor with one encoder, at 10 kHz.
 @     #
@@ -28,7 +28,7 @@
 @     fallback = 0.0
 @
 @     [monitor]
-@     reaction = "fallback"
+@     reaction = "brake"
 
 	.syntax unified
 	.cpu cortex-m4

@@ -4,7 +4,7 @@
 
 use core::mem::MaybeUninit;
 
-use controller_core::drive::{ALARMS, Encoder, Motor, MotorDesign, MotorDrive, Position};
+use controller_core::drive::{BRAKING, Encoder, Motor, MotorDesign, MotorDrive, Position};
 use controller_core::{Fallback, Limits};
 use cortex_m_rt::exception;
 use firmware::line::{self, Line};
@@ -80,9 +80,9 @@ fn main() -> ! {
     let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
     let line = Line::start(chip.USART1, &chip.RCC, &chip.GPIOA);
 
-    // An alarm stops the drive: the safe current goes out until it is reset.
+    // At an alarm the drive brakes, then the safe current goes out until it is reset.
     let bounds = DESIGN.bounds(&LAW, UNCERTAIN);
-    let numbers = DESIGN.to_numbers().into_iter().chain(bounds.to_numbers()).chain([f64::from(ALARMS.bits())]);
+    let numbers = DESIGN.to_numbers().into_iter().chain(bounds.to_numbers()).chain([f64::from(BRAKING.bits())]);
     let Ok((live, law)) = Live::new(numbers.flat_map(halves)) else { unreachable!() };
     DRIVE.begin(live::seat(SEAT, law));
 

@@ -2,5 +2,6 @@
         const unsigned broken = @_limits_broken(state$given$);
         health |= broken;
         if (broken != 0u) {
-$trip$        }
+            @_watched_trip(monitor);
+        }
     }

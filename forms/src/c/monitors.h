@@ -37,67 +37,91 @@ static inline bool @_watch_side(float d, float bound, float *side, bool *has_cha
     return true;
 }
 
-/* What the monitors say of a tick that was made; what follows is done. */
-static inline unsigned @_watch(@_monitor *monitor, @_state *state, unsigned told, @_output *output)
+/* A tick at a limit of the current, and of what must fall there. */
+static inline void @_watch_limit(@_monitor *monitor, const @_state *state, float falling, float current, bool is_lost$params$)
 {
-    unsigned health = told;
-    bool has_changed = false;
-    if (!state->started) {
-        return health;
-    }
-    if ((health & @@_WAITS) != 0u) {
-$gave_up$        return health;
-    }
-$slowing$$looks$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
-    bool is_star_over = false;
-    if (is_at_limit) {
-        const float wanted = $gain$f * current; /* acceleration by the current */
-        const float speed = @_magnitude(state->v$shaft$);
-        const float found = @_magnitude(state->d$shaft$);
-        /* Does it speed up against the current, by what the current would do the other way round? */
-        bool wrong_way = ((state->v$shaft$ * wanted) < 0.0f) && ((state->d$shaft$ * wanted) < 0.0f) &&
-                         (speed > monitor->last_speed) && (found > (1.25f * @_magnitude(wanted))) &&
-                         (found < (3.0f * @_magnitude(wanted)));
-$apart$        if (wrong_way && over$shaft$) {
-            monitor->against += 1.0f;
-        } else if ((told & @@_SAMPLE_LOST) != 0u) {
-            monitor->against += 0.5f; /* at full current nobody sees what it does */
-        } else {
-            monitor->against = 0.0f;
-        }
-        monitor->last_speed = speed;
-        if (!(monitor->stuck > 0.0f) || (sigma >= monitor->last_sigma)) {
-            monitor->stuck += 1.0f;
-        }
-        monitor->last_sigma = sigma;
+    const float wanted = $gain$f * current; /* acceleration by the current */
+    const float speed = @_magnitude(state->v$shaft$);
+    const float found = @_magnitude(state->d$shaft$);
+    /* Does it speed up against the current, by what the current would do the other way round? */
+    bool wrong_way = ((state->v$shaft$ * wanted) < 0.0f) && ((state->d$shaft$ * wanted) < 0.0f) &&
+                     (speed > monitor->last_speed) && (found > (1.25f * @_magnitude(wanted))) &&
+                     (found < (3.0f * @_magnitude(wanted)));
+$apart$    if (wrong_way && over$shaft$) {
+        monitor->against += 1.0f;
+    } else if (is_lost) {
+        monitor->against += 0.5f; /* at full current nobody sees what it does */
     } else {
         monitor->against = 0.0f;
-        monitor->stuck = @_lessened(monitor->stuck, 0.1f);
+    }
+    monitor->last_speed = speed;
+    if (!(monitor->stuck > 0.0f) || (falling >= monitor->last_sigma)) {
+        monitor->stuck += 1.0f;
+    }
+    monitor->last_sigma = falling;
+}
+
+/* A tick within the limits. */
+static inline void @_watch_within(@_monitor *monitor)
+{
+    monitor->against = 0.0f;
+    monitor->stuck = @_lessened(monitor->stuck, 0.1f);
+}
+
+/* A tick over a bound or without a sample, or without either. */
+static inline void @_watch_over(@_monitor *monitor, bool is_over)
+{
+    monitor->over = is_over ? (monitor->over + 1.0f) : @_lessened(monitor->over, 1.0f);
+}
+
+/* The alarms that stop any drive, from the next tick on: this current is the law's. */
+static inline unsigned @_watch_runaway(@_monitor *monitor)
+{
+    const bool wrong_way = monitor->against > $wrong_way_ticks$f;
+    const bool oscillates = monitor->swings > $twice$f;
+    unsigned alarms = wrong_way ? (unsigned)@@_WRONG_WAY : 0u;
+    alarms |= oscillates ? (unsigned)@@_OSCILLATES : 0u;
+    monitor->swings = @_lessened(monitor->swings, 1.0f);
+    monitor->stopped = monitor->stopped || wrong_way || oscillates;
+    return alarms;
+}
+
+$brake$/* What the monitors say of a tick that was made; what follows is done. */
+static inline unsigned @_watch(@_monitor *monitor, @_state *state, unsigned told, @_output *output)
+{
+    const bool is_lost = (told & @@_SAMPLE_LOST) != 0u;
+    const bool is_rejected = (told & @@_INPUT_REJECTED) != 0u;
+    bool has_changed = false;
+    bool is_star_over = false;
+    if (!state->started) {
+        return told;
+    }
+    if ((told & @@_WAITS) != 0u) {
+$gave_up$        return told;
+    }
+$brakes$$looks$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
+    if ((told & @@_SATURATED) != 0u) {
+        @_watch_limit(monitor, state, @_magnitude(output->sigma), output->u, is_lost$overs$);
+    } else {
+        @_watch_within(monitor);
         is_star_over = !(@_magnitude(output->sigma_star) <= $sigma_star$f);
     }
     const bool is_any_over = $any_over$;
-    const bool is_rejected = (told & @@_INPUT_REJECTED) != 0u;
-$counts$    monitor->over = is_over ? (monitor->over + 1.0f) : @_lessened(monitor->over, 1.0f);
+    @_watch_over(monitor, is_any_over || is_star_over || is_rejected);
     const bool is_late = monitor->over > $patience_ticks$f;
-    const bool is_stuck = monitor->stuck > $stuck_ticks$f;
-    unsigned alarms = is_stuck ? (unsigned)@@_STUCK_AT_LIMIT : 0u;
-    if (is_late$unless_braking$) {
-        alarms |= is_any_over ? (unsigned)@@_DISTURBANCE_OVER_BOUND : 0u;
-        alarms |= is_star_over ? (unsigned)@@_SIGMA_STAR_OVER_BOUND : 0u;
+    unsigned health = told;
+    health |= (monitor->stuck > $stuck_ticks$f) ? (unsigned)@@_STUCK_AT_LIMIT : 0u;
+    if (is_late) {
+        health |= is_any_over ? (unsigned)@@_DISTURBANCE_OVER_BOUND : 0u;
+        health |= is_star_over ? (unsigned)@@_SIGMA_STAR_OVER_BOUND : 0u;
     }
-    health |= alarms;
-$stops$    /* From the next tick on: this current is the law's. */
-    if (monitor->against > $wrong_way_ticks$f) {
-        monitor->stopped = true;
-        health |= @@_WRONG_WAY;
-    }
-    if (monitor->swings > $twice$f) {
-        monitor->stopped = true;
-        health |= @@_OSCILLATES;
-    }
-    monitor->swings = @_lessened(monitor->swings, 1.0f);
-    return health;
+$stops$    return health | @_watch_runaway(monitor);
 }
+
+/* Does what follows an alarm, from the next tick on: for reasons of your own, a switch, a door. */
+static inline void @_watched_trip(@_monitor *monitor)
+{
+$trip$}
 
 $fence$/* @_tick_or_start within the monitors. */
 static inline unsigned @_watched_tick(@_monitor *monitor, @_state *state, const @_sample *sample, @_output *output)

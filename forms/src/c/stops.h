@@ -1,4 +1,4 @@
-    alarms |= (is_rejected && is_late) ? (unsigned)@@_INPUT_REJECTED : 0u;
+    /* A sample that is missing is an alarm after a while. */
+    const unsigned alarms = is_late ? health : (health & ~(unsigned)@@_INPUT_REJECTED);
     if ((alarms & $bits$u) != 0u) {
-        health |= @_watch_stop(monitor, output);
-    }
+$then$    }

@@ -1,5 +1,3 @@
-            if (!(monitor->braking > 0.0f)) {
-                monitor->braking = 1.0f;
-                monitor->stuck = 0.0f;
-                monitor->over = 0.0f;
-            }
+    if (!(monitor->braking > 0.0f)) {
+        @_watch_brakes(monitor);
+    }

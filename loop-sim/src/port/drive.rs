@@ -117,11 +117,18 @@ impl Motion {
         drive::shortest(self.start, fewest, most, u_max, feed_forward, plan).map(with)
     }
 
-    /// The largest |current| that `feed_forward` asks for in ticks 0 to `last`.
-    pub fn peak<const M: usize, const J: usize>(&self, last: u32, feed_forward: impl Fn(&[f64; J]) -> f64) -> f64 {
+    /// Returns the largest |values| of several functions of the jets in ticks 0 to `last`. The path of set-points is
+    /// computed once for all of them.
+    pub fn peaks<const M: usize, const J: usize, const K: usize>(
+        &self,
+        last: u32,
+        of: impl Fn(&[f64; J]) -> [f64; K],
+    ) -> [f64; K] {
         let plan = self.plan::<f64, M>();
-        let asked = (0..=last).map(|tick| feed_forward(&Reference::<f64, J>::at(&plan, tick).jet).abs());
-        asked.fold(0.0, f64::max)
+        (0..=last).fold([0.0; K], |most, tick| {
+            let values = of(&Reference::<f64, J>::at(&plan, tick).jet);
+            std::array::from_fn(|i| most[i].max(values[i].abs()))
+        })
     }
 
     /// From where `present` is at this tick to rest, in so many ticks or fewer.
@@ -731,7 +738,7 @@ mod tests {
         let found = wanted.shortest::<3, 3>([1, 10_000], 1000.0, |jet| jet[2]).expect("a way");
         let tau = (10.0 / 3.0_f64.sqrt() / 1000.0).sqrt();
         assert!((f64::from(found.ticks) * 1e-3 - tau).abs() < 2e-3, "{found:?}");
-        let peak = found.peak::<3, 3>(400, |jet| jet[2]);
+        let [peak] = found.peaks::<3, 3, 1>(400, |jet| [jet[2]]);
         assert!((930.0..=1000.0).contains(&peak), "{peak}");
         assert_eq!(wanted.shortest::<3, 3>([1, 10_000], 1e-3, |jet| jet[2]), None);
     }

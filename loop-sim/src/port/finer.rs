@@ -28,7 +28,7 @@ impl Finer {
     pub fn of(designed: &DriveDesign) -> Option<Self> {
         let encoders = designed.encoders();
         let fits = |k: u32, Encoder { counts_per_turn, gear_num, .. }: Encoder| {
-            (u64::from(counts_per_turn) * u64::from(gear_num)) << k <= MOST_COUNTS
+            u64::from(counts_per_turn) * u64::from(gear_num) <= MOST_COUNTS >> k
         };
         let k = (1..=10).rev().find(|&k| encoders.iter().all(|(_, mounted)| fits(k, mounted.encoder)))?;
         let times = f64::from(1_u32 << k);

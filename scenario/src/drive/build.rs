@@ -17,8 +17,9 @@ use loop_sim::sensor::{Sensing, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::solver;
 
+use super::gear::{Gear, Geared};
 use super::inertia::{Inertia, too_uncertain};
-use super::planned::{Asked, Wanted};
+use super::planned::{Asked, Planned, Wanted, ticks_s};
 use super::supply::{self, Keys};
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointErrorTable, JointScenario,
@@ -40,6 +41,8 @@ const JOINT_STATES: [StateName; 5] = [
 ];
 /// A start onto a sine or points takes at least this long, s.
 const START_S: f64 = 0.25;
+/// Most ticks from one set-point to the next.
+const MOST_EVERY: u32 = 1 << 24;
 /// Time over which set-points are averaged, s.
 const SMOOTH_S: f64 = 0.01;
 /// A sudden load that is more times what the motor can make says nothing of a broken encoder.
@@ -89,6 +92,18 @@ struct Resolved {
 /// Four digits of a number that came of others.
 pub(super) fn rounded(number: f64) -> f64 {
     format!("{number:.3e}").parse().unwrap_or(number)
+}
+
+/// Four digits, rounded up: for the least that is taken.
+pub(super) fn up(number: f64) -> f64 {
+    let near = rounded(number);
+    if near < number { rounded(1.001 * number) } else { near }
+}
+
+/// Four digits, rounded down: for the most that is taken.
+pub(super) fn down(number: f64) -> f64 {
+    let near = rounded(number);
+    if near > number { rounded(0.999 * number) } else { near }
 }
 
 /// Periods of a drive, s, and how that is said.
@@ -152,7 +167,7 @@ fn friction_warnings(table: &FrictionTable, largest_n_m: f64) -> Vec<String> {
         let [at_rest, moving] = [static_n_m, table.coulomb_n_m].map(shown);
         warnings.push(format!(
             "friction.static_n_m = {at_rest} is below friction.coulomb_n_m = {moving}, and friction just above rest is \
-             no less than in motion: take {moving}, or leave it out"
+             no less than in motion: take friction.static_n_m = {moving}, or leave it out"
         ));
     }
     warnings
@@ -245,7 +260,7 @@ impl Common<'_> {
     fn late_counts(&self) -> Option<Problem> {
         let Self { jitter_s, period_s, .. } = *self;
         let message = format!(
-            "found {}, expected at most the period, {}: jitter is the age of a count within its tick",
+            "found {}, expected at most {}, the period: jitter is the age of a count within its tick",
             shown(jitter_s),
             shown(period_s)
         );
@@ -289,7 +304,7 @@ impl Common<'_> {
                 "the range of its inertia".into()
             };
             warnings
-                .push(format!("drive.observer_states = 4 is for a motor known to 20 %, and {said} says more: take 3"));
+                .push(format!("drive.observer_states = 4 is for a motor known to 20 %, and {said} says more: take drive.observer_states = 3"));
         }
         if is_wide && self.delay_ticks > 0 && plant == "joint" {
             warnings.push(format!(
@@ -376,33 +391,37 @@ impl ReferenceKind {
     }
 }
 
+/// A time as a whole number of ticks, 1 to `most`.
+fn whole_ticks(time_s: f64, period_s: f64, most: u32, key: &str) -> Result<u32, Problem> {
+    let ticks = time_s / period_s;
+    if (ticks - ticks.round()).abs() > 1e-6 || ticks.round() < 1.0 || ticks.round() > f64::from(most) {
+        let near = ticks.round().clamp(1.0, f64::from(most)) as u32;
+        let [found, near, most] = [rounded(ticks), ticks_s(near, period_s), ticks_s(most, period_s)].map(shown);
+        let message = format!(
+            "found {found} ticks, expected a whole number of them, at most {most} s: the nearest is {key} = {near}"
+        );
+        return problem(key, message);
+    }
+    Ok(ticks.round() as u32)
+}
+
 /// Set-points through a profile.
 fn set_points(table: &ReferenceTable, [period_s, span_s]: [f64; 2], encoders: usize) -> Result<Goal, Problem> {
-    let ticks = |time_s: f64, most: f64, key: &str| {
-        let ticks = time_s / period_s;
-        if (ticks - ticks.round()).abs() > 1e-6 || ticks.round() < 1.0 || ticks.round() > most {
-            let [found, most] = [ticks, most * period_s].map(|number| shown(rounded(number)));
-            let message =
-                format!("found {found} ticks, expected a whole number of them, at least 1, of {most} s at most");
-            return problem(key, message);
-        }
-        Ok(ticks.round() as u32)
-    };
     let angles_rad = table.points_rad.clone().unwrap_or_default();
     let every = match table.every_s {
         None if angles_rad.len() > 1 => {
             return missing("reference.every_s", "time from one of points_rad to the next, s");
         }
-        every_s => ticks(every_s.unwrap_or(period_s), f64::from(1 << 24), "reference.every_s")?,
+        every_s => whole_ticks(every_s.unwrap_or(period_s), period_s, MOST_EVERY, "reference.every_s")?,
     };
     let smooth_s = table.smooth_s.unwrap_or((SMOOTH_S / period_s).round().max(1.0) * period_s);
     let limits = ProfileLimits {
         speed_rad_s: table.max_speed_rad_s.unwrap_or(0.0),
         acceleration_rad_s2: table.max_acceleration_rad_s2.unwrap_or(0.0),
-        window: ticks(smooth_s, if encoders == 1 { 512.0 } else { 128.0 }, "reference.smooth_s")?,
+        window: whole_ticks(smooth_s, period_s, if encoders == 1 { 512 } else { 128 }, "reference.smooth_s")?,
     };
     if let Err(DriveError { field, given, low, high, why, .. }) = Profile::<f64, 2, 1024>::new(&limits, period_s) {
-        let [given, low, high] = [given, low, high].map(|number| shown(rounded(number)));
+        let [given, low, high] = [given, up(low), down(high)].map(shown);
         return problem(format!("reference.max_{field}"), format!("found {given}, expected {low} to {high}: {why}"));
     }
     Ok(Goal::SetPoints { angles_rad, every, limits, until: ticks_of(span_s, period_s) })
@@ -473,20 +492,14 @@ fn motion(
         }
         ReferenceKind::SetPoints => (set_points(table, [period_s, span_s], encoders)?, None),
         ReferenceKind::Points => {
-            let ticks = every_s.unwrap_or(0.0) / period_s;
-            if ticks < 0.5 || (ticks - ticks.round()).abs() > 1e-6 {
-                let message = format!("found {ticks:.3} ticks, expected a whole number of them, at least 1");
-                return problem("reference.every_s", message);
-            }
             let angles_rad = points_rad.clone().unwrap_or_default();
             if angles_rad.len() < 2 {
                 return problem("reference.points_rad", "expected at least 2 points; one alone: kind = \"set_points\"");
             }
             // Six more after the last, and a start.
-            if ticks * (angles_rad.len() + 6) as f64 > f64::from(1 << 30) {
-                return problem("reference.every_s", "the last point is more than 2^30 ticks away");
-            }
-            (Goal::Points { angles_rad, every: ticks.round() as u32 }, at_least(START_S))
+            let most = (1 << 30) / (angles_rad.len() as u32 + 6);
+            let every = whole_ticks(every_s.unwrap_or(0.0), period_s, most, "reference.every_s")?;
+            (Goal::Points { angles_rad, every }, at_least(START_S))
         }
         ReferenceKind::Speed => (Goal::Speed { speed_rad_s: speed_rad_s.unwrap_or(0.0) }, Some(1)),
     };
@@ -501,48 +514,6 @@ fn needed(value: Option<f64>, key: &str, what: &str, problems: &mut Problems) ->
     problems.take(value.map_or_else(|| missing(key, what), Ok)).unwrap_or(1.0)
 }
 
-/// Counts that a drive reads before a gear and an encoder meet again.
-const MOST_COUNTS: u64 = 1 << 24;
-
-/// What of an encoder before a gear no drive reads, in the numbers of the file. `needs_turn`: a turn of the shaft must
-/// be a whole number of counts.
-fn unreadable(table: &EncoderTable, encoder: Encoder, key: &str, needs_turn: bool) -> Option<Problem> {
-    let Encoder { bits, counts_per_turn, gear_num, gear_den, .. } = encoder;
-    let (counts, den) = (u64::from(counts_per_turn) * u64::from(gear_num), u64::from(gear_den));
-    let common = {
-        let (mut a, mut b) = (counts, den);
-        while b != 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    };
-    let given = if table.counts_per_turn.is_some() { "counts_per_turn" } else { "bits" };
-    let problem = |message: String| Some(Problem { key: format!("{key}.{given}"), message });
-    let behind = format!("{counts_per_turn} counts in a turn behind a gear of [{gear_num}, {gear_den}]");
-    if needs_turn && den / common > 1 {
-        return problem(format!(
-            "{behind} are {counts}/{den} in a turn of the link, no whole number, and the sine of its angle needs one: \
-             take counts_per_turn that {} divides, or an encoder behind the gear",
-            den / common
-        ));
-    }
-    if counts / common > MOST_COUNTS {
-        let less = (1..32).find(|k| (counts / common) >> k <= MOST_COUNTS).unwrap_or(31);
-        let also = if table.counts_per_turn.is_some() {
-            format!(", counts_per_turn = {}", counts_per_turn >> less)
-        } else {
-            String::new()
-        };
-        return problem(format!(
-            "{behind} are {} before they meet again, and a drive reads at most 2^24 = {MOST_COUNTS}: shift the lowest \
-             {less} of its bits away and say bits = {}{also}",
-            counts / common,
-            bits - less
-        ));
-    }
-    None
-}
-
 /// Bits of a counter, and its number of states where that is no power of two, else 0.
 fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
     let problem = |name: &str, message: String| Err(Problem { key: format!("{key}.{name}"), message });
@@ -554,7 +525,8 @@ fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
                 "states",
                 format!(
                     "missing: does the counter wrap after {counts} counts (a timer with a reload of {}, an absolute \
-                     encoder of {counts} positions) or after 2^{bits} = {all}? Say states = {counts} or states = {all}",
+                     encoder of {counts} positions) or after 2^{bits} = {all}? Say {key}.states = {counts} or {key}.states = \
+                     {all}",
                     counts - 1
                 ),
             ),
@@ -585,15 +557,22 @@ fn asked_states(table: &EncoderTable, key: &str) -> Option<String> {
     (table.states.is_none() && u64::from(counts) < all).then(|| {
         format!(
             "{key}.states is not given: the counter is taken to wrap after 2^{bits}; if it wraps after {counts} (a \
-             reload of {}) say states = {counts}, else states = {all}",
+             reload of {}) say {key}.states = {counts}, else {key}.states = {all}",
             counts - 1
         )
     })
 }
 
 /// The encoder with its gear to the shaft that is meant.
-fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, problems: &mut Problems) -> Mounted {
-    let (bits, states) = problems.take(counter(table, key)).unwrap_or((14, 0));
+fn mounted(
+    table: &EncoderTable,
+    (gear, plant): (Gear, &'static str),
+    start_rad: f64,
+    key: &'static str,
+    problems: &mut Problems,
+) -> Mounted {
+    let width = problems.take(counter(table, key));
+    let (bits, states) = width.unwrap_or((14, 0));
     let counts = table.counts_per_turn.map_or_else(
         || match bits {
             ..=24 => Ok(1 << bits),
@@ -601,12 +580,15 @@ fn mounted(table: &EncoderTable, gear: [u32; 2], start_rad: f64, key: &str, prob
         },
         Ok,
     );
-    let counts_per_turn = problems.take(counts).unwrap_or(4096);
-    let [num, den] = if table.behind_gear { [1, 1] } else { gear };
-    let encoder = Encoder::incremental(bits, counts_per_turn).wrapping_at(states).geared(num, den);
-    problems.0.extend(unreadable(table, encoder, key, key == "encoder.motor"));
-    let half_span = 0.5 * encoder.counter() as f64 * encoder.unit_rad();
-    if start_rad.abs() >= half_span {
+    let counts = problems.take(counts);
+    let gear = if table.behind_gear { Gear::NONE } else { gear };
+    let bare = Encoder::incremental(bits, counts.unwrap_or(4096)).wrapping_at(states);
+    // A counter with mistakes is judged no further.
+    let is_known = width.is_some() && counts.is_some();
+    let geared = is_known.then(|| Geared { table, key, plant, gear, bare }.encoder());
+    let encoder = geared.and_then(|geared| problems.take(geared)).unwrap_or(bare);
+    let half_span = 0.5 * bare.counter() as f64 * bare.unit_rad() / gear.ratio();
+    if is_known && start_rad.abs() >= half_span {
         let message = format!(
             "the run starts at {start_rad:.4} rad there, but its counter of {} states tells angles \
              within {half_span:.4} rad of 0 only, and the drive would take it for another turn: start nearer to 0",
@@ -704,11 +686,6 @@ fn design_problem(error: &DriveError, plant: &str, is_given: bool, longest_s: Op
 /// counts of 16 000 were lost, at 8.6 none.
 const NOISE_OF_GATE: f64 = 6.0;
 
-/// Turns of the motor in one of what it drives.
-fn ratio(gear: [u32; 2]) -> f64 {
-    f64::from(gear[0]) / f64::from(gear[1])
-}
-
 fn true_to(nominal: f64, percent: f64) -> f64 {
     nominal * (1.0 + percent / 100.0)
 }
@@ -731,7 +708,7 @@ struct Parts<'a, D, const E: usize> {
     /// Does the file give a bandwidth?
     is_given: bool,
     top_speed: Option<TopSpeed>,
-    motion: Motion,
+    planned: Planned,
     warnings: Vec<String>,
     chosen: Vec<String>,
     shafts: Vec<ShaftOf>,
@@ -904,7 +881,8 @@ fn experiment<D: Copy, const E: usize>(
     common: &Common<'_>,
     parts: Parts<'_, D, E>,
 ) -> Result<Experiment, Vec<Problem>> {
-    let Parts { resolved, form, mounted, monitors, motion, mut warnings, shafts, plant, mut x0, .. } = parts;
+    let Parts { resolved, form, mounted, monitors, planned, mut warnings, shafts, plant, mut x0, .. } = parts;
+    let Planned { motion, speed_rad_s } = planned;
     let Common { span_s, period_s, max_current_a, .. } = *common;
     let drive = |period_s| (parts.of_kind)(DriveOf { design: (parts.design)(period_s), form, mounted, monitors });
     let refused = |error: DriveError| {
@@ -918,7 +896,7 @@ fn experiment<D: Copy, const E: usize>(
     let Resolved { name, title, periods, faults, .. } = resolved;
     let mounted = designed.encoders();
     x0.resize(plant.order(), 0.0);
-    warnings.extend(beyond_counters(&mounted, period_s * motion.peak::<3, 2>(periods as u32, |jet| jet[1])));
+    warnings.extend(beyond_counters(&mounted, period_s * speed_rad_s));
     let has_faults = !faults.is_empty();
     let sensing = common.sensing(&mounted, plant.order());
     warnings.extend(beyond_gates(&designed, &shafts, &sensing));
@@ -1006,14 +984,15 @@ macro_rules! common {
 pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) -> Result<Experiment, Vec<Problem>> {
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.motor, &file.drive);
-    let gear = ratio(sheet.gear);
+    let turns = Gear::of(sheet.gear);
+    let gear = turns.ratio();
     let inertia = Inertia::of(sheet, gear, drive, &mut problems);
     problems.0.extend(too_uncertain(drive.uncertain_percent, Some((&inertia, sheet, gear))));
     let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
     let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
     let keys = Keys { plant: "motor", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
     let supply = problems.take(keys.supply(torque, limit)).flatten();
-    let mounted = mounted(&file.encoder, sheet.gear, sheet.start_rad, "encoder", &mut problems);
+    let mounted = mounted(&file.encoder, (turns, "motor"), sheet.start_rad, "encoder", &mut problems);
     let common = common! {
         file, sheet, drive, problems, limit,
         mode: drive.mode,
@@ -1048,14 +1027,15 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         uncertain_percent,
         inertia,
         supply,
+        supply_of: &|max_current_a| keys.supply(torque, max_current_a).ok().flatten(),
         torque_n_m_per_a: nominal.torque_n_m_per_a,
         gear,
         feed_forward: &|jet| nominal.feed_forward(jet),
         speed: &|[_, speed, _]| *speed,
         max_speed_rad_s: common.limits.max_speed_rad_s,
     };
-    let motion = resolved.wanted.planned::<3, 3>(&asked, periods, &mut warnings);
-    problems.0.extend(common.limits.beyond::<3>(&motion, periods));
+    let planned = resolved.wanted.planned::<3, 3>(&asked, periods, &mut warnings);
+    problems.0.extend(common.limits.beyond::<3>(&planned.motion, periods));
     if !problems.0.is_empty() {
         return Err(problems.0);
     }
@@ -1075,7 +1055,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             of_kind: DriveDesign::Motor,
             is_given: given.iter().any(Option::is_some),
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
-            motion,
+            planned,
             warnings,
             chosen: motor_in_words(&design(common.period_s), drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
             shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
@@ -1155,7 +1135,7 @@ fn motor_in_words(design: &MotorDesign, is_given: bool, lag_s: f64, form: Form) 
 /// The data sheet on the link's side of the gear, and the limit of the current.
 fn joint_sheet(sheet: &JointTable, problems: &mut Problems) -> (Joint, f64) {
     let mut of = |value, key: &str, what: &str| needed(value, &format!("joint.{key}"), what, problems);
-    let gear = ratio(sheet.gear);
+    let gear = Gear::of(sheet.gear).ratio();
     let nominal = Joint {
         link_inertia_kg_m2: of(sheet.link_inertia_kg_m2, "link_inertia_kg_m2", "the inertia of the link"),
         link_damping_n_m_s: sheet.link_damping_n_m_s,
@@ -1264,14 +1244,15 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let (nominal, limit) = joint_sheet(sheet, &mut problems);
     problems.0.extend(too_uncertain(drive.uncertain_percent, None));
     let keys = Keys { plant: "joint", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
-    let gear = ratio(sheet.gear);
+    let turns = Gear::of(sheet.gear);
+    let gear = turns.ratio();
     let supply = problems.take(keys.supply(nominal.torque_n_m_per_a / gear, limit)).flatten();
     let (believed, truth) = bodies(&nominal, sheet.spring_damping_n_m_s, &file.error);
     // The spring carries the weight.
     let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
     problems.0.extend(on_link(&file.encoder.link));
-    let link = mounted(&file.encoder.link, [1, 1], sheet.start_rad, "encoder.link", &mut problems);
-    let motor = mounted(&file.encoder.motor, sheet.gear, motor_rad, "encoder.motor", &mut problems);
+    let link = mounted(&file.encoder.link, (Gear::NONE, "joint"), sheet.start_rad, "encoder.link", &mut problems);
+    let motor = mounted(&file.encoder.motor, (turns, "joint"), motor_rad, "encoder.motor", &mut problems);
     let common = common! {
         file, sheet, drive, problems, limit,
         mode: ModeKey::Position,
@@ -1310,14 +1291,15 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         uncertain_percent,
         inertia: Inertia::known_to(nominal.link_inertia_kg_m2, uncertain_percent),
         supply,
+        supply_of: &|max_current_a| keys.supply(nominal.torque_n_m_per_a / gear, max_current_a).ok().flatten(),
         torque_n_m_per_a: nominal.torque_n_m_per_a,
         gear,
         feed_forward: &|jet| nominal.feed_forward(jet),
         speed: &|jet| supply::motor_speed(&nominal, jet),
         max_speed_rad_s: common.limits.max_speed_rad_s,
     };
-    let motion = resolved.wanted.planned::<4, 5>(&asked, periods, &mut warnings);
-    problems.0.extend(common.limits.beyond::<4>(&motion, periods));
+    let planned = resolved.wanted.planned::<4, 5>(&asked, periods, &mut warnings);
+    problems.0.extend(common.limits.beyond::<4>(&planned.motion, periods));
     if !problems.0.is_empty() {
         return Err(problems.0);
     }
@@ -1339,7 +1321,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             of_kind: DriveDesign::Joint,
             is_given: given.iter().any(Option::is_some),
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
-            motion,
+            planned,
             warnings,
             chosen: joint_in_words(&design(common.period_s), tuning, drive),
             shafts: vec![shaft(1, "link", inertia[0]), shaft(3, "motor", inertia[1])],

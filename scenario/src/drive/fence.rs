@@ -44,9 +44,10 @@ impl LimitsTable {
     /// A motion that leaves the range; its key, and how far it goes.
     pub(super) fn beyond<const P: usize>(&self, motion: &Motion, last: usize) -> Vec<Problem> {
         let ends = [("low_rad", self.low_rad, -1.0), ("high_rad", self.high_rad, 1.0)];
+        let jets = motion.jets::<P, 2>();
         let beyond = ends.into_iter().filter_map(|(end, at, side)| {
             let at = at?;
-            let over = motion.peak::<P, 2>(last as u32, |jet| (side * (jet[0] - at)).max(0.0));
+            let over = (0..=last as u32).map(|tick| side * (jets(tick)[0] - at)).fold(0.0, f64::max);
             // The rounding of a plan is no way.
             (over > 1e-9 * at.abs().max(1.0)).then(|| Problem {
                 key: "reference".into(),

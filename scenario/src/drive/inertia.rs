@@ -8,10 +8,12 @@ use controller_core::drive::MotorDesign;
 use super::build::rounded;
 use super::{MotorDriveTable, MotorTable, NumberOrRange};
 use crate::error::shown;
-use crate::resolve::{Problem, Problems, missing, problem};
+use crate::resolve::{Problem, Problems, missing};
 
 /// The most that `drive.uncertain_percent` may be.
 pub(super) const MOST_PERCENT: f64 = 50.0;
+/// How well a torque constant is known as a rule, percent.
+const USUAL_PERCENT: f64 = 20.0;
 /// The largest inertia of a range over its smallest: beyond it a monitor by rule would see nothing.
 const WIDEST: f64 = 100.0;
 
@@ -35,8 +37,10 @@ impl Inertia {
     /// What the file says.
     pub(super) fn of(sheet: &MotorTable, gear: f64, drive: &MotorDriveTable, problems: &mut Problems) -> Self {
         let rotor = sheet.inertia_kg_m2.map_or_else(|| missing(ROTOR, "the inertia of the rotor"), Ok);
-        let rotor = problems.take(rotor.and_then(|it| ends(it, ROTOR))).unwrap_or([1.0; 2]);
-        let load = problems.take(ends(sheet.load_inertia_kg_m2, LOAD)).unwrap_or([0.0; 2]);
+        let given = problems.take(rotor).map(|it| (ends(it), ROTOR));
+        let given = [given, Some((ends(sheet.load_inertia_kg_m2), LOAD))];
+        let sorted = given.map(|it| it.map(|([low, high], _)| [low.min(high), low.max(high)]));
+        let [rotor, load] = [sorted[0].unwrap_or([1.0; 2]), sorted[1].unwrap_or([0.0; 2])];
         let [low, high] = [0, 1].map(|i| load[i] + gear * gear * rotor[i]);
         if high > WIDEST * low {
             let message = format!(
@@ -45,6 +49,9 @@ impl Inertia {
                 shown(rounded(high))
             );
             problems.0.push(Problem { key: if rotor[0] < rotor[1] { ROTOR } else { LOAD }.into(), message });
+        } else {
+            // A range that is too wide is so whatever its order.
+            problems.0.extend(given.into_iter().flatten().filter_map(|(ends, key)| reversed(ends, key)));
         }
         if low == high {
             return Self::known_to(low, drive.uncertain_percent);
@@ -77,19 +84,17 @@ const ROTOR: &str = "motor.inertia_kg_m2";
 const LOAD: &str = "motor.load_inertia_kg_m2";
 
 /// The two ends, equal ones of a number.
-fn ends(given: NumberOrRange, key: &str) -> Result<[f64; 2], Problem> {
-    let ends = match given {
+fn ends(given: NumberOrRange) -> [f64; 2] {
+    match given {
         NumberOrRange::Number(number) => [number; 2],
         NumberOrRange::Range(ends) => ends,
-    };
-    let [low, high] = ends;
-    if low > high {
-        return problem(
-            key,
-            format!("found [{0}, {1}], expected [{1}, {0}]: the smallest first", shown(low), shown(high)),
-        );
     }
-    Ok(ends)
+}
+
+/// A range with its largest number first.
+fn reversed([low, high]: [f64; 2], key: &str) -> Option<Problem> {
+    let message = format!("found [{0}, {1}], expected [{1}, {0}]: the smallest first", shown(low), shown(high));
+    (low > high).then(|| Problem { key: key.into(), message })
 }
 
 /// A data sheet that is said to be less known than any corner that is looked at; of a motor with its inertia and gear.
@@ -101,9 +106,19 @@ pub(super) fn too_uncertain(percent: f64, motor: Option<(&Inertia, &MotorTable, 
         if inertia.is_range {
             return String::from(": the range of the inertia is in the data sheet already, this is for K_t");
         }
-        // Below an inertia of 0 there is nothing to be meant: it may be so much more.
-        let low = if percent < 100.0 { 1.0 - percent / 100.0 } else { 1.0 };
-        let whole = [low, 1.0 + percent / 100.0].map(|times| times * inertia.kg_m2);
+        if sheet.inertia_kg_m2.is_none() {
+            return String::new();
+        }
+        // So many percent less, while that leaves a range that is taken; else the same factor either way.
+        let more = 1.0 + percent / 100.0;
+        let less = 1.0 - percent / 100.0;
+        let times = if more < 0.99 * WIDEST * less {
+            [less, more]
+        } else {
+            let factor = more.min(0.99 * WIDEST.sqrt());
+            [1.0 / factor, factor]
+        };
+        let whole = times.map(|times| times * inertia.kg_m2);
         let NumberOrRange::Number(load) = sheet.load_inertia_kg_m2 else { return String::new() };
         let rotor = inertia.kg_m2 - load;
         let (key, range) = if load > 0.0 {
@@ -118,7 +133,8 @@ pub(super) fn too_uncertain(percent: f64, motor: Option<(&Inertia, &MotorTable, 
         let mean = ((range[0] + of_rotor) * (range[1] + of_rotor)).sqrt();
         format!(
             ", for inertia and K_t alike: for an inertia between {low} and {high} kg m^2{side} say {key} = \
-             [{low}, {high}] (designed for the geometric mean {})",
+             [{low}, {high}] with drive.uncertain_percent = {USUAL_PERCENT}, of K_t alone (designed for the \
+             geometric mean {})",
             shown(format!("{mean:.2e}").parse().unwrap_or(mean))
         )
     };

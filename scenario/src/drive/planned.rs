@@ -3,7 +3,7 @@
 use loop_sim::plant::Supply;
 use loop_sim::port::drive::{Goal, Motion};
 
-use super::build::rounded;
+use super::build::{rounded, up};
 use super::inertia::Inertia;
 use crate::error::shown;
 
@@ -11,6 +11,8 @@ use crate::error::shown;
 const LONGEST_S: f64 = 100.0;
 /// Share of the largest current, and of the supply, that a motion is planned with.
 const SHARE: f64 = 0.9;
+/// A motor with more times the current is another one.
+const MOST_TIMES: f64 = 1000.0;
 /// Back-EMF up to which no supply is asked for, V: a cell of lithium has more.
 const ANY_SUPPLY_V: f64 = 3.0;
 
@@ -21,7 +23,25 @@ pub(super) struct Wanted {
     pub(super) fewest: Option<u32>,
 }
 
+/// A motion that a drive will run, and the largest speed of its reference, rad/s.
+pub(super) struct Planned {
+    pub(super) motion: Motion,
+    pub(super) speed_rad_s: f64,
+}
+
+/// The largest values along a motion.
+struct Peaks {
+    current_a: f64,
+    /// Share of the supply.
+    share: f64,
+    back_emf_v: f64,
+    /// Of the motor behind the gear, and of the reference.
+    motor_rad_s: f64,
+    reference_rad_s: f64,
+}
+
 /// What a motion asks of a drive, and how much there is.
+#[derive(Clone, Copy)]
 pub(super) struct Asked<'a, const J: usize> {
     /// The table of its data sheet.
     pub(super) plant: &'static str,
@@ -30,6 +50,8 @@ pub(super) struct Asked<'a, const J: usize> {
     pub(super) uncertain_percent: f64,
     pub(super) inertia: Inertia,
     pub(super) supply: Option<Supply>,
+    /// The supply that the file would have with another `max_current_a`.
+    pub(super) supply_of: &'a dyn Fn(f64) -> Option<Supply>,
     /// K_t behind the gear, and its ratio.
     pub(super) torque_n_m_per_a: f64,
     pub(super) gear: f64,
@@ -80,6 +102,19 @@ impl<const J: usize> Asked<'_, J> {
         let share = self.sure_share(jet).max(self.speed_share(jet)) / SHARE;
         (self.feed_forward)(jet).abs().max(self.within_a() * share)
     }
+
+    fn peaks<const P: usize>(&self, motion: &Motion, last: u32) -> Peaks {
+        let of = |jet: &[f64; J]| {
+            [(self.feed_forward)(jet), self.share(jet), self.back_emf_v(jet), (self.speed)(jet), jet[1]]
+        };
+        let [current_a, share, back_emf_v, motor_rad_s, reference_rad_s] = motion.peaks::<P, J, 5>(last, of);
+        Peaks { current_a, share, back_emf_v, motor_rad_s, reference_rad_s }
+    }
+
+    /// Has the drive of the data sheet enough for all of it?
+    fn suffices<const P: usize>(&self, motion: &Motion, last: u32) -> bool {
+        over(&self.peaks::<P>(motion, last), self).is_empty()
+    }
 }
 
 impl Wanted {
@@ -89,22 +124,22 @@ impl Wanted {
         asked: &Asked<'_, J>,
         last: usize,
         warnings: &mut Vec<String>,
-    ) -> Motion {
+    ) -> Planned {
         let last = last as u32;
-        let Some(fewest) = self.fewest else {
-            let remedy = || {
-                let motion = self.shortest::<P, J>(1, asked).filter(|it| over::<P, J>(it, asked, last).is_empty())?;
-                let duration_s = f64::from(motion.ticks) * motion.period_s;
-                Some(format!("reference.duration_s = {} is long enough", shown(rounded(duration_s))))
-            };
-            return self.warned_of::<P, J>(self.motion.clone(), asked, last, remedy, warnings);
+        let found = match self.fewest {
+            Some(fewest) => self.shortest::<P, J>(fewest, asked),
+            None => Some(self.motion.clone()),
         };
-        let Some(motion) = self.shortest::<P, J>(fewest, asked) else {
+        let is_jump = found.is_none();
+        let motion = found.unwrap_or_else(|| self.motion.clone());
+        let peaks = asked.peaks::<P>(&motion, last);
+        if is_jump {
             warnings.push(self.jump::<P, J>(asked, last));
-            return self.motion.clone();
-        };
-        warnings.extend(unjustified::<P, J>(&motion, asked, last));
-        self.warned_of::<P, J>(motion, asked, last, || None, warnings)
+        } else {
+            warnings.extend(unjustified(&motion, &peaks, asked).filter(|_| self.fewest.is_some()));
+            warnings.extend(self.beyond::<P, J>(&peaks, asked, last));
+        }
+        Planned { motion, speed_rad_s: peaks.reference_rad_s }
     }
 
     /// The longest way that is looked for, in ticks.
@@ -116,97 +151,150 @@ impl Wanted {
         self.motion.shortest::<P, J>([fewest, self.most().max(fewest)], asked.within_a(), |jet| asked.surely_a(jet))
     }
 
-    /// The largest of something along the slowest way.
-    fn slowest<const P: usize, const J: usize>(&self, of: impl Fn(&[f64; J]) -> f64) -> f64 {
+    /// The least that the largest of something is on a way onto the goal, of the ways that
+    /// [`shortest`](Self::shortest) tries. The slowest way need not be the easiest.
+    fn easiest<const P: usize, const J: usize>(&self, of: impl Fn(&[f64; J]) -> f64) -> f64 {
         const POINTS: u64 = 64;
-        let ticks = self.most();
-        let jets = Motion { ticks, ..self.motion.clone() }.jets::<P, J>();
-        let at = |i: u64| self.motion.start.saturating_add((u64::from(ticks) * i / POINTS) as u32);
-        (0..=POINTS).map(|i| of(&jets(at(i))).abs()).fold(0.0, f64::max)
+        let start = self.motion.start;
+        let peak = |ticks: u32| {
+            let jets = Motion { ticks, ..self.motion.clone() }.jets::<P, J>();
+            let at = |i: u64| start.saturating_add((u64::from(ticks) * i / POINTS) as u32);
+            (0..POINTS).map(|i| of(&jets(at(i))).abs()).fold(0.0, f64::max)
+        };
+        let first = self.fewest.unwrap_or(1).max(20);
+        let durations = std::iter::successors(Some(first), |ticks| ticks.checked_add(ticks / 4));
+        durations.take_while(|ticks| *ticks <= self.most()).map(peak).fold(f64::INFINITY, f64::min)
+    }
+
+    /// A larger current with which the reference is followed; none where the supply does not drive it.
+    fn stronger<const P: usize, const J: usize>(
+        &self,
+        asked: &Asked<'_, J>,
+        least_a: f64,
+        last: u32,
+    ) -> Option<String> {
+        let enough = up(1.01 * least_a * asked.max_current_a / asked.within_a());
+        let stronger = Asked { max_current_a: enough, supply: (asked.supply_of)(enough), ..*asked };
+        let is_motor = enough <= MOST_TIMES * asked.max_current_a;
+        let is_driven = stronger.supply.is_none_or(|Supply { volt, ohm }| volt / ohm >= 0.999 * enough);
+        let motion = self.shortest::<P, J>(self.fewest.unwrap_or(1), &stronger).filter(|_| is_motor && is_driven)?;
+        let is_enough = stronger.suffices::<P>(&motion, last);
+        is_enough.then(|| format!("{}.max_current_a = {} is enough", asked.plant, shown(enough)))
     }
 
     /// What is said of a reference that no way leads onto.
     fn jump<const P: usize, const J: usize>(&self, asked: &Asked<'_, J>, last: u32) -> String {
         let (within_a, max_current_a) = (asked.within_a(), asked.max_current_a);
-        let least_a = self.slowest::<P, J>(asked.feed_forward);
-        let share = self.slowest::<P, J>(|jet| asked.sure_share(jet));
-        let slower = || self.slower::<P, J>(asked, last).unwrap_or_else(|| "a nearer or slower goal".into());
-        let remedy = if least_a > within_a {
-            let enough = shown(rounded(1.01 * least_a * max_current_a / within_a));
-            format!(
-                "even in {LONGEST_S} s it takes {} A; max_current_a = {enough} is enough, or a nearer or slower goal",
-                shown(rounded(least_a))
-            )
-        } else if let Some(supply) = asked.supply.filter(|_| share > SHARE) {
-            format!(
-                "even in {LONGEST_S} s it takes up to {} V of the {} V of the supply: {}",
+        let least_a = self.easiest::<P, J>(asked.feed_forward);
+        let share = self.easiest::<P, J>(|jet| asked.sure_share(jet));
+        let mut takes = Vec::new();
+        let mut stronger = None;
+        if least_a > within_a {
+            takes.push(format!("{} A", shown(rounded(least_a))));
+            stronger = self.stronger::<P, J>(asked, least_a, last);
+        }
+        if let Some(supply) = asked.supply.filter(|_| share > SHARE) {
+            takes.push(format!(
+                "{} V of the {} V of the supply",
                 shown(rounded(share * supply.volt)),
-                shown(rounded(supply.volt)),
-                slower()
-            )
-        } else {
-            "give reference.duration_s".into()
+                shown(rounded(supply.volt))
+            ));
+        }
+        let remedies: Vec<String> = stronger.into_iter().chain(self.slower::<P, J>(asked, last, &[])).collect();
+        let takes = takes.join(" and ");
+        let takes = if takes.is_empty() { takes } else { format!("even in {LONGEST_S} s it takes {takes}: ") };
+        let remedy = match remedies.as_slice() {
+            [] if takes.is_empty() => "give reference.duration_s".into(),
+            [] => "a nearer or slower goal".into(),
+            remedies => remedies.join(", or "),
         };
         let of_supply =
             asked.supply.map_or_else(String::new, |it| format!(" and 90 % of the {} V", shown(rounded(it.volt))));
         format!(
             "the reference begins with a jump: no way onto it stays within {} A, 90 % of the {} A{of_supply} for a \
-             plant as weak and heavy as drive.uncertain_percent = {} allows; {remedy}",
+             plant as weak and heavy as drive.uncertain_percent = {} allows; {takes}{remedy}",
             shown(rounded(within_a)),
             shown(max_current_a),
             shown(asked.uncertain_percent)
         )
     }
 
-    /// The motion, if it needs more than there is with a warning.
-    fn warned_of<const P: usize, const J: usize>(
-        &self,
-        motion: Motion,
-        asked: &Asked<'_, J>,
-        last: u32,
-        longer: impl Fn() -> Option<String>,
-        warnings: &mut Vec<String>,
-    ) -> Motion {
-        let over = over::<P, J>(&motion, asked, last);
-        if !over.is_empty() {
-            // Set-points take no duration.
-            let is_profile = matches!(motion.goal, Goal::SetPoints { .. });
-            let longer = if is_profile { None } else { longer() };
-            let slows = is_profile || asked.supply.is_some() || asked.max_speed_rad_s.is_some();
-            let remedy = longer.or_else(|| if slows { self.slower::<P, J>(asked, last) } else { None });
-            let remedy = remedy.map_or_else(String::new, |remedy| format!("; {remedy}"));
-            warnings.push(format!("the reference asks for up to {}: it will not be followed{remedy}", over.join(", ")));
+    /// A warning of a motion that needs more than there is, with what is enough.
+    fn beyond<const P: usize, const J: usize>(&self, peaks: &Peaks, asked: &Asked<'_, J>, last: u32) -> Option<String> {
+        let over = over(peaks, asked);
+        if over.is_empty() {
+            return None;
         }
-        motion
+        // Set-points take no duration.
+        let is_profile = matches!(self.motion.goal, Goal::SetPoints { .. });
+        let longer = || {
+            let motion = self.shortest::<P, J>(1, asked).filter(|it| asked.suffices::<P>(it, last))?;
+            let duration_s = up(f64::from(motion.ticks) * motion.period_s);
+            Some(format!("reference.duration_s = {} is long enough", shown(duration_s)))
+        };
+        let longer = if is_profile || self.fewest.is_some() { None } else { longer() };
+        // The current is for the acceleration, the supply for the speed.
+        let is_fast = peaks.share > 1.0 || asked.max_speed_rad_s.is_some_and(|most| peaks.reference_rad_s > most);
+        let alone: &[Slowed] = match (is_profile, peaks.current_a > asked.max_current_a, is_fast) {
+            (true, true, false) => &[Slowed::Acceleration, Slowed::Speed],
+            (true, false, true) => &[Slowed::Speed, Slowed::Acceleration],
+            _ => &[],
+        };
+        let slows = is_profile || asked.supply.is_some() || asked.max_speed_rad_s.is_some();
+        let remedy = longer.or_else(|| if slows { self.slower::<P, J>(asked, last, alone) } else { None });
+        let remedy = remedy.map_or_else(String::new, |remedy| format!("; {remedy}"));
+        Some(format!("the reference asks for up to {}: it will not be followed{remedy}", over.join(", ")))
+    }
+
+    /// The goal slowed to this share in these of its limits, with the lines of the file.
+    fn slowed(&self, share: f64, limits: Slowed) -> Option<(Self, String)> {
+        let mut goal = self.motion.goal.clone();
+        let key = slow(&mut goal, share, self.motion.period_s, limits)?;
+        Some((Self { motion: Motion { goal, ..self.motion.clone() }, fewest: self.fewest }, key))
     }
 
     /// The largest share of the goal that there is enough for, as a key; none where the goal is not what is too much.
-    fn slower<const P: usize, const J: usize>(&self, asked: &Asked<'_, J>, last: u32) -> Option<String> {
-        let slowed = |share: f64| {
-            let mut goal = self.motion.goal.clone();
-            let key = slow(&mut goal, share, self.motion.period_s)?;
-            Some((Self { motion: Motion { goal, ..self.motion.clone() }, fewest: self.fewest }, key))
-        };
-        let is_enough = |share: f64| {
-            let Some((wanted, _)) = slowed(share) else { return false };
+    /// The limits that may be enough `alone` are tried first: one is taken that is at least half of that share.
+    fn slower<const P: usize, const J: usize>(
+        &self,
+        asked: &Asked<'_, J>,
+        last: u32,
+        alone: &[Slowed],
+    ) -> Option<String> {
+        let is_enough = |share: f64, limits: Slowed| {
+            let Some((wanted, _)) = self.slowed(share, limits) else { return false };
             let motion =
                 wanted.fewest.map_or_else(|| Some(wanted.motion.clone()), |it| wanted.shortest::<P, J>(it, asked));
-            motion.is_some_and(|motion| over::<P, J>(&motion, asked, last).is_empty())
+            motion.is_some_and(|motion| asked.suffices::<P>(&motion, last))
         };
-        let (mut low, mut high) = (1e-3, 1.0);
-        if !is_enough(low) {
-            return None;
-        }
-        for _ in 0..10 {
-            let middle = 0.5 * (low + high);
-            if is_enough(middle) { low = middle } else { high = middle }
-        }
-        slowed(low).map(|(_, key)| format!("{key} is within it"))
+        let largest = |least: f64, limits: Slowed| {
+            let (mut low, mut high) = (least, 1.0);
+            if !is_enough(low, limits) {
+                return None;
+            }
+            for _ in 0..10 {
+                let middle = 0.5 * (low + high);
+                if is_enough(middle, limits) { low = middle } else { high = middle }
+            }
+            Some((low, limits))
+        };
+        let all = largest(1e-3, Slowed::All)?;
+        let alone = alone.iter().find_map(|limits| largest((0.5 * all.0).max(1e-3), *limits));
+        let (share, limits) = alone.unwrap_or(all);
+        self.slowed(share, limits).map(|(_, key)| format!("{key} is within it"))
     }
 }
 
+/// Which limits of a goal are lowered; all but set-points have one.
+#[derive(Clone, Copy)]
+enum Slowed {
+    All,
+    Acceleration,
+    Speed,
+}
+
 /// Makes a goal slower, in numbers of three digits that are no larger than asked for; returns the line of the file.
-fn slow(goal: &mut Goal, share: f64, period_s: f64) -> Option<String> {
+fn slow(goal: &mut Goal, share: f64, period_s: f64, slowed: Slowed) -> Option<String> {
     let down = |value: f64| format!("{:.2e}", 0.995 * value).parse::<f64>().ok();
     match goal {
         Goal::Rest { .. } => None,
@@ -220,36 +308,47 @@ fn slow(goal: &mut Goal, share: f64, period_s: f64) -> Option<String> {
         }
         Goal::Points { every, .. } => {
             *every = (f64::from(*every) / share).ceil() as u32;
-            Some(format!("reference.every_s = {}", shown(rounded(f64::from(*every) * period_s))))
+            Some(format!("reference.every_s = {}", shown(ticks_s(*every, period_s))))
         }
         Goal::SetPoints { limits, .. } => {
-            limits.speed_rad_s = down(share * limits.speed_rad_s)?;
-            limits.acceleration_rad_s2 = down(share * limits.acceleration_rad_s2)?;
-            let [speed, acceleration] = [limits.speed_rad_s, limits.acceleration_rad_s2].map(shown);
-            Some(format!("reference.max_acceleration_rad_s2 = {acceleration} with reference.max_speed_rad_s = {speed}"))
+            let mut lines = Vec::new();
+            if !matches!(slowed, Slowed::Speed) {
+                limits.acceleration_rad_s2 = down(share * limits.acceleration_rad_s2)?;
+                lines.push(format!("reference.max_acceleration_rad_s2 = {}", shown(limits.acceleration_rad_s2)));
+            }
+            if !matches!(slowed, Slowed::Acceleration) {
+                limits.speed_rad_s = down(share * limits.speed_rad_s)?;
+                lines.push(format!("reference.max_speed_rad_s = {}", shown(limits.speed_rad_s)));
+            }
+            Some(lines.join(" with "))
         }
     }
 }
 
+/// Time of a whole number of ticks, with as few digits as make it one.
+pub(super) fn ticks_s(ticks: u32, period_s: f64) -> f64 {
+    let time_s = f64::from(ticks) * period_s;
+    let short = (3..16).filter_map(|digits| format!("{time_s:.digits$e}").parse::<f64>().ok());
+    short.into_iter().find(|it| (it / period_s - f64::from(ticks)).abs() < 1e-7).unwrap_or(time_s)
+}
+
 /// Where a motion asks the motor of the data sheet for more than there is, in words.
-fn over<const P: usize, const J: usize>(motion: &Motion, asked: &Asked<'_, J>, last: u32) -> Vec<String> {
-    let peak = |of: &dyn Fn(&[f64; J]) -> f64| motion.peak::<P, J>(last, of);
+fn over<const J: usize>(peaks: &Peaks, asked: &Asked<'_, J>) -> Vec<String> {
     let mut words = Vec::new();
-    let current = peak(asked.feed_forward);
-    if current > asked.max_current_a {
-        words.push(format!("{} A, the limit is {} A", shown(rounded(current)), shown(asked.max_current_a)));
+    if peaks.current_a > asked.max_current_a {
+        let [current, limit] = [rounded(peaks.current_a), asked.max_current_a].map(shown);
+        words.push(format!("{current} A, the limit is {limit} A"));
     }
-    let share = peak(&|jet| asked.share(jet));
-    if let Some(supply) = asked.supply.filter(|_| share > 1.0) {
+    if let Some(supply) = asked.supply.filter(|_| peaks.share > 1.0) {
         words.push(format!(
             "{} V at speeds of up to {} rad/s of the motor, the supply has {} V (no-load speed {} rad/s)",
-            shown(rounded(share * supply.volt)),
-            shown(rounded(asked.gear * peak(asked.speed))),
+            shown(rounded(peaks.share * supply.volt)),
+            shown(rounded(asked.gear * peaks.motor_rad_s)),
             shown(rounded(supply.volt)),
             shown(rounded(asked.gear * supply.volt / asked.torque_n_m_per_a))
         ));
     }
-    let fastest = peak(&|jet| jet[1]);
+    let fastest = peaks.reference_rad_s;
     if let Some(most) = asked.max_speed_rad_s.filter(|most| fastest > *most) {
         words.push(format!("{} rad/s, limits.max_speed_rad_s is {}", shown(rounded(fastest)), shown(most)));
     }
@@ -259,17 +358,16 @@ fn over<const P: usize, const J: usize>(motion: &Motion, asked: &Asked<'_, J>, l
 /// A note on a move whose speed nobody has asked for, since its duration was found by the current alone. A move that is
 /// given a duration, and all other goals, have the speed that was typed. The back-EMF is known without a supply: below
 /// what any supply has nothing is said.
-fn unjustified<const P: usize, const J: usize>(motion: &Motion, asked: &Asked<'_, J>, last: u32) -> Option<String> {
-    let back_emf_v = motion.peak::<P, J>(last, |jet| asked.back_emf_v(jet));
+fn unjustified<const J: usize>(motion: &Motion, peaks: &Peaks, asked: &Asked<'_, J>) -> Option<String> {
     let is_found = matches!(motion.goal, Goal::Rest { .. }) && asked.supply.is_none();
-    (is_found && back_emf_v > ANY_SUPPLY_V).then(|| {
+    (is_found && peaks.back_emf_v > ANY_SUPPLY_V).then(|| {
         let plant = asked.plant;
         format!(
             "{plant}.supply_v is not given: the duration follows from the current alone, and the move takes {} rad/s \
              of the motor, {} V of back-EMF; give {plant}.supply_v and {plant}.resistance_ohm, or \
              {plant}.no_load_rad_s, or reference.duration_s",
-            shown(rounded(asked.gear * motion.peak::<P, J>(last, asked.speed))),
-            shown(rounded(back_emf_v))
+            shown(rounded(asked.gear * peaks.motor_rad_s)),
+            shown(rounded(peaks.back_emf_v))
         )
     })
 }

@@ -35,7 +35,7 @@ impl Keys {
             (Some(volt), None, None) => missing(
                 &format!("{plant}.resistance_ohm"),
                 &format!(
-                    "the winding resistance; where it is not known say no_load_rad_s = {} instead of supply_v",
+                    "the winding resistance; where it is not known say {plant}.no_load_rad_s = {} instead of supply_v",
                     no_load_of(volt)
                 ),
             ),
@@ -62,7 +62,8 @@ pub(super) fn too_weak(keys: &Keys, supply: Option<Supply>, max_current_a: f64) 
     (volt / ohm < 0.999 * max_current_a).then(|| {
         let plant = keys.plant;
         format!(
-            "{plant}.max_current_a = {} is more than the supply drives through the winding at rest, {} A: take {}",
+            "{plant}.max_current_a = {} is more than the supply drives through the winding at rest, {} A: take \
+             {plant}.max_current_a = {}",
             shown(max_current_a),
             shown(rounded(volt / ohm)),
             shown(rounded(0.999 * volt / ohm))

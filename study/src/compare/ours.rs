@@ -40,11 +40,11 @@ impl Ours {
             offset_per_s: 0.5 * surface_rad_s,
         };
         let load_n_m = designed.limits().max * designed.torque_n_m_per_a();
-        designed = designed.redesigned(&bandwidths, load_n_m);
-        for (ratio, chosen) in designed.fast_ratios().iter_mut().zip(&ratios[observers + 1..]) {
-            *ratio = *chosen;
+        // The gates are for them too.
+        for (k, ratio) in designed.fast_ratios().iter_mut().enumerate() {
+            *ratio = ratios.get(observers + 1 + k).copied().unwrap_or(1.0);
         }
-        Some(designed)
+        Some(designed.redesigned(&bandwidths, load_n_m))
     }
 }
 

@@ -641,7 +641,7 @@ where
 
 /// The same encoder with as many counts as a drive may have.
 fn finest(encoder: Encoder) -> Encoder {
-    let counts = |k: u32| u64::from(encoder.counts_per_turn) << k;
-    let k = (0..24).rev().find(|&k| counts(k) * u64::from(encoder.gear_num) <= 1 << 24).unwrap_or(0);
+    let counts = u64::from(encoder.counts_per_turn) * u64::from(encoder.gear_num);
+    let k = (0..24).rev().find(|&k| counts <= (1 << 24) >> k).unwrap_or(0);
     Encoder { bits: 32, states: 0, counts_per_turn: encoder.counts_per_turn << k, ..encoder }
 }

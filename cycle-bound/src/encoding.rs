@@ -42,7 +42,7 @@ const SHORT: [Form; 1] = [form(0xff00, 0x4700, 0x0007, 0)];
 
 /// Why nobody knows what this does; `None` for what the manual defines. In half words, the second of an instruction
 /// of 32 bits.
-pub(super) fn open(first: u16, second: Option<u16>) -> Option<&'static str> {
+pub(crate) fn open(first: u16, second: Option<u16>) -> Option<&'static str> {
     let (word, forms): (u32, &[Form]) = match second {
         Some(second) => (u32::from(first) << 16 | u32::from(second), &LONG),
         None => (first.into(), &SHORT),
@@ -71,9 +71,88 @@ pub(super) fn open(first: u16, second: Option<u16>) -> Option<&'static str> {
     is_short_list.then_some("unpredictable: a list of too few registers, or of more than there are")
 }
 
+/// Conditions in the order of their four bits; 14 is "always".
+const CONDITIONS: [&str; 14] = ["eq", "ne", "hs", "lo", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le"];
+
+/// Returns the conditions of the instructions behind an IT, `None` for "always"; empty if it is no IT.
+pub(crate) fn conditions(it: u16) -> Vec<Option<&'static str>> {
+    let (first, mask) = (usize::from(it >> 4 & 0xf), it & 0xf);
+    if it & 0xff00 != 0xbf00 || mask == 0 {
+        return Vec::new();
+    }
+    let others = (0..3 - mask.trailing_zeros()).map(|k| first & !1 | usize::from(mask >> (3 - k) & 1));
+    [first].into_iter().chain(others).map(|condition| CONDITIONS.get(condition).copied()).collect()
+}
+
+/// Why nobody knows what an IT does: it has no condition, or the opposite of "always".
+pub(crate) fn open_it(it: u16) -> Option<&'static str> {
+    let (first, mask) = (it >> 4 & 0xf, it & 0xf);
+    (first == 15 || first == 14 && !mask.is_power_of_two()).then_some("unpredictable: an IT of no condition")
+}
+
+/// Why nobody knows what this does as one of the instructions behind an IT; what goes elsewhere is allowed as the last.
+pub(crate) fn open_in_it(first: u16, second: Option<u16>, goes_on: bool, is_last: bool) -> Option<&'static str> {
+    let has_own_condition = match second {
+        None => first & 0xf000 == 0xd000 && first & 0xfe00 != 0xde00,
+        Some(second) => first & 0xf800 == 0xf000 && second & 0xd000 == 0x8000 && first & 0x0380 != 0x0380,
+    };
+    // CBZ and CBNZ, IT, CPS.
+    let is_barred = second.is_none()
+        && (first & 0xf500 == 0xb100 || first & 0xff00 == 0xbf00 && first & 0xf != 0 || first & 0xffe0 == 0xb660);
+    if has_own_condition || is_barred {
+        Some("unpredictable: not allowed behind an IT")
+    } else if !goes_on && !is_last {
+        Some("unpredictable: goes elsewhere from within an IT block")
+    } else {
+        None
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::open;
+    use super::{conditions, open, open_in_it, open_it};
+
+    #[test]
+    fn an_it_has_the_conditions_of_its_name() {
+        // it eq; itt ne; ite hi; ittee le; itete gt; it al.
+        assert_eq!(conditions(0xbf08), [Some("eq")]);
+        assert_eq!(conditions(0xbf1c), [Some("ne"); 2]);
+        assert_eq!(conditions(0xbf8c), [Some("hi"), Some("ls")]);
+        assert_eq!(conditions(0xbfd9), [Some("le"), Some("le"), Some("gt"), Some("gt")]);
+        assert_eq!(conditions(0xbfcb), [Some("gt"), Some("le"), Some("gt"), Some("le")]);
+        assert_eq!(conditions(0xbfe8), [None]);
+        assert!(conditions(0xbf00).is_empty() && conditions(0xbf30).is_empty());
+        assert_eq!([0xbf08, 0xbfe8].map(open_it), [None; 2]);
+        assert!([0xbff8, 0xbfec].map(open_it).iter().all(Option::is_some));
+    }
+
+    #[test]
+    fn what_may_not_stand_behind_an_it_is_asked_of_its_bits() {
+        // cbz, cbnz, it, cpsid, beq, beq.w.
+        for (first, second) in
+            [(0xb100, None), (0xb900, None), (0xbf08, None), (0xb672, None), (0xd000, None), (0xf000, Some(0x8000))]
+        {
+            assert!(open_in_it(first, second, true, true).is_some(), "{first:#x}");
+        }
+        // nop, udf, svc, b, b.w, bl, push, rev, msr primask, dsb.
+        for (first, second) in [
+            (0xbf00, None),
+            (0xde00, None),
+            (0xdf00, None),
+            (0xe000, None),
+            (0xf000, Some(0xb800)),
+            (0xf000, Some(0xf800)),
+            (0xb410, None),
+            (0xba00, None),
+            (0xf380, Some(0x8810)),
+            (0xf3bf, Some(0x8f4f)),
+        ] {
+            assert_eq!(open_in_it(first, second, true, true), None, "{first:#x}");
+        }
+        // bx lr: the last or none.
+        assert!(open_in_it(0x4770, None, false, false).is_some());
+        assert_eq!(open_in_it(0x4770, None, false, true), None);
+    }
 
     fn of(word: u32) -> Option<&'static str> {
         if word > 0xffff { open((word >> 16) as u16, Some(word as u16)) } else { open(word as u16, None) }
