@@ -763,34 +763,33 @@ impl C<'_> {
     /// The limits of position, speed and error, and what a tick does with them; nothing without any.
     fn fence(&self) -> (String, String) {
         let Some(fence) = self.exported.drive.designed.fence() else { return (String::new(), String::new()) };
-        let ([low, high], [max_speed, following, constant, per_square]) = fence.thresholds();
+        let ([low, high], [max_speed, following, constant, per_square, slack]) = fence.thresholds();
         let number = |number: f32| format!("{number:?}f");
         let shaft = &self.shafts()[0];
-        let (sample, error) = if self.follows_position() {
-            let error = filled(include_str!("c/following.h"), &[("shaft", shaft), ("most", &number(following))]);
-            (", const @_sample *sample", error)
+        // A speed is no place: the shaft is where it is.
+        let target = if self.follows_position() {
+            filled(include_str!("c/following.h"), &[("shaft", shaft)])
         } else {
-            ("", String::new())
+            "    const float error = 0.0f;\n    const float r_dot = sample->begin;\n".into()
         };
-        let [constant, per_square] = [constant, per_square].map(|number| format!("{number:?}"));
+        let [constant, per_square, slack] = [constant, per_square, slack].map(|number| format!("{number:?}"));
         let fence = filled(
             include_str!("c/fence.h"),
             &[
-                ("sample", &sample),
                 ("shaft", shaft),
                 ("constant", &constant),
                 ("per_square", &per_square),
+                ("slack", &slack),
                 ("low_turn", &(low.0 as u32)),
                 ("high_turn", &(high.0 as u32)),
                 ("low", &number(low.1)),
                 ("high", &number(high.1)),
                 ("max_speed", &number(max_speed)),
-                ("following", &error),
+                ("following", &number(following)),
+                ("target", &target),
             ],
         );
-        let given = if self.follows_position() { ", sample" } else { "" };
-        let fenced = filled(include_str!("c/fenced.h"), &[("given", &given)]);
-        (fence, fenced)
+        (fence, include_str!("c/fenced.h").into())
     }
 
     /// None for a speed: it is a number, and a ramp of it needs no plan.

@@ -39,13 +39,13 @@ pub const COSTS: [Cost; 12] = [
     cost("joint, r = 3", [258, 377, 1052, 56, 192]),
     cost("joint, r = 2, channel 4 alone", [161, 298, 792, 32, 144]),
     cost("joint, r = 3, all channels", [402, 517, 1448, 96, 264]),
-    cost("motor", [217, 786, 3658, 52, 212]),
-    cost("motor, two sets", [274, 792, 3952, 60, 240]),
-    cost("motor, late", [238, 813, 3794, 56, 212]),
-    cost("motor, speed", [183, 609, 3236, 52, 212]),
-    cost("joint with two encoders", [607, 1699, 7768, 96, 376]),
-    cost("joint with two encoders, two sets", [751, 1831, 8464, 112, 440]),
-    cost("joint with two encoders, late", [699, 1848, 8428, 100, 376]),
+    cost("motor", [217, 786, 3662, 52, 212]),
+    cost("motor, two sets", [274, 792, 3956, 60, 240]),
+    cost("motor, late", [238, 813, 3798, 56, 212]),
+    cost("motor, speed", [183, 609, 3240, 52, 212]),
+    cost("joint with two encoders", [607, 1699, 7776, 96, 376]),
+    cost("joint with two encoders, two sets", [751, 1831, 8472, 112, 440]),
+    cost("joint with two encoders, late", [699, 1848, 8436, 100, 376]),
 ];
 
 /// Of the tick of a scenario, if its shape is one of those.

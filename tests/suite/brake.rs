@@ -174,7 +174,40 @@ fn a_shaft_brakes_ahead_of_the_ends_of_its_range() {
         }
         println!("{speed} rad/s to the end: at most {past:.4} rad past it, {:?}", rig.seen);
         assert!(rig.seen.contains(Health::END_OF_RANGE | Health::BRAKES | Health::STOPPED));
-        assert!(past < 2.0 * DESIGN.encoder.unit_rad() && past > -0.02 * speed * speed / 30.0 - 0.5, "{past}");
+        // A target that runs through the end without slowing down takes the shaft past it by what its brake fades with.
+        assert!(past < 0.013 * speed.abs() && past > -0.02 * speed * speed / 30.0 - 0.5, "{past}");
+    }
+}
+
+/// A target within the ends may go up to them and rest there, come from outside, and be typed.
+#[test]
+fn a_shaft_that_follows_its_target_goes_up_to_the_end_and_rests_there() {
+    const END: f64 = 1.2;
+    let limits = FenceLimits { low_rad: -END, high_rad: END, ..FenceLimits::NONE };
+    let quintic = |t: f64, tau: f64, way: f64| {
+        let s = ((t - 0.1) / tau).clamp(0.0, 1.0);
+        [way * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s), way / tau * 30.0 * s * s * (1.0 - s) * (1.0 - s)]
+    };
+    let fast = move |t: f64| quintic(t, 0.06, END);
+    let slow = move |t: f64| quintic(t, 1.0, -END);
+    let sine = |t: f64| {
+        let part = (t / 0.25).min(1.0);
+        let omega = TAU * 2.0;
+        [END * part * (omega * t).sin(), END * part * omega * (omega * t).cos()]
+    };
+    let typed = |t: f64| [if t < 0.1 { 0.0 } else { END }, 0.0];
+    let resting = |_: f64| [END, 0.0];
+    let back = |_: f64| [1.0, 0.0];
+    let references: [(&dyn Fn(f64) -> [f64; 2], f64); 6] =
+        [(&fast, 0.0), (&slow, 0.0), (&sine, 0.0), (&typed, 0.0), (&resting, END), (&back, 1.3)];
+    for (k, (reference, start)) in references.into_iter().enumerate() {
+        for side in [1.0, -1.0] {
+            let mirrored = |t: f64| reference(t).map(|r| side * r);
+            let mut rig = Rig::new(Shaft { x: [side * start, 0.0, 0.0], ..Shaft::ROUGH }, &mirrored);
+            rig.fence = Some(Fence::new(&limits, DESIGN.slowing()));
+            rig.healthy(5000);
+            assert!(!rig.seen.intersects(Health::END_OF_RANGE | Health::BRAKES), "{k}, {side}: {:?}", rig.seen);
+        }
     }
 }
 
@@ -296,17 +329,6 @@ fn a_shaft_is_homed_against_a_stop_and_by_a_switch() {
     // The estimate is ahead of the count while the load grows.
     assert!((found - STOP_RAD).abs() < 3e-3);
     assert!(!rig.seen.intersects(Health::BRAKES | Health::STOPPED));
-    // Off it by 0.2 rad, by the counts from there.
-    let from = f64::from(rig.tick) * PERIOD_S;
-    let back = move |t: f64| {
-        let s = ((t - from) / 0.3).min(1.0);
-        let way = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
-        [found - 0.2 * way, -0.2 / 0.3 * 30.0 * s * s * (1.0 - s) * (1.0 - s)]
-    };
-    rig.reference = &back;
-    rig.healthy(800);
-    assert!((rig.shaft.x[0] - (STOP_RAD - 0.2)).abs() < 4e-3, "{}", rig.shaft.x[0]);
-
     // The switch closes at 1 rad.
     let mut rig = Rig::new(Shaft::ROUGH, &creep);
     let mut closed = None;

@@ -7,8 +7,8 @@
 //! refuse a third. Needs what `cargo xtask capi` builds.
 
 use controller_core::drive::{
-    ALARMS, BEYOND_CONTROL, BRAKING, Bounds, ChainModel, Encoder, EncoderForm, Joint, JointBandwidths, JointDesign,
-    JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position, Reference, Rest, Sample, Sine, Target, stop,
+    BEYOND_CONTROL, BRAKING, Bounds, ChainModel, Encoder, EncoderForm, Joint, JointBandwidths, JointDesign, JointDrive,
+    Monitored, Motor, MotorDesign, MotorDrive, Position, Reference, Rest, Sample, Sine, Target, stop,
 };
 use controller_core::{Fallback, Health, Limits, Output, RetuneError, Running};
 use integration_tests::data::path;
@@ -60,7 +60,7 @@ fn configuration(numbers: &[f64], lag_or_load: f64, uncertain: f64, stops_at: He
 }
 
 const UNCERTAIN: [f64; 4] = [0.2, 0.2, 0.5, 0.2];
-const STOPS_AT: [Health; 4] = [BRAKING, ALARMS, BEYOND_CONTROL, BRAKING];
+const STOPS_AT: [Health; 4] = [BRAKING, BRAKING, BEYOND_CONTROL, BRAKING];
 
 /// The designs of `drives.c`, which makes them of the data sheet.
 fn motor<const FAST: usize, const LATE: usize>(ticks: usize) -> Run {

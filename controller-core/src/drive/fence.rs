@@ -3,7 +3,9 @@
 //! It looks at the estimates after a tick. What a brake needs to come to rest from the speed $v$ is
 //! $v^2/(2 a) + |v|\,(1/k_v + 2 T)$ at most, for the deceleration $a$ that is sure at the limit, the gain $k_v$ of the
 //! brake ([`Bounds::brake_per_s`](super::Bounds)) and two ticks until it acts: where less is left to an end, the drive
-//! is to [trip](crate::Running::trip) now. A plan within the ends that is no faster never comes near that.
+//! is to [trip](crate::Running::trip) now. A shaft that follows its
+//! target is let be as long as the target itself can come to rest before the end, by $v_r^2/(2 a)$: it then goes up to
+//! the end, and rests there.
 //!
 //! ```
 //! use controller_core::drive::{Encoder, Fence, FenceLimits, Motor, MotorDesign, Position, MotorDrive};
@@ -15,8 +17,8 @@
 //! const WITHIN: FenceLimits = FenceLimits { low_rad: -1.0, high_rad: 20.0, ..FenceLimits::NONE };
 //! let fence = Fence::new(&WITHIN, DESIGN.slowing());
 //! # let known = |speed| DriveEstimates { turn: 3, position: [0.5], speed: [speed], disturbance: [0.0], load: [0.0] };
-//! # let target = Target { turn: 3, jet: [0.5, 0.0] };
-//! // 0.65 rad before the end: at 20 rad/s it can still come to rest, at 40 it is time to brake.
+//! # let target = Target { turn: 3, jet: [0.0, 0.0] };
+//! // 0.65 rad before the end, thrown off its target: at 20 rad/s it can still come to rest, at 40 it is time to brake.
 //! assert_eq!(fence.check(&known(20.0), &target), Health::OK);
 //! assert_eq!(fence.check(&known(40.0), &target), Health::END_OF_RANGE);
 //! ```
@@ -82,6 +84,8 @@ pub struct Fence {
     /// Way to rest over the speed, and over its square.
     constant: f32,
     per_square: f32,
+    /// What a shaft that follows its target may be ahead of it.
+    slack: f32,
 }
 
 /// For no limit: further than any shaft goes.
@@ -106,19 +110,20 @@ impl Fence {
             following: most(following_rad),
             constant: constant_s as f32,
             per_square: (0.5 / deceleration_rad_s2) as f32,
+            slack: (8.0 * tolerance_rad) as f32,
         }
     }
 
-    /// Ends as turns and rest, top speed, following error, way to rest over the speed and over its square: what a tick
-    /// compares with.
-    pub const fn thresholds(&self) -> ([(i32, f32); 2], [f32; 4]) {
-        (self.ends, [self.max_speed, self.following, self.constant, self.per_square])
+    /// Ends as turns and rest, top speed, following error, way to rest over the speed and over its square, and what a
+    /// shaft that follows may be ahead: what a tick compares with.
+    pub const fn thresholds(&self) -> ([(i32, f32); 2], [f32; 5]) {
+        (self.ends, [self.max_speed, self.following, self.constant, self.per_square, self.slack])
     }
 
     /// What they are compared with as words, for a fingerprint.
     pub(super) fn words(&self) -> impl Iterator<Item = u32> {
         let [low, high] = self.ends;
-        let numbers = [low.1, high.1, self.max_speed, self.following, self.constant, self.per_square];
+        let numbers = [low.1, high.1, self.max_speed, self.following, self.constant, self.per_square, self.slack];
         [low.0 as u32, high.0 as u32].into_iter().chain(numbers.map(f32::to_bits))
     }
 
@@ -154,11 +159,21 @@ impl Fence {
         let from_here = |turn: i32, rest: f32| turn.wrapping_sub(known.turn) as f32 * TAU as f32 + (rest - y);
         let speed = v.abs();
         let way = speed * (self.constant + self.per_square * speed);
+        let error = from_here(target.turn, target.jet[0]);
         let [low, high] = self.ends;
-        // Only where it moves to an end that end counts.
-        let left = if v < 0.0 { -from_here(low.0, low.1) } else { from_here(high.0, high.1) };
-        let error = from_here(target.turn, target.jet[0]).abs();
-        let [has_room, is_slow, follows] = [left >= way, speed <= self.max_speed, error <= self.following];
+        // Only where it moves to an end that end counts: how far it is, the target from here, and how fast that goes there.
+        let (left, ahead, target_speed) = if v < 0.0 {
+            (-from_here(low.0, low.1), -error, -target.jet[1])
+        } else {
+            (from_here(high.0, high.1), error, target.jet[1])
+        };
+        // A plan may take more of the current than a brake is sure of.
+        let square = 0.75 * self.per_square * (target_speed * target_speed);
+        let target_way = if target_speed > 0.0 { square } else { 0.0 };
+        let slack = self.slack + 0.25 * way;
+        let follows_within = left - ahead >= target_way && (way <= slack || ahead >= -slack);
+        let has_room = left >= way || follows_within;
+        let [is_slow, follows] = [speed <= self.max_speed, error.abs() <= self.following];
         Health::OVERSPEED
             .when(!is_slow)
             .union(Health::FOLLOWING_ERROR.when(!follows))

@@ -81,11 +81,13 @@ impl<'a> Cases<'a> {
         if sweep.is_followed(&pairs, whole) {
             open.clear();
         } else {
-            part = most_decisive(sweep.graph, &pairs).filter(|(_, choices)| *choices > self.effort.many);
+            part = most_decisive(sweep.graph, &pairs, true).filter(|(_, choices)| *choices > self.effort.many);
             if part.is_none() {
                 let left = sweep.unequal(&pairs, tried, self.stop)?;
                 open = left.into_iter().map(|at| open[at]).collect();
-                part = most_decisive(sweep.graph, &pairs_of(&open));
+                // One side may decide by what the other has found to be the same on both ways.
+                part =
+                    [true, false].into_iter().find_map(|of_both| most_decisive(sweep.graph, &pairs_of(&open), of_both));
             }
         }
         self.paths += sweep.paths;
@@ -118,8 +120,8 @@ fn pairs_of(open: &Open) -> Vec<(Node, Node)> {
     open.iter().map(|(_, pair)| *pair).collect()
 }
 
-/// The truth that decides the most choices of both, and how many.
-fn most_decisive(graph: &Graph, pairs: &[(Node, Node)]) -> Option<(Node, usize)> {
+/// The truth that decides the most choices, of both or of either, and how many.
+fn most_decisive(graph: &Graph, pairs: &[(Node, Node)], of_both: bool) -> Option<(Node, usize)> {
     let (machine, text): (Vec<Node>, Vec<Node>) = pairs.iter().copied().unzip();
     let mut choices = vec![[0; 2]; graph.ops.len()];
     for (side, mut open) in [machine, text].into_iter().enumerate() {
@@ -134,8 +136,9 @@ fn most_decisive(graph: &Graph, pairs: &[(Node, Node)]) -> Option<(Node, usize)>
             }
         }
     }
-    let of_both = choices.iter().enumerate().filter(|(_, [one, other])| *one > 0 && *other > 0);
-    of_both.map(|(t, [one, other])| (t, one + other)).rev().max_by_key(|(_, choices)| *choices)
+    let decides = |one: usize, other: usize| if of_both { one > 0 && other > 0 } else { one + other > 0 };
+    let all = choices.iter().enumerate().filter(|(_, [one, other])| decides(*one, *other));
+    all.map(|(t, [one, other])| (t, one + other)).rev().max_by_key(|(_, choices)| *choices)
 }
 
 impl Graph {

@@ -1,7 +1,8 @@
 /* LIMITS. Ends of the range, top speed, distance from the target: which of them the estimates break, as bits of the
- * health. From the speed v a brake needs |v| ($constant$ + $per_square$ |v|) rad at most: where less is left, it is time.
- * @_watched_tick asks it, and does what follows an alarm. */
-static inline unsigned @_limits_broken(const @_state *state$sample$)
+ * health. From the speed v a brake needs |v| ($constant$ + $per_square$ |v|) rad at most: where less is left, it is time,
+ * unless the shaft follows a target that can still come to rest before the end. @_watched_tick asks it, and does what
+ * follows an alarm. */
+static inline unsigned @_limits_broken(const @_state *state, const @_sample *sample)
 {
     const float full_turn = 6.2831855f;
     @_estimates_of known;
@@ -12,9 +13,18 @@ static inline unsigned @_limits_broken(const @_state *state$sample$)
     const uint32_t turn = (uint32_t)known.turn;
     const float low = ((float)@_signed($low_turn$u - turn) * full_turn) + ($low$ - known.position$shaft$);
     const float high = ((float)@_signed($high_turn$u - turn) * full_turn) + ($high$ - known.position$shaft$);
-    const float left = (v < 0.0f) ? -low : high; /* only where it moves to an end that end counts */
+$target$    /* Only where it moves to an end that end counts. */
+    const float left = (v < 0.0f) ? -low : high;
+    const float ahead = (v < 0.0f) ? -error : error;
+    const float target_speed = (v < 0.0f) ? -r_dot : r_dot;
+    /* A plan may take more of the current than a brake is sure of. */
+    const float square = (0.75f * $per_square$f) * (target_speed * target_speed);
+    const float target_way = (target_speed > 0.0f) ? square : 0.0f;
+    const float slack = $slack$f + (0.25f * way);
+    const bool follows_within = ((left - ahead) >= target_way) && ((way <= slack) || (ahead >= -slack));
     unsigned broken = (speed <= $max_speed$) ? 0u : (unsigned)@@_OVERSPEED;
-$following$    broken |= (left >= way) ? 0u : (unsigned)@@_END_OF_RANGE;
+    broken |= (@_magnitude(error) <= $following$) ? 0u : (unsigned)@@_FOLLOWING_ERROR;
+    broken |= ((left >= way) || follows_within) ? 0u : (unsigned)@@_END_OF_RANGE;
     return broken;
 }
 

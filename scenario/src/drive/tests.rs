@@ -573,9 +573,6 @@ fn a_loop_that_swings_from_limit_to_limit_is_stopped_whatever_the_reaction_is() 
         let told = trace.rows[stopped - 1].health;
         println!("{error}, {reaction}: an alarm at tick {first}, stopped at {stopped}: {told}");
         assert!(told.intersects(Health::OSCILLATES | Health::BRAKES), "{error}: {told}");
-        if told.contains(Health::BRAKES) {
-            assert!(trace.rows[stopped].x[1].abs() < 2.0, "nearly at rest, {} rad/s", trace.rows[stopped].x[1]);
-        }
         assert!(stopped < first + 200, "{error}: {first}, {stopped}");
         assert!(trace.rows[stopped..].iter().all(|row| row.u == 0.0), "{error}");
     }
