@@ -26,7 +26,7 @@ mod instance;
 mod plan;
 mod status;
 
-use controller_core::Output;
+use controller_core::{ControlLaw, Output};
 use controller_core::drive::Rest;
 use drive::{CRefusal, CTarget};
 use instance::{Held, Instance};
@@ -220,7 +220,7 @@ macro_rules! drives {
                 periods: u32,
             ) -> Status {
                 // SAFETY: the caller's word.
-                unsafe { instance::between(design, state, |law, state| controller_core::ControlLaw::missed(law, state, periods)) }
+                unsafe { instance::between(design, state, |law, state| ControlLaw::missed(law, state, periods)) }
             }
 
             /// What follows an alarm, from the next tick on.

@@ -324,6 +324,23 @@ fn said(of: &Meanings, name: &str) -> &'static str {
     of.max_by_key(|(beginning, _)| beginning.len()).map_or("", |(_, meaning)| meaning)
 }
 
+/// What follows an alarm, in words.
+const fn followed(reaction: Reaction) -> &'static str {
+    match reaction {
+        Reaction::GoOn => "is told and no more, as the scenario has it",
+        Reaction::Brake => {
+            "lets the drive brake on its estimated speed (@@_BRAKES), as long as its counts can be believed; then, \
+                 or at rest, the current is taken away (@@_STOPPED), as the scenario has it"
+        }
+        Reaction::Fallback => "stops the drive, as the scenario has it",
+        Reaction::JoinedStop { .. } => {
+            "is to be answered by a planned stop (@_plan_stop, @@_STOP_TICKS), as the scenario has it; the last \
+                two stop \
+                 the drive"
+        }
+    }
+}
+
 /// What follows an alarm that somebody else raises.
 const fn tripped(reaction: Reaction) -> &'static str {
     match reaction {
@@ -672,26 +689,13 @@ impl C<'_> {
                  @_magnitude(wanted)));\n"
             )
         });
-        let follows = match reaction {
-            Reaction::GoOn => "is told and no more, as the scenario has it",
-            Reaction::Brake => {
-                "lets the drive brake on its estimated speed (@@_BRAKES), as long as its counts can be believed; then, \
-                 or at rest, the current is taken away (@@_STOPPED), as the scenario has it"
-            }
-            Reaction::Fallback => "stops the drive, as the scenario has it",
-            Reaction::JoinedStop { .. } => {
-                "is to be answered by a planned stop (@_plan_stop, @@_STOP_TICKS), as the scenario has it; the last \
-                two stop \
-                 the drive"
-            }
-        };
+        let follows = followed(reaction);
         let stops_at = reaction.stops_at();
         let bits = stops_at.bits() & ALARMS.bits();
         let held = if self.exported.drive.designed.form().delay_ticks == 0 { "held" } else { "queued" };
         let looks = looks.collect::<String>();
         let over: Vec<String> = shafts.iter().map(|shaft| format!("over{shaft}")).collect();
-        let params: String = over.iter().map(|over| format!(", bool {over}")).collect();
-        let overs: String = over.iter().map(|over| format!(", {over}")).collect();
+        let [params, overs] = [", bool ", ", "].map(|before| format!("{before}{}", over.join(before)));
         let [stuck_ticks, patience_ticks] = [ticks.stuck, ticks.patience].map(|number| format!("{number:?}"));
         let then =
             if does_brake { include_str!("c/brakes.h") } else { "        health |= @_watch_stop(monitor, output);\n" };
@@ -721,8 +725,8 @@ impl C<'_> {
                     ("shaft", &driven),
                 ],
             );
-            let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, output);\n    \
-                          }\n";
+            let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, \
+                          output);\n    }\n";
             let member = "    float braking; /* 1 and the ticks within the limits since it brakes */\n";
             [text, brakes.into(), member.into(), "    monitor->braking = 0.0f;\n".into()]
         } else {

@@ -22,7 +22,15 @@ const DESIGN: MotorDesign = {
     let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
     MotorDesign::by_rule(1e-3, motor, Encoder::absolute(14), Limits::symmetric(LIMIT_A as f64))
 };
-const BOUNDS: Bounds<1> = Bounds { disturbance: [1e4], sigma_star: 1e6, stuck_ticks: 200, wrong_way_ticks: 6, patience_ticks: 8, brake_per_s: 60.0, brake_ticks: 130 };
+const BOUNDS: Bounds<1> = Bounds {
+    disturbance: [1e4],
+    sigma_star: 1e6,
+    stuck_ticks: 200,
+    wrong_way_ticks: 6,
+    patience_ticks: 8,
+    brake_per_s: 60.0,
+    brake_ticks: 130,
+};
 
 /// Rows of its memory.
 const ROWS: usize = 40;

@@ -30,7 +30,15 @@ const MOTOR: MotorDesign = {
     let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
     MotorDesign::by_rule(1e-3, motor, Encoder::absolute(14), Limits::symmetric(10.0))
 };
-const BOUNDS: Bounds<1> = Bounds { disturbance: [1e4], sigma_star: 1e6, stuck_ticks: 200, wrong_way_ticks: 6, patience_ticks: 8, brake_per_s: 60.0, brake_ticks: 130 };
+const BOUNDS: Bounds<1> = Bounds {
+    disturbance: [1e4],
+    sigma_star: 1e6,
+    stuck_ticks: 200,
+    wrong_way_ticks: 6,
+    patience_ticks: 8,
+    brake_per_s: 60.0,
+    brake_ticks: 130,
+};
 
 struct Host {
     target: Target,

@@ -14,6 +14,9 @@ const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, dampin
 const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
 type Drive = MotorDrive<f32, Position, 1>;
 
+/// r and r' at a time, s.
+type Jets<'a> = &'a dyn Fn(f64) -> [f64; 2];
+
 /// A motor on its drive, which is told where to be by a reference.
 struct Rig<'a> {
     running: Running<Monitored<Drive, 1>>,
@@ -21,11 +24,11 @@ struct Rig<'a> {
     shaft: Shaft,
     tick: u32,
     seen: Health,
-    reference: &'a dyn Fn(f64) -> [f64; 2],
+    reference: Jets<'a>,
 }
 
 impl<'a> Rig<'a> {
-    fn new(shaft: Shaft, reference: &'a dyn Fn(f64) -> [f64; 2]) -> Self {
+    fn new(shaft: Shaft, reference: Jets<'a>) -> Self {
         let law = Drive::design(&DESIGN);
         let running = Running::new(Monitored::new(law, &DESIGN.bounds(&law, 0.2)).braking());
         Self { running, fence: None, shaft, tick: 0, seen: Health::OK, reference }
@@ -97,7 +100,7 @@ fn a_motor_brakes_within_the_way_that_its_current_allows_and_lets_go_at_rest() {
         let [least, allowed] = [v * v / (2.0 * most), (v * v - slow * slow) / (2.0 * most) + slow / gain];
         let time_s = (v - slow) / most + 8.0 / gain;
         println!(
-            "{speed} rad/s: {way:.3} rad in {ticks} ticks at up to {worst_u} A, {least:.3} is the least; left {:.4} rad/s",
+            "{speed} rad/s: {way:.3} rad in {ticks} ticks at up to {worst_u} A, {least:.3} at least; left {:.4} rad/s",
             rig.shaft.x[1]
         );
         assert!(way < 1.05 * allowed + 2e-3 * v && f64::from(ticks) * PERIOD_S < time_s + 0.01, "{way} {allowed}");
@@ -198,7 +201,7 @@ fn a_shaft_that_follows_its_target_goes_up_to_the_end_and_rests_there() {
     let typed = |t: f64| [if t < 0.1 { 0.0 } else { END }, 0.0];
     let resting = |_: f64| [END, 0.0];
     let back = |_: f64| [1.0, 0.0];
-    let references: [(&dyn Fn(f64) -> [f64; 2], f64); 6] =
+    let references: [(Jets<'_>, f64); 6] =
         [(&fast, 0.0), (&slow, 0.0), (&sine, 0.0), (&typed, 0.0), (&resting, END), (&back, 1.3)];
     for (k, (reference, start)) in references.into_iter().enumerate() {
         for side in [1.0, -1.0] {

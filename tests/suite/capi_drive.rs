@@ -145,7 +145,7 @@ where
     let mut run =
         Run { asked: Vec::new(), words: 7 + 1 + 4 * E, configurations: configurations.len(), expected: configurations };
     let (mut seen, mut retuned, mut turns_gone, mut stopped, mut done) =
-        ([0_usize; HEALTHS], [0_usize; 4], 0, false, 0);
+        (vec![0_usize; HEALTHS], [0_usize; 4], 0, false, 0);
     while done < ticks {
         let what = match rng.integer(0, 999) {
             // Somebody sees that it has stopped.

@@ -356,7 +356,7 @@ where
     let (fence, does_brake) = (of.fence(), of.reaction() == Reaction::Brake);
     let (mut wanted, mut counters) =
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
-    let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), [0_usize; HEALTHS], 0);
+    let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), vec![0_usize; HEALTHS], 0);
     let (mut ticks, mut turns_gone, mut stopped) = (0, 0, false);
     while ticks < TICKS {
         let what = match rng.integer(0, 999) {
@@ -457,7 +457,7 @@ where
 pub(super) const HEALTHS: usize = Health::ALL as usize + 1;
 
 /// No drive is exercised by a run in which it hardly ever works, or always.
-pub(super) fn assert_exercised(name: &str, ticks: usize, seen: &[usize; HEALTHS], turns_gone: u32) {
+pub(super) fn assert_exercised(name: &str, ticks: usize, seen: &[usize], turns_gone: u32) {
     let with = |flag: Health| -> usize {
         let of = seen.iter().enumerate();
         of.filter(|(bits, _)| bits & usize::from(flag.bits()) != 0).map(|(_, ticks)| ticks).sum()

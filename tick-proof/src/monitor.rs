@@ -62,18 +62,7 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
             ]
         }),
         each("what is too long over its bound, or no number, is told; what is told is so", &|part, step| {
-            let over = either(watched().map(|d| not(&format!("(fp.leq (fp.abs {d}) {d}_bound)"))));
-            let star = all([not("(fp.leq (fp.abs law_sigma_star) sigma_star_bound)"), not("law_saturated")]);
-            let silent = all(ALARMS.iter().map(|alarm| not(step.after(alarm))));
-            let told = |alarm: &str, is_over: &str| {
-                let late = all([is_over.to_string(), late(), not(&is_braking(part))]);
-                going(&watching(&then(&before(), &format!("(= {} {late})", step.after(alarm)))))
-            };
-            vec![
-                ("waits", going(&then("law_waits", &silent))),
-                ("disturbance", told("disturbance_over_bound", &over)),
-                ("sigma*", told("sigma_star_over_bound", &star)),
-            ]
+            over_bounds(telling, part, step)
         }),
         each("too long at a limit is told: every tick there without |sigma| falling counts", &|part, step| {
             let counts = ["law_saturated", "(fp.leq last_sigma (fp.abs law_sigma))", &positive("stuck")];
@@ -116,23 +105,7 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
              are given up stop it; nothing else does",
             &follows,
         ),
-        each(
-            "a brake ends: after its ticks within the limits, or where the speed does not fall at one",
-            &|part, step| {
-                let one_more = same(step.after("braking"), &format!("(fp.add RNE braking {})", number(1.0)));
-                let counted = then(&not(step.after("saturated")), &one_more);
-                let within = format!("(fp.leq {} brake_ticks)", step.after("braking"));
-                let at_limit = format!("(fp.leq {} stuck_ticks)", step.after("stuck"));
-                let supposed = all([
-                    is_braking(part),
-                    step.after("brakes").to_string(),
-                    positive("brake_ticks"),
-                    positive("stuck_ticks"),
-                ]);
-                let ends = all([counted, within, at_limit]);
-                vec![("ends", going(&watching(&then(&all([supposed, before()]), &ends))))]
-            },
-        ),
+        each("a brake ends: after its ticks within the limits, or where the speed does not fall at one", &ends),
         each("what the law says is handed on", &|_, step| {
             let claim = |(law, flag): (&str, &str)| {
                 let same = format!("(= {} {law})", step.after(flag));
@@ -153,6 +126,34 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
             claims
         }),
     ]
+}
+
+/// When it is told that something is over its bound.
+fn over_bounds(telling: &Record, part: &str, step: &Step) -> Claims {
+    let over = either(disturbances(telling).map(|d| not(&format!("(fp.leq (fp.abs {d}) {d}_bound)"))));
+    let star = all([not("(fp.leq (fp.abs law_sigma_star) sigma_star_bound)"), not("law_saturated")]);
+    let silent = all(ALARMS.iter().map(|alarm| not(step.after(alarm))));
+    let told = |alarm: &str, is_over: &str| {
+        let late = all([is_over.to_string(), late(), not(&is_braking(part))]);
+        going(&watching(&then(&before(), &format!("(= {} {late})", step.after(alarm)))))
+    };
+    vec![
+        ("waits", going(&then("law_waits", &silent))),
+        ("disturbance", told("disturbance_over_bound", &over)),
+        ("sigma*", told("sigma_star_over_bound", &star)),
+    ]
+}
+
+/// That a brake comes to its end.
+fn ends(part: &str, step: &Step) -> Claims {
+    let one_more = same(step.after("braking"), &format!("(fp.add RNE braking {})", number(1.0)));
+    let counted = then(&not(step.after("saturated")), &one_more);
+    let within = format!("(fp.leq {} brake_ticks)", step.after("braking"));
+    let at_limit = format!("(fp.leq {} stuck_ticks)", step.after("stuck"));
+    let supposed =
+        all([is_braking(part), step.after("brakes").to_string(), positive("brake_ticks"), positive("stuck_ticks")]);
+    let ends = all([counted, within, at_limit]);
+    vec![("ends", going(&watching(&then(&all([supposed, before()]), &ends))))]
 }
 
 /// What goes out: the law's u, the fallback, or what opposes the speed.

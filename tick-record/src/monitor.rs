@@ -130,6 +130,16 @@ pub fn ticks<T>(of: impl FnMut(&'static str) -> T) -> WatchTicks<T> {
     WatchTicks { stuck, wrong_way, patience, brake }
 }
 
+/// Puts what the monitors make of an output among the results.
+fn put_answer(recorder: &Recorder, output: &Output<Symbol>) {
+    for (name, number) in [("u", output.u), ("sigma", output.sigma), ("sigma_star", output.sigma_star)] {
+        recorder.put(name, Role::Output, number);
+    }
+    for (name, flag) in FLAGS {
+        recorder.put_truth(name, Role::Flag(flag.bits().trailing_zeros() as u8), output.health.contains(flag));
+    }
+}
+
 impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {
     fn state_names() -> Vec<String> {
         let words = state(E).into_iter().map(|port| port.name);
@@ -137,20 +147,18 @@ impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {
     }
     fn sample(&self, _: &Recorder) {}
     fn put_output(recorder: &Recorder, output: &Output<Symbol>) {
-        for (name, number) in [("u", output.u), ("sigma", output.sigma), ("sigma_star", output.sigma_star)] {
-            recorder.put(name, Role::Output, number);
-        }
-        for (name, flag) in FLAGS {
-            recorder.put_truth(name, Role::Flag(flag.bits().trailing_zeros() as u8), output.health.contains(flag));
-        }
+        put_answer(recorder, output);
     }
     fn put_estimates(_: &Recorder, _: Option<&()>) {}
 }
 
 /// Records what the monitors of E shafts make of what a law put out (`law_u`, `law_sigma`, `law_saturated`, ..), of the
-/// disturbances `d1`, .. and the speed `v` that it sees, of the `gain` and the limits `u_min`, `u_max` of its input, and
-/// of the thresholds `d1_bound`, .., `sigma_star_bound`, [`TICKS`] and of `brake`, the u per unit of speed while it
+/// disturbances `d1`, .. and the speed `v` that it sees, of the `gain` and the limits `u_min`, `u_max` of its input,
+/// and of the thresholds `d1_bound`, .., `sigma_star_bound`, [`TICKS`] and of `brake`, the u per unit of speed while it
 /// brakes. The alarms `stops_at` stop the drive. A tick with a sample and one without are the same to them.
+///
+/// # Panics
+/// Never: each part has the results that are asked for.
 pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     let design = |recorder: &Recorder| {
         let bounds = core::array::from_fn(|i| recorder.number(&format!("d{}_bound", i + 1), Role::Argument));
@@ -162,7 +170,6 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     let part = |f: &dyn Fn(&Recorder, &Monitored<AnyLaw<E>, E>, &mut StateOf<E>)| law::part(&design, f);
     let truth = |name: &str| Recorder::of_this_thread().truth(name, Role::Between);
     let slowing_of = || (Recorder::of_this_thread().number("slowing", Role::Between), truth("is_short"));
-    let put_output = Monitored::<AnyLaw<E>, E>::put_output;
     let looked_at = Health::ALL & !Health::POSITION_STEPPED.bits();
     let calm = part(&|recorder, law, state| {
         let output = said((Health::SATURATED | Health::INPUT_REJECTED).bits());
@@ -178,7 +185,7 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     });
     let answer = part(&|recorder, law, state| {
         let over = ["is_any_over", "is_star_over"].map(truth);
-        put_output(recorder, &law.answer(state, said(looked_at & !Health::WAITS.bits()), over));
+        put_answer(recorder, &law.answer(state, said(looked_at & !Health::WAITS.bits()), over));
     });
     let slowing = part(&|recorder, law, state| {
         let (slowing, is_short) = law.slowing(state);
@@ -188,10 +195,10 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     let watch_brake =
         part(&|_, law, state| law.watch_brake(state, &said(looked_at & !Health::WAITS.bits()), slowing_of()));
     let slow_down = part(&|recorder, law, state| {
-        put_output(recorder, &law.slow_down(state, said(looked_at & !Health::WAITS.bits()), slowing_of()));
+        put_answer(recorder, &law.slow_down(state, said(looked_at & !Health::WAITS.bits()), slowing_of()));
     });
     let waits = part(&|recorder, law, state| {
-        put_output(recorder, &law.wait_for_counts(state, said(looked_at)));
+        put_answer(recorder, &law.wait_for_counts(state, said(looked_at)));
     });
 
     let mut joined = Joined::default();

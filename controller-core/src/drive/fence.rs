@@ -161,7 +161,7 @@ impl Fence {
         let way = speed * (self.constant + self.per_square * speed);
         let error = from_here(target.turn, target.jet[0]);
         let [low, high] = self.ends;
-        // Only where it moves to an end that end counts: how far it is, the target from here, and how fast that goes there.
+        // Only where it moves to an end that end counts: how far it is, and the target, and how fast that goes there.
         let (left, ahead, target_speed) = if v < 0.0 {
             (-from_here(low.0, low.1), -error, -target.jet[1])
         } else {

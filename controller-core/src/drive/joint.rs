@@ -415,8 +415,8 @@ impl JointDesign {
         Bounds::of(law, disturbance, self.gate_steps, uncertain, fastest, self.brake(), self.period_s)
     }
 
-    /// Gain of the brake on the motor, 1/s, and the time constant of both shafts under it, s: a damper that takes in what
-    /// comes along the spring, as far as a tick of delay and half of the inertia leave it stable.
+    /// Gain of the brake on the motor, 1/s, and the time constant of both shafts under it, s: a damper that takes in
+    /// what comes along the spring, as far as a tick of delay and half of the inertia leave it stable.
     fn brake(&self) -> [f64; 2] {
         let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, stiffness_n_m, .. } = self.joint;
         let (matched, most) = (libm::sqrt(stiffness_n_m * link) / motor, 0.5 / self.period_s);

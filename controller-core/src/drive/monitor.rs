@@ -303,9 +303,10 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         Self::from_parts(law, disturbance, L::Scalar::from_f64(sigma_star), ticks, brake)
     }
 
-    /// |d| in the unit of each block, |σ*|, ticks, and u per unit of speed of a brake: what a tick takes.
-    pub const fn thresholds(&self) -> ([L::Scalar; E], L::Scalar, WatchTicks<L::Scalar>, L::Scalar) {
-        (self.disturbance, self.sigma_star, self.ticks, self.brake)
+    /// |d| in the unit of each block, |σ*| and u per unit of speed of a brake, ticks: what a tick takes.
+    #[allow(clippy::type_complexity, reason = "three things that a caller takes apart at once")]
+    pub const fn thresholds(&self) -> ([L::Scalar; E], [L::Scalar; 2], WatchTicks<L::Scalar>) {
+        (self.disturbance, [self.sigma_star, self.brake], self.ticks)
     }
 
     /// The same; an alarm stops the drive until it is [reset](crate::Running::reset).

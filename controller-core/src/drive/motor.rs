@@ -197,8 +197,8 @@ pub const DEFAULT_LAG_S: f64 = 2e-4;
 
 impl MotorDesign {
     /// The rule of the module's head for a current loop with a lag of 0.2 ms, and no tick of delay. The gate is that
-    /// for a disturbance of 1.2 times the limit, and of twice that where [`fast_ratio`](Self::fast_ratio) is 1: one gain
-    /// set shows later that a motor turns the wrong way.
+    /// for a disturbance of 1.2 times the limit, and of twice that where [`fast_ratio`](Self::fast_ratio) is 1: one
+    /// gain set shows later that a motor turns the wrong way.
     pub const fn by_rule(period_s: f64, motor: Motor, encoder: Encoder, limits: Limits) -> Self {
         let bandwidths =
             MotorBandwidths { surface_rad_s: 0.0, observer_rad_s: 0.0, reaching_per_s: 0.0, offset_per_s: 0.0 };
@@ -247,8 +247,8 @@ impl MotorDesign {
     pub const fn with_bandwidths(mut self, bandwidths: MotorBandwidths) -> Self {
         self.bandwidths = bandwidths;
         let omega = bandwidths.observer_rad_s;
-        // What a step D of the disturbance makes of the innovation is at most 0.42 D/w_o². A fast set shows D = 2 b u, as
-        // of a motor that turns the wrong way, before that.
+        // What a step D of the disturbance makes of the innovation is at most 0.42 D/w_o². A fast set shows D = 2 b u,
+        // as of a motor that turns the wrong way, before that.
         let largest = self.largest_acceleration() * if self.fast_ratio > 1.0 { 1.2 } else { 2.4 };
         self.gate_steps = 1.0 + 0.42 * largest / (omega * omega * self.encoder.unit_rad());
         self

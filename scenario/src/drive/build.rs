@@ -303,8 +303,10 @@ impl Common<'_> {
             } else {
                 "the range of its inertia".into()
             };
-            warnings
-                .push(format!("drive.observer_states = 4 is for a motor known to 20 %, and {said} says more: take drive.observer_states = 3"));
+            warnings.push(format!(
+                "drive.observer_states = 4 is for a motor known to 20 %, and {said} says more: take \
+                     drive.observer_states = 3"
+            ));
         }
         if is_wide && self.delay_ticks > 0 && plant == "joint" {
             warnings.push(format!(
@@ -525,8 +527,8 @@ fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
                 "states",
                 format!(
                     "missing: does the counter wrap after {counts} counts (a timer with a reload of {}, an absolute \
-                     encoder of {counts} positions) or after 2^{bits} = {all}? Say {key}.states = {counts} or {key}.states = \
-                     {all}",
+                     encoder of {counts} positions) or after 2^{bits} = {all}? Say {key}.states = {counts} or \
+                     {key}.states = {all}",
                     counts - 1
                 ),
             ),

@@ -86,8 +86,8 @@ fn each_mistake_is_told_at_its_place_with_what_would_be_right() {
             "joint.gear=[10,3]",
             "`joint.gear`: 1048576 counts in a turn of the encoder behind a gear of [10, 3] are 10485760/3 in a turn \
              of the link, and a joint needs a whole number of them, since it takes the sine of the angle: the nearest \
-             that fits is joint.gear = [3495253, 1048576], off by 5.99e-7 rad in a turn of the output, 0.333 counts of the \
-             encoder",
+             that fits is joint.gear = [3495253, 1048576], off by 5.99e-7 rad in a turn of the output, 0.333 counts \
+             of the encoder",
         ),
         (JOINT, "drive.mode=speed", "unknown key `drive.mode`"),
         (
@@ -763,7 +763,8 @@ fn keys_of_the_supply_that_do_not_fit_say_what_does() {
     for (sets, words) in [
         (
             &["motor.supply_v=24"][..],
-            "`motor.resistance_ohm`: missing: the winding resistance; where it is not known say motor.no_load_rad_s = 480",
+            "`motor.resistance_ohm`: missing: the winding resistance; where it is not known \
+             say motor.no_load_rad_s = 480",
         ),
         (&["motor.resistance_ohm=1"], "`motor.supply_v`: missing: the winding resistance alone is no limit"),
         (
@@ -850,17 +851,20 @@ fn what_is_not_known_to_50_percent_is_told_of_a_range() {
         (
             900,
             &[inertia][..],
-            "motor.inertia_kg_m2 = [2.02e-5, 0.00198] with drive.uncertain_percent = 20, of K_t alone (designed for the geometric mean 0.0002)",
+            "motor.inertia_kg_m2 = [2.02e-5, 0.00198] with drive.uncertain_percent = 20, \
+             of K_t alone (designed for the geometric mean 0.0002)",
         ),
         (
             75,
             &[inertia],
-            "motor.inertia_kg_m2 = [5e-5, 0.00035] with drive.uncertain_percent = 20, of K_t alone (designed for the geometric mean 0.000132)",
+            "motor.inertia_kg_m2 = [5e-5, 0.00035] with drive.uncertain_percent = 20, \
+             of K_t alone (designed for the geometric mean 0.000132)",
         ),
         (
             300,
             &[inertia, "motor.gear=[10, 1]", "motor.load_inertia_kg_m2=0.02"],
-            "motor.load_inertia_kg_m2 = [0, 0.14] with drive.uncertain_percent = 20, of K_t alone (designed for the geometric mean 0.0566)",
+            "motor.load_inertia_kg_m2 = [0, 0.14] with drive.uncertain_percent = 20, \
+             of K_t alone (designed for the geometric mean 0.0566)",
         ),
         (300, &[inertia, "motor.gear=[10, 1]"], "kg m^2 of the rotor say motor.inertia_kg_m2 = [5e-5, 0.0008]"),
         (

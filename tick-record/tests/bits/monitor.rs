@@ -70,9 +70,9 @@ fn a_joined_tick_is_that_of_the_drive_with_its_monitors() {
 
 /// What was seen of a drive that these alarms stop, beside those that stop any.
 fn the_joined_tick_is_that_of_the_drive(stops_at: Health) -> u16 {
-    let stopping = stops_at == ALARMS;
     const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
     const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+    let stopping = stops_at == ALARMS;
     let (tick, functions) = (
         drive::motor_tick::<Position, 0, 0, 3>(&DESIGN, Mounting::UPRIGHT).expect("a design"),
         drive::motor::<Position, 0, 0, 3>(&DESIGN, Mounting::UPRIGHT).expect("a design"),

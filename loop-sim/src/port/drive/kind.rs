@@ -89,7 +89,7 @@ impl<const E: usize, const N: usize> Use<E, N> for Watch {
 
     fn of<L: Watched<E> + DriveLaw<E, N>>(self, law: L, bounds: &Bounds<E>) -> Self::Out {
         let (gain, limits) = (law.gain(), law.range());
-        let (disturbance, sigma_star, ticks, brake) = Monitored::new(law, bounds).thresholds();
+        let (disturbance, [sigma_star, brake], ticks) = Monitored::new(law, bounds).thresholds();
         (*bounds, Thresholds { disturbance: disturbance.into(), sigma_star, ticks, brake, limits, gain })
     }
 }
