@@ -1,11 +1,10 @@
 //! A fence around a shaft: end stops in software, a top speed, a following error.
 //!
 //! It looks at the estimates after a tick. What a brake needs to come to rest from the speed $v$ is
-//! $v^2/(2 a) + |v|\,(1/k_v + 2 T)$ at most, for the deceleration $a$ that is sure at the limit, the gain $k_v$ of the
-//! brake ([`Bounds::brake_per_s`](super::Bounds)) and two ticks until it acts: where less is left to an end, the drive
-//! is to [trip](crate::Running::trip) now. A shaft that follows its
-//! target is let be as long as the target itself can come to rest before the end, by $v_r^2/(2 a)$: it then goes up to
-//! the end, and rests there.
+//! $v^2/(2 a) + |v| \thinspace (1/k_v + 2 T)$ at most, for the deceleration $a$ that is sure at the limit, the gain
+//! $k_v$ of the brake ([`Bounds::brake_per_s`](super::Bounds)) and two ticks until it acts: where less is left to an
+//! end, the drive is to [trip](crate::Running::trip) now. A shaft that follows its target is let be as long as the
+//! target itself can come to rest before the end, by $v_r^2/(2 a)$: it then goes up to the end, and rests there.
 //!
 //! ```
 //! use controller_core::drive::{Encoder, Fence, FenceLimits, Motor, MotorDesign, Position, MotorDrive};

@@ -380,10 +380,11 @@ where
 /// For no bound, in f32 too.
 const LARGEST: f64 = 1e30;
 
-/// State of a [`Monitored`] drive.
+/// State of a [`Monitored`] drive. In this order: more numbers in a row that are all 0 at a start would be set by a call
+/// with a loop in it, which has no bound.
 #[derive(Debug, PartialEq)]
+#[repr(C)]
 pub struct MonitoredState<S, T, const E: usize> {
-    within: S,
     /// How much is counted below; while it is 0 a tick within its bounds is not looked into.
     counted: T,
     /// Ticks at a limit without |σ| falling, and the last |σ| there.
@@ -395,6 +396,7 @@ pub struct MonitoredState<S, T, const E: usize> {
     /// Ticks in a row of the wrong way, and the speed in the last tick at a limit.
     against: T,
     speed: T,
+    within: S,
     /// Ticks over a bound, less those within.
     over: T,
     /// 1 and the ticks within the limits since it brakes.
