@@ -380,8 +380,8 @@ where
 /// For no bound, in f32 too.
 const LARGEST: f64 = 1e30;
 
-/// State of a [`Monitored`] drive. In this order: more numbers in a row that are all 0 at a start would be set by a call
-/// with a loop in it, which has no bound.
+/// State of a [`Monitored`] drive. In this order: more numbers in a row that are all 0 at a start would be set by a
+/// call with a loop in it, which has no bound.
 #[derive(Debug, PartialEq)]
 #[repr(C)]
 pub struct MonitoredState<S, T, const E: usize> {
