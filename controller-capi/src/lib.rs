@@ -26,8 +26,8 @@ mod instance;
 mod plan;
 mod status;
 
-use controller_core::{ControlLaw, Output};
 use controller_core::drive::Rest;
+use controller_core::{ControlLaw, Output};
 use drive::{CRefusal, CTarget};
 use instance::{Held, Instance};
 use plan::{Plan, Span};

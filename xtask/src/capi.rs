@@ -24,7 +24,7 @@ const PREFIX: &str = "edo_smc_";
 const DECLARING: [(&str, &[&str]); 4] = [
     ("EDO_SMC_INSTANCE(", &FUNCTIONS),
     ("EDO_SMC_DRIVE(", &FUNCTIONS),
-    ("EDO_SMC_DRIVE(", &["by_rule", "tune", "go_on"]),
+    ("EDO_SMC_DRIVE(", &["by_rule", "tune", "go_on", "trip"]),
     ("EDO_SMC_PLANS(", &["plan_rest", "plan_move", "plan_stop", "plan_sine", "plan_play", "plan_at"]),
 ];
 const FUNCTIONS: [&str; 9] =

@@ -333,7 +333,8 @@ fn compared(found: &Experiment) -> Result<(DriveDesign, Finer), &'static str> {
         "encoder: noise of u is told by an encoder with at least twice as many counts, and with 2^24 in a turn, gear \
          included, a drive has no room for more: compare with one bit less",
     )?;
-    Ok((drive.designed, finer))
+    // A load that is asked about may be more than its monitors allow.
+    Ok((drive.designed.telling(), finer))
 }
 
 impl Bench {

@@ -459,6 +459,16 @@ impl DriveDesign {
         each!(self, drive => &mut drive.form)
     }
 
+    /// The same; alarms are told and no more, for whoever asks what its law does with any load.
+    #[must_use]
+    pub const fn telling(mut self) -> Self {
+        match &mut self {
+            Self::Motor(drive) => drive.monitors.reaction = Reaction::GoOn,
+            Self::Joint(drive) => drive.monitors.reaction = Reaction::GoOn,
+        }
+        self
+    }
+
     /// What follows an alarm.
     pub const fn reaction(&self) -> Reaction {
         each!(self, drive => drive.monitors.reaction)
