@@ -434,7 +434,7 @@ impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
             *d = next(words)?;
         }
         let within = S::from_words(words)?;
-        Some(Self { within, counted, stuck, last, swings, side, against, speed, over, braking, stopped })
+        Some(Self { counted, stuck, last, swings, side, against, speed, within, over, braking, stopped })
     }
 }
 
@@ -769,7 +769,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
         let (within, zero) = (self.law.start_from(sample, guess)?, L::Scalar::ZERO);
         let [counted, stuck, last, swings, against, speed, over, braking] = [zero; 8];
         let (side, stopped) = ([zero; E], false);
-        Some(MonitoredState { within, counted, stuck, last, swings, side, against, speed, over, braking, stopped })
+        Some(MonitoredState { counted, stuck, last, swings, side, against, speed, within, over, braking, stopped })
     }
 
     #[inline]
