@@ -143,6 +143,8 @@ static void memory(void) {
     EXPECT(EDO_SMC_OK, init());
     REFUSED(EDO_SMC_NOT_STARTED, edo_smc_report_applied_motor_fast(&state, 1.0f));
     REFUSED(EDO_SMC_NOT_STARTED, edo_smc_estimates_motor_fast(&design, &state, &known));
+    REFUSED(EDO_SMC_NOT_STARTED, edo_smc_missed_motor_fast(&design, &state, 1));
+    REFUSED(EDO_SMC_NOT_STARTED, edo_smc_trip_motor_fast(&design, &state));
     REFUSED(EDO_SMC_OVERLAP, edo_smc_tick_motor_fast(&design, &state, &sample, (edo_smc_output_t *)(void *)&state));
     REFUSED(EDO_SMC_OVERLAP, edo_smc_go_on_motor_fast(&design, &state, &sample, (edo_smc_output_t *)(void *)&state));
     output.u = 1.0f;
@@ -165,6 +167,10 @@ static void memory(void) {
     REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_tick_motor_fast(NULL, &state, &sample, &output));
     REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_tick_motor_fast(&other_design, &state, &sample, &output));
     REFUSED(EDO_SMC_MISALIGNED, edo_smc_tick_motor_fast(&design, (state_t *)(void *)odd, &sample, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_missed_motor_fast(&design, NULL, 1));
+    REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_missed_motor_fast(&other_design, &state, 1));
+    REFUSED(EDO_SMC_NULL, edo_smc_trip_motor_fast(&design, NULL));
+    REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_trip_motor_fast(&other_design, &state));
     REFUSED(EDO_SMC_NOT_FINITE, edo_smc_report_applied_motor_fast(&state, NAN));
     REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_reset_motor((edo_smc_state_motor_t *)(void *)&state));
     REFUSED(EDO_SMC_OVERLAP,
@@ -186,7 +192,12 @@ static void memory(void) {
     }
     EXPECT(2, damaged);
     state = good;
+    EXPECT(EDO_SMC_OK, edo_smc_missed_motor_fast(&design, &state, 2));
     EXPECT(EDO_SMC_OK, tick());
+    EXPECT(0, output.health & EDO_SMC_BRAKES);
+    EXPECT(EDO_SMC_OK, edo_smc_trip_motor_fast(&design, &state));
+    EXPECT(EDO_SMC_OK, tick());
+    EXPECT(EDO_SMC_BRAKES, output.health & EDO_SMC_BRAKES);
     EXPECT(EDO_SMC_OK, edo_smc_reset_motor_fast(&state));
     believe();
     EXPECT(EDO_SMC_OK, tick());

@@ -20,15 +20,8 @@ const ARCHIVES: &str = "controller-capi/target/archive";
 const ARCHIVE: &str = "libedo_smc.a";
 const HEADER: &str = "controller-capi/include/edo_smc.h";
 const PREFIX: &str = "edo_smc_";
-/// What a line of the header declares functions with, and these functions.
-const DECLARING: [(&str, &[&str]); 4] = [
-    ("EDO_SMC_INSTANCE(", &FUNCTIONS),
-    ("EDO_SMC_DRIVE(", &FUNCTIONS),
-    ("EDO_SMC_DRIVE(", &["by_rule", "tune", "go_on", "trip"]),
-    ("EDO_SMC_PLANS(", &["plan_rest", "plan_move", "plan_stop", "plan_sine", "plan_play", "plan_at"]),
-];
-const FUNCTIONS: [&str; 9] =
-    ["design_size", "state_size", "init", "tick", "report_applied", "estimates", "reset", "retune", "design"];
+/// What a line of the header declares functions with: macros, whose bodies say which.
+const DECLARING: [&str; 3] = ["EDO_SMC_INSTANCE(", "EDO_SMC_DRIVE(", "EDO_SMC_PLANS("];
 
 /// Format and lints of the C interface.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
@@ -241,16 +234,30 @@ pub(crate) fn files() -> Vec<String> {
 fn declared(header: &Path) -> Result<Vec<String>, String> {
     let text = fs::read_to_string(header).map_err(|error| format!("{}: {error}", header.display()))?;
     let mut names = vec![format!("{PREFIX}version"), format!("{PREFIX}modes_ok")];
-    for (declaring, functions) in DECLARING {
+    for declaring in DECLARING {
+        let functions = functions_of(&text, declaring);
         let lines: Vec<&str> = declared_by(&text, declaring).collect();
-        if lines.is_empty() {
-            return Err(format!("{}: no line `{declaring}name, ..)`", header.display()));
+        if lines.is_empty() || functions.is_empty() {
+            return Err(format!("{}: no line `{declaring}name, ..)`, or no function in its macro", header.display()));
         }
         names.extend(
             lines.iter().flat_map(|of| functions.iter().map(move |function| format!("{PREFIX}{function}_{of}"))),
         );
     }
     Ok(names)
+}
+
+/// The functions in the body of a macro of the header: `PREFIXfunction_##name(`.
+fn functions_of<'a>(header: &'a str, declaring: &str) -> Vec<&'a str> {
+    let body = header.split_once(&format!("#define {declaring}")).map_or("", |(_, behind)| behind);
+    // It goes on as long as its lines end with a backslash.
+    let lines = body.split_inclusive('\n').scan(true, |goes_on, line| {
+        let is_in = *goes_on;
+        *goes_on = line.trim_end().ends_with('\\');
+        is_in.then_some(line)
+    });
+    let functions = lines.flat_map(|line| line.split(PREFIX)).filter_map(|part| part.split_once("_##name("));
+    functions.map(|(function, _)| function).collect()
 }
 
 fn declared_by<'a>(header: &'a str, declaring: &str) -> impl Iterator<Item = &'a str> {
