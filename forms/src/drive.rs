@@ -330,13 +330,12 @@ const fn followed(reaction: Reaction) -> &'static str {
         Reaction::GoOn => "is told and no more, as the scenario has it",
         Reaction::Brake => {
             "lets the drive brake on its estimated speed (@@_BRAKES), as long as its counts can be believed; then, \
-                 or at rest, the current is taken away (@@_STOPPED), as the scenario has it"
+             or at rest, the current is taken away (@@_STOPPED), as the scenario has it"
         }
         Reaction::Fallback => "stops the drive, as the scenario has it",
         Reaction::JoinedStop { .. } => {
             "is to be answered by a planned stop (@_plan_stop, @@_STOP_TICKS), as the scenario has it; the last \
-                two stop \
-                 the drive"
+             two stop the drive"
         }
     }
 }

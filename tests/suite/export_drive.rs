@@ -80,7 +80,9 @@ const INSTANCES: [Instance; 12] = [
         "speed",
         MOTOR,
         "encoder = { bits = 14, offset_counts = -5 }\ndrive = { mode = 'speed' }
-         reference = { kind = 'speed', speed_rad_s = 20 }",
+         reference = { kind = 'speed', speed_rad_s = 20 }
+         monitor = { reaction = 'brake' }
+         limits = { low_rad = -20, high_rad = 45, max_speed_rad_s = 50 }",
         motor::<Speed, 1, 0, 3>,
     ),
     (

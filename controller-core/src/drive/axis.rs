@@ -147,7 +147,10 @@ where
                 half.length += 1;
             }
             // Before it believes its counts a law rejects everything; that is no trip.
-            self.frozen = health.intersects(ALARMS) && self.running.is_started() && !health.contains(Health::WAITS);
+            // Nor is that it waits, but for the tick in which it gives up what it believed.
+            if health.intersects(ALARMS) && self.running.is_started() {
+                self.frozen = !health.contains(Health::WAITS) || health.contains(Health::SAMPLE_LOST);
+            }
         }
         output
     }
@@ -327,6 +330,29 @@ mod tests {
             axis.tick([None], None);
         }
         assert!(axis.is_frozen());
+    }
+
+    /// Counts that are there and not believed for too long, of a drive that goes on.
+    #[test]
+    fn counts_that_are_given_up_are_a_trip() {
+        let law = MotorDrive::<f32, Position, 1>::try_design(&DESIGN).expect("a good design");
+        let telling: Law = Monitored::new(law, &DESIGN.bounds(&law, 0.2));
+        let plan: Plan = Joined::new(Rest { turn: 0, angle: 0.0 }, [0.0; 3], 0, 1, 1e-3);
+        let mut axis = Axis::<Law, Plan, 1, 2, 16>::new(telling, plan);
+        for _ in 0..20 {
+            axis.tick([Some(0)], None);
+        }
+        let mut given_up = false;
+        for tick in 0..60 {
+            assert!(!axis.is_frozen(), "tick {tick}");
+            // Half a turn off, here and there.
+            let health = axis.tick([Some(if tick % 2 == 0 { 8000 } else { -3000 })], None).health;
+            given_up = health.contains(Health::WAITS);
+            if given_up {
+                break;
+            }
+        }
+        assert!(given_up && axis.is_frozen());
     }
 
     /// Ten days at 5 kHz, without the days.

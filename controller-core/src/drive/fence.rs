@@ -140,7 +140,12 @@ impl Fence {
             return;
         }
         let Some(known) = running.estimates() else { return };
-        let broken = self.check(&known, target);
+        let mut target = *target;
+        if !L::POSITION {
+            // A speed is no place: the shaft is where it is.
+            (target.turn, target.jet[0]) = (known.turn, known.position[0]);
+        }
+        let broken = self.check(&known, &target);
         output.health |= broken;
         if !broken.is_ok() {
             running.trip();

@@ -1237,6 +1237,8 @@ pub trait DriveLaw<const E: usize, const N: usize>:
 {
     /// Ticks between computing u and holding it.
     const LATE: usize;
+    /// Is it told where to be? Else how fast.
+    const POSITION: bool;
 
     /// What a tick is given.
     fn sample(counts: [Option<i32>; E], begin: &Target<f32, i32, N>, end: &Target<f32, i32, N>) -> Self::Sample;
@@ -1249,6 +1251,7 @@ where
     A: Aim<f32, N>,
 {
     const LATE: usize = LATE;
+    const POSITION: bool = A::POSITION;
 
     #[inline(always)]
     fn sample(
@@ -1262,6 +1265,7 @@ where
 
 impl<L: DriveLaw<E, N>, const E: usize, const N: usize> DriveLaw<E, N> for &L {
     const LATE: usize = L::LATE;
+    const POSITION: bool = L::POSITION;
 
     #[inline(always)]
     fn sample(counts: [Option<i32>; E], begin: &Target<f32, i32, N>, end: &Target<f32, i32, N>) -> L::Sample {

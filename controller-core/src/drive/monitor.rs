@@ -33,10 +33,10 @@
 //!
 //! A drive that [brakes](Monitored::braking) does so first, as long as its counts can be believed:
 //! $u = -k_v v / b$ within the limits, with the estimate of the speed and no target. It needs neither the reference nor
-//! d nor a good value of b: a wrong b is another $k_v$. When u has been within its limits for some time constants of
-//! $1/k_v$ the shaft is at rest, or as slow as its load lets it be, and the current is taken away. So it is where
-//! braking at the limit does not slow the shaft down for as long as u may be stuck there, where the counts are lost for
-//! longer than an alarm takes, and at a [`RUNAWAY`].
+//! d: a wrong b is another $k_v$, which a plant much lighter than its design does not bear. When u has been within its
+//! limits for some time constants $1/k_v$ the current is taken away: at rest, if the inertia is that of the design and
+//! no load turns the shaft. So it is where braking at the limit does not slow the shaft down for as long as u may be
+//! stuck there, where the counts are lost for longer than an alarm takes, and at a [`RUNAWAY`].
 
 use core::mem::offset_of;
 
@@ -749,6 +749,7 @@ fn lessened<T: Real>(number: T, by: T) -> T {
 
 impl<L: Watched<E> + DriveLaw<E, N>, const E: usize, const N: usize> DriveLaw<E, N> for Monitored<L, E> {
     const LATE: usize = L::LATE;
+    const POSITION: bool = L::POSITION;
 
     #[inline(always)]
     fn sample(counts: [Option<i32>; E], begin: &Target<f32, i32, N>, end: &Target<f32, i32, N>) -> L::Sample {
