@@ -177,8 +177,10 @@ fn a_shaft_brakes_ahead_of_the_ends_of_its_range() {
         }
         println!("{speed} rad/s to the end: at most {past:.4} rad past it, {:?}", rig.seen);
         assert!(rig.seen.contains(Health::END_OF_RANGE | Health::BRAKES | Health::STOPPED));
-        // A target that runs through the end without slowing down takes the shaft past it by what its brake fades with.
-        assert!(past < 0.013 * speed.abs() && past > -0.02 * speed * speed / 30.0 - 0.5, "{past}");
+        // A target that runs through the end without slowing down takes the shaft past it by the way of the brake, 1/k_v
+        // of the speed and the ticks until it acts; friction is part of d and does not shorten it.
+        let constant_s = 2.0 / DESIGN.bandwidths.surface_rad_s + 2.0 * PERIOD_S;
+        assert!(past < constant_s * speed.abs() && past > -0.02 * speed * speed / 30.0 - 0.5, "{past}");
     }
 }
 
@@ -346,4 +348,96 @@ fn a_shaft_is_homed_against_a_stop_and_by_a_switch() {
     println!("the switch at 1 rad closes at {closed:.4}, the shaft stops at {:.4}", rig.shaft.x[0]);
     // A tick at 2 rad/s, and the way of the brake.
     assert!((closed - 1.0).abs() < 3e-3 && rig.seen.contains(Health::STOPPED) && rig.shaft.x[0] < 1.04);
+}
+
+/// Loads above the bound of the monitors, 41 % of the current, that the current can hold: reported, and held.
+#[test]
+fn a_load_above_its_bound_that_the_current_holds_stops_no_drive() {
+    let resting = |_: f64| [0.5, 0.0];
+    let ramp = ramp(60.0);
+    let sine = |t: f64| [(TAU * t).sin() - TAU * t * (-t / 0.05).exp(), TAU * (TAU * t).cos()];
+    let references: [(Jets<'_>, &str); 3] = [(&resting, "at rest"), (&ramp, "at 60 rad/s"), (&sine, "on a sine")];
+    for (reference, name) in references {
+        for percent in [45.0, 60.0, 75.0, -60.0] {
+            for inertia in [0.8, 1.0, 1.2] {
+                let load = [1.0, 0.01 * percent * 0.5];
+                let x = [reference(0.0)[0], 0.0, 0.0];
+                let shaft = Shaft { x, load, inertia: 2e-4 * inertia, ..Shaft::ROUGH };
+                let mut rig = Rig::new(shaft, reference);
+                rig.healthy(3000);
+                let error = rig.shaft.x[0] - reference(3.0)[0];
+                assert!(rig.seen.contains(Health::DISTURBANCE_OVER_BOUND), "{name}, {percent} %: {:?}", rig.seen);
+                assert!(
+                    !rig.seen.intersects(Health::BRAKES | Health::STOPPED) && error.abs() < 0.01,
+                    "{name}, {percent} %, J x {inertia}: {error} rad, {:?}",
+                    rig.seen
+                );
+            }
+        }
+    }
+}
+
+/// A brake on plants that are not the one of the design: it ends at rest, or it ends.
+#[test]
+fn a_brake_ends_at_rest_with_another_inertia_and_under_load() {
+    const LOAD: f64 = 0.15;
+    for (factor, load, most) in
+        [(1.0, 0.0, 0.05), (2.0, 0.0, 0.05), (5.0, 0.0, 0.6), (0.5, 0.0, 0.05), (1.0, LOAD, 0.8)]
+    {
+        let reference = ramp(60.0);
+        let mut rig = Rig::new(Shaft { load: [1.2, load], ..Shaft::ROUGH }, &reference);
+        rig.healthy(1500);
+        rig.shaft.inertia *= factor;
+        rig.running.trip();
+        let mut ticks = 0;
+        while !rig.period(Some).health.contains(Health::STOPPED) {
+            ticks += 1;
+            assert!(ticks < 3000, "the brake does not end");
+        }
+        println!("J x {factor}, load {load} N m: {ticks} ticks, left {:.3} rad/s", rig.shaft.x[1]);
+        assert!(rig.shaft.x[1].abs() < most, "J x {factor}, load {load}: {} rad/s", rig.shaft.x[1]);
+    }
+    // Six times lighter than its design: the brake makes it faster, and is given up.
+    for factor in [0.3, 0.15, 0.1] {
+        let reference = ramp(60.0);
+        let mut rig = Rig::new(Shaft::ROUGH, &reference);
+        rig.healthy(1000);
+        rig.shaft.inertia *= factor;
+        rig.running.trip();
+        let (mut ticks, mut fastest) = (0, 0.0_f64);
+        while !rig.period(Some).health.contains(Health::STOPPED) {
+            fastest = fastest.max(rig.shaft.x[1].abs());
+            ticks += 1;
+            assert!(ticks < 3000, "the brake does not end");
+        }
+        println!("J x {factor}: {ticks} ticks, at most {fastest:.1} rad/s, {:?}", rig.seen);
+        assert!(fastest < 300.0, "J x {factor}: {fastest} rad/s");
+    }
+}
+
+/// Interrupts that are missed while it brakes take no current away.
+#[test]
+fn a_brake_goes_on_after_missed_interrupts() {
+    for speed in [60.0, 100.0, -200.0_f64] {
+        for missed in [1, 2] {
+            // At 200 rad/s two of them are more than the gate takes for a step: the current is switched off later on.
+            if missed == 2 && speed < 0.0 {
+                continue;
+            }
+            let reference = ramp(speed);
+            let mut rig = Rig::new(Shaft::ROUGH, &reference);
+            rig.healthy(1000);
+            rig.running.trip();
+            rig.healthy(5);
+            let u = -10.0 * speed.signum();
+            for _ in 0..missed {
+                let t = f64::from(rig.tick) * PERIOD_S;
+                rig.shaft.advance(t, u, PERIOD_S);
+                rig.tick += 1;
+            }
+            while !rig.period(Some).health.contains(Health::STOPPED) {}
+            println!("{speed} rad/s, {missed} missed: left {:.3} rad/s, {:?}", rig.shaft.x[1], rig.seen);
+            assert!(rig.shaft.x[1].abs() < 0.1 && !rig.seen.contains(Health::WRONG_WAY), "{:?}", rig.seen);
+        }
+    }
 }

@@ -96,6 +96,9 @@ impl<const E: usize> Watched<E> for AnyLaw<E> {
     fn gain(&self) -> Symbol {
         argument("gain")
     }
+    fn per_gain(&self) -> Symbol {
+        argument("per_gain")
+    }
     fn range(&self) -> [Symbol; 2] {
         ["u_min", "u_max"].map(argument)
     }
@@ -250,8 +253,8 @@ type StateOf<const E: usize> = <Monitored<AnyLaw<E>, E> as ControlLaw>::State;
 
 /// The words that the monitors add to the state of a drive with so many shafts, before its own.
 pub fn state(shafts: usize) -> Vec<Port> {
-    let numbers =
-        ["counted", "stuck", "last_sigma", "swings", "against", "last_speed", "over", "braking"].map(String::from);
+    let numbers = ["counted", "stuck", "last_sigma", "swings", "against", "last_speed", "over", "braking", "begun"];
+    let numbers = numbers.map(String::from);
     let sides = (1..=shafts).map(|shaft| format!("side{shaft}"));
     let number = |name: String| port(&name, Role::State, Kind::Number);
     let stopped = port("stopped", Role::State, Kind::Truth);
@@ -278,11 +281,12 @@ pub fn watched(
         let port = tick.inputs.iter().find(|port| port.name == name);
         port.map(|port| joined.input(&port.name, port.role, port.kind))
     };
-    let [gain, u_min, u_max] = ["model_b", "u_min", "u_max"].map(&mut of_law);
+    let [gain, per_gain, u_min, u_max] = ["model_b", "per_b", "u_min", "u_max"].map(&mut of_law);
     let driven = shafts.last().map(|shaft| format!("v{shaft}")).unwrap_or_default();
     let given = |port: &Port| match (port.name.as_str(), port.role) {
         ("fallback", _) => fallback,
         ("gain", _) => gain,
+        ("per_gain", _) => per_gain,
         ("u_min", _) => u_min,
         ("u_max", _) => u_max,
         ("v", Role::State) => told.get(&driven, Role::State),

@@ -23,7 +23,8 @@
 //!   saturated moves do not. A late task, an undeclared delay, a wrong inertia or torque constant end in it.
 //!
 //! d and σ* are an alarm only after some milliseconds over their bounds ([`Bounds::patience_ticks`]): one missed
-//! interrupt or one false count is none.
+//! interrupt or one false count is none. A drive stops or brakes at d over its bound only when u has also been at a
+//! limit for as long while |σ| did not fall: a load that the loop holds is reported, and held.
 //!
 //! # What follows an alarm
 //! It is told in [`Health`], and the caller may plan a joined [`stop`](super::stop) with the reference. That needs good
@@ -32,11 +33,12 @@
 //! safe u, and 0 where there is none, until it is reset. The last u is not held: it may be what raised the alarm.
 //!
 //! A drive that [brakes](Monitored::braking) does so first, as long as its counts can be believed:
-//! $u = -k_v v / b$ within the limits, with the estimate of the speed and no target. It needs neither the reference nor
-//! d: a wrong b is another $k_v$, which a plant much lighter than its design does not bear. When u has been within its
-//! limits for some time constants $1/k_v$ the current is taken away: at rest, if the inertia is that of the design and
-//! no load turns the shaft. So it is where braking at the limit does not slow the shaft down for as long as u may be
-//! stuck there, where the counts are lost for longer than an alarm takes, and at a [`RUNAWAY`].
+//! $u = -(k_v v + \bar d) / b$ within the limits, with the estimate of the speed and without the target. $\bar d$ is the
+//! d of a motor within its bound, so a load up to the bound is held. Of a joint it is 0: the spring damps the link. A wrong b is another $k_v$, which a plant much lighter than its design does not bear. The current
+//! is switched off at rest: after some time constants $1/k_v$ in which u was within its limits and $|v|$ was small, or
+//! no longer fell. It is also switched off where braking at the limit does not slow the shaft down for as long as u may
+//! be stuck there, or where the shaft becomes faster than at the beginning; where the counts are lost for longer than an
+//! alarm takes; and at a [`RUNAWAY`].
 
 use core::mem::offset_of;
 
@@ -69,7 +71,7 @@ pub struct Bounds<const E: usize> {
     pub patience_ticks: u32,
     /// A drive that brakes asks for so many 1/s times its speed.
     pub brake_per_s: f64,
-    /// It has come to rest after so many ticks of that within the limits of u.
+    /// It is at rest after so many ticks within the limits of u in which |v| is small or does not fall.
     pub brake_ticks: u32,
 }
 
@@ -86,8 +88,13 @@ const WRONG_WAY_S: f64 = 0.01;
 const PATIENCE_S: f64 = 0.008;
 const PATIENCE_TICKS: f64 = 4.0;
 
-/// Time constants of the brake until the shaft is taken to be at rest: of the speed 1/3000 is left.
-const BRAKE_CONSTANTS: f64 = 8.0;
+/// Time constants of the brake below [`SLOW`] until the shaft is taken to be at rest: 1/3000 of the speed at which u
+/// left its limit.
+const BRAKE_CONSTANTS: f64 = 4.0;
+/// Share of the span of u below which $k_v v / b$ is small.
+const SLOW: f64 = 1.0 / 128.0;
+/// A brake makes no shaft so much faster than it was, beside the speed that asks for half of the span of u.
+const FASTER: f64 = 1.25;
 
 impl<const E: usize> Bounds<E> {
     /// For a law of this period with these gates: innovations of p/(1 - p) of them, which is how far an acceleration
@@ -155,6 +162,9 @@ pub trait Watched<const E: usize>: ControlLaw<Output = Output<<Self as ControlLa
     /// What one unit of u adds to its acceleration.
     fn gain(&self) -> Self::Scalar;
 
+    /// 1 by that.
+    fn per_gain(&self) -> Self::Scalar;
+
     /// The limits of u, lower and upper.
     fn range(&self) -> [Self::Scalar; 2];
 
@@ -184,6 +194,10 @@ where
 
     fn gain(&self) -> T {
         self.model.input_gain()
+    }
+
+    fn per_gain(&self) -> T {
+        self.row.per_b
     }
 
     #[inline(always)]
@@ -218,6 +232,10 @@ impl<L: Watched<E>, const E: usize> Watched<E> for &L {
 
     fn gain(&self) -> L::Scalar {
         (**self).gain()
+    }
+
+    fn per_gain(&self) -> L::Scalar {
+        (**self).per_gain()
     }
 
     #[inline(always)]
@@ -271,7 +289,7 @@ pub struct WatchTicks<T> {
     pub wrong_way: T,
     /// Over a bound.
     pub patience: T,
-    /// Of braking within the limits.
+    /// Of braking within the limits without becoming slower.
     pub brake: T,
 }
 
@@ -340,6 +358,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             state.stopped |= self.stops_at.intersects(ANSWERED);
         } else if !self.is_braking(state) {
             (state.braking, state.stuck, state.over) = (one, zero, zero);
+            state.begun = L::speed(&state.within).abs();
             state.counted += one;
         }
     }
@@ -399,8 +418,9 @@ pub struct MonitoredState<S, T, const E: usize> {
     within: S,
     /// Ticks over a bound, less those within.
     over: T,
-    /// 1 and the ticks within the limits since it brakes.
+    /// 1 and the ticks of braking within the limits without becoming slower, and |v| when it began.
     braking: T,
+    begun: T,
     stopped: bool,
 }
 
@@ -414,8 +434,8 @@ impl<S: Clone, T: Copy, const E: usize> Clone for MonitoredState<S, T, E> {
 
 impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let Self { within, counted, stuck, last, swings, side, against, speed, over, braking, stopped } = self;
-        let numbers = [counted, stuck, last, swings, against, speed, over, braking].into_iter().chain(side);
+        let Self { within, counted, stuck, last, swings, side, against, speed, over, braking, begun, stopped } = self;
+        let numbers = [counted, stuck, last, swings, against, speed, over, braking, begun].into_iter().chain(side);
         let numbers = numbers.flat_map(each_word);
         [u32::from(*stopped)].into_iter().chain(numbers).chain(within.words())
     }
@@ -428,13 +448,13 @@ impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
         };
         let (counted, stuck, last) = (next(words)?, next(words)?, next(words)?);
         let (swings, against, speed) = (next(words)?, next(words)?, next(words)?);
-        let (over, braking) = (next(words)?, next(words)?);
+        let (over, braking, begun) = (next(words)?, next(words)?, next(words)?);
         let mut side = [T::ZERO; E];
         for d in &mut side {
             *d = next(words)?;
         }
         let within = S::from_words(words)?;
-        Some(Self { counted, stuck, last, swings, side, against, speed, within, over, braking, stopped })
+        Some(Self { counted, stuck, last, swings, side, against, speed, within, over, braking, begun, stopped })
     }
 }
 
@@ -529,7 +549,11 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     #[inline(always)]
     pub fn slowing(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> (L::Scalar, bool) {
         let [u_min, u_max] = self.law.range();
-        let asked = -(self.brake * L::speed(&state.within));
+        let mut asked = -(self.brake * L::speed(&state.within));
+        if E == 1 {
+            let bound = self.disturbance[0];
+            asked -= self.law.per_gain() * L::disturbance(&state.within)[0].limited(-bound, bound);
+        }
         // Of a speed that is no number nothing is asked.
         let asked = if asked.abs() <= L::Scalar::from_f64(LARGEST) { asked } else { L::Scalar::ZERO };
         let u = asked.limited(u_min, u_max);
@@ -566,15 +590,24 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         (slowing, is_short): (L::Scalar, bool),
     ) {
         let over = self.sides(state);
-        let is_lost = output.health.contains(Health::SAMPLE_LOST);
+        let (speed, [u_min, u_max]) = (L::speed(&state.within).abs(), self.law.range());
+        let (asks, span) = ((self.brake * speed).abs(), u_max - u_min);
         if is_short {
-            let speed = L::speed(&state.within).abs();
-            self.at_limit(state, &over, [speed, slowing], is_lost);
+            self.at_limit(state, &over, [speed, slowing], false);
+            let begun = (self.brake * state.begun).abs();
+            let most = L::Scalar::from_f64(FASTER) * begun + L::Scalar::HALF * span;
+            if asks > most {
+                state.stuck += self.ticks.stuck;
+            }
         } else {
             Self::within_limits(state);
-            state.braking += L::Scalar::from_f64(1.0);
+            if speed >= state.last || asks <= L::Scalar::from_f64(SLOW) * span {
+                state.braking += L::Scalar::from_f64(1.0);
+            }
+            state.last = speed;
         }
-        Self::count_over(state, is_lost && output.health.contains(Health::INPUT_REJECTED));
+        let is_blind = output.health.contains(Health::SAMPLE_LOST) && output.health.contains(Health::INPUT_REJECTED);
+        Self::count_over(state, is_blind);
     }
 
     /// Which disturbances are over their bounds; a change of side counts.
@@ -649,7 +682,9 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         let mut alarms = Health::STUCK_AT_LIMIT.when(state.stuck > self.ticks.stuck);
         alarms = alarms.union(Health::DISTURBANCE_OVER_BOUND.when(is_late && is_any_over));
         alarms = alarms.union(Health::SIGMA_STAR_OVER_BOUND.when(is_late && is_star_over));
-        let asked = alarms.union(Health::INPUT_REJECTED.when(is_rejected && is_late));
+        // A load over its bound that the loop holds is reported only.
+        let held = Health::DISTURBANCE_OVER_BOUND.when(!(state.stuck > self.ticks.patience));
+        let asked = alarms.without(held).union(Health::INPUT_REJECTED.when(is_rejected && is_late));
         let is_blind = is_rejected && output.health.contains(Health::SAMPLE_LOST);
         output.health = output.health.union(alarms);
         if asked.intersects(self.stops_at) {
@@ -768,9 +803,22 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
 
     fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
         let (within, zero) = (self.law.start_from(sample, guess)?, L::Scalar::ZERO);
-        let [counted, stuck, last, swings, against, speed, over, braking] = [zero; 8];
+        let [counted, stuck, last, swings, against, speed, over, braking, begun] = [zero; 9];
         let (side, stopped) = ([zero; E], false);
-        Some(MonitoredState { counted, stuck, last, swings, side, against, speed, within, over, braking, stopped })
+        Some(MonitoredState {
+            counted,
+            stuck,
+            last,
+            swings,
+            side,
+            against,
+            speed,
+            within,
+            over,
+            braking,
+            begun,
+            stopped,
+        })
     }
 
     #[inline]
