@@ -375,7 +375,10 @@ EDO_SMC_PLANS(joint, 4)
  * edo_smc_missed_NAME     so many periods have passed without a tick, the current held all the while: a missed timer
  *                         interrupt that its overflow flag or a time stamp tells of. Before the coming tick.
  * edo_smc_report_applied_NAME  what the power stage held since the last tick, where that is another u: the only
- *                         anti-windup. Before the next tick.
+ *                         anti-windup. Before the next tick. Twice the same and clearly less than was put out is taken
+ *                         for the limit of the stage, until some ticks have passed.
+ * edo_smc_limit_NAME      from now on the power stage gives at most this u of either sign. A start forgets it: call it
+ *                         before each tick. EDO_SMC_NOT_FINITE for a number below 0 or none.
  * edo_smc_estimates_NAME  what is known at the instant of the last tick.
  * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again.
  * edo_smc_retune_NAME     another design, checked here once more, takes over before the coming tick, of which this is
@@ -410,6 +413,7 @@ EDO_SMC_PLANS(joint, 4)
                                            uint32_t periods);                                                          \
     edo_smc_status_t edo_smc_trip_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state);    \
     edo_smc_status_t edo_smc_report_applied_##name(edo_smc_state_##name##_t *state, float u);                          \
+    edo_smc_status_t edo_smc_limit_##name(edo_smc_state_##name##_t *state, float u);                                   \
     edo_smc_status_t edo_smc_estimates_##name(const edo_smc_design_##name##_t *design,                                 \
                                               const edo_smc_state_##name##_t *state,                                   \
                                               edo_smc_estimates_##plant##_t *estimates);                               \
@@ -418,14 +422,14 @@ EDO_SMC_PLANS(joint, 4)
                                            size_t design_size, edo_smc_state_##name##_t *state,                        \
                                            const edo_smc_sample_##plant##_t *sample);
 
-EDO_SMC_DRIVE(motor, motor, 61, 23)
-EDO_SMC_DRIVE(motor_fast, motor, 68, 25)
-EDO_SMC_DRIVE(motor_late, motor, 61, 24)
-EDO_SMC_DRIVE(motor_fast_late, motor, 68, 26)
-EDO_SMC_DRIVE(joint, joint, 103, 35)
-EDO_SMC_DRIVE(joint_fast, joint, 119, 39)
-EDO_SMC_DRIVE(joint_late, joint, 103, 36)
-EDO_SMC_DRIVE(joint_fast_late, joint, 119, 40)
+EDO_SMC_DRIVE(motor, motor, 63, 26)
+EDO_SMC_DRIVE(motor_fast, motor, 70, 28)
+EDO_SMC_DRIVE(motor_late, motor, 63, 27)
+EDO_SMC_DRIVE(motor_fast_late, motor, 70, 29)
+EDO_SMC_DRIVE(joint, joint, 105, 38)
+EDO_SMC_DRIVE(joint_fast, joint, 121, 42)
+EDO_SMC_DRIVE(joint_late, joint, 105, 39)
+EDO_SMC_DRIVE(joint_fast_late, joint, 121, 43)
 
 EDO_SMC_ASSERT(config_motor, sizeof(edo_smc_config_motor_t) == 8 * 27)
 EDO_SMC_ASSERT(config_joint, sizeof(edo_smc_config_joint_t) == 8 * 39)

@@ -285,9 +285,15 @@ unsafe fn is_waiting<D: Instance>(
     Ok(())
 }
 
+/// What the power stage holds or gives, for a running state.
+///
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
-pub(crate) unsafe fn report_applied<D: Instance>(state: *mut Held<D>, u: f32) -> Status {
+pub(crate) unsafe fn of_the_stage<D: Instance>(
+    state: *mut Held<D>,
+    u: f32,
+    takes: impl FnOnce(&mut <D::Law as ControlLaw>::State, f32) -> bool,
+) -> Status {
     if let Err(status) = place(state) {
         return status;
     }
@@ -297,7 +303,7 @@ pub(crate) unsafe fn report_applied<D: Instance>(state: *mut Held<D>, u: f32) ->
         return status;
     }
     // SAFETY: any bit pattern is a state whose flags are 0 or 1.
-    let taken = D::Law::report_applied(unsafe { held.state.assume_init_mut() }, u);
+    let taken = takes(unsafe { held.state.assume_init_mut() }, u);
     if taken { Status::OK } else { Status::NOT_FINITE }
 }
 

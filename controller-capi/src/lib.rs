@@ -119,7 +119,7 @@ macro_rules! instance {
             #[unsafe(export_name = concat!("edo_smc_report_applied_", stringify!($name)))]
             pub unsafe extern "C" fn report_applied(state: *mut ThisState, u: f32) -> Status {
                 // SAFETY: the caller's word.
-                unsafe { instance::report_applied(state, u) }
+                unsafe { instance::of_the_stage(state, u, <ThisDesign as Instance>::Law::report_applied) }
             }
 
             /// What is known at the instant of the last tick.
@@ -223,6 +223,16 @@ macro_rules! drives {
                 unsafe { instance::between(design, state, |law, state| ControlLaw::missed(law, state, periods)) }
             }
 
+            /// What the power stage gives at most.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a state.
+            #[unsafe(export_name = concat!("edo_smc_limit_", stringify!($name)))]
+            pub unsafe extern "C" fn limit(state: *mut ThisState, u: f32) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { instance::of_the_stage(state, u, <ThisDesign as Instance>::Law::limit) }
+            }
+
             /// What follows an alarm, from the next tick on.
             ///
             /// # Safety
@@ -272,14 +282,14 @@ macro_rules! drives {
 }
 
 drives! {
-    motor: drive::Motor<0, 0>, drive::MotorConfig, 61, 23;
-    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 68, 25;
-    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 61, 24;
-    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 68, 26;
-    joint: drive::Joint<0, 0>, drive::JointConfig, 103, 35;
-    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 119, 39;
-    joint_late: drive::Joint<0, 1>, drive::JointConfig, 103, 36;
-    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 119, 40;
+    motor: drive::Motor<0, 0>, drive::MotorConfig, 63, 26;
+    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 70, 28;
+    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 63, 27;
+    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 70, 29;
+    joint: drive::Joint<0, 0>, drive::JointConfig, 105, 38;
+    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 121, 42;
+    joint_late: drive::Joint<0, 1>, drive::JointConfig, 105, 39;
+    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 121, 43;
 }
 
 /// Plans of a plant: derivatives that a plan takes over, r included, and those of a target.

@@ -241,6 +241,10 @@ where
     fn report_applied(state: &mut Self::State, u: C::Scalar) -> bool {
         C::report_applied(&mut state.law, u)
     }
+    #[inline]
+    fn limit(state: &mut Self::State, u: C::Scalar) -> bool {
+        C::limit(&mut state.law, u)
+    }
     fn estimates(&self, state: &Self::State) -> C::Estimates {
         self.law.estimates(&state.law)
     }

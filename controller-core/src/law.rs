@@ -53,4 +53,9 @@ impl Limits {
         let least = if self.max < -self.min { self.max } else { -self.min };
         if least > 0.0 { least } else { 0.0 }
     }
+
+    /// The largest |u|.
+    pub(crate) const fn stronger(&self) -> f64 {
+        if self.max > -self.min { self.max } else { -self.min }
+    }
 }

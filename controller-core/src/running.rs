@@ -99,6 +99,14 @@ pub trait ControlLaw {
     /// taken.
     fn report_applied(state: &mut Self::State, u: Self::Scalar) -> bool;
 
+    /// From now on the power stage gives at most this |u|; `false` if the law has no such input, or takes no such
+    /// number.
+    #[inline]
+    fn limit(state: &mut Self::State, u: Self::Scalar) -> bool {
+        let _ = (state, u);
+        false
+    }
+
     /// Estimates at the instant of the last tick, in physical units.
     fn estimates(&self, state: &Self::State) -> Self::Estimates;
 
@@ -152,6 +160,10 @@ macro_rules! as_within {
         #[inline]
         fn report_applied(state: &mut Self::State, u: Self::Scalar) -> bool {
             <$within as $crate::ControlLaw>::report_applied(state, u)
+        }
+        #[inline]
+        fn limit(state: &mut Self::State, u: Self::Scalar) -> bool {
+            <$within as $crate::ControlLaw>::limit(state, u)
         }
         fn estimates(&$this, state: &Self::State) -> Self::Estimates {
             $law.estimates(state)
@@ -411,6 +423,18 @@ impl<D: ControlLaw> Running<D> {
     pub fn report_applied(&mut self, u: D::Scalar) -> bool {
         match &mut self.state {
             Some(state) => D::report_applied(state, u),
+            None => false,
+        }
+    }
+
+    /// From now on the power stage gives at most this |u|: it is hot, its supply is low, its brake resistor is full. The
+    /// law keeps to it and slows a far motion down by it. `u` over the limits of the design: no other limit than those.
+    /// The answer is `false` for a number below 0 or NaN, before the start, and of laws without such a limit. A start
+    /// forgets it, so call it before each tick.
+    #[inline]
+    pub fn limit(&mut self, u: D::Scalar) -> bool {
+        match &mut self.state {
+            Some(state) => D::limit(state, u),
             None => false,
         }
     }

@@ -295,7 +295,7 @@ const CONSTANTS: [(&str, &str); 52] = [
 ];
 
 /// What is said of a word of the state, by how its name begins.
-const WORDS: [(&str, &str); 21] = [
+const WORDS: [(&str, &str); 23] = [
     ("fresh", "no tick has passed since the start"),
     ("started", ""),
     ("last", "count of the last good sample"),
@@ -314,6 +314,8 @@ const WORDS: [(&str, &str); 21] = [
     ("doubt", "steps of the position lately, by their price; while it is fresh, agreements that are wanted"),
     ("offset", "W = sigma(0) e^(-alpha t)"),
     ("held", "what the actuator held since the last tick, A"),
+    ("limit", "what the power stage gives at most, A"),
+    ("reported", "the last report, A; below 0 where the limit was set, and no report changes it"),
     ("queued", "what it holds now, A"),
     ("g_", "g sin, g cos of the link"),
     ("", ""),
@@ -344,9 +346,9 @@ const fn followed(reaction: Reaction) -> &'static str {
 const fn tripped(reaction: Reaction) -> &'static str {
     match reaction {
         Reaction::Brake => include_str!("c/trip_brakes.h"),
-        Reaction::Fallback => "    monitor->stopped = true;\n",
+        Reaction::Fallback => "    (void)state;\n    monitor->stopped = true;\n",
         Reaction::GoOn | Reaction::JoinedStop { .. } => {
-            "    (void)monitor; /* it is told, or answered by a planned stop */\n"
+            "    (void)monitor; /* it is told, or answered by a planned stop */\n    (void)state;\n"
         }
     }
 }
@@ -437,6 +439,7 @@ impl C<'_> {
 {counts}{target}{late} *     unsigned health = @_tick_or_start(&state, &sample, &output);
  *     set_current(output.u);                             A
  *     @_report_applied(&state, held);                    only if it holds another current, not a late one
+ *     @_limit(&state, most);                             only if the stage gives less than the design supposes
 "
         );
         usage + &self.assembly.map_or_else(String::new, told)
@@ -667,7 +670,7 @@ impl C<'_> {
     /// What of a tick is looked at after it. Comparisons and counts of ticks, written by hand: bit by bit they are
     /// those of `controller_core::drive::Monitored` (test `export_drive`).
     fn monitors(&self) -> String {
-        let Thresholds { disturbance, sigma_star, ticks, brake, limits: [u_min, u_max], gain } =
+        let Thresholds { disturbance, sigma_star, ticks, brake, limits: [u_min, u_max], gain, per_gain } =
             &self.exported.thresholds;
         let reaction = self.exported.drive.designed.reaction();
         let does_brake = reaction == Reaction::Brake;
@@ -703,15 +706,31 @@ impl C<'_> {
         } else {
             let gave_up = "        if (is_lost) { /* what was believed is given up */\n            \
                            return told | @_watch_stop(monitor, output);\n        }\n";
-            let stops = filled(include_str!("c/stops.h"), &[("bits", &bits), ("then", &then)]);
+            let stops = filled(
+                include_str!("c/stops.h"),
+                &[("bits", &bits), ("then", &then), ("patience_ticks", &patience_ticks)],
+            );
             [include_str!("c/stop.h").into(), gave_up.into(), stops]
         };
         let [brake_text, brakes, braking, braking_zero] = if does_brake {
             let [slope, u_min, u_max, brake_ticks] =
                 [*brake, *u_min, *u_max, ticks.brake].map(|number| format!("{number:?}"));
+            // Of a joint the spring damps the link, and is not held against.
+            let (and_load, load) = match &disturbance[..] {
+                [bound] => (
+                    ", and the load within its bound",
+                    format!(
+                        "    float load = (state->d{driven} > {bound:?}f) ? {bound:?}f : state->d{driven};\n    \
+                         load = (load < -{bound:?}f) ? -{bound:?}f : load;\n    opposed -= {per_gain:?}f * load;\n"
+                    ),
+                ),
+                _ => ("", String::new()),
+            };
             let text = filled(
                 include_str!("c/brake.h"),
                 &[
+                    ("and_load", &and_load),
+                    ("load", &load),
                     ("slope", &slope),
                     ("u_min", &u_min),
                     ("u_max", &u_max),
@@ -726,8 +745,10 @@ impl C<'_> {
             );
             let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, \
                           output);\n    }\n";
-            let member = "    float braking; /* 1 and the ticks within the limits since it brakes */\n";
-            [text, brakes.into(), member.into(), "    monitor->braking = 0.0f;\n".into()]
+            let member = "    float braking; /* 1 and the ticks of braking within the limits without becoming slower */\n    \
+                          float begun; /* |v| when it began */\n";
+            let zeros = "    monitor->braking = 0.0f;\n    monitor->begun = 0.0f;\n";
+            [text, brakes.into(), member.into(), zeros.into()]
         } else {
             [String::new(), String::new(), String::new(), String::new()]
         };
@@ -861,6 +882,19 @@ static inline void @_missed(@_state *state, uint32_t periods)
         left--;
     }
 }
+
+/* From now on the power stage gives at most this current of either sign: it is hot, its supply is low, its brake
+ * resistor is full. The law keeps to it. A start forgets it: call it before each tick. False for a number below 0 or
+ * none, and before the start. */
+static inline bool @_limit(@_state *state, float current)
+{
+    const bool is_taken = state->started && (current >= 0.0f);
+    if (is_taken) {
+        state->limit = current;
+        state->reported = -1.0f;
+    }
+    return is_taken;
+}
 "),
         ];
         functions.concat()
@@ -930,7 +964,8 @@ float @_tick_u(@_state *state, const @_sample *sample);
             self.beside_a_tick(start_ticks, &nothing),
             self.function(
                 "Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
- * the only anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not
+ * the only anti-windup, and needed. Call it before the next tick. Twice the same and clearly less than was put out is
+ * taken for the limit of the stage, until some ticks have passed. A value that is not finite or beyond 1e12 is not
  * taken, nor any before the start, and the answer is false.",
                 "bool @_report_applied(@_state *state, float u)",
                 report_applied,

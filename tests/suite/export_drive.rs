@@ -147,6 +147,8 @@ const START: u32 = 2;
 const FORGET: u32 = 3;
 /// `lost`.
 const LOST: u32 = 4;
+/// `limit`.
+const LIMIT: u32 = 5;
 
 fn design_of(text: &str) -> DriveDesign {
     let source = Source { file: "it", text, sets: &[] };
@@ -368,6 +370,7 @@ where
             1 if rng.chance(0.2) => START,
             2..=4 => LOST,
             5..=24 => REPORT,
+            45..=47 => LIMIT,
             _ => TICK,
         };
         if what == FORGET || what == START {
@@ -376,8 +379,12 @@ where
         wanted.begin_near(running.estimates().as_ref());
         let (turns, jets) = wanted.next(&mut rng);
         let (counts, lost) = counters.next(&mut rng, plant.steps(unit_rad), &mounting);
-        let current =
-            if rng.chance(0.03) { EDGES[rng.integer(0, EDGES.len() - 1)] } else { rng.within(-10.0, 10.0) as f32 };
+        let current = match what {
+            // As much as the design supposes.
+            LIMIT if rng.chance(0.5) => 1e9,
+            _ if rng.chance(0.03) => EDGES[rng.integer(0, EDGES.len() - 1)],
+            _ => rng.within(-10.0, 10.0) as f32,
+        };
         let sample = Sample {
             counts: core::array::from_fn(|i| (!lost[i]).then(|| mounting[i].upright(counts[i]))),
             begin: A::told(&target(turns[0], jets[0])),
@@ -387,6 +394,10 @@ where
         match what {
             REPORT => {
                 answers.push(u32::from(running.report_applied(current)));
+                answers.extend([0; 3]);
+            }
+            LIMIT => {
+                answers.push(u32::from(running.limit(current)));
                 answers.extend([0; 3]);
             }
             START if law.start(&sample).is_none() => answers.extend([0; 4]),
@@ -430,7 +441,7 @@ where
         let [_, started, ref state @ .., _] = all[..] else { panic!("words of a running drive") };
         // What the monitors count together is no member in C.
         // Nor is that it brakes, where it does not.
-        let is_member = |k: usize| k != 1 && (k != 8 || does_brake);
+        let is_member = |k: usize| k != 1 && (!(8..=9).contains(&k) || does_brake);
         let state: Vec<u32> = state.iter().enumerate().filter(|(k, _)| is_member(*k)).map(|(_, word)| *word).collect();
         let length = if started == 1 { state.len() } else { words };
         let known = running.estimates();
@@ -560,6 +571,7 @@ int main(void)
 {counts}{lost}{targets}
             switch (ask->what) {{
             case {REPORT}: said = edo_smc_report_applied(&state, ask->current); break;
+            case {LIMIT}: said = edo_smc_limit(&state, ask->current); break;
             case {START}:
                 said = 0u;
                 if (edo_smc_start(&state, &sample)) {{

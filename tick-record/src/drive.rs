@@ -13,7 +13,7 @@
 
 use controller_core::drive::{
     Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, FullState, Hold, JointDesign, JointDrive, JointModel,
-    Measured, MotorDesign, MotorDrive, MotorModel, Mounting, NumberName, Position, Sample, Speed, Target,
+    Measured, MotorDesign, MotorDrive, MotorModel, Mounting, NumberName, Position, Sample, Speed, Target, Watched,
 };
 use controller_core::{ControlLaw, Controller, Health, Linear, Output, Real, Words as _, as_within};
 
@@ -50,6 +50,8 @@ pub struct DriveFunctions {
     pub followed: Record,
     /// After a tick in which a count was missing: counts go along with the prediction.
     pub carry: Record,
+    /// The limits of u with that of the power stage, `u_low` and `u_high`.
+    pub limits: Record,
     /// [`Running::report_applied`](controller_core::Running::report_applied).
     pub report_applied: Record,
     /// [`Running::estimates`](controller_core::Running::estimates); zeros and the answer "no" before the start.
@@ -184,7 +186,7 @@ fn state_names(shafts: &[&str], pushed: &[&str], states: usize, has_fast: bool, 
     all.push("reach".into());
     all.extend(of(&["missed"], shafts));
     all.extend(of(&["off"], shafts));
-    all.extend(["doubt", "offset", "held"].map(String::from));
+    all.extend(["doubt", "offset", "held", "limit", "reported"].map(String::from));
     if is_late {
         all.push("queued".into());
     }
@@ -318,6 +320,11 @@ where
         law.law.follow(state);
     });
     let carry = part(&going_on, &|_, law, state| law.law.carry(state));
+    let limits = part(&going_on, &|recorder, law, state| {
+        let [low, high] = law.law.range(state);
+        recorder.put("u_low", Role::Between, low);
+        recorder.put("u_high", Role::Between, high);
+    });
     DriveFunctions {
         state: words.ports(),
         between,
@@ -332,6 +339,7 @@ where
         follow,
         followed,
         carry,
+        limits,
         report_applied,
         estimates,
         reset,

@@ -99,8 +99,11 @@ impl<const E: usize> Watched<E> for AnyLaw<E> {
     fn per_gain(&self) -> Symbol {
         argument("per_gain")
     }
-    fn range(&self) -> [Symbol; 2] {
+    fn nominal_limits(&self) -> [Symbol; 2] {
         ["u_min", "u_max"].map(argument)
+    }
+    fn range(&self, _: &Seen<E>) -> [Symbol; 2] {
+        self.nominal_limits()
     }
     fn put_instead(_: &mut Seen<E>, _: Symbol) {}
     fn per_rad(&self, _: usize) -> Symbol {
@@ -262,14 +265,14 @@ pub fn state(shafts: usize) -> Vec<Port> {
 }
 
 /// Joins the tick of a drive with its monitors, of the records of its `tick`, of what it puts out before it has
-/// started, and of the monitors ([`monitor`]). `before` is the state that it begins with, of all words of it; `shafts`
+/// started, of its `limits`, and of the monitors ([`monitor`]). `before` is the state that it begins with, of all words of it; `shafts`
 /// is what the name of each disturbance ends with.
 ///
 /// # Panics
 /// If the records are not those of a drive and of monitors for so many shafts.
 pub fn watched(
     joined: &mut Joined,
-    [tick, not_started, monitors]: [&Record; 3],
+    [tick, not_started, limits, monitors]: [&Record; 4],
     before: &[(Port, Id)],
     shafts: &[&str],
 ) -> Vec<(Port, Id)> {
@@ -281,7 +284,10 @@ pub fn watched(
         let port = tick.inputs.iter().find(|port| port.name == name);
         port.map(|port| joined.input(&port.name, port.role, port.kind))
     };
-    let [gain, per_gain, u_min, u_max] = ["model_b", "per_b", "u_min", "u_max"].map(&mut of_law);
+    let [gain, per_gain] = ["model_b", "per_b"].map(&mut of_law);
+    let limits =
+        joined.call(limits, &|port| if port.role == Role::State { told.get(&port.name, port.role) } else { None });
+    let [u_min, u_max] = ["u_low", "u_high"].map(|name| limits.get(name, Role::Between));
     let driven = shafts.last().map(|shaft| format!("v{shaft}")).unwrap_or_default();
     let given = |port: &Port| match (port.name.as_str(), port.role) {
         ("fallback", _) => fallback,

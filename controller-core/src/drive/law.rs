@@ -39,8 +39,14 @@
 //!   count; when that has gone on for more ticks than samples may be missing, the fallback goes out until the counts
 //!   have agreed with each other, and the observers start again there. An offset that asks for more than 256 times the
 //!   span of the limits is replaced by σ, as at the start; a smaller one decays with α.
-//! * What no sensor tells cannot be found again: the whole turn, and on an incremental encoder the angle. A state with
-//!   other words there is a loop at another place. Their checksum in [`words`](crate::Running::words) is for that.
+//! * What no sensor tells cannot be found again: the whole turn, the limit of the power stage, and on an incremental
+//!   encoder the angle. A state with other words there is a loop at another place. Their checksum in
+//!   [`words`](crate::Running::words) is for that.
+//!
+//! # Limits that change
+//! A power stage may give less than the design supposes ([`Running::limit`](crate::Running::limit)): u stays within
+//! that, and `far` is as much smaller, so the speed along σ = 0 is one that the present current brakes. Such a tick goes
+//! the rare way.
 
 use core::marker::PhantomData;
 
@@ -167,6 +173,11 @@ pub(crate) const BRAKING: f64 = 0.6;
 /// A quarter of a turn, rad.
 pub(crate) const QUARTER_TURN: f64 = core::f64::consts::FRAC_PI_2;
 
+/// A limit of the power stage that was found from reports rises by this part of that of the design in a tick.
+const RISE: f64 = 1.0 / 16.0;
+/// It is found where less was given than was put out by this part of the limit.
+const SHORT: f64 = 1.0 / 32.0;
+
 /// Samples in a row that were not used before a count at rest is believed to be a step.
 const AT_REST: f64 = 8.0;
 
@@ -180,6 +191,8 @@ fields! {
         c: [T; N],
         /// Of a larger e_1 less and less counts: a target further away is approached at a speed that u can brake.
         far: T,
+        /// That by the larger of the limits of u.
+        far_per_u: T,
         /// Entry 0 is 0 and not read.
         kx: [T; N],
         /// ff/b on Δr, Δr', ..
@@ -204,6 +217,8 @@ fields! {
         turn as "full_turn": T,
         u_min: T,
         u_max: T,
+        /// The larger |u| of both.
+        most: T,
         /// Largest |u| that is asked for without a doubt.
         plausible: T,
         /// A rejected tick gives hold u + fallback.
@@ -247,9 +262,11 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
             Fallback::HoldLast => (1.0, 0.0),
             Fallback::Safe(u) => (0.0, u),
         };
+        let most = limits.stronger();
         Self {
             c: rows.c,
             far,
+            far_per_u: far / most,
             kx: rows.kx,
             c_d,
             c_growth,
@@ -266,6 +283,7 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
             turn: core::f64::consts::TAU,
             u_min: limits.min,
             u_max: limits.max,
+            most,
             plausible: design::plausible(limits),
             hold,
             fallback,
@@ -787,19 +805,44 @@ where
 
     /// Is the target so far away, or no number, that the law must not go for it as it does near it?
     #[inline(always)]
-    fn is_far(&self, errors: &Errors<T, N>) -> bool {
-        let is_near = errors.e[0].abs() <= self.row.far;
+    fn is_far(&self, errors: &Errors<T, N>, far: T) -> bool {
+        let is_near = errors.e[0].abs() <= far;
         A::POSITION && !is_near
+    }
+
+    /// The limits of u, lower and upper, with what the power stage gives at most.
+    #[inline(always)]
+    pub(crate) fn present_limits(&self, state: &StateOf<Self>) -> [T; 2] {
+        let (k, limit) = (&self.row, state.limit.abs());
+        let u_min = if k.u_min < -limit { -limit } else { k.u_min };
+        [u_min, if k.u_max > limit { limit } else { k.u_max }]
+    }
+
+    /// `far` for that.
+    #[inline(always)]
+    fn present_far(&self, state: &StateOf<Self>) -> T {
+        let (k, limit) = (&self.row, state.limit.abs());
+        if limit < k.most { k.far_per_u * limit } else { k.far }
+    }
+
+    /// A limit that was found from reports rises again tick by tick.
+    #[inline(always)]
+    fn relax(&self, state: &mut StateOf<Self>) {
+        let most = self.row.most;
+        let higher = state.limit.abs() + T::from_f64(RISE) * most;
+        if state.reported >= T::ZERO {
+            state.limit = if higher < most { higher } else { most };
+        }
     }
 
     /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed.
     /// From `far` on it counts less and less, so that four times the way is done at twice the speed: along chords of
     /// $v = \sqrt{2 a |e_1|}$, from which a steady braking comes to rest. Beyond 256 times `far` the speed stays.
-    fn approached(&self, mut errors: Errors<T, N>) -> Errors<T, N> {
-        if !self.is_far(&errors) {
+    fn approached(&self, mut errors: Errors<T, N>, far: T) -> Errors<T, N> {
+        if !self.is_far(&errors, far) {
             return errors;
         }
-        let (away, mut counts) = (errors.e[0], self.row.far);
+        let (away, mut counts) = (errors.e[0], far);
         let (mut left, mut chord, mut gain) = (away.abs() - counts, T::from_f64(3.0) * counts, T::from_f64(1.0 / 3.0));
         for _ in 0..CHORDS {
             let part = T::HALF * lesser(left, chord);
@@ -831,6 +874,8 @@ where
             doubt: T::ZERO,
             offset: T::ZERO,
             held: T::ZERO,
+            limit: self.row.most,
+            reported: T::ZERO,
             queued: [T::ZERO; LATE],
             fresh: true,
         };
@@ -1044,12 +1089,18 @@ where
     ) -> Output<T> {
         let known = self.known(state, seen, before);
         let errors = self.errors(&known, state.turn, &sample.begin);
-        let is_far = self.is_far(&errors);
+        let (far, limits) = (self.present_far(state), self.present_limits(state));
+        let is_far = self.is_far(&errors, far);
         if is_far && !is_sound(errors.e[0]) {
             return self.refuse(state, Health::OK);
         }
-        let asked = self.asked(&known, &self.approached(errors), &sample.begin, &sample.end, None);
-        let output = if begins { self.start_offset(state, asked.sigma, asked.bare) } else { self.answer(state, asked) };
+        let asked = self.asked(&known, &self.approached(errors, far), &sample.begin, &sample.end, None);
+        let output = if begins {
+            self.start_offset(state, asked.sigma, asked.bare, limits)
+        } else {
+            self.answer(state, asked, limits)
+        };
+        self.relax(state);
         if is_far { Self::without_sigma_star(output) } else { output }
     }
 
@@ -1069,11 +1120,12 @@ where
     ) -> Output<T> {
         let known = self.known(state, seen, &before);
         let errors = self.errors(&known, state.turn, &sample.begin);
-        if self.is_far(&errors) {
+        if self.is_far(&errors, self.row.far) {
             // All of it once more: what is handed over would have to be kept in every tick.
             return self.ask_far(state, sample, [before; LATE]);
         }
-        self.answer(state, self.asked(&known, &errors, &sample.begin, &sample.end, None))
+        let limits = [self.row.u_min, self.row.u_max];
+        self.answer(state, self.asked(&known, &errors, &sample.begin, &sample.end, None), limits)
     }
 
     /// Far from the target.
@@ -1093,34 +1145,34 @@ where
     }
 
     #[inline(always)]
-    fn answer(&self, state: &mut StateOf<Self>, asked: Asked<T>) -> Output<T> {
+    fn answer(&self, state: &mut StateOf<Self>, asked: Asked<T>, limits: [T; 2]) -> Output<T> {
         let k = &self.row;
         let Asked { sigma, bare } = asked;
         let sigma_star = (sigma - state.offset).called("sigma_star", 0);
         let demand = (bare + k.k_offset * state.offset + k.us * sigma).called("demand", 0);
         let is_plausible = demand.abs() <= k.plausible;
         if !is_plausible {
-            return self.start_offset(state, sigma, bare);
+            return self.start_offset(state, sigma, bare, limits);
         }
-        self.put_out(state, sigma, sigma_star, demand)
+        self.put_out(state, [sigma, sigma_star, demand], limits)
     }
 
     /// Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
     #[cold]
     #[inline(never)]
-    fn start_offset(&self, state: &mut StateOf<Self>, sigma: T, bare: T) -> Output<T> {
+    fn start_offset(&self, state: &mut StateOf<Self>, sigma: T, bare: T, limits: [T; 2]) -> Output<T> {
         let demand = bare + self.row.kw * sigma;
         if !is_sound(demand) {
             return self.refuse(state, Health::OK);
         }
         state.offset = sigma;
-        self.put_out(state, sigma, T::ZERO, demand)
+        self.put_out(state, [sigma, T::ZERO, demand], limits)
     }
 
     #[inline(always)]
-    fn put_out(&self, state: &mut StateOf<Self>, sigma: T, sigma_star: T, demand: T) -> Output<T> {
-        let k = &self.row;
-        let u = demand.limited(k.u_min, k.u_max).called("u", 0);
+    fn put_out(&self, state: &mut StateOf<Self>, asked: [T; 3], [u_min, u_max]: [T; 2]) -> Output<T> {
+        let ([sigma, sigma_star, demand], k) = (asked, &self.row);
+        let u = demand.limited(u_min, u_max).called("u", 0);
         T::section("6. Memory.");
         Self::hold(state, u);
         state.offset -= k.decay * state.offset;
@@ -1163,7 +1215,8 @@ where
     fn fallback(&self, state: &StateOf<Self>) -> T {
         let last = if LATE == 1 { state.queued[0] } else { state.held };
         let last = if is_sound(last) { last } else { T::ZERO };
-        (self.row.hold * last + self.row.fallback).limited(self.row.u_min, self.row.u_max)
+        let [u_min, u_max] = self.present_limits(state);
+        (self.row.hold * last + self.row.fallback).limited(u_min, u_max)
     }
 
     /// Estimates of another design in the units of this one, such that the acceleration of every block is what it was;
@@ -1325,7 +1378,8 @@ where
         if !errors.e.iter().all(|&e| is_sound(e)) {
             return None;
         }
-        state.offset = self.asked(&known, &self.approached(errors), &sample.begin, &sample.end, None).sigma;
+        state.offset =
+            self.asked(&known, &self.approached(errors, self.row.far), &sample.begin, &sample.end, None).sigma;
         (is_sound(state.offset) && d.iter().all(|&d| is_sound(d))).then_some(state)
     }
 
@@ -1348,7 +1402,9 @@ where
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Output<T> {
         let before = state.push;
-        let ordinary = if state.fresh { None } else { self.observe(state, &sample.counts) };
+        // A limit of the power stage is rare.
+        let ordinary =
+            if state.fresh || state.limit < self.row.most { None } else { self.observe(state, &sample.counts) };
         // All the rest of a tick is in both ways: behind a common end everything would be loaded again.
         match ordinary {
             Some(seen) => self.ask(state, sample, seen, before),
@@ -1383,11 +1439,30 @@ where
         }
     }
 
+    /// A stage that has twice in a row given the same, and clearly less than was put out, gives no more: that is its
+    /// limit, until a report shows more or some ticks have passed.
     #[inline]
     fn report_applied(state: &mut Self::State, u: T) -> bool {
         let taken = is_sound(u);
         if taken {
+            let given = u.abs();
+            let is_short = state.held.abs() - given > T::from_f64(SHORT) * state.limit;
+            if state.reported >= T::ZERO {
+                if given == state.reported && is_short {
+                    state.limit = given;
+                }
+                state.reported = given;
+            }
             state.held = u;
+        }
+        taken
+    }
+
+    #[inline]
+    fn limit(state: &mut Self::State, u: T) -> bool {
+        let taken = u >= T::ZERO;
+        if taken {
+            (state.limit, state.reported) = (u, T::from_f64(-1.0));
         }
         taken
     }
@@ -1445,9 +1520,9 @@ where
         let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
         let before = Known { x, d, growth, seen };
         let Sample { begin, end, .. } = sample;
-        let errors = self.approached(self.errors(&now, new.turn, begin));
+        let errors = self.approached(self.errors(&now, new.turn, begin), self.present_far(&new));
         let asked = self.asked(&now, &errors, begin, end, None);
-        let errors = from.approached(from.errors(&before, new.turn, begin));
+        let errors = from.approached(from.errors(&before, new.turn, begin), from.present_far(&new));
         let wanted = from.asked(&before, &errors, begin, end, (!same_period).then_some(pace));
         let wanted = wanted.bare + from.row.kw * new.offset + from.row.us * (wanted.sigma - new.offset);
         let offset = (wanted - (asked.bare + k.us * asked.sigma)) / (k.kw - k.us);
@@ -1458,6 +1533,9 @@ where
             return Err(RetuneError::OffsetOutOfRange);
         }
         new.offset = if self.at_rest { T::ZERO } else { offset };
+        if new.limit >= from.row.most && new.reported >= T::ZERO {
+            new.limit = k.most;
+        }
         if !state.fresh {
             // Of a state that is fresh it would be a wait.
             new.doubt = T::ZERO;

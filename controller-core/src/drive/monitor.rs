@@ -165,8 +165,11 @@ pub trait Watched<const E: usize>: ControlLaw<Output = Output<<Self as ControlLa
     /// 1 by that.
     fn per_gain(&self) -> Self::Scalar;
 
-    /// The limits of u, lower and upper.
-    fn range(&self) -> [Self::Scalar; 2];
+    /// The limits of u of the design, lower and upper.
+    fn nominal_limits(&self) -> [Self::Scalar; 2];
+
+    /// The present ones.
+    fn range(&self, state: &Self::State) -> [Self::Scalar; 2];
 
     /// This goes out instead of what the law has put out, and the law begins anew from there.
     fn put_instead(state: &mut Self::State, u: Self::Scalar);
@@ -200,9 +203,13 @@ where
         self.row.per_b
     }
 
-    #[inline(always)]
-    fn range(&self) -> [T; 2] {
+    fn nominal_limits(&self) -> [T; 2] {
         [self.row.u_min, self.row.u_max]
+    }
+
+    #[inline(always)]
+    fn range(&self, state: &StateOf<Self>) -> [T; 2] {
+        self.present_limits(state)
     }
 
     #[inline(always)]
@@ -238,9 +245,13 @@ impl<L: Watched<E>, const E: usize> Watched<E> for &L {
         (**self).per_gain()
     }
 
+    fn nominal_limits(&self) -> [L::Scalar; 2] {
+        (**self).nominal_limits()
+    }
+
     #[inline(always)]
-    fn range(&self) -> [L::Scalar; 2] {
-        (**self).range()
+    fn range(&self, state: &L::State) -> [L::Scalar; 2] {
+        (**self).range(state)
     }
 
     #[inline(always)]
@@ -548,7 +559,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn slowing(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> (L::Scalar, bool) {
-        let [u_min, u_max] = self.law.range();
+        let [u_min, u_max] = self.law.range(&state.within);
         let mut asked = -(self.brake * L::speed(&state.within));
         if E == 1 {
             let bound = self.disturbance[0];
@@ -590,7 +601,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         (slowing, is_short): (L::Scalar, bool),
     ) {
         let over = self.sides(state);
-        let (speed, [u_min, u_max]) = (L::speed(&state.within).abs(), self.law.range());
+        let (speed, [u_min, u_max]) = (L::speed(&state.within).abs(), self.law.range(&state.within));
         let (asks, span) = ((self.brake * speed).abs(), u_max - u_min);
         if is_short {
             self.at_limit(state, &over, [speed, slowing], false);
@@ -860,6 +871,11 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
     #[inline]
     fn report_applied(state: &mut Self::State, u: L::Scalar) -> bool {
         L::report_applied(&mut state.within, u)
+    }
+
+    #[inline]
+    fn limit(state: &mut Self::State, u: L::Scalar) -> bool {
+        L::limit(&mut state.within, u)
     }
 
     fn estimates(&self, state: &Self::State) -> L::Estimates {

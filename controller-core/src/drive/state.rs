@@ -36,6 +36,10 @@ where
     pub(crate) offset: T,
     /// What the actuator held since the last tick.
     pub(crate) held: T,
+    /// What the power stage gives at most, |u|; that of the design without a limit of its own.
+    pub(crate) limit: T,
+    /// |u| of the last report; below 0 where the limit was set, and no report changes it.
+    pub(crate) reported: T,
     /// With a tick of delay: what it holds now.
     pub(crate) queued: [T; LATE],
     /// The estimates are those of the coming sample already: after the start, and after a re-tune.
@@ -60,11 +64,12 @@ where
     M: ChainModel<T, E, N>,
 {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let Self { last, at, turn, x, push, alert, reach, missed, off, doubt, offset, held, queued, fresh } = self;
+        let Self { last, at, turn, x, push, alert, reach, missed, off, doubt, offset, .. } = self;
+        let Self { held, limit, reported, queued, fresh, .. } = self;
         let counts = last.iter().chain(at).chain([turn]).copied().map(Count::to_word);
         let alert = alert.as_flattened().as_flattened();
         let numbers = x.as_flattened().iter().chain(alert).chain([reach]).chain(missed).chain(off);
-        let numbers = numbers.chain([doubt, offset, held]).chain(queued).flat_map(each_word);
+        let numbers = numbers.chain([doubt, offset, held, limit, reported]).chain(queued).flat_map(each_word);
         [u32::from(*fresh)].into_iter().chain(counts).chain(push.words()).chain(numbers)
     }
 
@@ -94,13 +99,15 @@ where
             doubt: T::ZERO,
             offset: T::ZERO,
             held: T::ZERO,
+            limit: T::ZERO,
+            reported: T::ZERO,
             queued: [T::ZERO; LATE],
             fresh,
         };
-        let Self { x, alert, reach, missed, off, doubt, offset, held, queued, .. } = &mut state;
+        let Self { x, alert, reach, missed, off, doubt, offset, held, limit, reported, queued, .. } = &mut state;
         let alert = alert.as_flattened_mut().as_flattened_mut();
         let numbers = x.as_flattened_mut().iter_mut().chain(alert).chain([reach]).chain(missed).chain(off);
-        for number in numbers.chain([doubt, offset, held]).chain(queued) {
+        for number in numbers.chain([doubt, offset, held, limit, reported]).chain(queued) {
             *number = next(words)?;
         }
         Some(state)

@@ -1,29 +1,44 @@
 /* From the next tick on it brakes. */
-static inline void @_watch_brakes(@_monitor *monitor)
+static inline void @_watch_brakes(@_monitor *monitor, const @_state *state)
 {
     monitor->braking = 1.0f;
+    monitor->begun = @_magnitude(state->v$shaft$);
     monitor->stuck = 0.0f;
     monitor->over = 0.0f;
 }
 
-/* A tick of a drive that brakes: the current opposes the speed, which is what must fall at a limit. */
+/* A tick of a drive that brakes: the current opposes the speed$and_load$. At a limit the speed must fall. */
 static inline unsigned @_brake(@_monitor *monitor, @_state *state, unsigned told, @_output *output)
 {
-    const bool is_lost = (told & @@_SAMPLE_LOST) != 0u;
-    const float opposed = -($slope$f * state->v$shaft$);
-    const float asked = (@_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
-    float slowing = (asked > $u_max$f) ? $u_max$f : asked;
-    slowing = (slowing < $u_min$f) ? $u_min$f : slowing;
+    @@_AS_WRITTEN
+    const unsigned blind = @@_SAMPLE_LOST | @@_INPUT_REJECTED;
+    const float limit = @_magnitude(state->limit);
+    const float u_max = ($u_max$f > limit) ? limit : $u_max$f;
+    const float u_min = ($u_min$f < -limit) ? -limit : $u_min$f;
+    const float speed = @_magnitude(state->v$shaft$);
+    const float asks = @_magnitude($slope$f * speed);
+    const float span = u_max - u_min;
+    float opposed = -($slope$f * state->v$shaft$);
+$load$    const float asked = (@_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
+    float slowing = (asked > u_max) ? u_max : asked;
+    slowing = (slowing < u_min) ? u_min : slowing;
     const bool is_short = slowing != asked;
     bool has_changed = false;
 $looks$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
     if (is_short) {
-        @_watch_limit(monitor, state, @_magnitude(state->v$shaft$), slowing, is_lost$overs$);
+        @_watch_limit(monitor, state, speed, slowing, false$overs$);
+        /* Faster than at the beginning: that is no brake. */
+        if (asks > ((1.25f * @_magnitude($slope$f * monitor->begun)) + (0.5f * span))) {
+            monitor->stuck += $stuck_ticks$f;
+        }
     } else {
         @_watch_within(monitor);
-        monitor->braking += 1.0f;
+        if ((speed >= monitor->last_sigma) || (asks <= (0.0078125f * span))) {
+            monitor->braking += 1.0f;
+        }
+        monitor->last_sigma = speed;
     }
-    @_watch_over(monitor, is_lost && ((told & @@_INPUT_REJECTED) != 0u));
+    @_watch_over(monitor, (told & blind) == blind);
     const bool is_stuck = monitor->stuck > $stuck_ticks$f;
     unsigned health = told | (is_stuck ? (unsigned)@@_STUCK_AT_LIMIT : 0u);
     if (is_stuck || (monitor->over > $patience_ticks$f) || (monitor->braking > $brake_ticks$f)) {

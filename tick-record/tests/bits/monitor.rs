@@ -82,7 +82,12 @@ fn the_joined_tick_is_that_of_the_drive(stops_at: Health) -> u16 {
     let mut joined = Joined::default();
     let before: Vec<(Port, Id)> =
         words.iter().map(|port| (port.clone(), joined.input(&port.name, port.role, port.kind))).collect();
-    let results = watched(&mut joined, [&tick, &functions.not_started, &monitor::<1>(stops_at)], &before, &[""]);
+    let results = watched(
+        &mut joined,
+        [&tick, &functions.not_started, &functions.limits, &monitor::<1>(stops_at)],
+        &before,
+        &[""],
+    );
     let record = joined.record(results);
 
     let gain = MOTOR.input_gain() as f32;

@@ -34,6 +34,8 @@ pub struct Thresholds {
     pub limits: [f32; 2],
     /// What one unit of u adds to the acceleration of the driven shaft, in the unit of its block.
     pub gain: f32,
+    /// 1 by that, as the law has it.
+    pub per_gain: f32,
 }
 
 /// What is done with a law of any of the types that a drive may have.
@@ -88,9 +90,9 @@ impl<const E: usize, const N: usize> Use<E, N> for Watch {
     type Out = (Bounds<E>, Thresholds);
 
     fn of<L: Watched<E> + DriveLaw<E, N>>(self, law: L, bounds: &Bounds<E>) -> Self::Out {
-        let (gain, limits) = (law.gain(), law.range());
+        let (gain, per_gain, limits) = (law.gain(), law.per_gain(), law.nominal_limits());
         let (disturbance, [sigma_star, brake], ticks) = Monitored::new(law, bounds).thresholds();
-        (*bounds, Thresholds { disturbance: disturbance.into(), sigma_star, ticks, brake, limits, gain })
+        (*bounds, Thresholds { disturbance: disturbance.into(), sigma_star, ticks, brake, limits, gain, per_gain })
     }
 }
 

@@ -76,7 +76,8 @@ impl Watched {
     pub(crate) fn ticked(&self, joined: &mut Joined, before: &[(Port, Id)]) -> Vec<(Port, Id)> {
         let one = self.shafts.len() == 1;
         let monitors = if one { monitor::monitor::<1>(BRAKING) } else { monitor::monitor::<2>(BRAKING) };
-        monitor::watched(joined, [&self.tick, &self.functions.not_started, &monitors], before, &self.shafts)
+        let DriveFunctions { not_started, limits, .. } = &self.functions;
+        monitor::watched(joined, [&self.tick, not_started, limits, &monitors], before, &self.shafts)
     }
 
     /// The words of the state as inputs.
