@@ -153,6 +153,13 @@ pub trait Real:
         let below = if self > max { max } else { self };
         if below < min { min } else { below }
     }
+
+    /// self, or most if that is less, by one compare-and-select: no second way through a tick. A NaN stays a NaN.
+    #[inline(always)]
+    #[must_use]
+    fn at_most(self, most: Self) -> Self {
+        if self > most { most } else { self }
+    }
 }
 
 macro_rules! real {

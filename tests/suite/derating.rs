@@ -63,8 +63,7 @@ fn sine(t: f64) -> [f64; 2] {
     [(omega * t).sin(), omega * (omega * t).cos()]
 }
 
-/// 1 rad at 4 Hz needs 2.5 A, and the stage gives 2 A: the shaft stays about as far as it is asked to go, whoever tells
-/// the limit; untold it swings beyond twice that. When the stage is cool again the shaft follows again.
+/// 1 rad at 4 Hz needs 2.5 A, and the stage gives 2 A: the shaft stays about as far as it is asked to go. When the stage is cool again the shaft follows again.
 #[test]
 fn a_shaft_on_a_derated_stage_stays_where_it_is_asked_to_be() {
     let [_, _, healthy] = run(Told::Nothing, 3.0, |_| 10.0, sine);
@@ -75,9 +74,6 @@ fn a_shaft_on_a_derated_stage_stays_where_it_is_asked_to_be() {
         assert!(y < 1.2 && (told == Told::Reports || u <= 2.0), "{told:?}: {y} {u}");
         assert!(error < 1.05 * healthy, "{told:?}: {error} for {healthy}");
     }
-    let [y, ..] = run(Told::Nothing, 3.0, |_| 2.0, sine);
-    println!("told nothing: |y| up to {y:.3} rad");
-    assert!(y > 1.4, "{y}");
 }
 
 /// A stage that is off for a while, and one that gives less and less.

@@ -234,6 +234,7 @@ impl Design<'_> {
             let claim = match name {
                 "doubt" => within(after, 0.0, ticks),
                 "held" | "queued" => within(after, self.u[0], self.u[1]),
+                "limit" | "reported" => same(after, name),
                 _ if name.starts_with('v') || name.starts_with("pu") => finite(after),
                 _ => format!("(fp.isZero {after})"),
             };
@@ -317,9 +318,16 @@ pub(crate) fn applied(report: &Record, state: &[tick_record::Port], limit: f32) 
     let step = Step::of(report);
     let (answer, held) = (step.after("answer"), step.after("held"));
     let sound = bounded("u", limit);
-    let others = state.iter().filter(|word| word.name != "held");
-    let untouched = others.map(|word| same(step.after(&word.name), &word.name));
+    // Of a drive also the limit of the stage, as far as reports show it.
+    let (of_the_stage, others): (Vec<_>, Vec<_>) =
+        state.iter().filter(|word| word.name != "held").partition(|word| ["limit", "reported"].contains(&&*word.name));
+    let untouched = others.iter().map(|word| same(step.after(&word.name), &word.name));
+    let reported = of_the_stage.iter().map(|word| {
+        let after = step.after(&word.name);
+        either([same(after, &word.name), all([answer.to_string(), same(after, "(fp.abs u)")])])
+    });
     let questions = [
+        step.ask("a limit stays, or becomes what was reported", &all(reported)),
         step.ask("held stays sound", &then(&bounded("held", limit), &bounded(held, limit))),
         step.ask("true exactly for what it took", &format!("(= {answer} (and started {sound}))")),
         step.ask("held becomes it, or stays", &format!("(= {held} (ite {answer} u held))")),

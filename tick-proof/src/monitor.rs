@@ -48,7 +48,7 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
     vec![
         each(
             "u is the law's, a brake within the limits, or the fallback where the drive has stopped, any bits",
-            &outputs,
+            &|part, step| outputs(telling, part, step),
         ),
         each("a drive that has stopped stays so and says so", &|_, step| {
             let stays = [step.after("stopped"), step.after("stopped_now")].map(String::from);
@@ -105,7 +105,11 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
              are given up stop it; nothing else does",
             &follows,
         ),
-        each("a brake ends: after its ticks within the limits, or where the speed does not fall at one", &ends),
+        each(
+            "a brake ends: each tick within the limits is slower than the one before or counts, and where the speed does \
+             not fall at a limit",
+            &ends,
+        ),
         each("what the law says is handed on", &|_, step| {
             let claim = |(law, flag): (&str, &str)| {
                 let same = format!("(= {} {law})", step.after(flag));
@@ -116,7 +120,10 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
         }),
         each("its words stay finite: the counters within 2^24, |sigma| as the law's", &|part, step| {
             let [low, high] = [0.0, COUNTED];
-            let counter = |name: &str| then(&within(name, low, high), &within(step.after(name), low, high));
+            let counter = |name: &str| {
+                let supposed = all([within(name, low, high), within("stuck_ticks", low, high / 2.0)]);
+                then(&supposed, &within(step.after(name), low, high))
+            };
             let sound = all(["last_sigma", "law_sigma", "v"].map(finite));
             let mut claims = vec![("stuck", counter("stuck")), ("over", counter("over"))];
             claims.push(("last", then(&sound, &finite(step.after("last_sigma")))));
@@ -147,7 +154,8 @@ fn over_bounds(telling: &Record, part: &str, step: &Step) -> Claims {
 /// That a brake comes to its end.
 fn ends(part: &str, step: &Step) -> Claims {
     let one_more = same(step.after("braking"), &format!("(fp.add RNE braking {})", number(1.0)));
-    let counted = then(&not(step.after("saturated")), &one_more);
+    let slower = all(["(fp.lt (fp.abs v) last_sigma)".into(), same(step.after("last_sigma"), "(fp.abs v)")]);
+    let counted = then(&not(step.after("saturated")), &either([one_more, slower]));
     let within = format!("(fp.leq {} brake_ticks)", step.after("braking"));
     let at_limit = format!("(fp.leq {} stuck_ticks)", step.after("stuck"));
     let supposed =
@@ -156,8 +164,8 @@ fn ends(part: &str, step: &Step) -> Claims {
     vec![("ends", going(&watching(&then(&all([supposed, before()]), &ends))))]
 }
 
-/// What goes out: the law's u, the fallback, or what opposes the speed.
-fn outputs(part: &str, step: &Step) -> Claims {
+/// What goes out: the law's u, the fallback, or what opposes the speed, but for the share of a load within its bound.
+fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
     let of = |source: &str| same(step.after("u"), source);
     let not_braking = then(&not(step.after("brakes")), &of("law_u"));
     let mut claims = vec![("u", format!("(ite {} {} {not_braking})", step.after("stopped_now"), of("fallback")))];
@@ -166,9 +174,13 @@ fn outputs(part: &str, step: &Step) -> Claims {
         let limits = [format!("(fp.leq u_min {zero})"), format!("(fp.leq {zero} u_max)"), positive("brake")];
         let u = step.after("u");
         let inside = [format!("(fp.leq u_min {u})"), format!("(fp.leq {u} u_max)")];
-        let opposes = [("fp.gt", "fp.gt"), ("fp.lt", "fp.lt")]
-            .map(|(of_u, of_v)| not(&all([format!("({of_u} {u} {zero})"), format!("({of_v} v {zero})")])));
-        let supposed = all(limits.into_iter().chain([step.after("brakes").to_string()]));
+        // Of a joint no load is held.
+        let one_shaft = disturbances(telling).count() == 1;
+        let share = if one_shaft { "(fp.abs (fp.mul RNE per_gain d1_bound))" } else { zero };
+        let opposes = [("fp.gt", share.to_string(), "fp.gt"), ("fp.lt", format!("(fp.neg {share})"), "fp.lt")]
+            .map(|(of_u, share, of_v)| not(&all([format!("({of_u} {u} {share})"), format!("({of_v} v {zero})")])));
+        let bound = if one_shaft { all([positive("d1_bound"), finite(share)]) } else { "true".into() };
+        let supposed = all(limits.into_iter().chain([step.after("brakes").to_string(), bound]));
         claims.push(("brake", then(&supposed, &all(inside.into_iter().chain(opposes)))));
     } else {
         claims.push(("none", not(step.after("brakes"))));
@@ -181,8 +193,9 @@ fn follows(part: &str, step: &Step) -> Claims {
     let after = |name: &str| step.after(name).to_string();
     let runaway = either(RUNAWAY.iter().map(|alarm| after(alarm)));
     let rejected = all(["law_rejected".into(), late()]);
-    let answered = ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit"].map(after);
-    let acts = either(answered.into_iter().chain([rejected]));
+    // A load that the loop holds is only reported.
+    let disturbed = all([after("disturbance_over_bound"), format!("(fp.gt {} patience_ticks)", stuck_now())]);
+    let acts = either([disturbed, after("sigma_star_over_bound"), after("stuck_at_limit"), rejected]);
     let given_up = all(["law_waits", "law_lost"].map(String::from));
     let blind = all(["law_rejected", "law_lost"].map(String::from));
     let stops = |stops: String| {
@@ -214,6 +227,14 @@ fn follows(part: &str, step: &Step) -> Claims {
             ]
         }
     }
+}
+
+/// Ticks at a limit after this one of a drive that does not brake.
+fn stuck_now() -> String {
+    let (zero, one) = ("(_ +zero 8 24)", number(1.0));
+    let less = format!("(fp.sub RNE stuck {})", number(0.1));
+    let more = either(["(fp.isZero stuck)".into(), "(fp.leq last_sigma (fp.abs law_sigma))".into()]);
+    format!("(ite law_saturated (ite {more} (fp.add RNE stuck {one}) stuck) (ite (fp.gt {less} {zero}) {less} {zero}))")
 }
 
 /// Has it been braking before this tick?

@@ -660,4 +660,11 @@ impl Real for Symbol {
         let at = Location::caller();
         Self(compute(Op::Abs(self.0), at))
     }
+
+    #[track_caller]
+    fn at_most(self, most: Self) -> Self {
+        let at = Location::caller();
+        let is_more = compute(Op::Compare(Test::Greater, self.0, most.0), at);
+        Self(compute(Op::Select(is_more, most.0, self.0), at))
+    }
 }

@@ -174,7 +174,7 @@ pub(crate) const BRAKING: f64 = 0.6;
 pub(crate) const QUARTER_TURN: f64 = core::f64::consts::FRAC_PI_2;
 
 /// A limit of the power stage that was found from reports rises by this part of that of the design in a tick.
-const RISE: f64 = 1.0 / 16.0;
+const RISE: f64 = 1.0 / 64.0;
 /// It is found where less was given than was put out by this part of the limit.
 const SHORT: f64 = 1.0 / 32.0;
 
@@ -191,7 +191,7 @@ fields! {
         c: [T; N],
         /// Of a larger e_1 less and less counts: a target further away is approached at a speed that u can brake.
         far: T,
-        /// That by the larger of the limits of u.
+        /// That by the larger of the limits of u, so rounded that it is no less for all of u.
         far_per_u: T,
         /// Entry 0 is 0 and not read.
         kx: [T; N],
@@ -266,7 +266,7 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
         Self {
             c: rows.c,
             far,
-            far_per_u: far / most,
+            far_per_u: far / most * (1.0 + 1e-6),
             kx: rows.kx,
             c_d,
             c_growth,
@@ -814,25 +814,24 @@ where
     #[inline(always)]
     pub(crate) fn present_limits(&self, state: &StateOf<Self>) -> [T; 2] {
         let (k, limit) = (&self.row, state.limit.abs());
-        let u_min = if k.u_min < -limit { -limit } else { k.u_min };
-        [u_min, if k.u_max > limit { limit } else { k.u_max }]
+        [-(-k.u_min).at_most(limit), k.u_max.at_most(limit)]
     }
 
     /// `far` for that.
     #[inline(always)]
     fn present_far(&self, state: &StateOf<Self>) -> T {
-        let (k, limit) = (&self.row, state.limit.abs());
-        if limit < k.most { k.far_per_u * limit } else { k.far }
+        let k = &self.row;
+        (k.far_per_u * state.limit.abs()).at_most(k.far)
     }
 
     /// A limit that was found from reports rises again tick by tick.
     #[inline(always)]
     fn relax(&self, state: &mut StateOf<Self>) {
-        let most = self.row.most;
-        let higher = state.limit.abs() + T::from_f64(RISE) * most;
-        if state.reported >= T::ZERO {
-            state.limit = if higher < most { higher } else { most };
-        }
+        let (limit, most, one) = (state.limit.abs(), self.row.most, T::from_f64(1.0));
+        // 0 where the limit was set, and that may be more than the design's.
+        let is_found = (state.reported + one).abs().at_most(one);
+        let ceiling = -(-limit).at_most(-most);
+        state.limit = (limit + is_found * (T::from_f64(RISE) * most)).at_most(ceiling);
     }
 
     /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed.

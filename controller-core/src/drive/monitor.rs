@@ -608,11 +608,12 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             let begun = (self.brake * state.begun).abs();
             let most = L::Scalar::from_f64(FASTER) * begun + L::Scalar::HALF * span;
             if asks > most {
-                state.stuck += self.ticks.stuck;
+                state.stuck = self.ticks.stuck + L::Scalar::from_f64(1.0);
             }
         } else {
             Self::within_limits(state);
-            if speed >= state.last || asks <= L::Scalar::from_f64(SLOW) * span {
+            let slows_down = speed < state.last && asks > L::Scalar::from_f64(SLOW) * span;
+            if !slows_down {
                 state.braking += L::Scalar::from_f64(1.0);
             }
             state.last = speed;

@@ -29,11 +29,11 @@ $looks$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
         @_watch_limit(monitor, state, speed, slowing, false$overs$);
         /* Faster than at the beginning: that is no brake. */
         if (asks > ((1.25f * @_magnitude($slope$f * monitor->begun)) + (0.5f * span))) {
-            monitor->stuck += $stuck_ticks$f;
+            monitor->stuck = $stuck_ticks$f + 1.0f;
         }
     } else {
         @_watch_within(monitor);
-        if ((speed >= monitor->last_sigma) || (asks <= (0.0078125f * span))) {
+        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * span)))) {
             monitor->braking += 1.0f;
         }
         monitor->last_sigma = speed;
