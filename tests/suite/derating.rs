@@ -63,7 +63,8 @@ fn sine(t: f64) -> [f64; 2] {
     [(omega * t).sin(), omega * (omega * t).cos()]
 }
 
-/// 1 rad at 4 Hz needs 2.5 A, and the stage gives 2 A: the shaft stays about as far as it is asked to go. When the stage is cool again the shaft follows again.
+/// 1 rad at 4 Hz needs 2.5 A, and the stage gives 2 A: the shaft stays about as far as it is asked to go. When the
+/// stage is cool again the shaft follows again.
 #[test]
 fn a_shaft_on_a_derated_stage_stays_where_it_is_asked_to_be() {
     let [_, _, healthy] = run(Told::Nothing, 3.0, |_| 10.0, sine);

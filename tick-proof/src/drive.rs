@@ -71,9 +71,13 @@ impl Design<'_> {
     fn limits(&self) -> Statement {
         let questions = ends(self.functions).map(|(part, record)| {
             let step = Step::of(record);
-            step.ask(part, &within(step.after("u"), self.u[0], self.u[1]))
+            let (u, of_design) = (step.after("u"), within(step.after("u"), self.u[0], self.u[1]));
+            // Before a start there is no word of it.
+            let has_limit = record.inputs.iter().any(|port| port.name == "limit");
+            let of_the_stage = either(["(fp.isNaN limit)".into(), format!("(fp.leq (fp.abs {u}) (fp.abs limit))")]);
+            step.ask(part, &if has_limit { all([of_design, of_the_stage]) } else { of_design })
         });
-        Statement::new("u within its limits, any bits in counts, targets and state", questions)
+        Statement::new("u within its limits and that of the stage, any bits in counts, targets and state", questions)
     }
 
     /// For targets and offsets beyond 1e30 sigma* may be infinite; that is the difference of two numbers then.
@@ -124,7 +128,10 @@ impl Design<'_> {
             let step = Step::of(record);
             let [rejected, saturated] = ["input_rejected", "saturated"].map(|name| step.after(name));
             let u = step.after("u");
-            let at_limit = either(self.u.map(|limit| format!("(fp.eq {u} {})", number(limit))));
+            let of_the_stage = format!("(fp.eq (fp.abs {u}) (fp.abs limit))");
+            let has_limit = record.inputs.iter().any(|port| port.name == "limit");
+            let at_limit = self.u.map(|limit| format!("(fp.eq {u} {})", number(limit)));
+            let at_limit = either(at_limit.into_iter().chain(has_limit.then_some(of_the_stage)));
             let claim = format!("(and (not (and {rejected} {saturated})) {})", then(saturated, &at_limit));
             vec![step.ask(part, &claim)]
         });

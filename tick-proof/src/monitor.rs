@@ -98,7 +98,7 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
         ),
         each("what is counted is looked at again: no count goes on unseen, and none is below 0", &|_, step| {
             let after = |name: &str| step.after(name).to_string();
-            vec![("kept", then(&before(), &consistent(&after)))]
+            vec![("kept", then(&all([before(), positive("stuck_ticks")]), &consistent(&after)))]
         }),
         each(
             "an alarm stops the drive, or makes it brake, if alarms are to; the wrong way, oscillation and counts that \
@@ -164,24 +164,30 @@ fn ends(part: &str, step: &Step) -> Claims {
     vec![("ends", going(&watching(&then(&all([supposed, before()]), &ends))))]
 }
 
-/// What goes out: the law's u, the fallback, or what opposes the speed, but for the share of a load within its bound.
+/// What goes out: the law's u, the fallback, or what opposes the speed and a motor's load within its bound.
 fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
     let of = |source: &str| same(step.after("u"), source);
     let not_braking = then(&not(step.after("brakes")), &of("law_u"));
     let mut claims = vec![("u", format!("(ite {} {} {not_braking})", step.after("stopped_now"), of("fallback")))];
     if part == "braking" {
         let zero = "(_ +zero 8 24)";
-        let limits = [format!("(fp.leq u_min {zero})"), format!("(fp.leq {zero} u_max)"), positive("brake")];
+        let limits = [format!("(fp.leq u_min {zero})"), format!("(fp.leq {zero} u_max)")];
         let u = step.after("u");
         let inside = [format!("(fp.leq u_min {u})"), format!("(fp.leq {u} u_max)")];
+        let limited = |what: &str, [low, high]: [&str; 2]| {
+            let below = format!("(ite (fp.gt {what} {high}) {high} {what})");
+            format!("(ite (fp.lt {below} {low}) {low} {below})")
+        };
+        let slows = "(fp.neg (fp.mul RNE brake v))".to_string();
         // Of a joint no load is held.
         let one_shaft = disturbances(telling).count() == 1;
-        let share = if one_shaft { "(fp.abs (fp.mul RNE per_gain d1_bound))" } else { zero };
-        let opposes = [("fp.gt", share.to_string(), "fp.gt"), ("fp.lt", format!("(fp.neg {share})"), "fp.lt")]
-            .map(|(of_u, share, of_v)| not(&all([format!("({of_u} {u} {share})"), format!("({of_v} v {zero})")])));
-        let bound = if one_shaft { all([positive("d1_bound"), finite(share)]) } else { "true".into() };
-        let supposed = all(limits.into_iter().chain([step.after("brakes").to_string(), bound]));
-        claims.push(("brake", then(&supposed, &all(inside.into_iter().chain(opposes)))));
+        let load = format!("(fp.mul RNE per_gain {})", limited("d1", ["(fp.neg d1_bound)", "d1_bound"]));
+        let asked = if one_shaft { format!("(fp.sub RNE {slows} {load})") } else { slows };
+        let asked = format!("(ite (fp.leq (fp.abs {asked}) {}) {asked} {zero})", number(1e30));
+        let supposed = all(limits.into_iter().chain([step.after("brakes").to_string()]));
+        claims.push(("brake", then(&supposed, &all(inside))));
+        let opposes = same(&u, &limited(&asked, ["u_min", "u_max"]));
+        claims.push(("opposes", then(step.after("brakes"), &opposes)));
     } else {
         claims.push(("none", not(step.after("brakes"))));
     }
