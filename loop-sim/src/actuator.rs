@@ -15,6 +15,7 @@
 //! hides the fault: here the trace shows it.)
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 /// One link of the actuating chain.
 pub trait Actuator: Send {
@@ -59,6 +60,30 @@ impl<A> Limited<A> {
 impl<A: Actuator> Actuator for Limited<A> {
     fn drive(&mut self, demand: f64) -> f64 {
         self.inner.drive(finite_or_off(demand).max(self.min).min(self.max))
+    }
+}
+
+/// Limits the demand to ±most in some of its ticks: a power stage that is hot, or on a low supply.
+pub struct Derated<A> {
+    inner: A,
+    most: f64,
+    ticks: Range<usize>,
+    passed: usize,
+}
+
+impl<A> Derated<A> {
+    /// `most` in the unit of u; the first tick is 0.
+    pub fn new(inner: A, most: f64, ticks: Range<usize>) -> Self {
+        Self { inner, most, ticks, passed: 0 }
+    }
+}
+
+impl<A: Actuator> Actuator for Derated<A> {
+    fn drive(&mut self, demand: f64) -> f64 {
+        let demand = finite_or_off(demand);
+        let is_derated = self.ticks.contains(&self.passed);
+        self.passed += 1;
+        self.inner.drive(if is_derated { demand.max(-self.most).min(self.most) } else { demand })
     }
 }
 

@@ -379,7 +379,7 @@ pub struct FrictionTable {
 }
 }
 
-/// What goes wrong with an encoder.
+/// What goes wrong with an encoder or the power stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FaultTable {
@@ -395,9 +395,12 @@ pub struct FaultTable {
     pub for_s: Option<f64>,
     /// jump: counts by which it is off.
     pub counts: Option<i32>,
+    /// derated: the largest current that the power stage gives, A.
+    #[schemars(range(min = 0))]
+    pub current_a: Option<f64>,
 }
 
-/// Faults of an encoder.
+/// Faults of an encoder or the power stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
@@ -407,6 +410,8 @@ pub enum FaultKind {
     Jump,
     /// There is no count.
     Lost,
+    /// The power stage gives less current than `max_current_a`, and the drive is told what flows.
+    Derated,
 }
 
 /// The encoders of a joint.

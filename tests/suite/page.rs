@@ -133,7 +133,8 @@ fn a_report_with_all_its_parts_is_read_and_printed() {
     let [file, trials, certificate, page, paper] =
         ["my-motor.toml", "trials", "my-motor.txt", "page.html", "page.pdf"].map(|name| folder.path(name));
     std::fs::write(&file, scenario::MOTOR).expect("room for a scenario");
-    let proved = "u within its limits and that of the stage, any bits in counts, targets and state               PROVED";
+    let proved =
+        "u within its limits and that of the stage, any bits in counts, targets and state               PROVED";
     let source = scenario::Source { file: "my-motor.toml", text: scenario::MOTOR, sets: &[] };
     let design = scenario::parse(&source, "my-motor").expect("a scenario").port.fingerprint().expect("a drive");
     let text = format!("Certificate\n\nDesign: {design:08x}\n{proved}\n");

@@ -7,7 +7,7 @@ use controller_core::drive::{
     ProfileLimits,
 };
 use controller_core::{Fallback, Limits};
-use loop_sim::actuator;
+use loop_sim::actuator::{self, Actuator};
 use loop_sim::linear::LawAtRest;
 use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft, Supply};
 use loop_sim::port::drive::{DriveAtRest, DriveDesign, DriveOf, Follows, Form, Goal, Monitors, Motion, Reaction};
@@ -84,7 +84,7 @@ struct Resolved {
     title: String,
     periods: usize,
     load: Signal,
-    faults: Vec<(Fault, Range<usize>, Range<usize>)>,
+    faults: Vec<(Broken, Range<usize>)>,
     wanted: Wanted,
     reaction: Reaction,
 }
@@ -354,20 +354,37 @@ impl Common<'_> {
     }
 }
 
-fn fault(
-    table: &FaultTable,
-    key: &str,
-    encoders: usize,
-    period_s: f64,
-) -> Result<(Fault, Range<usize>, Range<usize>), Problem> {
-    let Some(kind) = table.kind else { return missing(&format!("{key}.kind"), "stuck, jump or lost") };
+/// What a fault breaks.
+enum Broken {
+    /// Of these encoders.
+    Encoders(Fault, Range<usize>),
+    /// It gives at most this current, A.
+    Stage(f64),
+}
+
+fn fault(table: &FaultTable, key: &str, encoders: usize, period_s: f64) -> Result<(Broken, Range<usize>), Problem> {
+    let Some(kind) = table.kind else { return missing(&format!("{key}.kind"), "stuck, jump, lost or derated") };
     let Some(at_s) = table.at_s else { return missing(&format!("{key}.at_s"), "the instant from which on, s") };
+    let first = (at_s / period_s).round() as usize;
+    let ticks = table.for_s.map_or(usize::MAX, |for_s| ((for_s / period_s).round() as usize).max(1));
+    let ticks = first..first.saturating_add(ticks);
+    match (kind, table.current_a) {
+        (FaultKind::Derated, None) => {
+            return missing(&format!("{key}.current_a"), "the current that it still gives, A");
+        }
+        (FaultKind::Derated, Some(_)) if table.encoder.is_some() => {
+            return problem(format!("{key}.encoder"), "not for kind = \"derated\"");
+        }
+        (FaultKind::Derated, Some(most)) if table.counts.is_none() => return Ok((Broken::Stage(most), ticks)),
+        (FaultKind::Derated, Some(_)) | (_, None) => {}
+        (_, Some(_)) => return problem(format!("{key}.current_a"), "only for kind = \"derated\""),
+    }
     let fault = match (kind, table.counts) {
         (FaultKind::Stuck, None) => Fault::Stuck,
         (FaultKind::Lost, None) => Fault::Lost,
         (FaultKind::Jump, Some(counts)) => Fault::Jump { counts: f64::from(counts) },
         (FaultKind::Jump, None) => return missing(&format!("{key}.counts"), "by how many counts it is off"),
-        (_, Some(_)) => return problem(format!("{key}.counts"), "only for kind = \"jump\""),
+        (_, _) => return problem(format!("{key}.counts"), "only for kind = \"jump\""),
     };
     let channels = match (table.encoder, encoders) {
         (None, _) => 0..encoders,
@@ -375,9 +392,7 @@ fn fault(
         (Some(EncoderKey::Link), _) => 0..1,
         (Some(EncoderKey::Motor), _) => 1..2,
     };
-    let first = (at_s / period_s).round() as usize;
-    let ticks = table.for_s.map_or(usize::MAX, |for_s| ((for_s / period_s).round() as usize).max(1));
-    Ok((fault, channels, first..first.saturating_add(ticks)))
+    Ok((Broken::Encoders(fault, channels), ticks))
 }
 
 impl ReferenceKind {
@@ -906,10 +921,12 @@ fn experiment<D: Copy, const E: usize>(
     let twin = twin(&designed, &motion, &sensing, &sensed, has_faults);
     let at_rest = at_rest(law, parts.smooth, (parts.corners, parts.inertia_range), sensed, form, &sensing);
     let sensor: Box<dyn Sensor> = Box::new(Encoders::over(sensing.sensor(common.seed), mounted));
-    let sensor = faults
-        .into_iter()
-        .fold(sensor, |sensor, (fault, channels, ticks)| Box::new(Faulty::new(sensor, fault, channels, ticks)));
-    let held = actuator::Delayed::new(actuator::Ideal, form.delay_ticks);
+    let stage: Box<dyn Actuator> = Box::new(actuator::Ideal);
+    let (sensor, stage) = faults.into_iter().fold((sensor, stage), |(sensor, stage), (broken, ticks)| match broken {
+        Broken::Encoders(fault, channels) => (Box::new(Faulty::new(sensor, fault, channels, ticks)) as Box<_>, stage),
+        Broken::Stage(most) => (sensor, Box::new(actuator::Derated::new(stage, most, ticks)) as Box<_>),
+    });
+    let held = actuator::Delayed::new(stage, form.delay_ticks);
     let Judged { begins_s, window_s, settling_band, output_unit } = judged(common, &motion, form.follows);
     let drive = Drive {
         chosen: parts.chosen,
