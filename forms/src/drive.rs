@@ -717,11 +717,11 @@ impl C<'_> {
                 [*brake, *u_min, *u_max, ticks.brake].map(|number| format!("{number:?}"));
             // Of a joint the spring damps the link, and is not held against.
             let (and_load, load) = match &disturbance[..] {
-                [bound] => (
+                [_] => (
                     ", and the load within its bound",
                     format!(
-                        "    float load = (state->d{driven} > {bound:?}f) ? {bound:?}f : state->d{driven};\n    \
-                         load = (load < -{bound:?}f) ? -{bound:?}f : load;\n    opposed -= {per_gain:?}f * load;\n"
+                        "    const float load = (monitor->holds > 0.0f) ? state->d{driven} : 0.0f;\n    opposed -= \
+                         {per_gain:?}f * load;\n"
                     ),
                 ),
                 _ => ("", String::new()),
@@ -731,6 +731,7 @@ impl C<'_> {
                 &[
                     ("and_load", &and_load),
                     ("load", &load),
+                    ("d_bound", &format!("{:?}", disturbance.last().copied().unwrap_or_default())),
                     ("slope", &slope),
                     ("u_min", &u_min),
                     ("u_max", &u_max),
@@ -746,8 +747,9 @@ impl C<'_> {
             let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, \
                           output);\n    }\n";
             let member = "    float braking; /* 1 and the ticks of braking within the limits without becoming slower */\n    \
-                          float begun; /* |v| when it began */\n";
-            let zeros = "    monitor->braking = 0.0f;\n    monitor->begun = 0.0f;\n";
+                          float begun; /* |v| when it began */\n    float holds; /* 1 while it holds against the load, 0 after \
+                          that was over its bound */\n";
+            let zeros = "    monitor->braking = 0.0f;\n    monitor->begun = 0.0f;\n    monitor->holds = 0.0f;\n";
             [text, brakes.into(), member.into(), zeros.into()]
         } else {
             [String::new(), String::new(), String::new(), String::new()]

@@ -181,7 +181,8 @@ fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
         let slows = "(fp.neg (fp.mul RNE brake v))".to_string();
         // Of a joint no load is held.
         let one_shaft = disturbances(telling).count() == 1;
-        let load = format!("(fp.mul RNE per_gain {})", limited("d1", ["(fp.neg d1_bound)", "d1_bound"]));
+        let load = format!("(ite (fp.gt holds {zero}) d1 {zero})");
+        let load = format!("(fp.mul RNE per_gain {load})");
         let asked = if one_shaft { format!("(fp.sub RNE {slows} {load})") } else { slows };
         let asked = format!("(ite (fp.leq (fp.abs {asked}) {}) {asked} {zero})", number(1e30));
         let supposed = all(limits.into_iter().chain([step.after("brakes").to_string()]));
@@ -200,7 +201,10 @@ fn follows(part: &str, step: &Step) -> Claims {
     let runaway = either(RUNAWAY.iter().map(|alarm| after(alarm)));
     let rejected = all(["law_rejected".into(), late()]);
     // A load that the loop holds is only reported.
-    let disturbed = all([after("disturbance_over_bound"), format!("(fp.gt {} patience_ticks)", stuck_now())]);
+    let disturbed = all([
+        after("disturbance_over_bound"),
+        format!("(fp.gt (fp.mul RNE {} {}) patience_ticks)", number(1.5), stuck_now()),
+    ]);
     let acts = either([disturbed, after("sigma_star_over_bound"), after("stuck_at_limit"), rejected]);
     let given_up = all(["law_waits", "law_lost"].map(String::from));
     let blind = all(["law_rejected", "law_lost"].map(String::from));

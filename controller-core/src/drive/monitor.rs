@@ -24,7 +24,7 @@
 //!
 //! d and σ* are an alarm only after some milliseconds over their bounds ([`Bounds::patience_ticks`]): one missed
 //! interrupt or one false count is none. A drive stops or brakes at d over its bound only when u has also been at a
-//! limit for as long while |σ| did not fall: a load that the loop holds is reported, and held.
+//! limit for two thirds of that while |σ| did not fall: a load that the loop holds is reported, and held.
 //!
 //! # What follows an alarm
 //! It is told in [`Health`], and the caller may plan a joined [`stop`](super::stop) with the reference. That needs good
@@ -34,7 +34,8 @@
 //!
 //! A drive that [brakes](Monitored::braking) does so first, as long as its counts can be believed:
 //! $u = -(k_v v + \bar d) / b$ within the limits, with the estimate of the speed and without the target. $\bar d$ is the
-//! d of a motor within its bound, so a load up to the bound is held. Of a joint it is 0: the spring damps the link. A wrong b is another $k_v$, which a plant much lighter than its design does not bear. The current
+//! d of a motor, so a load up to its bound is held. Once d is over its bound it may be a count that sticks, and
+//! $\bar d$ is 0 from there on; of a joint it always is: the spring damps the link. A wrong b is another $k_v$, which a plant much lighter than its design does not bear. The current
 //! is switched off at rest: after some time constants $1/k_v$ in which u was within its limits and $|v|$ was small, or
 //! no longer fell. It is also switched off where braking at the limit does not slow the shaft down for as long as u may
 //! be stuck there, or where the shaft becomes faster than at the beginning; where the counts are lost for longer than an
@@ -370,6 +371,8 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         } else if !self.is_braking(state) {
             (state.braking, state.stuck, state.over) = (one, zero, zero);
             state.begun = L::speed(&state.within).abs();
+            let is_within = L::disturbance(&state.within)[E - 1].abs() <= self.disturbance[E - 1];
+            state.holds = if is_within { one } else { zero };
             state.counted += one;
         }
     }
@@ -432,6 +435,8 @@ pub struct MonitoredState<S, T, const E: usize> {
     /// 1 and the ticks of braking within the limits without becoming slower, and |v| when it began.
     braking: T,
     begun: T,
+    /// 1 while a brake holds against d, 0 after d was over its bound.
+    holds: T,
     stopped: bool,
 }
 
@@ -445,8 +450,10 @@ impl<S: Clone, T: Copy, const E: usize> Clone for MonitoredState<S, T, E> {
 
 impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let Self { within, counted, stuck, last, swings, side, against, speed, over, braking, begun, stopped } = self;
-        let numbers = [counted, stuck, last, swings, against, speed, over, braking, begun].into_iter().chain(side);
+        let Self { within, counted, stuck, last, swings, side, against, speed, over, braking, begun, holds, stopped } =
+            self;
+        let numbers =
+            [counted, stuck, last, swings, against, speed, over, braking, begun, holds].into_iter().chain(side);
         let numbers = numbers.flat_map(each_word);
         [u32::from(*stopped)].into_iter().chain(numbers).chain(within.words())
     }
@@ -459,13 +466,14 @@ impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
         };
         let (counted, stuck, last) = (next(words)?, next(words)?, next(words)?);
         let (swings, against, speed) = (next(words)?, next(words)?, next(words)?);
-        let (over, braking, begun) = (next(words)?, next(words)?, next(words)?);
+        let (over, braking) = (next(words)?, next(words)?);
+        let (begun, holds) = (next(words)?, next(words)?);
         let mut side = [T::ZERO; E];
         for d in &mut side {
             *d = next(words)?;
         }
         let within = S::from_words(words)?;
-        Some(Self { counted, stuck, last, swings, side, against, speed, within, over, braking, begun, stopped })
+        Some(Self { counted, stuck, last, swings, side, against, speed, within, over, braking, begun, holds, stopped })
     }
 }
 
@@ -562,8 +570,8 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         let [u_min, u_max] = self.law.range(&state.within);
         let mut asked = -(self.brake * L::speed(&state.within));
         if E == 1 {
-            let bound = self.disturbance[0];
-            asked -= self.law.per_gain() * L::disturbance(&state.within)[0].limited(-bound, bound);
+            let load = if state.holds > L::Scalar::ZERO { L::disturbance(&state.within)[0] } else { L::Scalar::ZERO };
+            asked -= self.law.per_gain() * load;
         }
         // Of a speed that is no number nothing is asked.
         let asked = if asked.abs() <= L::Scalar::from_f64(LARGEST) { asked } else { L::Scalar::ZERO };
@@ -601,6 +609,9 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         (slowing, is_short): (L::Scalar, bool),
     ) {
         let over = self.sides(state);
+        if over[E - 1] {
+            state.holds = L::Scalar::ZERO;
+        }
         let (speed, [u_min, u_max]) = (L::speed(&state.within).abs(), self.law.range(&state.within));
         let (asks, span) = ((self.brake * speed).abs(), u_max - u_min);
         if is_short {
@@ -695,7 +706,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         alarms = alarms.union(Health::DISTURBANCE_OVER_BOUND.when(is_late && is_any_over));
         alarms = alarms.union(Health::SIGMA_STAR_OVER_BOUND.when(is_late && is_star_over));
         // A load over its bound that the loop holds is reported only.
-        let held = Health::DISTURBANCE_OVER_BOUND.when(!(state.stuck > self.ticks.patience));
+        let held = Health::DISTURBANCE_OVER_BOUND.when(!(L::Scalar::from_f64(1.5) * state.stuck > self.ticks.patience));
         let asked = alarms.without(held).union(Health::INPUT_REJECTED.when(is_rejected && is_late));
         let is_blind = is_rejected && output.health.contains(Health::SAMPLE_LOST);
         output.health = output.health.union(alarms);
@@ -815,7 +826,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
 
     fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
         let (within, zero) = (self.law.start_from(sample, guess)?, L::Scalar::ZERO);
-        let [counted, stuck, last, swings, against, speed, over, braking, begun] = [zero; 9];
+        let [counted, stuck, last, swings, against, speed, over, braking, begun, holds] = [zero; 10];
         let (side, stopped) = ([zero; E], false);
         Some(MonitoredState {
             counted,
@@ -829,6 +840,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
             over,
             braking,
             begun,
+            holds,
             stopped,
         })
     }

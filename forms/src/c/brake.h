@@ -3,6 +3,7 @@ static inline void @_watch_brakes(@_monitor *monitor, const @_state *state)
 {
     monitor->braking = 1.0f;
     monitor->begun = @_magnitude(state->v$shaft$);
+    monitor->holds = (@_magnitude(state->d$shaft$) <= $d_bound$f) ? 1.0f : 0.0f;
     monitor->stuck = 0.0f;
     monitor->over = 0.0f;
 }
@@ -24,7 +25,8 @@ $load$    const float asked = (@_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
     slowing = (slowing < u_min) ? u_min : slowing;
     const bool is_short = slowing != asked;
     bool has_changed = false;
-$looks$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
+$looks$    monitor->holds = over$shaft$ ? 0.0f : monitor->holds;
+    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
     if (is_short) {
         @_watch_limit(monitor, state, speed, slowing, false$overs$);
         /* Faster than at the beginning: that is no brake. */

@@ -508,7 +508,7 @@ fn a_count_that_sticks_at_the_turning_point_ends_in_the_reaction_that_the_file_c
     assert_eq!(first_alarm(&stopped), Some(first));
     assert!((750..=820).contains(&first), "tick {first}");
     assert!(!told.rows.iter().any(|row| row.health.contains(Health::STOPPED)));
-    // It stops when u has been at its limit for 8 ms as well.
+    // It stops when u has been at its limit for 5 ms as well.
     let from = stopped.rows.iter().position(|row| row.health.contains(Health::STOPPED)).expect("a stop");
     println!("an alarm at tick {first}, stopped at {from}");
     assert!(from < first + 15 && stopped.rows[from..].iter().all(|row| row.u == 0.0));
