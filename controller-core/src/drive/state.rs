@@ -36,7 +36,7 @@ where
     pub(crate) offset: T,
     /// What the actuator held since the last tick.
     pub(crate) held: T,
-    /// With a tick of delay: what it holds now.
+    /// With a delay: what it holds now, and in the ticks after it; the last is the newest.
     pub(crate) queued: [T; LATE],
     /// The estimates are those of the coming sample already: after the start, and after a re-tune.
     pub(crate) fresh: bool,
