@@ -613,7 +613,7 @@ fn for_joint(
     let sets =
         [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
     let tried = sets.map(|(word, set)| {
-        let w = set.within(period_s, form.delay_ticks);
+        let w = set.slowed_for(period_s, form.delay_ticks).within(period_s, form.delay_ticks);
         let design_with = JointDesign { period_s, bandwidths: w, ..design };
         let got = closed(&DriveDesign::Joint(DriveOf { design: design_with, ..*joint }), at_rest)?;
         let line = format!(

@@ -228,7 +228,7 @@ where
         trace.u.push(u);
         trace.load.push(running.estimates().map_or(0.0, |known| known.load[0].to_f64()));
         queued.push_back(u);
-        let held = queued.pop_front().expect("one that was just queued");
+        let held = queued.pop_front().unwrap_or(u);
         shaft.advance(t, held, run.period_s);
     }
     trace
@@ -433,7 +433,7 @@ pub fn run_joint<T: Plain, const FAST: usize, const LATE: usize>(
         trace.speed_error.push(plant.x[1] - jet[1]);
         trace.u.push(u);
         queued.push_back(u);
-        let held = queued.pop_front().expect("one that was just queued");
+        let held = queued.pop_front().unwrap_or(u);
         plant.advance(t, held, run.period_s);
     }
     trace

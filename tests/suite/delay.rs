@@ -11,6 +11,7 @@ use controller_core::{ControlLaw, Health, Limits, Output, Running};
 use integration_tests::drive::{
     Flexible, Run, Shaft, Trace, blended_sine, peak, point_to_point, rms, run_joint, run_motor,
 };
+use integration_tests::program::{Folder, host_sim};
 use integration_tests::{sampled, with_delay};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -26,7 +27,7 @@ fn motor(delay_ticks: usize) -> MotorDesign {
 
 fn joint(delay_ticks: usize) -> JointDesign {
     JointDesign::new(PERIOD_S, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3)
-        .with_bandwidths(JointBandwidths::DEFAULT.within(PERIOD_S, delay_ticks), 1.3)
+        .with_bandwidths(JointBandwidths::DEFAULT.slowed_for(PERIOD_S, delay_ticks).within(PERIOD_S, delay_ticks), 1.3)
 }
 
 /// The nominal motor, and those with J, K_t and B off by 20 %.
@@ -104,6 +105,25 @@ fn a_motor_that_does_not_declare_its_delay_swings_from_limit_to_limit() {
     }
 }
 
+/// `design` asks the exact loop of the file: inertias, stiffness and torque constant off by 20 % each, in every
+/// combination, under a current loop of 0.2 ms.
+#[test]
+fn all_corners_of_the_templates_are_stable_with_every_delay() {
+    for (name, text, corners) in [("motor", scenario::MOTOR, 4), ("joint", scenario::JOINT, 16)] {
+        let folder = Folder::new(&format!("delay-{name}"));
+        let file = folder.path("it.toml");
+        std::fs::write(&file, text).expect("the scenario");
+        for period in ["1e-3", "5e-4"] {
+            for late in 0..=3 {
+                let sets = [format!("drive.period_s={period}"), format!("drive.delay_ticks={late}")];
+                let told = host_sim(&["design", &file, "--set", &sets[0], "--set", &sets[1]]);
+                let stable = format!("{corners} corners of drive.uncertain_percent: all stable");
+                assert!(told.out.contains(&stable), "{name}, {sets:?}: {told:?}");
+            }
+        }
+    }
+}
+
 /// Speed loops with three and four states, up to 20 rad/s with a load of a fifth of the largest torque.
 #[test]
 fn a_speed_loop_holds_a_speed_with_every_delay_that_it_declares() {
@@ -146,15 +166,15 @@ fn a_joint_holds_a_sine_a_move_and_a_load_with_every_delay_that_it_declares() {
         }
         let [sine, moved, load, rest] = worst;
         println!("{late} late: sine {sine:.1e} rad rms, move {moved:.1e}, load {load:.1e}, {rest:.1e} rad after it");
-        assert!(sine <= 1e-5 && moved <= 2.2e-3 && load <= 2.9e-3 && rest <= 5e-5, "{late} late: {worst:?}");
+        assert!(sine <= 1.6e-5 && moved <= 4.1e-3 && load <= 4.3e-3 && rest <= 5e-5, "{late} late: {worst:?}");
     }
 }
 
-/// A joint with one tick more than it declares swings to its limits.
+/// A joint with one or two ticks more than it declares swings to its limits.
 #[test]
 fn a_joint_that_does_not_declare_its_delay_swings_to_its_limits() {
     let loaded = Flexible { load: [1.0, 0.5 / 0.230], largest_current: 30.0, ..Flexible::NOMINAL };
-    for (real, declared) in [(2, 0), (2, 1), (3, 0), (3, 2)] {
+    for (real, declared) in [(2, 0), (2, 1), (3, 0), (3, 1)] {
         let wrong = swung(declared, real, loaded, 3.0, &|_| [0.0; 4]);
         let right = swung(real as usize, real, loaded, 3.0, &|_| [0.0; 4]);
         let [wrong, right] = [&wrong, &right].map(|trace| peak(&trace.u[2700..]));

@@ -187,7 +187,7 @@ fn with_two_and_three_ticks_of_delay_a_joint_is_stable_within_20_percent() {
         };
         for (name, set) in [("default", DEFAULT), ("firm", JointBandwidths::FIRM), ("quiet", JointBandwidths::QUIET)] {
             for period_s in [1e-3, 5e-4, 2e-4] {
-                let bandwidths = set.within(period_s, delay);
+                let bandwidths = set.slowed_for(period_s, delay).within(period_s, delay);
                 let (lost, largest) = radius(period_s, bandwidths, &near);
                 println!("{name}, {period_s} s, {delay} late: {:.0} rad/s, {largest:.5}", bandwidths.motor_rad_s);
                 assert_eq!(lost, 0, "{name}, {period_s} s, {delay} late: {largest}");
@@ -210,9 +210,9 @@ fn with_two_and_three_ticks_of_delay_a_joint_is_stable_within_20_percent() {
             let error = over.validate(delay).expect_err("too fast");
             assert_eq!((error.field, error.nearest()), ("bandwidths.motor_rad_s", error.high));
         }
-        let (lost, largest) = radius(1e-3, DEFAULT.within(1e-3, delay), &far);
+        let (lost, largest) = radius(1e-3, DEFAULT.slowed_for(1e-3, delay).within(1e-3, delay), &far);
         println!("default, 50 %, {delay} late: {lost} of 32 lost, {largest:.5}");
-        assert_eq!(lost, if delay == 2 { 12 } else { 18 });
+        assert_eq!(lost, if delay == 2 { 8 } else { 9 });
     }
 }
 

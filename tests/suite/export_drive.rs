@@ -774,7 +774,7 @@ fn a_drive_that_is_two_or_three_ticks_late_is_no_assembly_but_c_and_rust() {
             let sets = [set.clone()];
             let source = Source { file: "it", text, sets: &sets };
             let experiment = scenario::parse(&source, "it").unwrap_or_else(|error| panic!("{error}"));
-            let refused = forms::assembly(&experiment, &source, forms::PREFIX, &QUICK).err().expect("no assembly");
+            let Err(refused) = forms::assembly(&experiment, &source, forms::PREFIX, &QUICK) else { panic!("too late") };
             let why = format!("drive.delay_ticks = {late} is not scheduled as assembly, 0 and 1 are: take --lang c");
             assert!(refused.starts_with(&why), "{refused}");
             for (lang, out) in [(&["--lang", "c", "--standalone"][..], "it.h"), (&["--lang", "rust"], "it.rs")] {

@@ -1367,7 +1367,10 @@ fn tuning_for(encoders: [Encoder; 2]) -> TuningKey {
 /// Those of a tuning, at what the period bears, and what the file says instead.
 fn joint_bandwidths(drive: &JointDriveTable, tuning: TuningKey) -> JointBandwidths {
     let of_tuning = bandwidths_of(tuning);
-    let all = drive.surface_rad_s.map_or(of_tuning, |surface_rad_s| of_tuning.with_surface(surface_rad_s));
+    let all = match drive.surface_rad_s {
+        Some(surface_rad_s) => of_tuning.with_surface(surface_rad_s),
+        None => of_tuning.slowed_for(drive.period_s, drive.delay_ticks),
+    };
     let own = JointBandwidths { link_rad_s: drive.link_rad_s.unwrap_or(all.link_rad_s), ..all };
     let slowed = own.within(drive.period_s, drive.delay_ticks);
     JointBandwidths {
