@@ -46,7 +46,7 @@
 //! ```
 //!
 //! # What it does not do
-//! Backlash, resonances beyond the one spring, more than one tick of delay, identification. With one gain set it is a
+//! Backlash, resonances beyond the one spring, more than three ticks of delay, identification. With one gain set it is a
 //! linear law: a well tuned cascade is as good. What it adds is gains by rule from a data sheet, load torque and speed,
 //! a smaller peak under a load with two sets, one code for motor and joint.
 
@@ -80,7 +80,7 @@ pub use error::DriveError;
 pub use fence::{FENCED, Fence, FenceLimits, Slowing};
 pub use full_state::{FullState, FullStateMemory, Measured};
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
-pub use law::{DriveEstimates, DriveLaw, EncoderForm, Sample};
+pub use law::{DriveEstimates, DriveLaw, EncoderForm, MOST_DELAY_TICKS, Sample};
 pub use monitor::{
     ALARMS, ANSWERED, BEYOND_CONTROL, BRAKING, Bounds, Monitored, MonitoredState, RUNAWAY, WatchTicks, Watched,
 };
@@ -96,8 +96,9 @@ pub use state::EncoderState;
 pub use target::{Aim, Hold, Position, Speed, Target};
 pub use trigonometry::sin_cos;
 
-/// Chooses the types of a drive at run time: `$made!(args, aim, fast gain sets, ticks of delay, states)` for the flags
-/// of its form: does it follow a speed, has it two gain sets, is it late, have its observers four states?
+/// Chooses the types of a drive at run time: `$made!(args, aim, fast gain sets, ticks of delay, states)` for its form:
+/// does it follow a speed, has it two gain sets, have its observers four states; and its ticks of delay, of which more
+/// than three are three ([`MotorDesign::validate`](drive::MotorDesign::validate) refuses them).
 ///
 /// A joint follows a position with four states, which its type does not name. `quiet` is one gain set alone.
 ///
@@ -110,55 +111,85 @@ pub use trigonometry::sin_cos;
 /// macro_rules! size {
 ///     ($($types:tt)*) => { size_of::<MotorDrive<f32, $($types)*>>() };
 /// }
-/// let size = |flags: [bool; 4]| drives!(motor flags => size!());
-/// assert!(size([false, true, false, false]) > size([false; 4]));
+/// let size = |flags: [bool; 3], delay_ticks: usize| drives!(motor (flags, delay_ticks) => size!());
+/// assert!(size([false, true, false], 0) > size([false; 3], 0));
 /// ```
 #[macro_export]
 macro_rules! drives {
-    (motor $flags:expr => $made:ident!($($given:tt)*)) => {
-        match $flags {
-            [false, false, false, false] => $made!($($given)* $crate::drive::Position, 0, 0, 3),
-            [false, false, false, true] => $made!($($given)* $crate::drive::Position, 0, 0, 4),
-            [false, false, true, false] => $made!($($given)* $crate::drive::Position, 0, 1, 3),
-            [false, false, true, true] => $made!($($given)* $crate::drive::Position, 0, 1, 4),
-            [false, true, false, false] => $made!($($given)* $crate::drive::Position, 1, 0, 3),
-            [false, true, false, true] => $made!($($given)* $crate::drive::Position, 1, 0, 4),
-            [false, true, true, false] => $made!($($given)* $crate::drive::Position, 1, 1, 3),
-            [false, true, true, true] => $made!($($given)* $crate::drive::Position, 1, 1, 4),
-            [true, false, false, false] => $made!($($given)* $crate::drive::Speed, 0, 0, 3),
-            [true, false, false, true] => $made!($($given)* $crate::drive::Speed, 0, 0, 4),
-            [true, false, true, false] => $made!($($given)* $crate::drive::Speed, 0, 1, 3),
-            [true, false, true, true] => $made!($($given)* $crate::drive::Speed, 0, 1, 4),
-            [true, true, false, false] => $made!($($given)* $crate::drive::Speed, 1, 0, 3),
-            [true, true, false, true] => $made!($($given)* $crate::drive::Speed, 1, 0, 4),
-            [true, true, true, false] => $made!($($given)* $crate::drive::Speed, 1, 1, 3),
-            [true, true, true, true] => $made!($($given)* $crate::drive::Speed, 1, 1, 4),
+    (motor $form:expr => $made:ident!($($given:tt)*)) => {
+        match $form {
+            ([false, false, false], 0) => $made!($($given)* $crate::drive::Position, 0, 0, 3),
+            ([false, false, false], 1) => $made!($($given)* $crate::drive::Position, 0, 1, 3),
+            ([false, false, false], 2) => $made!($($given)* $crate::drive::Position, 0, 2, 3),
+            ([false, false, false], _) => $made!($($given)* $crate::drive::Position, 0, 3, 3),
+            ([false, false, true], 0) => $made!($($given)* $crate::drive::Position, 0, 0, 4),
+            ([false, false, true], 1) => $made!($($given)* $crate::drive::Position, 0, 1, 4),
+            ([false, false, true], 2) => $made!($($given)* $crate::drive::Position, 0, 2, 4),
+            ([false, false, true], _) => $made!($($given)* $crate::drive::Position, 0, 3, 4),
+            ([false, true, false], 0) => $made!($($given)* $crate::drive::Position, 1, 0, 3),
+            ([false, true, false], 1) => $made!($($given)* $crate::drive::Position, 1, 1, 3),
+            ([false, true, false], 2) => $made!($($given)* $crate::drive::Position, 1, 2, 3),
+            ([false, true, false], _) => $made!($($given)* $crate::drive::Position, 1, 3, 3),
+            ([false, true, true], 0) => $made!($($given)* $crate::drive::Position, 1, 0, 4),
+            ([false, true, true], 1) => $made!($($given)* $crate::drive::Position, 1, 1, 4),
+            ([false, true, true], 2) => $made!($($given)* $crate::drive::Position, 1, 2, 4),
+            ([false, true, true], _) => $made!($($given)* $crate::drive::Position, 1, 3, 4),
+            ([true, false, false], 0) => $made!($($given)* $crate::drive::Speed, 0, 0, 3),
+            ([true, false, false], 1) => $made!($($given)* $crate::drive::Speed, 0, 1, 3),
+            ([true, false, false], 2) => $made!($($given)* $crate::drive::Speed, 0, 2, 3),
+            ([true, false, false], _) => $made!($($given)* $crate::drive::Speed, 0, 3, 3),
+            ([true, false, true], 0) => $made!($($given)* $crate::drive::Speed, 0, 0, 4),
+            ([true, false, true], 1) => $made!($($given)* $crate::drive::Speed, 0, 1, 4),
+            ([true, false, true], 2) => $made!($($given)* $crate::drive::Speed, 0, 2, 4),
+            ([true, false, true], _) => $made!($($given)* $crate::drive::Speed, 0, 3, 4),
+            ([true, true, false], 0) => $made!($($given)* $crate::drive::Speed, 1, 0, 3),
+            ([true, true, false], 1) => $made!($($given)* $crate::drive::Speed, 1, 1, 3),
+            ([true, true, false], 2) => $made!($($given)* $crate::drive::Speed, 1, 2, 3),
+            ([true, true, false], _) => $made!($($given)* $crate::drive::Speed, 1, 3, 3),
+            ([true, true, true], 0) => $made!($($given)* $crate::drive::Speed, 1, 0, 4),
+            ([true, true, true], 1) => $made!($($given)* $crate::drive::Speed, 1, 1, 4),
+            ([true, true, true], 2) => $made!($($given)* $crate::drive::Speed, 1, 2, 4),
+            ([true, true, true], _) => $made!($($given)* $crate::drive::Speed, 1, 3, 4),
         }
     };
-    (joint $flags:expr => $made:ident!($($given:tt)*)) => {
-        match $flags {
-            [_, false, false, _] => $made!($($given)* $crate::drive::Position, 0, 0),
-            [_, false, true, _] => $made!($($given)* $crate::drive::Position, 0, 1),
-            [_, true, false, _] => $made!($($given)* $crate::drive::Position, 1, 0),
-            [_, true, true, _] => $made!($($given)* $crate::drive::Position, 1, 1),
+    (joint $form:expr => $made:ident!($($given:tt)*)) => {
+        match $form {
+            ([_, false, _], 0) => $made!($($given)* $crate::drive::Position, 0, 0),
+            ([_, false, _], 1) => $made!($($given)* $crate::drive::Position, 0, 1),
+            ([_, false, _], 2) => $made!($($given)* $crate::drive::Position, 0, 2),
+            ([_, false, _], _) => $made!($($given)* $crate::drive::Position, 0, 3),
+            ([_, true, _], 0) => $made!($($given)* $crate::drive::Position, 1, 0),
+            ([_, true, _], 1) => $made!($($given)* $crate::drive::Position, 1, 1),
+            ([_, true, _], 2) => $made!($($given)* $crate::drive::Position, 1, 2),
+            ([_, true, _], _) => $made!($($given)* $crate::drive::Position, 1, 3),
         }
     };
-    (quiet motor $flags:expr => $made:ident!($($given:tt)*)) => {
-        match $flags {
-            [false, _, false, false] => $made!($($given)* $crate::drive::Position, 0, 0, 3),
-            [false, _, false, true] => $made!($($given)* $crate::drive::Position, 0, 0, 4),
-            [false, _, true, false] => $made!($($given)* $crate::drive::Position, 0, 1, 3),
-            [false, _, true, true] => $made!($($given)* $crate::drive::Position, 0, 1, 4),
-            [true, _, false, false] => $made!($($given)* $crate::drive::Speed, 0, 0, 3),
-            [true, _, false, true] => $made!($($given)* $crate::drive::Speed, 0, 0, 4),
-            [true, _, true, false] => $made!($($given)* $crate::drive::Speed, 0, 1, 3),
-            [true, _, true, true] => $made!($($given)* $crate::drive::Speed, 0, 1, 4),
+    (quiet motor $form:expr => $made:ident!($($given:tt)*)) => {
+        match $form {
+            ([false, _, false], 0) => $made!($($given)* $crate::drive::Position, 0, 0, 3),
+            ([false, _, false], 1) => $made!($($given)* $crate::drive::Position, 0, 1, 3),
+            ([false, _, false], 2) => $made!($($given)* $crate::drive::Position, 0, 2, 3),
+            ([false, _, false], _) => $made!($($given)* $crate::drive::Position, 0, 3, 3),
+            ([false, _, true], 0) => $made!($($given)* $crate::drive::Position, 0, 0, 4),
+            ([false, _, true], 1) => $made!($($given)* $crate::drive::Position, 0, 1, 4),
+            ([false, _, true], 2) => $made!($($given)* $crate::drive::Position, 0, 2, 4),
+            ([false, _, true], _) => $made!($($given)* $crate::drive::Position, 0, 3, 4),
+            ([true, _, false], 0) => $made!($($given)* $crate::drive::Speed, 0, 0, 3),
+            ([true, _, false], 1) => $made!($($given)* $crate::drive::Speed, 0, 1, 3),
+            ([true, _, false], 2) => $made!($($given)* $crate::drive::Speed, 0, 2, 3),
+            ([true, _, false], _) => $made!($($given)* $crate::drive::Speed, 0, 3, 3),
+            ([true, _, true], 0) => $made!($($given)* $crate::drive::Speed, 0, 0, 4),
+            ([true, _, true], 1) => $made!($($given)* $crate::drive::Speed, 0, 1, 4),
+            ([true, _, true], 2) => $made!($($given)* $crate::drive::Speed, 0, 2, 4),
+            ([true, _, true], _) => $made!($($given)* $crate::drive::Speed, 0, 3, 4),
         }
     };
-    (quiet joint $flags:expr => $made:ident!($($given:tt)*)) => {
-        match $flags {
-            [_, _, false, _] => $made!($($given)* $crate::drive::Position, 0, 0),
-            [_, _, true, _] => $made!($($given)* $crate::drive::Position, 0, 1),
+    (quiet joint $form:expr => $made:ident!($($given:tt)*)) => {
+        match $form {
+            ([_, _, _], 0) => $made!($($given)* $crate::drive::Position, 0, 0),
+            ([_, _, _], 1) => $made!($($given)* $crate::drive::Position, 0, 1),
+            ([_, _, _], 2) => $made!($($given)* $crate::drive::Position, 0, 2),
+            ([_, _, _], _) => $made!($($given)* $crate::drive::Position, 0, 3),
         }
     };
 }

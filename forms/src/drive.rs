@@ -10,7 +10,7 @@ use controller_core::drive::{ALARMS, Bounds, Encoder, MotorDesign, Mounting};
 use controller_core::drives;
 use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction, Thresholds};
 use scenario::Drive;
-use tick_record::drive::{DriveFunctions, JET, joint, joint_tick, motor, motor_tick};
+use tick_record::drive::{DriveFunctions, JET, QUEUED, joint, joint_tick, motor, motor_tick};
 use tick_record::{Kind, Port, Record, Role, c};
 
 use super::arm::{DriveAssembly, DriveLayout, Effort, drive_assembly};
@@ -25,6 +25,7 @@ pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<S
             Ok(C { exported: &exported, functions: &functions, file, assembly: None }.text())
         }
         Form::Means(prefix, function) => means_of_c(drive, &functions(drive)?, prefix, function),
+        Form::MeansOfAssembly(..) if let Some(why) = too_late_for_assembly(drive) => Err(why),
         Form::MeansOfAssembly(prefix, function) => means(drive, &functions(drive)?, prefix, function),
         Form::Archive(_) => {
             Err("the archive for C takes no exported design of a drive (its own are designed where they \
@@ -37,11 +38,25 @@ pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<S
 
 /// The functions as assembly, and their header: that of the C file, with declarations where that has functions.
 pub(super) fn files(drive: &Drive, about: &About<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
+    if let Some(why) = too_late_for_assembly(drive) {
+        return Err(why);
+    }
     let (exported, functions) = (Exported::of(drive, about)?, functions(drive)?);
     let assembly = drive_assembly(&functions, prefix, effort)?;
     let file = File::new(prefix);
     let header = C { exported: &exported, functions: &functions, file, assembly: Some(&assembly) }.text();
     Ok(Files { assembly: assembly::text(prefix, &about.origin(), &assembly.text), header })
+}
+
+/// Why there is no assembly of a drive: its registers are shown for one tick of delay at most.
+fn too_late_for_assembly(drive: &Drive) -> Option<String> {
+    let delay_ticks = drive.designed.form().delay_ticks;
+    (delay_ticks > 1).then(|| {
+        format!(
+            "drive.delay_ticks = {delay_ticks} is not scheduled as assembly, 0 and 1 are: take --lang c --standalone, or \
+             --lang rust"
+        )
+    })
 }
 
 /// What one function of the assembly is to compute, as `cycle-bound --means` reads it.
@@ -162,14 +177,14 @@ pub(super) struct Exported<'a> {
 /// Does something for the type of a drive: aim, fast gain sets, ticks of delay, and of a motor states of its observer.
 macro_rules! of_its_type {
     ($drive:expr, $of_motor:ident, $of_joint:ident) => {{
-        let flags = $drive.designed.form().flags();
+        let types = $drive.designed.form().types();
         let made = match &$drive.designed {
             DriveDesign::Motor(DriveOf { design, mounted: [mounted], .. }) => {
-                drives!(motor flags => $of_motor!(design, mounted.mounting,))
+                drives!(motor types => $of_motor!(design, mounted.mounting,))
             }
             DriveDesign::Joint(DriveOf { design, mounted, .. }) => {
                 let mounting = mounted.map(|mounted| mounted.mounting);
-                drives!(joint flags => $of_joint!(design, mounting,))
+                drives!(joint types => $of_joint!(design, mounting,))
             }
         };
         made.map_err(|error| error.to_string())
@@ -216,7 +231,10 @@ impl<'a> Exported<'a> {
             self.drive.designed.title(),
             if follows == Follows::Position { "along a position" } else { "at a speed" },
             if gain_sets > 1 { "2 gain sets" } else { "1 gain set" },
-            if delay_ticks > 0 { "u held one tick late" } else { "no delay" },
+            match delay_ticks {
+                0 => "no delay".into(),
+                late => format!("u held {} late", ticks_in_words(late)),
+            },
             self.period_s()
         )
     }
@@ -235,6 +253,16 @@ impl<'a> Exported<'a> {
         let place = |name: &str| if shafts.len() > 1 { format!("_{name}") } else { String::new() };
         let encoders = shafts.iter().zip(designed.encoders());
         encoders.map(|(shaft, (_, mounted))| (place(shaft.name), mounted.encoder, mounted.mounting)).collect()
+    }
+}
+
+/// A delay in words.
+fn ticks_in_words(ticks: usize) -> String {
+    match ticks {
+        1 => "one tick".into(),
+        2 => "two ticks".into(),
+        3 => "three ticks".into(),
+        _ => format!("{ticks} ticks"),
     }
 }
 
@@ -295,7 +323,7 @@ const CONSTANTS: [(&str, &str); 52] = [
 ];
 
 /// What is said of a word of the state, by how its name begins.
-const WORDS: [(&str, &str); 23] = [
+const WORDS: [(&str, &str); 25] = [
     ("fresh", "no tick has passed since the start"),
     ("started", ""),
     ("last", "count of the last good sample"),
@@ -316,6 +344,8 @@ const WORDS: [(&str, &str); 23] = [
     ("held", "what the actuator held since the last tick, A"),
     ("limit", "what the power stage gives at most, A"),
     ("reported", "the last report, A; below 0 where the limit was set, and no report changes it"),
+    ("queued_3", "in two ticks, A"),
+    ("queued_2", "in one tick, A"),
     ("queued", "what it holds now, A"),
     ("g_", "g sin, g cos of the link"),
     ("", ""),
@@ -425,10 +455,9 @@ impl C<'_> {
         } else {
             " *     sample.begin = speed;  sample.end = speed_next;    rad/s at both ends of the tick\n"
         };
-        let late = if exported.drive.designed.form().delay_ticks == 0 {
-            ""
-        } else {
-            " *                                                        in which u is held: one tick from now\n"
+        let late = match exported.drive.designed.form().delay_ticks {
+            0 => String::new(),
+            late => format!("{:57} in which u is held: {} from now\n", " *", ticks_in_words(late)),
         };
         let usage = format!(
             " *
@@ -694,7 +723,10 @@ impl C<'_> {
         let follows = followed(reaction);
         let stops_at = reaction.stops_at();
         let bits = stops_at.bits() & ALARMS.bits();
-        let held = if self.exported.drive.designed.form().delay_ticks == 0 { "held" } else { "queued" };
+        let held = match self.exported.drive.designed.form().delay_ticks {
+            0 => "held",
+            late => QUEUED[late - 1],
+        };
         let looks = looks.collect::<String>();
         let over: Vec<String> = shafts.iter().map(|shaft| format!("over{shaft}")).collect();
         let [params, overs] = [", bool ", ", "].map(|before| format!("{before}{}", over.join(before)));

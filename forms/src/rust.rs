@@ -159,7 +159,7 @@ fn of_order(row: &[f64; MAX_N], n: usize) -> String {
 /// The design of a drive, likewise.
 pub(super) fn drive(exported: &Drive<'_>) -> String {
     let DriveForm { follows, gain_sets, delay_ticks, observer_states } = exported.drive.designed.form();
-    let (fast, late) = (u8::from(gain_sets > 1), u8::from(delay_ticks > 0));
+    let (fast, late) = (u8::from(gain_sets > 1), delay_ticks);
     let aim = if follows == Follows::Position { "Position" } else { "Speed" };
     let (designed, design, encoders, mounting, more) = match &exported.drive.designed {
         DriveDesign::Motor(DriveOf { design, mounted, .. }) => (
@@ -192,7 +192,7 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
     };
     let (limits, fence) = limits_of.map_or(("", "None".into()), |it| {
         let it = format!("{it:?}").replace("inf", "f64::INFINITY");
-        ("FenceLimits, ", format!("Some(Fence::new(&{it}, CONFIG.slowing()))"))
+        ("FenceLimits, ", format!("Some(Fence::new(&{it}, CONFIG.slowing({late})))"))
     });
     let mut out = head(&exported.title(), &exported.about.origin());
     let _ = write!(

@@ -12,7 +12,7 @@
 use std::time::{Duration, Instant};
 
 use controller_core::Output;
-use controller_core::drive::{DriveError, Sample, Target};
+use controller_core::drive::{Sample, Target};
 use loop_sim::MAX_ORDER;
 use loop_sim::port::drive::{DriveDesign, Follows, Form, Law};
 use loop_sim::port::in_process::{Download, ModelKind};
@@ -58,22 +58,30 @@ impl From<&Download> for Loadable {
     }
 }
 
+/// What a target runs, or why it does not, and what to change.
 impl TryFrom<&DriveDesign> for Loadable {
-    type Error = DriveError;
+    type Error = String;
 
-    fn try_from(drive: &DriveDesign) -> Result<Self, DriveError> {
+    fn try_from(drive: &DriveDesign) -> Result<Self, String> {
         let Form { follows, gain_sets, delay_ticks, observer_states } = drive.form();
+        if delay_ticks > 1 {
+            return Err(format!(
+                "the image on the chip takes a delay of 0 or 1 tick, this drive has drive.delay_ticks = {delay_ticks}: \
+                 export it as C or Rust (host-sim export --lang c --standalone, --lang rust)"
+            ));
+        }
         let (model, n, r) = match drive {
             DriveDesign::Motor(_) => (Model::Motor, 2, if observer_states > 3 { 4 } else { 3 }),
             DriveDesign::Joint(_) => (Model::Joint, 4, 4),
         };
         let flags = [
             (gain_sets > 1, Instance::TWO_SETS),
-            (delay_ticks > 0, Instance::LATE),
+            (delay_ticks == 1, Instance::LATE),
             (follows == Follows::Speed, Instance::SPEED),
         ];
         let mask = flags.into_iter().filter(|(is, _)| *is).map(|(_, flag)| flag).sum();
-        let words = drive.numbers()?.into_iter().flat_map(pil_wire::halves).collect();
+        let numbers = drive.numbers().map_err(|error| error.to_string())?;
+        let words = numbers.into_iter().flat_map(pil_wire::halves).collect();
         Ok(Self { instance: Instance { n, r, mask, model }, words })
     }
 }

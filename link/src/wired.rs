@@ -142,7 +142,7 @@ impl<'a, T: Transport> Wired<'a, T> {
 }
 
 fn loadable(designed: &DriveDesign) -> Result<Loadable, Stopped> {
-    Loadable::try_from(designed).map_err(|error| Stopped::Design(error.to_string()))
+    Loadable::try_from(designed).map_err(Stopped::Design)
 }
 
 impl<T: Transport> Stand for Wired<'_, T> {

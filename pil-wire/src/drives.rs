@@ -245,7 +245,9 @@ impl<const FAST: usize, const LATE: usize> Tuned<2, 4>
     }
 }
 
+/// A record in motion remembers two currents, and the form has one bit for the delay.
 const fn form(fast: usize, late: usize) -> u8 {
+    assert!(late <= 1, "a drive on the wire has a delay of 0 or 1 tick");
     Instance::TWO_SETS * fast as u8 + Instance::LATE * late as u8
 }
 

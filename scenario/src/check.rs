@@ -282,7 +282,17 @@ fn holds(choice: &Json, number: f64) -> bool {
 }
 
 fn out_of_range(choice: &Json, number: f64, node: &Node, path: &KeyPath) -> Option<Fault> {
-    (!holds(choice, number)).then(|| fault(node.origin, path, node, &expected(&[choice]), ""))
+    (!holds(choice, number)).then(|| {
+        let hint = as_delay(choice, number, path).unwrap_or_default();
+        fault(node.origin, path, node, &expected(&[choice]), &hint)
+    })
+}
+
+/// The longest delay of a drive, for one that is longer.
+fn as_delay(choice: &Json, number: f64, path: &KeyPath) -> Option<String> {
+    let is_of_drive = path.keys().is_some_and(|keys| keys.ends_with(&["drive", "delay_ticks"]));
+    let most = bound(choice, "maximum").filter(|most| is_of_drive && number > *most)?;
+    Some(format!(": take drive.delay_ticks = {most}, or a longer period, of which a delay has fewer ticks"))
 }
 
 /// In words: `a number above 0`, `"sin", "cos" or a list of 2 numbers`.

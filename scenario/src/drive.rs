@@ -199,8 +199,8 @@ pub struct MotorDriveTable {
     /// Bandwidth of the observer in the fast set over that in the quiet one. Default 2.
     #[schemars(range(min = 1, max = 4))]
     pub fast_ratio: Option<f64>,
-    /// Ticks from the computation of a current until it is held. Default 0.
-    #[schemars(range(min = 0, max = 1))]
+    /// Ticks from the computation of a current until it is held, 0 to 3. Default 0.
+    #[schemars(range(min = 0, max = 3))]
     pub delay_ticks: usize,
     /// Largest age of the count that a tick works with, s: uniform from 0, anew in each tick; at most period_s. Default
     /// 0.
@@ -583,8 +583,8 @@ pub struct JointDriveTable {
     /// Bandwidths of the observers in the fast set over those in the quiet one, link and motor. Default [3, 1.5].
     #[schemars(length(min = 2, max = 2), inner(range(min = 1, max = 4)))]
     pub fast_ratios: Option<Vec<f64>>,
-    /// Ticks from the computation of a current until it is held. Default 0.
-    #[schemars(range(min = 0, max = 1))]
+    /// Ticks from the computation of a current until it is held, 0 to 3. Default 0.
+    #[schemars(range(min = 0, max = 3))]
     pub delay_ticks: usize,
     /// Largest age of the counts that a tick works with, s: uniform from 0, anew in each tick, one for both; at most
     /// period_s. Default 0.

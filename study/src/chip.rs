@@ -82,13 +82,13 @@ fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
 }
 
 /// Bound in cycles of a tick of a drive that follows a position, also of the forms that are not measured: what two gain
-/// sets and a delay cost, added up.
+/// sets and each tick of delay cost, added up.
 pub fn cycles(designed: &DriveDesign) -> u32 {
     let Form { gain_sets, delay_ticks, .. } = designed.form();
     let bound = |name: &str| COSTS.iter().find(|cost| cost.instance == name).map_or(0, |cost| cost.bound);
     let kind = Kind::of(designed).instance;
     let more = |what: &str| bound(&format!("{kind}, {what}")) - bound(kind);
-    bound(kind) + if gain_sets > 1 { more("two sets") } else { 0 } + if delay_ticks > 0 { more("late") } else { 0 }
+    bound(kind) + if gain_sets > 1 { more("two sets") } else { 0 } + delay_ticks as u32 * more("late")
 }
 
 #[cfg(test)]

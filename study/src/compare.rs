@@ -116,7 +116,7 @@ impl Contender for Rival {
 
     fn design(&self, knobs: &[f64]) -> Option<Box<dyn Design>> {
         let law = self.kind.law(&self.task, knobs)?;
-        let linear = Linear::of_rival(&law, self.task.model.encoders(), self.task.delay_ticks() > 0);
+        let linear = Linear::of_rival(&law, self.task.model.encoders(), self.task.delay_ticks());
         Some(Box::new(RivalDesign { law: Arc::new(law), linear }))
     }
 }

@@ -16,7 +16,7 @@ use scenario::{AtRest, Experiment, Sensed};
 use serde::Serialize;
 
 use crate::Error;
-use crate::kind::Kind;
+use crate::kind::{Kind, observer_limit};
 use crate::map::is_zero;
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
 use crate::number::significant;
@@ -426,7 +426,7 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
             limit("noise", noise / most, meaning);
         }
         let form = drive.designed.form();
-        let most = if form.delay_ticks == 0 { 0.8 } else { 0.5 };
+        let most = observer_limit(&drive.designed);
         match &drive.designed {
             DriveDesign::Motor(DriveOf { design, .. }) => {
                 let [hold, lag, delay] = late_s(design, drive.current_lag_s, form).map(|late_s| 1e3 * late_s);
@@ -583,6 +583,7 @@ fn for_motor(
         let remedy = match late.iter().position(|part| *part == longest) {
             Some(0) => "a shorter period",
             Some(1) => "a faster current loop",
+            _ if form.delay_ticks > 1 => "fewer ticks of delay",
             _ => "no tick of delay",
         };
         format!("lost time binds ({} ms); {remedy} would allow more", number(1e3 * lost_s))
@@ -612,7 +613,7 @@ fn for_joint(
     let sets =
         [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
     let tried = sets.map(|(word, set)| {
-        let w = set.within(period_s, form.delay_ticks);
+        let w = set.slowed_for(period_s, form.delay_ticks).within(period_s, form.delay_ticks);
         let design_with = JointDesign { period_s, bandwidths: w, ..design };
         let got = closed(&DriveDesign::Joint(DriveOf { design: design_with, ..*joint }), at_rest)?;
         let line = format!(

@@ -1,6 +1,7 @@
 //! What differs between a motor and a joint in these studies, as data: one table for each kind of drive.
 
-use loop_sim::port::drive::DriveDesign;
+use controller_core::drive::{JointDesign, MotorDesign};
+use loop_sim::port::drive::{DriveDesign, Form};
 
 use crate::commission::{Plan, Swap};
 use crate::compare::{Knob, corners};
@@ -42,6 +43,15 @@ impl Kind {
             DriveDesign::Motor(_) => &MOTOR,
             DriveDesign::Joint(_) => &JOINT,
         }
+    }
+}
+
+/// The largest bandwidth of the observer of the driven shaft, times the period, that a design may have.
+pub(crate) const fn observer_limit(designed: &DriveDesign) -> f64 {
+    let Form { delay_ticks, observer_states, .. } = designed.form();
+    match designed {
+        DriveDesign::Motor(_) => MotorDesign::observer_limit(delay_ticks, observer_states),
+        DriveDesign::Joint(_) => JointDesign::motor_observer_limit(delay_ticks),
     }
 }
 

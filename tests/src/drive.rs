@@ -1,5 +1,7 @@
 //! Drives for the suite: recorded counts fed to a law, tick by tick.
 
+use std::collections::VecDeque;
+
 use crate::oracle::factorial;
 use controller_core::drive::{Aim, ChainModel, EncoderForm, Joint, JointDrive, MotorDrive, Position, Sample, Target};
 use controller_core::{ControlLaw, Output, Real, Running, Sealed};
@@ -165,6 +167,23 @@ pub fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
+/// An expression for a number of ticks of delay, 0 to 3, that it has as the constant `$late`.
+#[macro_export]
+macro_rules! with_delay {
+    ($delay:expr, $late:ident => $made:expr) => {
+        match $delay {
+            0 => $crate::with_delay!(@ 0, $late => $made),
+            1 => $crate::with_delay!(@ 1, $late => $made),
+            2 => $crate::with_delay!(@ 2, $late => $made),
+            _ => $crate::with_delay!(@ 3, $late => $made),
+        }
+    };
+    (@ $number:literal, $late:ident => $made:expr) => {{
+        const $late: usize = $number;
+        $made
+    }};
+}
+
 /// How the loop is run.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
@@ -190,7 +209,8 @@ where
     T: Plain,
     A: Aim<T, 2>,
 {
-    let (mut running, mut trace, mut queued) = (Running::new(law), Trace::default(), 0.0);
+    let (mut running, mut trace) = (Running::new(law), Trace::default());
+    let mut queued = VecDeque::from(vec![0.0; run.delay as usize]);
     let unit = std::f64::consts::TAU / f64::from(1 << run.bits);
     let ahead = f64::from(run.delay);
     for k in 0..run.ticks {
@@ -207,7 +227,8 @@ where
         trace.speed_error.push(shaft.x[1] - v);
         trace.u.push(u);
         trace.load.push(running.estimates().map_or(0.0, |known| known.load[0].to_f64()));
-        let held = if run.delay == 1 { std::mem::replace(&mut queued, u) } else { u };
+        queued.push_back(u);
+        let held = queued.pop_front().unwrap_or(u);
         shaft.advance(t, held, run.period_s);
     }
     trace
@@ -395,7 +416,8 @@ pub fn run_joint<T: Plain, const FAST: usize, const LATE: usize>(
     plan: &dyn Fn(f64) -> [f64; 4],
     mut each: impl FnMut(u32, &mut JointSample<T>, &mut Running<JointDrive<T, Position, FAST, LATE>>),
 ) -> Trace {
-    let (mut running, mut trace, mut queued) = (Running::new(law), Trace::default(), 0.0);
+    let (mut running, mut trace) = (Running::new(law), Trace::default());
+    let mut queued = VecDeque::from(vec![0.0; run.delay as usize]);
     let unit = std::f64::consts::TAU / f64::from(1 << run.bits);
     for k in 0..run.ticks {
         let t = f64::from(k) * run.period_s;
@@ -410,7 +432,8 @@ pub fn run_joint<T: Plain, const FAST: usize, const LATE: usize>(
         trace.error.push(plant.x[0] - jet[0]);
         trace.speed_error.push(plant.x[1] - jet[1]);
         trace.u.push(u);
-        let held = if run.delay == 1 { std::mem::replace(&mut queued, u) } else { u };
+        queued.push_back(u);
+        let held = queued.pop_front().unwrap_or(u);
         plant.advance(t, held, run.period_s);
     }
     trace
@@ -517,10 +540,12 @@ impl<const E: usize> LinearLaw<E> {
             let known = || theta.iter().chain(&from[P..P + E + remembered]);
             let law: Vec<f64> = self.rows.iter().map(|row| row.iter().zip(known()).map(|(a, b)| a * b).sum()).collect();
             let u = law[remembered];
-            let held = if delay == 1 { from[size - 1] } else { u };
+            // The oldest goes out, the newest comes last.
+            let queued: Vec<f64> = from[size - delay..].iter().copied().chain([u]).collect();
+            let held = queued[0];
             let plant = (0..P).map(|i| (0..P).map(|j| own[j][i] * from[j]).sum::<f64>() + driven[i] * held);
             let after = plant.chain(theta).chain(law[..remembered].iter().copied());
-            after.chain((0..delay).map(|_| u)).collect()
+            after.chain(queued[1..].iter().copied()).collect()
         };
         // Transposed: the spectral radius is the same.
         spectral_radius(

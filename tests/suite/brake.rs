@@ -169,7 +169,7 @@ fn a_shaft_brakes_ahead_of_the_ends_of_its_range() {
             ..FenceLimits::NONE
         };
         let mut rig = Rig::new(Shaft::ROUGH, &reference);
-        rig.fence = Some(Fence::new(&limits, DESIGN.slowing()));
+        rig.fence = Some(Fence::new(&limits, DESIGN.slowing(0)));
         let mut past = f64::NEG_INFINITY;
         for _ in 0..2000 {
             rig.period(Some);
@@ -209,7 +209,7 @@ fn a_shaft_that_follows_its_target_goes_up_to_the_end_and_rests_there() {
         for side in [1.0, -1.0] {
             let mirrored = |t: f64| reference(t).map(|r| side * r);
             let mut rig = Rig::new(Shaft { x: [side * start, 0.0, 0.0], ..Shaft::ROUGH }, &mirrored);
-            rig.fence = Some(Fence::new(&limits, DESIGN.slowing()));
+            rig.fence = Some(Fence::new(&limits, DESIGN.slowing(0)));
             rig.healthy(5000);
             assert!(!rig.seen.intersects(Health::END_OF_RANGE | Health::BRAKES), "{k}, {side}: {:?}", rig.seen);
         }
@@ -226,7 +226,7 @@ fn too_fast_and_too_far_from_the_target_are_told_and_braked() {
     let hit = Shaft { load: [0.8, 0.12], ..Shaft::ROUGH };
     for (limits, shaft, told) in [(fast, Shaft::ROUGH, Health::OVERSPEED), (far, hit, Health::FOLLOWING_ERROR)] {
         let mut rig = Rig::new(shaft, &reference);
-        rig.fence = Some(Fence::new(&limits, DESIGN.slowing()));
+        rig.fence = Some(Fence::new(&limits, DESIGN.slowing(0)));
         rig.healthy(2500);
         println!("{:?}, at {:.3} rad/s in the end", rig.seen, rig.shaft.x[1]);
         assert!(rig.seen.contains(told | Health::BRAKES | Health::STOPPED), "{:?}", rig.seen);

@@ -15,6 +15,7 @@ use integration_tests::drive::{
 };
 use integration_tests::sampled;
 use integration_tests::strategy::Rng;
+use integration_tests::with_delay;
 
 fn design(period_s: f64, bits: u32, bandwidths: JointBandwidths) -> JointDesign {
     JointDesign::new(period_s, Joint::TABLE_I, [Encoder::absolute(bits); 2], Limits::symmetric(30.0), 1.3)
@@ -170,6 +171,48 @@ fn near_rest_nothing_grows_but_four_corners_of_slow_loops() {
     }
     for (name, (lost, _), allowed) in found {
         assert!(lost.iter().all(|lost| allowed.contains(lost)), "{name}: {lost:?}");
+    }
+}
+
+/// 32 corners of ±20 %, the measured sets at 1, 0.5 and 0.2 ms as the rule slows them down, and the fastest bandwidths
+/// that a design may have, whose k_l is 5 times w_c. At ±50 % of 1 ms some corners are lost.
+#[test]
+fn with_two_and_three_ticks_of_delay_a_joint_is_stable_within_20_percent() {
+    let [near, far] = [0.2, 0.5].map(|size| corners(size).collect::<Vec<_>>());
+    for delay in [2, 3] {
+        let radius = |period_s: f64, bandwidths: JointBandwidths, plants: &[Flexible]| {
+            let design = design(period_s, 20, bandwidths);
+            let (lost, largest) = with_delay!(delay, LATE => unstable::<LATE>(&design, plants));
+            (lost.len(), largest)
+        };
+        for (name, set) in [("default", DEFAULT), ("firm", JointBandwidths::FIRM), ("quiet", JointBandwidths::QUIET)] {
+            for period_s in [1e-3, 5e-4, 2e-4] {
+                let bandwidths = set.slowed_for(period_s, delay).within(period_s, delay);
+                let (lost, largest) = radius(period_s, bandwidths, &near);
+                println!("{name}, {period_s} s, {delay} late: {:.0} rad/s, {largest:.5}", bandwidths.motor_rad_s);
+                assert_eq!(lost, 0, "{name}, {period_s} s, {delay} late: {largest}");
+            }
+        }
+        for period_s in [1e-3, 2e-4] {
+            let motor_rad_s = JointDesign::motor_observer_limit(delay) / period_s;
+            let surface_rad_s = motor_rad_s / 10.5;
+            let fastest = JointBandwidths {
+                surface_rad_s,
+                link_rad_s: motor_rad_s / 3.5,
+                motor_rad_s,
+                reaching_per_s: 5.0 * surface_rad_s,
+                offset_per_s: 0.5 * surface_rad_s,
+            };
+            let (lost, largest) = radius(period_s, fastest, &near);
+            println!("fastest, {period_s} s, {delay} late: {largest:.5}");
+            assert_eq!(lost, 0, "{fastest:?}, {delay} late: {largest}");
+            let over = design(period_s, 20, JointBandwidths { motor_rad_s: 1.001 * motor_rad_s, ..fastest });
+            let error = over.validate(delay).expect_err("too fast");
+            assert_eq!((error.field, error.nearest()), ("bandwidths.motor_rad_s", error.high));
+        }
+        let (lost, largest) = radius(1e-3, DEFAULT.slowed_for(1e-3, delay).within(1e-3, delay), &far);
+        println!("default, 50 %, {delay} late: {lost} of 32 lost, {largest:.5}");
+        assert_eq!(lost, if delay == 2 { 8 } else { 9 });
     }
 }
 

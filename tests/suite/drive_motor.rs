@@ -14,6 +14,7 @@ use integration_tests::drive::{
 };
 use integration_tests::sampled;
 use integration_tests::strategy::Rng;
+use integration_tests::with_delay;
 use std::f64::consts::TAU;
 
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
@@ -185,7 +186,7 @@ fn noise_of_the_current_is_what_the_rule_allows() {
     }
 }
 
-/// J, K_t, B at ±50 % and between, with and without a tick of delay, one set: an offset of 0.01 rad has gone after
+/// J, K_t, B at ±50 % and between, with 0 to 3 ticks of delay, one set: an offset of 0.01 rad has gone after
 /// 150 time constants of the surface (with a third of the gain the loop is slow).
 #[test]
 fn corners_of_the_motor_are_stable() {
@@ -197,20 +198,17 @@ fn corners_of_the_motor_are_stable() {
         for lag_s in [0.0, 2e-4] {
             for &corner in sampled(&errors, 5) {
                 let shaft = Shaft { x: [0.01, 0.0, 0.0], lag_s, ..off(Shaft::CLEAN, corner) };
-                for delay in [0, 1] {
+                for delay in 0..=3 {
                     let mut design = by_rule(period_s, bits).with_lag(lag_s, delay);
                     design.encoder = Encoder::absolute(24);
                     design.gate_steps = f64::INFINITY;
                     let ticks = (150.0 / (design.bandwidths.surface_rad_s * period_s)) as u32;
                     let run = Run { period_s, bits: 24, ticks, delay };
                     let still = |_: f64| [0.0; 2];
-                    let error = if delay == 0 {
-                        let law = MotorDrive::<f32, Position>::try_design(&design).expect("a good design");
+                    let error = with_delay!(delay, LATE => {
+                        let law = MotorDrive::<f32, Position, 0, LATE>::try_design(&design).expect("a good design");
                         run_motor(law, shaft, run, &still, |_, _, _| ()).error
-                    } else {
-                        let law = MotorDrive::<f32, Position, 0, 1>::try_design(&design).expect("a good design");
-                        run_motor(law, shaft, run, &still, |_, _, _| ()).error
-                    };
+                    });
                     let last = peak(&error[error.len() - error.len() / 20..]);
                     worst = worst.max(last);
                     assert!(last <= 5e-5, "{bits} bits, {period_s} s, {delay} late, {corner:?}: {last:e}");
@@ -260,10 +258,6 @@ fn bandwidths_by_rule_are_the_known_ones() {
 /// must not be had at ±50 %, nor a fourth state at a third of the gain, is true as well.
 #[test]
 fn the_rule_is_stable_in_all_48_combinations() {
-    let grid = |size: f64| -> Vec<[f64; 3]> {
-        let steps = [-size, 0.0, size];
-        steps.into_iter().flat_map(|inertia| steps.map(|torque| [inertia, torque, 0.0])).collect()
-    };
     let mut rng = Rng::new(0x48);
     let [mut combinations, mut fast_at_50, mut less_fast_at_50, mut four_states] = [0; 4];
     let mut largest = [0.0_f64; 3];
@@ -301,6 +295,74 @@ fn the_rule_is_stable_in_all_48_combinations() {
     println!("unstable at 50 %: fast set {fast_at_50}, 1.5 times {less_fast_at_50}, four states {four_states}");
     assert_eq!((combinations, less_fast_at_50, four_states), (48, 22, 48));
     assert!(fast_at_50 > 22, "{fast_at_50}");
+}
+
+/// The same with two and three ticks of delay: every loop near rest dies away, at J and K_t off by ±50 % with one set,
+/// with the fast set alone and with four states at ±20 %.
+#[test]
+fn the_rule_is_stable_with_two_and_three_ticks_of_delay() {
+    let mut largest = [[0.0_f64; 3]; 2];
+    for (bits, period_s) in [12, 14, 16, 20].into_iter().flat_map(|bits| [1e-3, 5e-4, 1e-4].map(|t| (bits, t))) {
+        for (lag_s, delay) in [(0.0, 2), (2e-4, 2), (0.0, 3), (2e-4, 3)] {
+            let design = by_rule(period_s, bits).with_lag(lag_s, delay);
+            let mut fast = design;
+            fast.bandwidths.observer_rad_s *= 2.0;
+            let found = with_delay!(delay, LATE => [
+                unstable::<LATE, 3>(&design, lag_s, &grid(0.5)),
+                unstable::<LATE, 3>(&fast, lag_s, &grid(0.2)),
+                unstable::<LATE, 4>(&design, lag_s, &grid(0.2)),
+            ]);
+            for ((count, radius), largest) in found.into_iter().zip(&mut largest[delay as usize - 2]) {
+                assert_eq!(count, 0, "{bits} bits, {period_s} s, lag {lag_s} s, {delay} late: {radius}");
+                *largest = largest.max(radius);
+            }
+        }
+    }
+    println!("largest radius at 50 %, of the fast set and of four states at 20 %, with 2 and 3 ticks: {largest:.5?}");
+}
+
+/// J and K_t off by a share, on a grid of nine points.
+fn grid(size: f64) -> Vec<[f64; 3]> {
+    let steps = [-size, 0.0, size];
+    steps.into_iter().flat_map(|inertia| steps.map(|torque| [inertia, torque, 0.0])).collect()
+}
+
+/// Bandwidths of one's own, up to the limits that a design is held to: stable within ±20 % with an immediate current.
+/// With four states and one tick of delay the limit is older than this, and higher than what is stable.
+#[test]
+fn up_to_the_limits_the_motor_is_stable() {
+    let errors = grid(0.2);
+    for (delay, states) in [(0, 3), (1, 3), (2, 3), (3, 3), (0, 4), (1, 4), (2, 4), (3, 4)] {
+        let limit = if (delay, states) == (1, 4) { 0.3 } else { MotorDesign::observer_limit(delay, states) };
+        let mut largest = 0.0_f64;
+        for (share, surface) in [1.0, 0.5, 0.1].into_iter().flat_map(|share| [0.5, 0.2, 0.05].map(|w| (share, w))) {
+            for reaching in [1.0, 0.5, 0.3, 0.1] {
+                let bandwidths = MotorBandwidths {
+                    surface_rad_s: surface * 1e3,
+                    observer_rad_s: share * limit * 1e3,
+                    reaching_per_s: reaching * 1e3,
+                    offset_per_s: 0.5 * surface * 1e3,
+                };
+                let design = by_rule(1e-3, 20).with_bandwidths(bandwidths);
+                let (count, radius) = with_delay!(delay, LATE => if states == 3 {
+                    unstable::<LATE, 3>(&design, 0.0, &errors)
+                } else {
+                    unstable::<LATE, 4>(&design, 0.0, &errors)
+                });
+                assert_eq!(count, 0, "{delay} late, {states} states, {bandwidths:?}: {radius}");
+                largest = largest.max(radius);
+            }
+        }
+        println!("{delay} late, {states} states, w_o T up to {limit}: radius up to {largest:.5}");
+        let over = by_rule(1e-3, 20).with_bandwidths(MotorBandwidths {
+            observer_rad_s: 1.001 * MotorDesign::observer_limit(delay, states) * 1e3,
+            ..by_rule(1e-3, 20).bandwidths
+        });
+        let error = over.validate(delay, states).expect_err("too fast");
+        assert_eq!((error.field, error.nearest()), ("bandwidths.observer_rad_s", error.high));
+    }
+    let error = by_rule(1e-3, 20).validate(4, 3).expect_err("too late");
+    assert_eq!((error.field, error.nearest()), ("delay_ticks", 3.0));
 }
 
 /// From 3 rad without a plan: u is at its limit for many ticks, the observers know what was held, and the loop settles.

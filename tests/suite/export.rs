@@ -917,7 +917,7 @@ extern \"C\" void reset() {
 }
 
 /// Enough of a search for an order that fits.
-const QUICK: Effort = Effort { rounds: 1, steps: 120_000, seed: 1 };
+pub(super) const QUICK: Effort = Effort { rounds: 1, steps: 120_000, seed: 1 };
 
 #[test]
 fn the_exported_assembly_gives_the_bits_of_the_tick_on_the_emulated_chip() {

@@ -15,13 +15,14 @@ use integration_tests::sampled;
 use integration_tests::strategy::Rng;
 use loop_sim::port::drive::{DriveDesign, DriveOf, Reaction};
 use scenario::Source;
+use std::collections::VecDeque;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 
 use super::export::{
-    CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, Place, STM32F405, STRICT, answers, compile, exported, folder,
+    CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, Place, QUICK, STM32F405, STRICT, answers, compile, exported, folder,
     other_boards, plain, said_by_exported_rust,
 };
 
@@ -39,7 +40,7 @@ const JOINT: &str = "joint = { link_inertia_kg_m2 = 0.23, link_damping_n_m_s = 0
 /// A scenario in two parts, and the Rust drive of it.
 type Instance = (&'static str, &'static str, &'static str, fn(&str, &str) -> Run);
 
-const INSTANCES: [Instance; 12] = [
+const INSTANCES: [Instance; 16] = [
     (
         "two_sets",
         MOTOR,
@@ -71,6 +72,20 @@ const INSTANCES: [Instance; 12] = [
     ),
     ("four_states", MOTOR, "encoder = { bits = 20 }\ndrive = { observer_states = 4 }", motor::<Position, 1, 0, 4>),
     (
+        "late3",
+        MOTOR,
+        "encoder = { bits = 14 }\ndrive = { delay_ticks = 3, uncertain_percent = 30, fallback = 0.5 }
+         monitor = { reaction = 'brake' }",
+        motor::<Position, 0, 3, 3>,
+    ),
+    (
+        "late2",
+        MOTOR,
+        "encoder = { bits = 20 }\ndrive = { delay_ticks = 2 }\nmonitor = { reaction = 'brake' }
+         limits = { low_rad = -30, high_rad = 40 }",
+        motor::<Position, 1, 2, 3>,
+    ),
+    (
         "geared",
         GEARED,
         "encoder = { bits = 12, reversed = true }\ndrive = { lost_ticks = 5 }",
@@ -92,6 +107,14 @@ const INSTANCES: [Instance; 12] = [
          drive = { mode = 'speed', delay_ticks = 1, uncertain_percent = 30, observer_states = 4 }
          reference = { kind = 'speed', speed_rad_s = 20 }",
         motor::<Speed, 0, 1, 4>,
+    ),
+    (
+        "speed_late3",
+        MOTOR,
+        "encoder = { bits = 14 }
+         drive = { mode = 'speed', delay_ticks = 3, observer_states = 4 }
+         reference = { kind = 'speed', speed_rad_s = 20 }",
+        motor::<Speed, 1, 3, 4>,
     ),
     (
         "joint",
@@ -124,6 +147,15 @@ const INSTANCES: [Instance; 12] = [
         "encoder = { link = { bits = 20 }, motor = { bits = 20 } }
          drive = { delay_ticks = 1, uncertain_percent = 30 }",
         joint::<0, 1>,
+    ),
+    (
+        "joint_late3",
+        JOINT,
+        "encoder = { link = { bits = 20 }, motor = { bits = 20 } }
+         drive = { delay_ticks = 3 }
+         monitor = { reaction = 'brake' }
+         limits = { low_rad = -3 }",
+        joint::<1, 3>,
     ),
 ];
 
@@ -357,6 +389,7 @@ where
 {
     let mut rng = Rng::new(0xD41E + name.bytes().map(u64::from).sum::<u64>());
     let mut running = Running::new(*law);
+    let mut under_way = VecDeque::from(vec![0.0; LATE]);
     let (fence, does_brake) = (of.fence(), of.reaction() == Reaction::Brake);
     let (mut wanted, mut counters) =
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
@@ -425,7 +458,8 @@ where
             stopped = output.health.contains(Health::STOPPED);
             answers.push(u32::from(output.health.bits()));
             answers.extend([output.u, output.sigma, output.sigma_star].map(f32::to_bits));
-            plant.advance(f64::from(output.u).clamp(-30.0, 30.0));
+            under_way.push_back(f64::from(output.u).clamp(-30.0, 30.0));
+            plant.advance(under_way.pop_front().expect("one that was just queued"));
         }
         asked.extend(
             [what, u32::from(lost[0]) | u32::from(lost[1]) << 1]
@@ -603,7 +637,7 @@ int main(void)
 }
 
 fn compare_all(place: Place, options: &[&str]) {
-    let instances: Vec<Instance> = sampled(INSTANCES, 5).collect();
+    let instances: Vec<Instance> = sampled(INSTANCES, 3).collect();
     compare(&instances, place, options);
 }
 
@@ -732,6 +766,38 @@ fn the_program_of_the_docs_compiles_as_c_as_cpp_and_for_the_chip_without_a_warni
         fs::write(&source, program).expect("the program");
         let warnings = if compiler == "c++" { &STRICT[1..] } else { &STRICT[..] };
         compile(compiler, &[warnings, options, &["-c"]].concat(), &source, &object);
+    }
+}
+
+/// Assembly is scheduled for a tick of delay at most; what it says to take instead is there.
+#[test]
+fn a_drive_that_is_two_or_three_ticks_late_is_no_assembly_but_c_and_rust() {
+    let folder = folder("drive-late");
+    for (name, text) in [("motor", scenario::MOTOR), ("joint", scenario::JOINT)] {
+        for late in [2, 3] {
+            let file = folder.join(format!("{name}{late}.toml"));
+            fs::write(&file, text).expect("the scenario");
+            let (file, set) = (file.to_str().expect("a name"), format!("drive.delay_ticks={late}"));
+            let export = |lang: &[&str], out: &str| {
+                let out = folder.join(out).to_str().expect("a name").to_owned();
+                let options = ["export", file, "--set", &set, "--force", "-o", &out];
+                integration_tests::program::host_sim(&[&options[..], lang].concat())
+            };
+            let sets = [set.clone()];
+            let source = Source { file: "it", text, sets: &sets };
+            let experiment = scenario::parse(&source, "it").unwrap_or_else(|error| panic!("{error}"));
+            let Err(refused) = forms::assembly(&experiment, &source, forms::PREFIX, &QUICK) else { panic!("too late") };
+            let why = format!("drive.delay_ticks = {late} is not scheduled as assembly, 0 and 1 are: take --lang c");
+            assert!(refused.starts_with(&why), "{refused}");
+            for (lang, out) in [(&["--lang", "c", "--standalone"][..], "it.h"), (&["--lang", "rust"], "it.rs")] {
+                let told = export(lang, out);
+                assert_eq!(told.status, 0, "{told:?}");
+            }
+            let c = fs::read_to_string(folder.join("it.h")).expect("the C file");
+            assert!(c.contains(&format!("DELAY_TICKS {late} ")) && c.contains(&format!("float queued_{late};")), "{c}");
+            let rust = fs::read_to_string(folder.join("it.rs")).expect("the Rust file");
+            assert!(rust.contains(&format!(", Position, 1, {late}")), "{rust}");
+        }
     }
 }
 

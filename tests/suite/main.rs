@@ -9,6 +9,7 @@ mod commission;
 mod comparison;
 mod compile;
 mod convergence;
+mod delay;
 mod derating;
 mod drive_chain;
 mod drive_guard;

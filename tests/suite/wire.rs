@@ -298,6 +298,13 @@ fn a_scenario_that_no_target_carries_is_refused_with_what_to_change() {
     let told = |file, sets: &[&str]| for_target(&shipped(file, sets)).expect_err("not for a target");
     assert!(told("default.toml", &["controller.precision=f64"]).ends_with("set controller.precision=f32"));
     assert!(told("fig01_baseline.toml", &[]).ends_with("set controller.kind=proposed"));
+    for (text, late) in [(scenario::MOTOR, "2"), (scenario::JOINT, "3")] {
+        let experiment = drive(text, &[&format!("drive.delay_ticks={late}")]);
+        let told = for_target(&experiment).expect_err("too late for a target");
+        assert!(told.contains("takes a delay of 0 or 1 tick") && told.contains("export it as C or Rust"), "{told}");
+        let designed = &experiment.drive.as_ref().expect("a drive").designed;
+        assert!(Loadable::try_from(designed).is_err());
+    }
     let fifth = [
         "plant.order=5",
         "plant.a=[0,0,0,0,0]",

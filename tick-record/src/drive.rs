@@ -168,9 +168,13 @@ where
     }
 }
 
-/// Names of the numbers of a state, in their order: of `states` estimates a shaft, with two gain sets, with a tick of
-/// delay.
-fn state_names(shafts: &[&str], pushed: &[&str], states: usize, has_fast: bool, is_late: bool) -> Vec<String> {
+/// The u that are under way with three ticks of delay: that which is held now comes first, with fewer the others are
+/// not there.
+pub const QUEUED: [&str; 3] = ["queued", "queued_2", "queued_3"];
+
+/// Names of the numbers of a state, in their order: of `states` estimates a shaft, with two gain sets, so many ticks
+/// late.
+fn state_names(shafts: &[&str], pushed: &[&str], states: usize, has_fast: bool, late: usize) -> Vec<String> {
     let of = |names: &[&str], shafts: &[&str]| -> Vec<String> {
         shafts.iter().flat_map(|shaft| names.iter().map(move |name| format!("{name}{shaft}"))).collect()
     };
@@ -187,9 +191,7 @@ fn state_names(shafts: &[&str], pushed: &[&str], states: usize, has_fast: bool, 
     all.extend(of(&["missed"], shafts));
     all.extend(of(&["off"], shafts));
     all.extend(["doubt", "offset", "held", "limit", "reported"].map(String::from));
-    if is_late {
-        all.push("queued".into());
-    }
+    all.extend(QUEUED[..late].iter().copied().map(String::from));
     all
 }
 
@@ -200,7 +202,7 @@ where
     A: NamedAim<N>,
 {
     fn state_names() -> Vec<String> {
-        state_names(&M::SHAFTS, M::PUSHED, S, FAST == 1, LATE == 1)
+        state_names(&M::SHAFTS, M::PUSHED, S, FAST == 1, LATE)
     }
 
     fn sample(&self, recorder: &Recorder) -> Self::Sample {

@@ -5,6 +5,7 @@
 use controller_core::drive::{Monitored, WatchTicks, Watched};
 use controller_core::{ControlLaw, Health, Output, Real, RetuneError, Words};
 
+use crate::drive::QUEUED;
 use crate::joined::{Given, Joined};
 use crate::law::{self, Recorded};
 use crate::record::{Id, Kind, Op, Port, Record, Role};
@@ -315,16 +316,12 @@ pub fn watched(
     .cloned()
     .collect();
     let (brakes, u) = (judged.get_flag(Health::BRAKES), judged.get("u", Role::Output));
-    let is_late = told.get("queued", Role::State).is_some();
+    // What was commanded last: the newest of those that are under way.
+    let commanded = QUEUED.into_iter().rev().find(|name| told.get(name, Role::State).is_some()).unwrap_or("held");
     let zero = joined.constant(Op::Constant(0.0));
     // A drive that has stopped stays as it is; one that brakes has put out another u, and begins anew from there.
     for (port, id) in told.all().filter(|(port, _)| port.role == Role::State) {
-        let instead = match port.name.as_str() {
-            "offset" => Some(zero),
-            "queued" => u,
-            "held" if !is_late => u,
-            _ => None,
-        };
+        let instead = if port.name == "offset" { Some(zero) } else { u.filter(|_| port.name == commanded) };
         let id = match (brakes, instead) {
             (Some(brakes), Some(instead)) => joined.select(brakes, instead, *id),
             _ => *id,

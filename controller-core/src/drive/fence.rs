@@ -14,7 +14,7 @@
 //! const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 //! const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
 //! const WITHIN: FenceLimits = FenceLimits { low_rad: -1.0, high_rad: 20.0, ..FenceLimits::NONE };
-//! let fence = Fence::new(&WITHIN, DESIGN.slowing());
+//! let fence = Fence::new(&WITHIN, DESIGN.slowing(0));
 //! # let known = |speed| DriveEstimates { turn: 3, position: [0.5], speed: [speed], disturbance: [0.0], load: [0.0] };
 //! # let target = Target { turn: 3, jet: [0.0, 0.0] };
 //! // 0.65 rad before the end, thrown off its target: at 20 rad/s it can still come to rest, at 40 it is time to brake.
@@ -67,7 +67,7 @@ impl FenceLimits {
 pub struct Slowing {
     /// Deceleration that is sure at the limit of u, rad/s².
     pub deceleration_rad_s2: f64,
-    /// Time constant within the limits, and two ticks, s.
+    /// Time constant within the limits, and the ticks until a current acts, two at least, s.
     pub constant_s: f64,
     /// What the encoder may be off at rest, rad: the ends are so much further out.
     pub tolerance_rad: f64,

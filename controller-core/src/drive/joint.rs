@@ -18,11 +18,14 @@
 //! # Bandwidths
 //! Three sets are measured: [`JointBandwidths::DEFAULT`], `FIRM`, and `QUIET` for encoders of 12 bits. Others keep to
 //! what was measured: the link's observer at least 3 times as fast as the surface, the motor's at least 3.5 times as
-//! fast as the link's, k_l 2 to 8 times w_c; times the period at most 0.25, 0.8 (0.5 with a tick of delay) and 0.3.
+//! fast as the link's, k_l 2 to 8 times w_c; times the period at most 0.25, 0.8 (0.5 with one or two ticks of delay,
+//! 0.4 with three; [`JointDesign::motor_observer_limit`]) and 0.3.
 //! Within these the loop was stable in every corner of ±50 % of all parameters with one gain set. With a tick of delay,
 //! and at 2 ms (motor's observer at 300 rad/s), it was within ±20 %; at ±50 % four of 32 corners are not: K_t/J_m -50 %
 //! with K/J_l and the motor's damping +50 %, slowly (radius 1.001 and 1.01 per tick; test
-//! `drive_joint::corners_of_the_joint_are_stable`).
+//! `drive_joint::corners_of_the_joint_are_stable`). With two and three ticks the default set, slowed for them, is stable
+//! within ±20 % as well (radius 0.991 and 0.993 at 1 ms), and at ±50 % it is not, in 8 and 9 of 32 corners (radius 1.005
+//! and 1.012; test `drive_joint::with_two_and_three_ticks_of_delay_a_joint_is_stable_within_20_percent`).
 //!
 //! ```
 //! use controller_core::drive::{Encoder, Joint, JointDesign, JointDrive, Position};
@@ -44,9 +47,9 @@ use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
 use super::fence::Slowing;
-use super::law::{BRAKING, Belief, EncoderForm, QUARTER_TURN, Row};
+use super::law::{BRAKING, Belief, EncoderForm, MOST_DELAY_TICKS, QUARTER_TURN, Row};
 use super::monitor::{Bounds, misjudged};
-use super::motor::{OBSERVED, POSITIVE, Switching};
+use super::motor::{OBSERVED, POSITIVE, Switching, check_delay, ticks_to_slow};
 use super::target::{Aim, Position};
 use super::trigonometry::sin_cos;
 use crate::config::{Config, Fallback, INPUT_LIMIT, Options};
@@ -307,10 +310,27 @@ impl JointBandwidths {
     /// The same with the motor's observer slowed to what a period and a delay allow, at most to 3.75 times the link's.
     #[must_use]
     pub const fn within(self, period_s: f64, delay_ticks: usize) -> Self {
-        let most = if delay_ticks == 0 { 0.6 } else { 0.5 } / period_s;
+        let most = match delay_ticks {
+            0 => 0.6,
+            1 => 0.5,
+            2 => 0.4,
+            _ => 0.35,
+        } / period_s;
         let least = 3.75 * self.link_rad_s;
         let most = if most > least { most } else { least };
         Self { motor_rad_s: if self.motor_rad_s < most { self.motor_rad_s } else { most }, ..self }
+    }
+
+    /// All in the same proportions, slowed to a surface that two or three ticks of delay bear, 0.048 over the delay: with
+    /// these and [`within`](Self::within) the default set is stable for inertias, stiffness and torque constant within
+    /// ±20 % each, under a current loop of 0.2 ms at 1 ms. `FIRM` is not, from 1 ms of delay on.
+    #[must_use]
+    pub const fn slowed_for(self, period_s: f64, delay_ticks: usize) -> Self {
+        if delay_ticks < 2 {
+            return self;
+        }
+        let most = 0.048 / (delay_ticks as f64 * period_s);
+        if self.surface_rad_s > most { self.with_surface(most) } else { self }
     }
 
     /// All in the same proportions, for another surface.
@@ -364,6 +384,15 @@ pub struct JointDesign {
 }
 
 impl JointDesign {
+    /// The largest bandwidth of the motor's observer times the period; more than three ticks of delay are three.
+    pub const fn motor_observer_limit(delay_ticks: usize) -> f64 {
+        match delay_ticks {
+            0 => 0.8,
+            1 | 2 => 0.5,
+            _ => 0.4,
+        }
+    }
+
     /// Default bandwidths, and gates for a sudden load of so many N m on the link and 1.2 times the limit on the motor.
     pub const fn new(period_s: f64, joint: Joint, encoders: [Encoder; 2], limits: Limits, load_n_m: f64) -> Self {
         Self {
@@ -412,26 +441,30 @@ impl JointDesign {
         let (torque, q) = (self.largest_current() * torque_n_m_per_a, misjudged(uncertain));
         let fastest = torque / motor;
         let disturbance = [load_n_m / link + 1.25 * q * torque / (link + motor), (0.25 + 1.75 * q) * fastest];
-        Bounds::of(law, disturbance, self.gate_steps, uncertain, fastest, self.brake(), self.period_s)
+        Bounds::of(law, disturbance, self.gate_steps, uncertain, fastest, self.brake(LATE), self.period_s)
     }
 
     /// Gain of the brake on the motor, 1/s, and the time constant of both shafts under it, s: a damper that takes in
-    /// what comes along the spring, as far as a tick of delay and half of the inertia leave it stable.
-    fn brake(&self) -> [f64; 2] {
+    /// what comes along the spring, as far as the delay (a tick at least) and half of the inertia leave it stable: of
+    /// v⁺ = v - k T v, L ticks late, k T is below 2 sin(π/(4 L + 2)).
+    fn brake(&self, delay_ticks: usize) -> [f64; 2] {
+        const MOST: [f64; MOST_DELAY_TICKS + 1] = [0.5, 0.5, 0.3, 0.22];
         let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, stiffness_n_m, .. } = self.joint;
-        let (matched, most) = (libm::sqrt(stiffness_n_m * link) / motor, 0.5 / self.period_s);
+        let most = MOST[delay_ticks.min(MOST_DELAY_TICKS)] / self.period_s;
+        let matched = libm::sqrt(stiffness_n_m * link) / motor;
         let gain_per_s = if matched < most { matched } else { most };
         [gain_per_s, (1.0 + link / motor) / gain_per_s]
     }
 
     /// How the link slows down: with the share of the limit that is left for load and friction when it approaches a far
-    /// target, and with the brake on the motor. Beyond the end it swings by what the spring was wound up.
-    pub fn slowing(&self) -> Slowing {
+    /// target, and with the brake on the motor, `delay_ticks` late. Beyond the end it swings by what the spring was
+    /// wound up.
+    pub fn slowing(&self, delay_ticks: usize) -> Slowing {
         let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, torque_n_m_per_a, .. } = self.joint;
-        let [_, constant_s] = self.brake();
+        let [_, constant_s] = self.brake(delay_ticks);
         Slowing {
             deceleration_rad_s2: BRAKING * self.largest_current() * torque_n_m_per_a / (link + motor),
-            constant_s: constant_s + 2.0 * self.period_s,
+            constant_s: constant_s + ticks_to_slow(delay_ticks) * self.period_s,
             tolerance_rad: 2.0 * self.encoders[0].unit_rad(),
         }
     }
@@ -458,11 +491,14 @@ impl JointDesign {
         Ok(())
     }
 
-    /// Checks every number.
+    /// Checks every number, for a drive with `late` ticks of delay.
     ///
     /// # Errors
     /// The first that is out of its range, with the range.
     pub const fn validate(&self, late: usize) -> Result<(), DriveError> {
+        if let Err(error) = check_delay(late) {
+            return Err(error);
+        }
         if let Err(error) = self.check_encoders() {
             return Err(error);
         }
@@ -471,7 +507,6 @@ impl JointDesign {
         }
         let Self { period_s: t, joint, limits, bandwidths: w, .. } = self;
         let t = *t;
-        let margin = if late == 0 { 0.8 } else { 0.5 };
         let u_safe = match self.fallback {
             Fallback::HoldLast => limits.min,
             Fallback::Safe(u) => u,
@@ -503,8 +538,8 @@ impl JointDesign {
                 "bandwidths.motor_rad_s",
                 w.motor_rad_s * t,
                 3.5 * w.link_rad_s * t,
-                margin,
-                "the motor's observer times period is 3.5 times the link's to 0.8, and to 0.5 with a tick of delay",
+                Self::motor_observer_limit(late),
+                MOTOR_OBSERVER,
             ),
             (
                 "bandwidths.reaching_per_s",
@@ -533,6 +568,8 @@ impl JointDesign {
     }
 }
 
+const MOTOR_OBSERVER: &str = "the motor's observer times period is 3.5 times the link's to 0.8, and to 0.5, 0.5, 0.4 \
+                              with 1, 2, 3 ticks of delay";
 const RATIO: &str = "the fast set is 1 to 4 times as fast as the quiet one";
 const GATE: &str = "a gate below 2 steps refuses good counts";
 
@@ -547,7 +584,7 @@ const fn steps(disturbance: f64, bandwidth_rad_s: f64, encoder: &Encoder) -> f64
 ///
 /// `JointDrive` alone is in f32, follows a position, has one gain set and no delay; `JointDrive<f32, Position, 1>` has
 /// a fast gain set too (for parameters known to 20 %), `JointDrive<f32, Position, 0, 1>` holds u one tick after it was
-/// computed.
+/// computed (up to three).
 pub type JointDrive<T = f32, A = Position, const FAST: usize = 0, const LATE: usize = 0> =
     EncoderForm<T, JointModel<T>, A, 2, 4, 4, FAST, LATE>;
 

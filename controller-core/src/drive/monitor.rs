@@ -216,7 +216,7 @@ where
     #[inline(always)]
     fn put_instead(state: &mut StateOf<Self>, u: T) {
         state.offset = T::ZERO;
-        match state.queued.first_mut() {
+        match state.queued.last_mut() {
             Some(queued) => *queued = u,
             None => state.held = u,
         }

@@ -15,7 +15,13 @@
 //!
 //! The first bound lets the steps of the encoder make 1 % of the current limit as noise of u (fitted: the noise is 4 to
 //! 7 times $\mathrm{unit} \thinspace w_c^{2.5} \sqrt T / b$), the second is phase. With these the loop is stable for
-//! every J and K_t within ±50 % of the nominal (test `drive_motor::corners_of_the_motor_are_stable`).
+//! every J and K_t within ±50 % of the nominal, with 0 to 3 ticks of delay (test
+//! `drive_motor::corners_of_the_motor_are_stable`).
+//!
+//! Bandwidths of one's own are held to $w_c T \le 0.5$, $k_l T \le 1$ and $w_o T \le$ 0.8, 0.5, 0.3, 0.2 with 0, 1, 2, 3
+//! ticks of delay; of an observer with four states 0.15 and 0.1 with 2 and 3 ([`MotorDesign::observer_limit`]). Up to
+//! there the loop is stable for J and K_t within ±20 % where the current follows at once (test
+//! `drive_motor::up_to_the_limits_the_motor_is_stable`; with four states and one tick only up to 0.3).
 //!
 //! ```
 //! use controller_core::drive::{Encoder, Motor, MotorDesign, MotorDrive, Position, Sample, Target};
@@ -41,7 +47,7 @@ use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
 use super::fence::Slowing;
-use super::law::{BRAKING, Belief, EncoderForm, FastGains, QUARTER_TURN, Row};
+use super::law::{BRAKING, Belief, EncoderForm, FastGains, MOST_DELAY_TICKS, QUARTER_TURN, Row};
 use super::monitor::{Bounds, misjudged};
 use super::target::{Aim, Position};
 use crate::config::{Config, Fallback, INPUT_LIMIT, Options};
@@ -196,6 +202,18 @@ pub struct MotorDesign {
 pub const DEFAULT_LAG_S: f64 = 2e-4;
 
 impl MotorDesign {
+    /// The largest w_o times the period of an observer with so many states; more than three ticks of delay are three.
+    pub const fn observer_limit(delay_ticks: usize, states: usize) -> f64 {
+        match (delay_ticks, states) {
+            (0, _) => 0.8,
+            (1, _) => 0.5,
+            (2, 3) => 0.3,
+            (2, _) => 0.15,
+            (_, 3) => 0.2,
+            _ => 0.1,
+        }
+    }
+
     /// The rule of the module's head for a current loop with a lag of 0.2 ms, and no tick of delay. The gate is that
     /// for a disturbance of 1.2 times the limit, and of twice that where [`fast_ratio`](Self::fast_ratio) is 1: one
     /// gain set shows later that a motor turns the wrong way.
@@ -270,11 +288,11 @@ impl MotorDesign {
     }
 
     /// How a drive slows down: with the share of its limit that is left for load and friction when it approaches a far
-    /// target, and with the gain of its brake ([`Bounds::brake_per_s`]).
-    pub const fn slowing(&self) -> Slowing {
+    /// target, and with the gain of its brake ([`Bounds::brake_per_s`]), `delay_ticks` late.
+    pub const fn slowing(&self, delay_ticks: usize) -> Slowing {
         Slowing {
             deceleration_rad_s2: BRAKING * self.largest_acceleration(),
-            constant_s: 1.0 / self.brake_per_s() + 2.0 * self.period_s,
+            constant_s: 1.0 / self.brake_per_s() + ticks_to_slow(delay_ticks) * self.period_s,
             tolerance_rad: 2.0 * self.encoder.unit_rad(),
         }
     }
@@ -288,11 +306,14 @@ impl MotorDesign {
         (if max > -min { max } else { -min }) * self.motor.input_gain().abs()
     }
 
-    /// Checks every number.
+    /// Checks every number, for a drive with `late` ticks of delay and so many states of its observer.
     ///
     /// # Errors
     /// The first that is out of its range, with the range.
-    pub const fn validate(&self, late: usize) -> Result<(), DriveError> {
+    pub const fn validate(&self, late: usize, states: usize) -> Result<(), DriveError> {
+        if let Err(error) = check_delay(late) {
+            return Err(error);
+        }
         if let Err(error) = self.encoder.check("encoder") {
             return Err(error);
         }
@@ -301,7 +322,6 @@ impl MotorDesign {
         }
         let Self { period_s: t, motor, limits, bandwidths, .. } = self;
         let t = *t;
-        let margin = if late == 0 { 0.8 } else { 0.5 };
         let limit = "0 is not within the limits, or one is beyond 1e12";
         let u_safe = match self.fallback {
             Fallback::HoldLast => limits.min,
@@ -320,8 +340,8 @@ impl MotorDesign {
                 "bandwidths.observer_rad_s",
                 bandwidths.observer_rad_s * t,
                 1e-5,
-                margin,
-                "the observer's bandwidth times period is up to 0.8, and up to 0.5 with a tick of delay",
+                Self::observer_limit(late, states),
+                OBSERVER,
             ),
             ("bandwidths.reaching_per_s", bandwidths.reaching_per_s * t, 1e-6, 1.0, "k_l times period is up to 1"),
             ("bandwidths.offset_per_s", bandwidths.offset_per_s * t, 1e-7, 1.0, "alpha times period is 1e-7 to 1"),
@@ -341,8 +361,22 @@ impl MotorDesign {
     }
 }
 
+/// Is the delay one that a drive may have?
+pub(crate) const fn check_delay(late: usize) -> Result<(), DriveError> {
+    const WHY: &str = "a drive has 0 to 3 ticks of delay";
+    DriveError::within("delay_ticks", late as f64, 0.0, MOST_DELAY_TICKS as f64, WHY)
+}
+
+/// Ticks for which a shaft goes on before it slows down: two are allowed for, and one more than the delay.
+pub(crate) const fn ticks_to_slow(delay_ticks: usize) -> f64 {
+    if delay_ticks > 1 { delay_ticks as f64 + 1.0 } else { 2.0 }
+}
+
 /// Rows for an observer of order 2 are asked for; its gains are those of the block.
 pub(crate) const OBSERVED: ObserverGains<2> = ObserverGains::from_bandwidth::<2>(1.0);
+
+const OBSERVER: &str = "the observer's bandwidth times period is up to 0.8; up to 0.5, 0.3, 0.2 with 1, 2, 3 ticks of \
+                        delay, and 0.15, 0.1 with 2, 3 and four states";
 
 pub(crate) const POSITIVE: &str = "this number of the data sheet must be above 0";
 
@@ -431,7 +465,7 @@ impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
 ///
 /// `MotorDrive` alone is in f32, follows a position, has one gain set and no delay. `MotorDrive<f32, Speed>` is the
 /// speed loop, `MotorDrive<f32, Position, 1>` has a fast gain set too, `MotorDrive<f32, Position, 0, 1>` holds u one
-/// tick after it was computed, `MotorDrive<f32, Position, 0, 0, 4>` observes with four states.
+/// tick after it was computed (up to three), `MotorDrive<f32, Position, 0, 0, 4>` observes with four states.
 pub type MotorDrive<T = f32, A = Position, const FAST: usize = 0, const LATE: usize = 0, const S: usize = 3> =
     EncoderForm<T, MotorModel<T>, A, 1, 2, S, FAST, LATE>;
 
@@ -439,7 +473,7 @@ impl<A: Aim<f64, 2>, const S: usize, const FAST: usize, const LATE: usize>
     EncoderForm<f64, MotorModel<f64>, A, 1, 2, S, FAST, LATE>
 {
     const fn of_motor(design: &MotorDesign) -> Result<Self, DriveError> {
-        if let Err(error) = design.validate(LATE) {
+        if let Err(error) = design.validate(LATE, S) {
             return Err(error);
         }
         let MotorDesign { period_s: t, motor, encoder, limits, bandwidths, .. } = design;

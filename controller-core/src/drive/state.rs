@@ -40,7 +40,7 @@ where
     pub(crate) limit: T,
     /// |u| of the last report; below 0 where the limit was set, and no report changes it.
     pub(crate) reported: T,
-    /// With a tick of delay: what it holds now.
+    /// With a delay: what it holds now, and in the ticks after it; the last is the newest.
     pub(crate) queued: [T; LATE],
     /// The estimates are those of the coming sample already: after the start, and after a re-tune.
     pub(crate) fresh: bool,

@@ -360,18 +360,18 @@ pub struct Form {
     pub follows: Follows,
     /// 1, or 2: fast gains too.
     pub gain_sets: usize,
-    /// 0, or 1: u is held one tick after it was computed.
+    /// Ticks from the computation of u until it is held, 0 to 3.
     pub delay_ticks: usize,
     /// States of a motor's observer: 3, or 4. A joint has 4.
     pub observer_states: usize,
 }
 
 impl Form {
-    /// Does it follow a speed, has it two gain sets, is it late, have its observers four states? For
+    /// Does it follow a speed, has it two gain sets, have its observers four states; and its ticks of delay. For
     /// [`drives!`](controller_core::drives).
-    pub const fn flags(self) -> [bool; 4] {
+    pub const fn types(self) -> ([bool; 3], usize) {
         let Self { follows, gain_sets, delay_ticks, observer_states } = self;
-        [matches!(follows, Follows::Speed), gain_sets > 1, delay_ticks > 0, observer_states > 3]
+        ([matches!(follows, Follows::Speed), gain_sets > 1, observer_states > 3], delay_ticks)
     }
 }
 
@@ -558,7 +558,7 @@ impl<'a, const E: usize, const N: usize, const P: usize> Drive<'a, E, N, P> {
         reaction: Reaction,
         motion: &Motion,
     ) -> Self {
-        let late = form.delay_ticks.min(1) as u32;
+        let late = form.delay_ticks as u32;
         Self {
             law,
             mounted,

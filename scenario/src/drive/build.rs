@@ -310,8 +310,9 @@ impl Common<'_> {
         }
         if is_wide && self.delay_ticks > 0 && plant == "joint" {
             warnings.push(format!(
-                "with drive.delay_ticks = 1 a joint is stable within 20 %, and drive.uncertain_percent = {} says more: \
+                "with drive.delay_ticks = {} a joint is stable within 20 %, and drive.uncertain_percent = {} says more: \
                  some corners may swing up to the limits",
+                self.delay_ticks,
                 shown(uncertain_percent)
             ));
         }
@@ -657,9 +658,14 @@ fn longest_period(from_s: f64, has_design: impl Fn(f64) -> bool) -> Option<f64> 
     down(good_s).filter(|period_s| has_design(*period_s)).or(Some(good_s))
 }
 
-/// A refusal of the design in words of the file. `is_given` says of a motor whether the file has its bandwidth;
-/// `longest_s` is the longest period that has a design.
-fn design_problem(error: &DriveError, plant: &str, is_given: bool, longest_s: Option<f64>) -> Problem {
+/// A refusal of the design in words of the file. `is_given` says of a motor whether the file has its bandwidth; of the
+/// periods the second is the longest that has a design.
+fn design_problem(
+    error: &DriveError,
+    plant: &str,
+    is_given: bool,
+    (period_s, longest_s): (f64, Option<f64>),
+) -> Problem {
     // Products of what was typed: six digits of them.
     let short = |number: f64| shown(format!("{number:.5e}").parse().unwrap_or(number));
     let [given, low, high] = [error.given, error.low, error.high].map(short);
@@ -696,7 +702,23 @@ fn design_problem(error: &DriveError, plant: &str, is_given: bool, longest_s: Op
     let longest = longest_s.filter(|_| error.field.starts_with("bandwidths."));
     let longest = longest
         .map_or_else(String::new, |it| format!(": drive.period_s = {} is the longest that has a design", shown(it)));
-    Problem { key, message: format!("{why} ({allowed}){longest}") }
+    let slower = slower_observer(error, &key, period_s).map_or_else(String::new, |take| {
+        let joined = if longest.is_empty() { ":" } else { ", or" };
+        format!("{joined} take {take}")
+    });
+    Problem { key, message: format!("{why} ({allowed}){longest}{slower}") }
+}
+
+/// `drive.observer_rad_s = 300` where that of the file is faster than the period and the delay allow.
+fn slower_observer(error: &DriveError, key: &str, period_s: f64) -> Option<String> {
+    let is_too_fast = error.given > error.high && error.high >= error.low;
+    if !is_too_fast || !["drive.observer_rad_s", "drive.motor_rad_s"].contains(&key) {
+        return None;
+    }
+    // Five digits, rounded down.
+    let most_rad_s = error.high / period_s;
+    let unit = 10_f64.powf(most_rad_s.log10().floor() - 4.0);
+    Some(format!("{key} = {}", shown((most_rad_s / unit + 1e-6).floor() * unit)))
 }
 
 /// So many deviations of its noise an encoder is from what is expected, now and then: measured, at 4.3 of them 700
@@ -904,7 +926,7 @@ fn experiment<D: Copy, const E: usize>(
     let drive = |period_s| (parts.of_kind)(DriveOf { design: (parts.design)(period_s), form, mounted, monitors });
     let refused = |error: DriveError| {
         let longest_s = longest_period(period_s, |period_s| drive(period_s).at_rest().is_ok());
-        vec![design_problem(&error, common.plant, parts.is_given, longest_s)]
+        vec![design_problem(&error, common.plant, parts.is_given, (period_s, longest_s))]
     };
     let designed = drive(period_s);
     let port = designed.port(&motion).map_err(refused)?;
@@ -1362,7 +1384,10 @@ fn tuning_for(encoders: [Encoder; 2]) -> TuningKey {
 /// Those of a tuning, at what the period bears, and what the file says instead.
 fn joint_bandwidths(drive: &JointDriveTable, tuning: TuningKey) -> JointBandwidths {
     let of_tuning = bandwidths_of(tuning);
-    let all = drive.surface_rad_s.map_or(of_tuning, |surface_rad_s| of_tuning.with_surface(surface_rad_s));
+    let all = match drive.surface_rad_s {
+        Some(surface_rad_s) => of_tuning.with_surface(surface_rad_s),
+        None => of_tuning.slowed_for(drive.period_s, drive.delay_ticks),
+    };
     let own = JointBandwidths { link_rad_s: drive.link_rad_s.unwrap_or(all.link_rad_s), ..all };
     let slowed = own.within(drive.period_s, drive.delay_ticks);
     JointBandwidths {

@@ -212,6 +212,11 @@ fn a_file_that_says_what_cannot_matter_is_warned_of() {
         (MOTOR, &["drive.observer_states=4", "drive.uncertain_percent=50"], "is for a motor known to 20 %"),
         (JOINT, &["drive.delay_ticks=1", "drive.uncertain_percent=50"], "a joint is stable within 20 %"),
         (
+            JOINT,
+            &["drive.delay_ticks=3", "drive.uncertain_percent=50"],
+            "with drive.delay_ticks = 3 a joint is stable within 20 %",
+        ),
+        (
             MOTOR,
             &["friction.coulomb_n_m=0.6", "friction.static_n_m=0.6"],
             "friction.coulomb_n_m = 0.6 is as much as the motor can make, 0.5 N m, or more",
@@ -432,13 +437,54 @@ fn a_fault_is_where_and_when_the_file_says() {
 
 /// A target that is one tick off would cost a tick at 6.3 and at 2.2 rad/s: 6 and 2 mrad.
 #[test]
-fn a_tick_of_delay_is_known_to_the_law_and_to_its_reference() {
+fn ticks_of_delay_are_known_to_the_law_and_to_its_reference() {
     let motor = ["friction={}", "motor.current_lag_s=0", "encoder.bits=20"];
     for (text, more, allowed) in [(MOTOR, &motor[..], 1e-3), (JOINT, &["load=[]"], 1e-4)] {
-        let (experiment, trace) = ran(text, &[&["drive.delay_ticks=1"], more].concat());
-        assert!(trace.rows.windows(2).all(|pair| pair[1].u_held == pair[0].u), "{}", experiment.headline());
-        let found = experiment.metrics(&trace);
-        assert!(found.y_ultimate < allowed, "{found:?}");
+        for late in 1..=3 {
+            let (experiment, trace) = ran(text, &[&[&*format!("drive.delay_ticks={late}")], more].concat());
+            let told = experiment.headline();
+            assert!(trace.rows.windows(late + 1).all(|rows| rows[late].u_held == rows[0].u), "{told}");
+            let found = experiment.metrics(&trace);
+            assert!(found.y_ultimate < allowed, "{late} late: {found:?}");
+        }
+    }
+}
+
+/// A file that declares no delay, or one that no drive has.
+#[test]
+fn a_delay_is_0_to_3_ticks() {
+    let error = |text, value: &str| build(text, &[&format!("drive.delay_ticks={value}")]).err().expect("no such delay");
+    for text in [MOTOR, JOINT] {
+        let told = error(text, "4");
+        assert!(
+            told.contains(
+                "`drive.delay_ticks`: found 4, expected a whole number at least 0 and at most 3: take \
+                 drive.delay_ticks = 3, or a longer period"
+            ),
+            "{told}"
+        );
+        assert!(error(text, "-1").ends_with("expected a whole number at least 0 and at most 3"));
+        for late in 0..=3 {
+            let sets = [format!("drive.delay_ticks={late}")];
+            let experiment = build(text, &sets.each_ref().map(String::as_str)).expect("a drive");
+            assert_eq!(experiment.drive.expect("a drive").designed.form().delay_ticks, late);
+        }
+    }
+}
+
+/// What the period does not bear with its delay is refused with the nearest value that it does.
+#[test]
+fn a_bandwidth_that_a_delay_does_not_bear_is_refused_with_the_nearest_one() {
+    for (text, key, delay, over, nearest) in [
+        (MOTOR, "drive.observer_rad_s", "drive.delay_ticks=2", 310.0, 300.0),
+        (MOTOR, "drive.observer_rad_s", "drive.delay_ticks=3", 210.0, 200.0),
+        (JOINT, "drive.motor_rad_s", "drive.delay_ticks=2", 510.0, 500.0),
+        (JOINT, "drive.motor_rad_s", "drive.delay_ticks=3", 410.0, 400.0),
+    ] {
+        let with = |value: f64| build(text, &[delay, &format!("{key}={value:?}")]);
+        let told = with(over).err().expect("too fast");
+        assert!(told.ends_with(&format!(", or take {key} = {nearest}")), "{told}");
+        with(nearest).unwrap_or_else(|error| panic!("{error}"));
     }
 }
 

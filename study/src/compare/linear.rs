@@ -52,13 +52,13 @@ impl Linear {
     }
 
     /// Of a rival; none for a law that is not linear.
-    pub(super) fn of_rival(law: &Law, encoders: usize, is_late: bool) -> Option<Self> {
+    pub(super) fn of_rival(law: &Law, encoders: usize, late: usize) -> Option<Self> {
         let rest = Aim::default();
-        let width = law.started(&[0.0; 2], &rest).len();
+        let width = law.started(&[0.0; 2], &rest, late).len();
         law.is_linear().then(|| {
             Self::probed(width, encoders, HELD, [NUDGE; 2], |memory, steps| {
                 let y = steps.map(|steps| NUDGE * f64::from(steps));
-                law.tick(memory, &Told { y, now: &rest, then: &rest, is_late }, false);
+                law.tick(memory, &Told { y, now: &rest, then: &rest, late }, false);
             })
         })
     }
@@ -68,7 +68,7 @@ impl Linear {
         let at_rest = designed.at_rest().ok()?;
         let LinearTick { a: own, b: seen, c, d, .. } = LinearTick::of(at_rest.law.as_ref(), false);
         // Behind what the law remembers: u, as many ticks late as it is held.
-        let (n, held) = (own.len(), own.len() + designed.form().delay_ticks.min(1));
+        let (n, held) = (own.len(), own.len() + designed.form().delay_ticks);
         let (mut a, mut b) = (Matrix::zeros(held + 1, held + 1), Matrix::zeros(held + 1, d.len()));
         for (i, (own, seen)) in own.iter().chain([&c]).zip(seen.iter().chain([&d])).enumerate() {
             for (j, entry) in own.iter().enumerate() {
@@ -78,8 +78,8 @@ impl Linear {
                 b[(i, j)] = *entry;
             }
         }
-        if held > n {
-            a[(held, n)] = 1.0;
+        for late in n..held {
+            a[(late + 1, late)] = 1.0;
         }
         Some(Self { a, b, held })
     }
@@ -197,24 +197,27 @@ mod tests {
         }
     }
 
-    /// 1 + G C of a rigid shaft without friction, G = b T²/2 (z + 1)/(z - 1)², from the book.
+    /// 1 + G C z^-L of a rigid shaft without friction, G = b T²/2 (z + 1)/(z - 1)², from the book, L ticks late.
     #[test]
     fn the_cascade_on_a_rigid_shaft_is_its_closed_form() {
         let task = bench(&scenario::MOTOR.replace("damping_n_m_s = 1e-5", "damping_n_m_s = 0.0")).task().clone();
         let (t, knobs) = (task.model.period_s, [40.0, 150.0, 30.0, 900.0]);
         let law = Kind::Cascade.law(&task, &knobs).expect("a law");
-        let linear = Linear::of_rival(&law, 1, false).expect("linear");
-        let closed = linear.closed(&nominal(&task));
+        let plant = nominal(&task);
+        let late = [0, 1, 2, 3].map(|late| Linear::of_rival(&law, 1, late).expect("linear").closed(&plant));
         let [kp, kv, ki, filter] = knobs;
         let fresh = 1.0 - (-filter * t).exp();
-        for z in [2.0, -1.5, 0.5, 3.0] {
+        for (z, (late, closed)) in
+            [2.0, -1.5, 0.5, 3.0].into_iter().flat_map(|z| late.iter().enumerate().map(move |it| (z, it)))
+        {
             let plant = t * t / 2.0 * (z + 1.0) / ((z - 1.0) * (z - 1.0));
             let differenced = fresh * z / (z - 1.0 + fresh) * (z - 1.0) / (z * t);
             let law = kv * (differenced + kp) * (1.0 + ki * t * z / (z - 1.0));
             let states = (z - 1.0) * (z - 1.0) * (z - 1.0) * (z - 1.0 + fresh);
             let spare = f64::powi(z, i32::try_from(closed.nrows()).expect("few") - 4);
-            let (found, expected) = (characteristic(&closed, z), (1.0 + plant * law) * states * spare);
-            assert!((found / expected - 1.0).abs() < 1e-6, "z = {z}: {found:e} of {expected:e}");
+            let law = law / f64::powi(z, late as i32);
+            let (found, expected) = (characteristic(closed, z), (1.0 + plant * law) * states * spare);
+            assert!((found / expected - 1.0).abs() < 1e-6, "z = {z}, {late} late: {found:e} of {expected:e}");
         }
     }
 
@@ -227,16 +230,16 @@ mod tests {
             for kind in [Kind::Lqg, Kind::Lqi] {
                 let law = Arc::new(guesses(kind, &task));
                 let encoders = task.model.encoders();
-                let told = Linear::of_rival(&law, encoders, false).expect("linear").radius(&plant);
+                let told = Linear::of_rival(&law, encoders, 0).expect("linear").radius(&plant);
                 assert!(told < 1.0, "{kind:?}: {told}");
                 let rest = Aim::default();
-                let mut memory = law.started(&[0.0; 2], &rest);
+                let mut memory = law.started(&[0.0; 2], &rest, 0);
                 let mut x = vec![0.0; plant.phi.nrows()];
                 x[0] = 1e-6;
                 let mut sizes = Vec::new();
                 for k in 0..(40.0 / (1.0 - told)) as usize {
                     let y = [x[0], x.get(2).copied().unwrap_or(0.0)];
-                    law.tick(&mut memory, &Told { y, now: &rest, then: &rest, is_late: false }, k == 0);
+                    law.tick(&mut memory, &Told { y, now: &rest, then: &rest, late: 0 }, k == 0);
                     x = plant.next(&x, memory[HELD]);
                     sizes.push(x.iter().fold(0.0_f64, |size, x| size.max(x.abs())));
                 }

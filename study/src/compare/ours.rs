@@ -7,7 +7,7 @@ use loop_sim::port::finer::Finer;
 use super::linear::Linear;
 use super::task::Task;
 use super::{Contender, Design, Knob};
-use crate::kind::{Kind, knob};
+use crate::kind::{Kind, knob, observer_limit};
 
 /// The drive of the file with one gain set, or two.
 pub(super) struct Ours {
@@ -27,7 +27,7 @@ impl Ours {
             return None;
         }
         let (own, most_reaching) = Kind::of(&designed).most;
-        let (t, fastest) = (designed.period_s(), if designed.form().delay_ticks == 0 { 0.8 } else { 0.5 });
+        let (t, fastest) = (designed.period_s(), observer_limit(&designed));
         let mut slower_rad_s = surface_rad_s;
         let observer_rad_s = |(ratio, own): (&f64, &Option<f64>)| {
             slower_rad_s = (ratio * slower_rad_s).min(own.unwrap_or(fastest) / t);

@@ -43,7 +43,7 @@ use super::task::{Aim, Angles, Model, Task};
 
 /// Where the numbers of a law lie in its memory. After a tick: what is held until the next one.
 pub(super) const HELD: usize = 0;
-/// With a delay: what will be held then.
+/// With a delay: what will be held then; what comes after it is at the end of the memory.
 const QUEUED: usize = 1;
 /// 1 while u is beyond its limits.
 const BEYOND: usize = 2;
@@ -61,8 +61,14 @@ pub(super) struct Told<'a> {
     pub(super) now: &'a Aim,
     /// At the tick from which u will be held.
     pub(super) then: &'a Aim,
-    /// Is u held one tick after it was computed?
-    pub(super) is_late: bool,
+    /// Ticks from the computation of u until it is held.
+    pub(super) late: usize,
+}
+
+/// Where the u that are under way lie in a memory, that which is held next first.
+fn queue(memory: &[f64], late: usize) -> impl DoubleEndedIterator<Item = usize> + use<> {
+    let more = late.saturating_sub(1);
+    (0..late.min(1)).map(|_| QUEUED).chain(memory.len() - more..memory.len())
 }
 
 /// A designed law, apart from its memory.
@@ -124,9 +130,9 @@ fn dot(row: &[f64], x: &[f64]) -> f64 {
 }
 
 impl Law {
-    /// The memory before the first tick.
-    pub(super) fn started(&self, y: &[f64; 2], aim: &Aim) -> Vec<f64> {
-        match self {
+    /// The memory before the first tick, of a law so many ticks late.
+    pub(super) fn started(&self, y: &[f64; 2], aim: &Aim, late: usize) -> Vec<f64> {
+        let mut memory = match self {
             Self::Feedback(law) => {
                 let mut memory = vec![0.0; ESTIMATE + law.f.nrows()];
                 memory[LAST..ESTIMATE].copy_from_slice(&law.model.pushes(y, law.is_cut));
@@ -140,7 +146,9 @@ impl Law {
                 memory[LAST] = motor_error(model, y, aim);
                 memory
             }
-        }
+        };
+        memory.resize(memory.len() + late.saturating_sub(1), 0.0);
+        memory
     }
 
     /// One tick.
@@ -152,8 +160,8 @@ impl Law {
         memory[BEYOND] = f64::from(u8::from(u.abs() > limit));
         let limited = u.clamp(-limit, limit);
         memory[HELD] = limited;
-        if told.is_late {
-            memory.swap(HELD, QUEUED);
+        for queued in queue(memory, told.late).rev() {
+            memory.swap(HELD, queued);
         }
         u
     }
@@ -175,21 +183,23 @@ impl Feedback {
 
     fn tick(&self, memory: &mut [f64], told: &Told<'_>, is_first: bool) -> f64 {
         let (order, encoders) = (self.model.order(), self.model.encoders());
+        let estimate = ESTIMATE..ESTIMATE + self.f.nrows();
         let w = self.model.pushes(&told.y, self.is_cut);
         let before = [memory[LAST], memory[LAST + 1]];
         if !is_first {
             let mean = [0, 1].map(|i| 0.5 * (before[i] + w[i]));
-            let mut xi = self.predicted(&memory[ESTIMATE..], memory[HELD], &mean);
+            let mut xi = self.predicted(&memory[estimate.clone()], memory[HELD], &mean);
             let e = [0, 1].map(|i| if i < encoders { told.y[i] - xi[2 * i] } else { 0.0 });
             add(&mut xi, &self.l, &e[..encoders]);
-            memory[ESTIMATE..].copy_from_slice(&xi);
+            memory[estimate.clone()].copy_from_slice(&xi);
         }
         memory[LAST..ESTIMATE].copy_from_slice(&w);
-        let ahead;
-        let mut xi = &memory[ESTIMATE..];
-        if told.is_late {
-            let growing = if is_first { w } else { [0, 1].map(|i| w[i] + 0.5 * (w[i] - before[i])) };
-            ahead = self.predicted(xi, memory[QUEUED], &growing);
+        let mut ahead;
+        let mut xi = &memory[estimate];
+        for (tick, queued) in queue(memory, told.late).enumerate() {
+            let from_now = tick as f64 + 0.5;
+            let growing = if is_first { w } else { [0, 1].map(|i| w[i] + from_now * (w[i] - before[i])) };
+            ahead = self.predicted(xi, memory[queued], &growing);
             xi = &ahead;
         }
         let mut off = [0.0; 4];
@@ -517,8 +527,8 @@ impl ControllerPort for Port {
         if let Some(y) = self.angles.read(sample) {
             let then = self.task.aim(self.tick + delay);
             let is_first = self.memory.is_none();
-            let memory = self.memory.get_or_insert_with(|| self.law.started(&y, &now));
-            self.u = self.law.tick(memory, &Told { y, now: &now, then: &then, is_late: delay > 0 }, is_first);
+            let memory = self.memory.get_or_insert_with(|| self.law.started(&y, &now, delay));
+            self.u = self.law.tick(memory, &Told { y, now: &now, then: &then, late: delay }, is_first);
         } else {
             health = Health::SAMPLE_LOST;
         }

@@ -197,7 +197,7 @@ impl Task {
         self.designed.max_current_a()
     }
 
-    /// Ticks from the computation of a current until it is held, 0 or 1.
+    /// Ticks from the computation of a current until it is held, 0 to 3.
     pub fn delay_ticks(&self) -> usize {
         self.designed.form().delay_ticks
     }

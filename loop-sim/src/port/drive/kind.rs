@@ -134,11 +134,11 @@ trait Kind<const E: usize, const N: usize, const P: usize>: Copy {
     /// Behind encoders with so many times as many counts: thresholds mean the same angles.
     fn finer(self, encoders: [Encoder; E], times: f64) -> Self;
     fn numbers(&self) -> Vec<f64>;
-    /// How it slows down.
-    fn slowing(&self) -> Slowing;
+    /// How it slows down, so many ticks late.
+    fn slowing(&self, delay_ticks: usize) -> Slowing;
 
-    /// Its law with its monitors, handed to whoever uses it. More than one gain set, or ticks of delay, are as two, and
-    /// one.
+    /// Its law with its monitors, handed to whoever uses it. More than one gain set are as two; more than three ticks
+    /// of delay are refused.
     fn law<U: Use<E, N>>(&self, form: Form, monitors: &Monitors<E>, user: U) -> Result<U::Out, DriveError>;
     fn at_rest(&self, form: Form) -> Result<DriveAtRest, DriveError>;
     fn in_f64(&self, of: (Form, [Mounted; E]), motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError>;
@@ -204,30 +204,33 @@ impl Kind<1, 2, 3> for MotorDesign {
         self.to_numbers().into()
     }
 
-    fn slowing(&self) -> Slowing {
-        Self::slowing(self)
+    fn slowing(&self, delay_ticks: usize) -> Slowing {
+        Self::slowing(self, delay_ticks)
     }
 
     fn law<U: Use<1, 2>>(&self, form: Form, monitors: &Monitors<1>, user: U) -> Result<U::Out, DriveError> {
-        drives!(motor form.flags() => used!(MotorDrive, self, monitors, user, [],))
+        self.validate(form.delay_ticks, form.observer_states)?;
+        drives!(motor form.types() => used!(MotorDrive, self, monitors, user, [],))
     }
 
     fn at_rest(&self, form: Form) -> Result<DriveAtRest, DriveError> {
+        self.validate(form.delay_ticks, form.observer_states)?;
         let design = Self { encoder: finest(self.encoder), gate_steps: f64::INFINITY, ..*self };
         macro_rules! law {
             ($($of:tt)*) => { Ok(at_rest(MotorDrive::<f64, $($of)*>::try_design(&design)?, [self.encoder])) };
         }
-        drives!(quiet motor form.flags() => law!())
+        drives!(quiet motor form.types() => law!())
     }
 
     fn in_f64(&self, of: (Form, [Mounted; 1]), motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
         let (form, mounted) = of;
+        self.validate(form.delay_ticks, form.observer_states)?;
         macro_rules! law {
             ($($of:tt)*) => {
                 Ok(boxed::<_, _, 1, 2, _, _, 3>(MotorDrive::<f64, $($of)*>::try_design(self)?, mounted, motion))
             };
         }
-        drives!(quiet motor form.flags() => law!())
+        drives!(quiet motor form.types() => law!())
     }
 }
 
@@ -282,31 +285,34 @@ impl Kind<2, 4, 4> for JointDesign {
         self.to_numbers().into()
     }
 
-    fn slowing(&self) -> Slowing {
-        Self::slowing(self)
+    fn slowing(&self, delay_ticks: usize) -> Slowing {
+        Self::slowing(self, delay_ticks)
     }
 
     fn law<U: Use<2, 4>>(&self, form: Form, monitors: &Monitors<2>, user: U) -> Result<U::Out, DriveError> {
-        drives!(joint form.flags() => used!(JointDrive, self, monitors, user, [monitors.sudden_load_n_m],))
+        self.validate(form.delay_ticks)?;
+        drives!(joint form.types() => used!(JointDrive, self, monitors, user, [monitors.sudden_load_n_m],))
     }
 
     fn at_rest(&self, form: Form) -> Result<DriveAtRest, DriveError> {
+        self.validate(form.delay_ticks)?;
         let encoders = self.encoders.map(finest);
         let design = Self { encoders, gate_steps: [f64::INFINITY; 2], ..*self };
         macro_rules! law {
             ($($of:tt)*) => { Ok(at_rest(JointDrive::<f64, $($of)*>::try_design(&design)?, self.encoders)) };
         }
-        drives!(quiet joint form.flags() => law!())
+        drives!(quiet joint form.types() => law!())
     }
 
     fn in_f64(&self, of: (Form, [Mounted; 2]), motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
         let (form, mounted) = of;
+        self.validate(form.delay_ticks)?;
         macro_rules! law {
             ($($of:tt)*) => {
                 Ok(boxed::<_, _, 2, 4, _, _, 4>(JointDrive::<f64, $($of)*>::try_design(self)?, mounted, motion))
             };
         }
-        drives!(quiet joint form.flags() => law!())
+        drives!(quiet joint form.types() => law!())
     }
 }
 
@@ -342,7 +348,7 @@ impl<D, const E: usize> DriveOf<D, E> {
     where
         D: Kind<E, N, P>,
     {
-        self.monitors.fence.map(|limits| Fence::new(&limits, self.design.slowing()))
+        self.monitors.fence.map(|limits| Fence::new(&limits, self.design.slowing(self.form.delay_ticks)))
     }
 
     fn successor<const N: usize, const P: usize>(&self, at_rest: bool) -> Result<Box<dyn Any + Send>, DriveError>

@@ -276,7 +276,7 @@ fn bad_set(random: &mut Random, plant: &str) -> String {
         format!("drive.reaching_per_s={d:?}"),
         format!("{plant}.start_rad={:?}", number(0.01, 10.0)),
         format!("{plant}.current_lag_s={:?}", number(1e-9, 0.1)),
-        "drive.delay_ticks=1".into(),
+        format!("drive.delay_ticks={}", number(1.0, 4.0) as u32),
         format!("drive.lost_ticks={:?}", number(1.0, 1e7)),
     ];
     let of_motor = [
