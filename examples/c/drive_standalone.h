@@ -11,6 +11,7 @@
  *     unsigned health = drive_tick_or_start(&state, &sample, &output);
  *     set_current(output.u);                             A
  *     drive_report_applied(&state, held);                    only if it holds another current, not a late one
+ *     drive_limit(&state, most);                             only if the stage gives less than the design supposes
  *
  * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
  * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
@@ -26,7 +27,7 @@
  * DAZ, which linking with -ffast-math sets. Call drive_modes_ok once at start-up, where the tick runs. Under other modes u
  * still stays within its limits and is a number; its bits are others.
  *
- * Design 0x7d465156 (FNV-1a; `design_hash` in the run.json of a run).
+ * Design 0xf0b73bd7 (FNV-1a; `design_hash` in the run.json of a run).
  * Scenario drive.toml (CRC-32 0x00c8a703):
  *
  *     # The joint of drive.c, at 5 kHz.
@@ -58,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0xc9d0d0c3u
-#error "two designs with the prefix drive, 0xc9d0d0c3u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0xc9d0d0c3u
+#if DRIVE_STANDALONE != 0xe91d5d99u
+#error "two designs with the prefix drive, 0xe91d5d99u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xe91d5d99u
 #endif
 #else
-#define DRIVE_STANDALONE 0xc9d0d0c3u
+#define DRIVE_STANDALONE 0xe91d5d99u
 
 #include <float.h>
 #include <stdbool.h>
@@ -89,7 +90,7 @@
 #endif
 
 #define DRIVE_VERSION "0.1.0"
-#define DRIVE_DESIGN 0x7d465156u /* log it: it tells designs apart */
+#define DRIVE_DESIGN 0xf0b73bd7u /* log it: it tells designs apart */
 #define DRIVE_PERIOD_S 0.0002
 #define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
 #define DRIVE_DELAY_TICKS 0 /* from the tick that computes a current to the one that holds it */
@@ -196,6 +197,8 @@ typedef struct {
     float doubt; /* steps of the position lately, by their price; while it is fresh, agreements that are wanted */
     float offset; /* W = sigma(0) e^(-alpha t) */
     float held; /* what the actuator held since the last tick, A */
+    float limit; /* what the power stage gives at most, A */
+    float reported; /* the last report, A; below 0 where the limit was set, and no report changes it */
     bool started;
 } drive_state;
 
@@ -588,7 +591,10 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b2 = 7.51879730e1f; /* damping of the motor, 1/s */
     static const float full_turn = 6.28318548e0f; /* 2 pi */
+    static const float far_per_u = 8.01729970e-3f; /* of e_1 no more counts */
     static const float far = 2.40518764e-1f; /* of e_1 no more counts */
+    static const float u_min = -30.0f; /* limit, A */
+    static const float u_max = 30.0f; /* limit, A */
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
     static const float c_1 = 8000.0f; /* surface */
     static const float c_2 = 1200.0f; /* surface */
@@ -613,10 +619,8 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float kw = -2.00041593e-3f; /* law, on the offset W */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
-    static const float u_max = 30.0f; /* limit, A */
-    static const float u_min = -30.0f; /* limit, A */
     static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
-    const bool holds = !between->begins;
+    static const float most = 30.0f;
     const float part = (unit_link * (float)drive_signed(state->at_link)) + state->p_link;
 
     /* 4. The chain. */
@@ -631,93 +635,265 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     const float v_link = state->v_link - sample->begin.r_dot;
     const float part_6 = part_4 - sample->begin.r_ddot;
     const float sigma_2 = sigma - sample->begin.r_dddot;
-    const bool holds_2 = (part_5 >= (-far)) && (part_5 <= far);
-    const bool holds_3 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
-    const bool holds_4 = holds_2 || holds_3;
-    const float part_7 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - far;
-    const float part_8 = 3.0f * far;
-    const float part_9 = part_7 - part_8;
-    const float part_10 = 0.5f * ((part_7 + part_8) - ((part_9 < 0.0f) ? (-part_9) : (part_9 + 0.0f)));
-    const float part_11 = part_7 - part_10;
-    const float part_12 = 4.0f * part_8;
-    const float part_13 = 0.5f * 3.33333343e-1f;
-    const float part_14 = part_11 - part_12;
-    const float part_15 = 0.5f * ((part_11 + part_12) - ((part_14 < 0.0f) ? (-part_14) : (part_14 + 0.0f)));
-    const float part_16 = part_11 - part_15;
-    const float part_17 = 4.0f * part_12;
-    const float part_18 = 0.5f * part_13;
-    const float part_19 = part_16 - part_17;
-    const float part_20 = 0.5f * ((part_16 + part_17) - ((part_19 < 0.0f) ? (-part_19) : (part_19 + 0.0f)));
-    const float part_21 = part_16 - part_20;
-    const float part_22 = 4.0f * part_17;
-    const float part_23 = part_21 - part_22;
-    const float part_24 = (((far + (3.33333343e-1f * part_10)) + (part_13 * part_15)) + (part_18 * part_20))
-            + ((0.5f * part_18) * (0.5f * ((part_21 + part_22) - ((part_23 < 0.0f) ? (-part_23) : (part_23 + 0.0f)))));
-    float sigma_3 = sigma_2 + (c_1 * (holds_2 ? part_5 : ((part_5 > 0.0f) ? part_24 : (-part_24))));
+    const float part_7 = far_per_u * ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+    const float part_8 = (part_7 > far) ? far : part_7;
+    const float part_9 = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
+    const float part_10 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const bool holds = (part_5 >= (-part_8)) && (part_5 <= part_8);
+    const bool holds_2 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
+    const bool holds_3 = holds || holds_2;
+    const float part_11 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - part_8;
+    const float part_12 = 3.0f * part_8;
+    const float part_13 = part_11 - part_12;
+    const float part_14 = 0.5f * ((part_11 + part_12) - ((part_13 < 0.0f) ? (-part_13) : (part_13 + 0.0f)));
+    const float part_15 = part_11 - part_14;
+    const float part_16 = 4.0f * part_12;
+    const float part_17 = 0.5f * 3.33333343e-1f;
+    const float part_18 = part_15 - part_16;
+    const float part_19 = 0.5f * ((part_15 + part_16) - ((part_18 < 0.0f) ? (-part_18) : (part_18 + 0.0f)));
+    const float part_20 = part_15 - part_19;
+    const float part_21 = 4.0f * part_16;
+    const float part_22 = 0.5f * part_17;
+    const float part_23 = part_20 - part_21;
+    const float part_24 = 0.5f * ((part_20 + part_21) - ((part_23 < 0.0f) ? (-part_23) : (part_23 + 0.0f)));
+    const float part_25 = part_20 - part_24;
+    const float part_26 = 4.0f * part_21;
+    const float part_27 = part_25 - part_26;
+    const float part_28 = (((part_8 + (3.33333343e-1f * part_14)) + (part_17 * part_19)) + (part_22 * part_24))
+            + ((0.5f * part_22) * (0.5f * ((part_25 + part_26) - ((part_27 < 0.0f) ? (-part_27) : (part_27 + 0.0f)))));
+    float sigma_3 = sigma_2 + (c_1 * (holds ? part_5 : ((part_5 > 0.0f) ? part_28 : (-part_28))));
     sigma_3 += c_2 * v_link;
     sigma_3 += c_3 * part_6;
     sigma_3 += c_d_link * state->d_link;
     sigma_3 += c_growth_link * state->d_dot_link;
-    const float part_25 = cross - between->g_cos;
+    const float part_29 = cross - between->g_cos;
     float bare = -(per_b * (((((((between->g_sin * state->v_link) * state->v_link) - (kappa_motor * part_3))
             - (b2 * state->v_motor)) + (part_2 * part_4)) - (b1 * sigma))
-            + (state->d_motor + (part_25 * state->d_link))));
+            + (state->d_motor + (part_29 * state->d_link))));
     bare += kx_2 * v_link;
     bare += kx_3 * part_6;
     bare += kx_4 * sigma_2;
     bare += k_d_link * state->d_link;
     bare += k_growth_link * state->d_dot_link;
-    bare += k_last * (state->d_dot_motor + (part_25 * state->d_dot_link));
-    const float part_26 = sample->end.r - sample->begin.r;
-    const float part_27 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
+    bare += k_last * (state->d_dot_motor + (part_29 * state->d_dot_link));
+    const float part_30 = sample->end.r - sample->begin.r;
+    const float part_31 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
     bare += (((feed_4 * (sample->end.r_dddot - sample->begin.r_dddot))
-            + (feed_1 * ((part_27 != 0.0f) ? (part_26 + (full_turn * part_27)) : part_26)))
+            + (feed_1 * ((part_31 != 0.0f) ? (part_30 + (full_turn * part_31)) : part_30)))
             + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
             + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
+    const float sigma_star = sigma_3 - state->offset;
     const float demand = (bare + (k_offset * state->offset)) + (us * sigma_3);
-    const bool holds_5 = (demand >= (-plausible)) && (demand <= plausible);
-    const bool holds_6 = holds && holds_5;
-    const float part_28 = holds_6 ? state->offset : sigma_3;
-    const float part_29 = bare + (kw * sigma_3);
-    const float part_30 = holds_4 ? part_29 : state->held;
-    const float part_31 = holds_6 ? demand : part_29;
-    const bool holds_7 = (part_30 >= (-input_limit)) && (part_30 <= input_limit);
-    const bool holds_8 = holds_3 && holds_7;
-    const float part_32 = (hold * (holds_4
+    const bool holds_4 = (demand >= (-plausible)) && (demand <= plausible);
+    const float part_32 = bare + (kw * sigma_3);
+    const float part_33 = holds_3 ? part_32 : state->held;
+    const bool holds_5 = (part_33 >= (-input_limit)) && (part_33 <= input_limit);
+    const float part_34 = (hold * (holds_3
             ? (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held : 0.0f)
-            : (holds_7 ? state->held : 0.0f))) + fallback;
-    const float part_33 = holds_7 ? part_29 : part_32;
-    const float part_34 = between->begins ? (holds_2 ? part_33 : (holds_8 ? part_29 : part_32))
-            : (holds_4 ? (holds_5 ? demand : part_33) : part_32);
-    const bool holds_9 = part_34 > u_max;
-    const bool holds_10 = part_34 < u_min;
-    const float u = holds_9 ? u_max : (holds_10 ? u_min : part_31);
+            : (holds_5 ? state->held : 0.0f))) + fallback;
+    const float part_35 = holds_5 ? part_32 : part_34;
+    const float part_36 = between->begins ? (holds ? part_35 : ((holds_2 && holds_5) ? part_32 : part_34))
+            : (holds_3 ? (holds_4 ? demand : part_35) : part_34);
+    const bool holds_6 = part_36 > part_10;
+    const bool holds_7 = (holds_6 ? part_10 : part_36) < part_9;
+    if (!holds) {
+        if (!holds_2) {
+            const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
+            output->u = u_2;
+            output->sigma = 0.0f;
+            output->sigma_star = 0.0f;
+            state->held = u_2;
+            return (unsigned)DRIVE_INPUT_REJECTED;
+        }
+        if (!between->begins) {
+            if (!holds_4) {
+                if (!holds_5) {
+                    const float part_37 = state->reported + 1.0f;
+                    const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+                    const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+                    const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                            + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+                            : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+                    const float limit = (part_40 > part_39) ? part_39 : part_40;
+                    const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
+                    output->u = u_2;
+                    output->sigma = 0.0f;
+                    output->sigma_star = 0.0f;
+                    state->held = u_2;
+                    state->limit = limit;
+                    return (unsigned)DRIVE_INPUT_REJECTED;
+                }
+                const float u = holds_7 ? part_9 : (holds_6 ? part_10 : part_32);
+
+                /* 6. Memory. */
+                const float sigma_4 = sigma_3 - (decay * sigma_3);
+                const bool saturated = u != part_32;
+                const float part_37 = state->reported + 1.0f;
+                const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+                const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+                const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                        + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+                        : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+                const float limit = (part_40 > part_39) ? part_39 : part_40;
+                output->u = u;
+                output->sigma = sigma_3;
+                output->sigma_star = 0.0f;
+                state->offset = sigma_4;
+                state->held = u;
+                state->limit = limit;
+                return saturated ? (unsigned)DRIVE_SATURATED : 0u;
+            }
+            const float u_3 = holds_7 ? part_9 : (holds_6 ? part_10 : demand);
+
+            /* 6. Memory. */
+            const float offset = state->offset - (decay * state->offset);
+            const bool saturated_2 = u_3 != demand;
+            const float part_37 = state->reported + 1.0f;
+            const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+            const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+            const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                    + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+                    : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+            const float limit = (part_40 > part_39) ? part_39 : part_40;
+            output->u = u_3;
+            output->sigma = sigma_3;
+            output->sigma_star = 0.0f;
+            state->offset = offset;
+            state->held = u_3;
+            state->limit = limit;
+            return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
+        }
+        if (!holds_5) {
+            const float part_37 = state->reported + 1.0f;
+            const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+            const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+            const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                    + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+                    : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+            const float limit = (part_40 > part_39) ? part_39 : part_40;
+            const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
+            output->u = u_2;
+            output->sigma = 0.0f;
+            output->sigma_star = 0.0f;
+            state->held = u_2;
+            state->limit = limit;
+            return (unsigned)DRIVE_INPUT_REJECTED;
+        }
+        const float u = holds_7 ? part_9 : (holds_6 ? part_10 : part_32);
+
+        /* 6. Memory. */
+        const float sigma_4 = sigma_3 - (decay * sigma_3);
+        const bool saturated = u != part_32;
+        const float part_37 = state->reported + 1.0f;
+        const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+        const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+        const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+                : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+        const float limit = (part_40 > part_39) ? part_39 : part_40;
+        output->u = u;
+        output->sigma = sigma_3;
+        output->sigma_star = 0.0f;
+        state->offset = sigma_4;
+        state->held = u;
+        state->limit = limit;
+        return saturated ? (unsigned)DRIVE_SATURATED : 0u;
+    }
+    if (!between->begins) {
+        if (!holds_4) {
+            if (!holds_5) {
+                const float part_37 = state->reported + 1.0f;
+                const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+                const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+                const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                        + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+                        : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+                const float limit = (part_40 > part_39) ? part_39 : part_40;
+                const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
+                output->u = u_2;
+                output->sigma = 0.0f;
+                output->sigma_star = 0.0f;
+                state->held = u_2;
+                state->limit = limit;
+                return (unsigned)DRIVE_INPUT_REJECTED;
+            }
+            const float u = holds_7 ? part_9 : (holds_6 ? part_10 : part_32);
+
+            /* 6. Memory. */
+            const float sigma_4 = sigma_3 - (decay * sigma_3);
+            const bool saturated = u != part_32;
+            const float part_37 = state->reported + 1.0f;
+            const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+            const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+            const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                    + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+                    : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+            const float limit = (part_40 > part_39) ? part_39 : part_40;
+            output->u = u;
+            output->sigma = sigma_3;
+            output->sigma_star = 0.0f;
+            state->offset = sigma_4;
+            state->held = u;
+            state->limit = limit;
+            return saturated ? (unsigned)DRIVE_SATURATED : 0u;
+        }
+        const float u_3 = holds_7 ? part_9 : (holds_6 ? part_10 : demand);
+
+        /* 6. Memory. */
+        const float offset = state->offset - (decay * state->offset);
+        const bool saturated_2 = u_3 != demand;
+        const float part_37 = state->reported + 1.0f;
+        const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+        const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+        const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+                : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+        const float limit = (part_40 > part_39) ? part_39 : part_40;
+        output->u = u_3;
+        output->sigma = sigma_3;
+        output->sigma_star = sigma_star;
+        state->offset = offset;
+        state->held = u_3;
+        state->limit = limit;
+        return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
+    }
+    if (!holds_5) {
+        const float part_37 = state->reported + 1.0f;
+        const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+        const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+        const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+                : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+        const float limit = (part_40 > part_39) ? part_39 : part_40;
+        const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
+        output->u = u_2;
+        output->sigma = 0.0f;
+        output->sigma_star = 0.0f;
+        state->held = u_2;
+        state->limit = limit;
+        return (unsigned)DRIVE_INPUT_REJECTED;
+    }
+    const float u = holds_7 ? part_9 : (holds_6 ? part_10 : part_32);
 
     /* 6. Memory. */
-    const float offset = part_28 - (decay * part_28);
-    const bool holds_11 = u != part_31;
-    const float u_2 = holds_9 ? u_max : (holds_10 ? u_min : part_34);
-    const bool holds_12 = holds_5 || holds_7;
-    const bool holds_13 = holds_3 && holds_12;
-    const float sigma_star = (holds && holds_2 && holds_5) ? (sigma_3 - state->offset) : 0.0f;
-    const bool holds_14 = !holds_7;
-    const bool holds_15 = (!holds_5) && holds_14;
-    const bool holds_16 = !holds_3;
-    const bool holds_17 = holds_7 && holds_11;
-    output->u = u_2;
-    output->sigma = holds_2 ? (between->begins ? (holds_7 ? sigma_3 : 0.0f) : (holds_12 ? sigma_3 : 0.0f))
-            : (between->begins ? (holds_8 ? sigma_3 : 0.0f) : (holds_13 ? sigma_3 : 0.0f));
-    output->sigma_star = sigma_star;
-    state->offset = holds_2
-            ? (between->begins ? (holds_7 ? offset : state->offset) : (holds_12 ? offset : state->offset))
-            : (between->begins ? (holds_8 ? offset : state->offset) : (holds_13 ? offset : state->offset));
-    state->held = u_2;
-    return ((holds_2 ? (between->begins ? holds_14 : holds_15)
-            : (between->begins ? (holds_16 || holds_14) : (holds_16 || holds_15))) ? (unsigned)DRIVE_INPUT_REJECTED
-            : 0u)
-            | ((holds_2 ? (holds_6 ? holds_11 : holds_17)
-            : (between->begins ? (holds_3 && holds_17) : (holds_3 && (holds_5 ? holds_11 : holds_17))))
-            ? (unsigned)DRIVE_SATURATED : 0u);
+    const float sigma_4 = sigma_3 - (decay * sigma_3);
+    const bool saturated = u != part_32;
+    const float part_37 = state->reported + 1.0f;
+    const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+    const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+    const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+            + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
+            : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
+    const float limit = (part_40 > part_39) ? part_39 : part_40;
+    output->u = u;
+    output->sigma = sigma_3;
+    output->sigma_star = 0.0f;
+    state->offset = sigma_4;
+    state->held = u;
+    state->limit = limit;
+    return saturated ? (unsigned)DRIVE_SATURATED : 0u;
 }
 
 /* Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again
@@ -726,14 +902,19 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
 {
     DRIVE_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float u_min = -30.0f; /* limit, A */
+    static const float u_max = 30.0f; /* limit, A */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
-    static const float u_max = 30.0f; /* limit, A */
-    static const float u_min = -30.0f; /* limit, A */
     static const float start_ticks = 50.0f; /* for which counts must agree before a current flows */
-    const float part = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+    const float part = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
+    const float part_2 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const float part_3 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
+    const float part_4 = (part_3 > part_2) ? part_2 : part_3;
+    const float u = (part_4 < part) ? part : part_4;
     const bool waits = (!sample->lost_link) && (!sample->lost_motor);
     output->u = u;
     output->sigma = 0.0f;
@@ -756,13 +937,18 @@ static inline unsigned drive_refuse(drive_state *state, drive_output *output)
 {
     DRIVE_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float u_min = -30.0f; /* limit, A */
+    static const float u_max = 30.0f; /* limit, A */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
-    static const float u_max = 30.0f; /* limit, A */
-    static const float u_min = -30.0f; /* limit, A */
-    const float part = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+    const float part = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
+    const float part_2 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const float part_3 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const float u = (part > u_max) ? u_max : ((part < u_min) ? u_min : part);
+    const float part_4 = (part_3 > part_2) ? part_2 : part_3;
+    const float u = (part_4 < part) ? part : part_4;
     output->u = u;
     output->sigma = 0.0f;
     output->sigma_star = 0.0f;
@@ -968,6 +1154,7 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
     static const float c_d_link = 5.96956520e1f; /* surface, on d */
     static const float c_growth_link = 1.0f; /* surface, on d' */
     static const float half_span_motor = 1.22931885e2f; /* half a counter */
+    static const float most = 30.0f;
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
     const uint32_t part = ((count_link & 0xfffffu) ^ 0x80000u) - 0x80000u;
@@ -1087,6 +1274,8 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
         state->doubt = 0.0f;
         state->offset = sigma_2;
         state->held = 0.0f;
+        state->limit = most;
+        state->reported = 0.0f;
         state->started = true;
     }
     return answer;
@@ -1179,16 +1368,42 @@ static inline void drive_missed(drive_state *state, uint32_t periods)
     }
 }
 
+/* From now on the power stage gives at most this current of either sign: it is hot, its supply is low, its brake
+ * resistor is full. The law keeps to it. A start forgets it: call it before each tick. False for a number below 0 or
+ * none, and before the start. */
+static inline bool drive_limit(drive_state *state, float current)
+{
+    const bool is_taken = state->started && (current >= 0.0f);
+    if (is_taken) {
+        state->limit = current;
+        state->reported = -1.0f;
+    }
+    return is_taken;
+}
+
 /* Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
- * the only anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not
+ * the only anti-windup, and needed. Call it before the next tick. Twice the same and clearly less than was put out is
+ * taken for the limit of the stage, until some ticks have passed. A value that is not finite or beyond 1e12 is not
  * taken, nor any before the start, and the answer is false. */
 static inline bool drive_report_applied(drive_state *state, float u)
 {
     DRIVE_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
-    const bool answer = state->started && ((u >= (-input_limit)) && (u <= input_limit));
+    const bool holds = (u >= (-input_limit)) && (u <= input_limit);
+    const bool holds_2 = state->reported >= 0.0f;
+    const bool answer = state->started && holds;
+    const bool next_1 = state->started && holds
+            && ((((state->held < 0.0f) ? (-state->held) : (state->held + 0.0f))
+            - ((u < 0.0f) ? (-u) : (u + 0.0f))) > (0.03125f * state->limit)) && holds_2
+            && (((u < 0.0f) ? (-u) : (u + 0.0f)) == state->reported);
     if (answer) {
         state->held = u;
+    }
+    if (next_1) {
+        state->limit = (u < 0.0f) ? (-u) : (u + 0.0f);
+    }
+    if (state->started && holds && holds_2) {
+        state->reported = (u < 0.0f) ? (-u) : (u + 0.0f);
     }
     return answer;
 }
@@ -1261,6 +1476,8 @@ static inline void drive_reset(drive_state *state)
         state->doubt = 0.0f;
         state->offset = 0.0f;
         state->held = 0.0f;
+        state->limit = 0.0f;
+        state->reported = 0.0f;
     }
     state->started = false;
 }
@@ -1278,7 +1495,9 @@ typedef struct {
     float against; /* ticks in a row of the wrong way */
     float last_speed; /* |v| in the last tick at a limit */
     float over; /* ticks over a bound or without a sample, less those without */
-    float braking; /* 1 and the ticks within the limits since it brakes */
+    float braking; /* 1 and the ticks of braking within the limits without becoming slower */
+    float begun; /* |v| when it began */
+    float holds; /* 1 while it holds against the load, 0 after that was over its bound */
     float side_link; /* disturbance of the shaft when it was last over its bound */
     float side_motor; /* disturbance of the shaft when it was last over its bound */
 } drive_monitor; /* zeros are right at the start */
@@ -1369,38 +1588,55 @@ static inline unsigned drive_watch_runaway(drive_monitor *monitor)
 }
 
 /* From the next tick on it brakes. */
-static inline void drive_watch_brakes(drive_monitor *monitor)
+static inline void drive_watch_brakes(drive_monitor *monitor, const drive_state *state)
 {
     monitor->braking = 1.0f;
+    monitor->begun = drive_magnitude(state->v_motor);
+    monitor->holds = (drive_magnitude(state->d_motor) <= 103158.71f) ? 1.0f : 0.0f;
     monitor->stuck = 0.0f;
     monitor->over = 0.0f;
 }
 
-/* A tick of a drive that brakes: the current opposes the speed, which is what must fall at a limit. */
+/* A tick of a drive that brakes: the current opposes the speed. At a limit the speed must fall. */
 static inline unsigned drive_brake(drive_monitor *monitor, drive_state *state, unsigned told, drive_output *output)
 {
-    const bool is_lost = (told & DRIVE_SAMPLE_LOST) != 0u;
-    const float opposed = -(0.30897516f * state->v_motor);
+    DRIVE_AS_WRITTEN
+    const unsigned blind = DRIVE_SAMPLE_LOST | DRIVE_INPUT_REJECTED;
+    const float limit = drive_magnitude(state->limit);
+    const float u_max = (30.0f > limit) ? limit : 30.0f;
+    const float u_min = (-30.0f < -limit) ? -limit : -30.0f;
+    const float speed = drive_magnitude(state->v_motor);
+    const float asks = drive_magnitude(0.30897516f * speed);
+    const float span = u_max - u_min;
+    float opposed = -(0.30897516f * state->v_motor);
     const float asked = (drive_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
-    float slowing = (asked > 30.0f) ? 30.0f : asked;
-    slowing = (slowing < -30.0f) ? -30.0f : slowing;
+    float slowing = (asked > u_max) ? u_max : asked;
+    slowing = (slowing < u_min) ? u_min : slowing;
     const bool is_short = slowing != asked;
     bool has_changed = false;
     const bool over_link =
         drive_watch_side(state->d_link, 10.483162f, &monitor->side_link, &has_changed);
     const bool over_motor =
         drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
+    monitor->holds = over_motor ? 0.0f : monitor->holds;
     monitor->swings += has_changed ? 1000.0f : 0.0f;
     if (is_short) {
-        drive_watch_limit(monitor, state, drive_magnitude(state->v_motor), slowing, is_lost, over_link, over_motor);
+        drive_watch_limit(monitor, state, speed, slowing, false, over_link, over_motor);
+        /* Faster than at the beginning: that is no brake. */
+        if (asks > ((1.25f * drive_magnitude(0.30897516f * monitor->begun)) + (0.5f * span))) {
+            monitor->stuck = 1000.0f + 1.0f;
+        }
     } else {
         drive_watch_within(monitor);
-        monitor->braking += 1.0f;
+        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * span)))) {
+            monitor->braking += 1.0f;
+        }
+        monitor->last_sigma = speed;
     }
-    drive_watch_over(monitor, is_lost && ((told & DRIVE_INPUT_REJECTED) != 0u));
+    drive_watch_over(monitor, (told & blind) == blind);
     const bool is_stuck = monitor->stuck > 1000.0f;
     unsigned health = told | (is_stuck ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u);
-    if (is_stuck || (monitor->over > 40.0f) || (monitor->braking > 6420.0f)) {
+    if (is_stuck || (monitor->over > 40.0f) || (monitor->braking > 3210.0f)) {
         health |= drive_watch_stop(monitor, output);
     } else {
         state->held = slowing;
@@ -1451,15 +1687,16 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
         health |= is_any_over ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
         health |= is_star_over ? (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND : 0u;
     }
-    /* A sample that is missing is an alarm after a while. */
-    const unsigned alarms = is_late ? health : (health & ~(unsigned)DRIVE_INPUT_REJECTED);
+    /* A sample that is missing is an alarm after a while, and a load that the loop holds is none. */
+    unsigned alarms = is_late ? health : (health & ~(unsigned)DRIVE_INPUT_REJECTED);
+    alarms &= ((1.5f * monitor->stuck) > 40.0f) ? alarms : ~(unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
     if ((alarms & 1589u) != 0u) {
         if (is_rejected && is_lost) {
             health |= drive_watch_stop(monitor, output);
         } else {
             /* To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks. */
             if (!(monitor->against > 0.0f)) {
-                drive_watch_brakes(monitor);
+                drive_watch_brakes(monitor, state);
             }
         }
     }
@@ -1467,10 +1704,10 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
 }
 
 /* Does what follows an alarm, from the next tick on: for reasons of your own, a switch, a door. */
-static inline void drive_watched_trip(drive_monitor *monitor)
+static inline void drive_watched_trip(drive_monitor *monitor, const drive_state *state)
 {
     if (!(monitor->braking > 0.0f)) {
-        drive_watch_brakes(monitor);
+        drive_watch_brakes(monitor, state);
     }
 }
 
@@ -1506,6 +1743,8 @@ static inline void drive_watched_reset(drive_monitor *monitor, drive_state *stat
     monitor->last_speed = 0.0f;
     monitor->over = 0.0f;
     monitor->braking = 0.0f;
+    monitor->begun = 0.0f;
+    monitor->holds = 0.0f;
     monitor->side_link = 0.0f;
     monitor->side_motor = 0.0f;
     drive_reset(state);

@@ -22,7 +22,7 @@ pub(crate) struct Ordinary<'a> {
     pub(crate) state: Vec<(String, N)>,
     pub(crate) output: HashMap<String, N>,
     pub(crate) flags: Vec<(u8, N)>,
-    /// A size and its limit.
+    /// A size and its limit, or a limit and a size that is no less.
     pub(crate) sizes: Vec<(N, N)>,
     /// What the observers hand to the law.
     pub(crate) handed: HashMap<String, N>,
@@ -208,11 +208,12 @@ impl<'a> Ordinary<'a> {
     }
 }
 
-/// What may be assumed of a record: sizes within their limits, and a base that stays.
+/// What may be assumed of a record: sizes within their limits, or not below them, and a base that stays.
 fn candidates(record: &Record, in_law: bool) -> impl Iterator<Item = Assumed> {
     let op = |id: Id| record.value(id).op;
     let truth = move |at: usize| match record.values[at].op {
         Op::Compare(Test::LessOrEqual, size, _) if matches!(op(size), Op::Abs(_)) => Some(true),
+        Op::Compare(Test::Less, size, _) if matches!(op(size), Op::Abs(_)) => Some(false),
         Op::Compare(Test::NotEqual, moved, _) if matches!(op(moved), Op::NumberOf(_)) => Some(false),
         _ => None,
     };
@@ -257,6 +258,7 @@ fn tested(
         let of = |id: Id| values[id.index()];
         match record.values[*at].op {
             Op::Compare(Test::LessOrEqual, size, limit) => sizes.push((of(size), of(limit))),
+            Op::Compare(Test::Less, size, limit) => sizes.push((of(limit), of(size))),
             Op::Compare(_, moved, _) => match graph.nodes[of(moved)] {
                 Node::NumberOf(moved) => match graph.nodes[moved] {
                     Node::CountSince(a, b) => equal.push((a, b)),

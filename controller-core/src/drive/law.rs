@@ -195,7 +195,7 @@ fields! {
         c: [T; N],
         /// Of a larger e_1 less and less counts: a target further away is approached at a speed that u can brake.
         far: T,
-        /// That by the larger of the limits of u, so rounded that it is no less for all of u.
+        /// That by the larger of the limits of u.
         far_per_u: T,
         /// Entry 0 is 0 and not read.
         kx: [T; N],
@@ -270,7 +270,7 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
         Self {
             c: rows.c,
             far,
-            far_per_u: far / most * (1.0 + 1e-6),
+            far_per_u: far / most,
             kx: rows.kx,
             c_d,
             c_growth,
@@ -814,28 +814,32 @@ where
         A::POSITION && !is_near
     }
 
-    /// The limits of u, lower and upper, with what the power stage gives at most.
+    /// Does the power stage give less than the design supposes?
     #[inline(always)]
-    pub(crate) fn present_limits(&self, state: &StateOf<Self>) -> [T; 2] {
-        let (k, limit) = (&self.row, state.limit.abs());
-        [-(-k.u_min).at_most(limit), k.u_max.at_most(limit)]
+    fn is_limited(&self, state: &StateOf<Self>) -> bool {
+        state.limit.abs() < self.row.most
     }
 
-    /// `far` for that.
+    /// The limits of u, lower and upper, with that of the power stage, and `far` for them.
     #[inline(always)]
-    fn present_far(&self, state: &StateOf<Self>) -> T {
-        let k = &self.row;
-        (k.far_per_u * state.limit.abs()).at_most(k.far)
+    pub(crate) fn present_limits(&self, state: &StateOf<Self>) -> ([T; 2], T) {
+        let (k, limit) = (&self.row, state.limit.abs());
+        if self.is_limited(state) {
+            ([-(-k.u_min).at_most(limit), k.u_max.at_most(limit)], (k.far_per_u * limit).at_most(k.far))
+        } else {
+            ([k.u_min, k.u_max], k.far)
+        }
     }
 
     /// A limit that was found from reports rises again tick by tick.
     #[inline(always)]
     fn relax(&self, state: &mut StateOf<Self>) {
-        let (limit, most, one) = (state.limit.abs(), self.row.most, T::from_f64(1.0));
-        // 0 where the limit was set, and that may be more than the design's.
-        let is_found = (state.reported + one).abs().at_most(one);
-        let ceiling = -(-limit).at_most(-most);
-        state.limit = (limit + is_found * (T::from_f64(RISE) * most)).at_most(ceiling);
+        if self.is_limited(state) {
+            let (most, one) = (self.row.most, T::from_f64(1.0));
+            // 0 where the limit was set.
+            let is_found = (state.reported + one).abs().at_most(one);
+            state.limit = (state.limit.abs() + is_found * (T::from_f64(RISE) * most)).at_most(most);
+        }
     }
 
     /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed.
@@ -1091,7 +1095,7 @@ where
     ) -> Output<T> {
         let known = self.known(state, seen, before);
         let errors = self.errors(&known, state.turn, &sample.begin);
-        let (far, limits) = (self.present_far(state), self.present_limits(state));
+        let (limits, far) = self.present_limits(state);
         let is_far = self.is_far(&errors, far);
         if is_far && !is_sound(errors.e[0]) {
             return self.refuse(state, Health::OK);
@@ -1217,7 +1221,7 @@ where
     fn fallback(&self, state: &StateOf<Self>) -> T {
         let last = Self::commanded(state);
         let last = if is_sound(last) { last } else { T::ZERO };
-        let [u_min, u_max] = self.present_limits(state);
+        let ([u_min, u_max], _) = self.present_limits(state);
         (self.row.hold * last + self.row.fallback).limited(u_min, u_max)
     }
 
@@ -1410,8 +1414,7 @@ where
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Output<T> {
         let before = state.push;
         // A limit of the power stage is rare.
-        let ordinary =
-            if state.fresh || state.limit < self.row.most { None } else { self.observe(state, &sample.counts) };
+        let ordinary = if state.fresh || self.is_limited(state) { None } else { self.observe(state, &sample.counts) };
         // All the rest of a tick is in both ways: behind a common end everything would be loaded again.
         match ordinary {
             Some(seen) => self.ask(state, sample, seen, before),
@@ -1527,9 +1530,9 @@ where
         let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
         let before = Known { x, d, growth, seen };
         let Sample { begin, end, .. } = sample;
-        let errors = self.approached(self.errors(&now, new.turn, begin), self.present_far(&new));
+        let errors = self.approached(self.errors(&now, new.turn, begin), self.present_limits(&new).1);
         let asked = self.asked(&now, &errors, begin, end, None);
-        let errors = from.approached(from.errors(&before, new.turn, begin), from.present_far(&new));
+        let errors = from.approached(from.errors(&before, new.turn, begin), from.present_limits(&new).1);
         let wanted = from.asked(&before, &errors, begin, end, (!same_period).then_some(pace));
         let wanted = wanted.bare + from.row.kw * new.offset + from.row.us * (wanted.sigma - new.offset);
         let offset = (wanted - (asked.bare + k.us * asked.sigma)) / (k.kw - k.us);

@@ -210,7 +210,7 @@ where
 
     #[inline(always)]
     fn range(&self, state: &StateOf<Self>) -> [T; 2] {
-        self.present_limits(state)
+        self.present_limits(state).0
     }
 
     #[inline(always)]
