@@ -19,7 +19,8 @@
 //!
 //! Once per period: sample the counts, tick, hold u; where something else is held (a current limit, a brake) tell it by
 //! [`report_applied`](crate::Running::report_applied) before the next tick. That is all the anti-windup there is, and
-//! enough. For the current of a motor:
+//! enough; a power stage that gives less for a while is told by [`limit`](crate::Running::limit). For the current of a
+//! motor:
 //!
 //! ```
 //! use controller_core::drive::*;

@@ -27,7 +27,7 @@
  * DAZ, which linking with -ffast-math sets. Call drive_modes_ok once at start-up, where the tick runs. Under other modes u
  * still stays within its limits and is a number; its bits are others.
  *
- * Design 0xf0b73bd7 (FNV-1a; `design_hash` in the run.json of a run).
+ * Design 0x97f7ac22 (FNV-1a; `design_hash` in the run.json of a run).
  * Scenario drive.toml (CRC-32 0x00c8a703):
  *
  *     # The joint of drive.c, at 5 kHz.
@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0xe91d5d99u
-#error "two designs with the prefix drive, 0xe91d5d99u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0xe91d5d99u
+#if DRIVE_STANDALONE != 0x8780c659u
+#error "two designs with the prefix drive, 0x8780c659u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x8780c659u
 #endif
 #else
-#define DRIVE_STANDALONE 0xe91d5d99u
+#define DRIVE_STANDALONE 0x8780c659u
 
 #include <float.h>
 #include <stdbool.h>
@@ -90,7 +90,7 @@
 #endif
 
 #define DRIVE_VERSION "0.1.0"
-#define DRIVE_DESIGN 0xf0b73bd7u /* log it: it tells designs apart */
+#define DRIVE_DESIGN 0x97f7ac22u /* log it: it tells designs apart */
 #define DRIVE_PERIOD_S 0.0002
 #define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
 #define DRIVE_DELAY_TICKS 0 /* from the tick that computes a current to the one that holds it */
@@ -591,10 +591,11 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b2 = 7.51879730e1f; /* damping of the motor, 1/s */
     static const float full_turn = 6.28318548e0f; /* 2 pi */
-    static const float far_per_u = 8.01729970e-3f; /* of e_1 no more counts */
-    static const float far = 2.40518764e-1f; /* of e_1 no more counts */
+    static const float most = 30.0f;
     static const float u_min = -30.0f; /* limit, A */
     static const float u_max = 30.0f; /* limit, A */
+    static const float far_per_u = 8.01729225e-3f; /* of e_1 no more counts */
+    static const float far = 2.40518764e-1f; /* of e_1 no more counts */
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
     static const float c_1 = 8000.0f; /* surface */
     static const float c_2 = 1200.0f; /* surface */
@@ -620,7 +621,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
     static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
-    static const float most = 30.0f;
+    const bool holds = !between->begins;
     const float part = (unit_link * (float)drive_signed(state->at_link)) + state->p_link;
 
     /* 4. The chain. */
@@ -635,17 +636,18 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     const float v_link = state->v_link - sample->begin.r_dot;
     const float part_6 = part_4 - sample->begin.r_ddot;
     const float sigma_2 = sigma - sample->begin.r_dddot;
-    const float part_7 = far_per_u * ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-    const float part_8 = (part_7 > far) ? far : part_7;
-    const float part_9 = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+    const bool holds_2 = (state->limit > (-most)) && (state->limit < most);
+    const float part_7 = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
-    const float part_10 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
-            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
-    const bool holds = (part_5 >= (-part_8)) && (part_5 <= part_8);
-    const bool holds_2 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
-    const bool holds_3 = holds || holds_2;
-    const float part_11 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - part_8;
-    const float part_12 = 3.0f * part_8;
+    const bool holds_3 = u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+    const float part_8 = holds_3 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const float part_9 = far_per_u * ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+    const float part_10 = ((!holds_2) || (part_9 > far)) ? far : part_9;
+    const bool holds_4 = (part_5 >= (-part_10)) && (part_5 <= part_10);
+    const bool holds_5 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
+    const bool holds_6 = holds_4 || holds_5;
+    const float part_11 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - part_10;
+    const float part_12 = 3.0f * part_10;
     const float part_13 = part_11 - part_12;
     const float part_14 = 0.5f * ((part_11 + part_12) - ((part_13 < 0.0f) ? (-part_13) : (part_13 + 0.0f)));
     const float part_15 = part_11 - part_14;
@@ -661,9 +663,9 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     const float part_25 = part_20 - part_24;
     const float part_26 = 4.0f * part_21;
     const float part_27 = part_25 - part_26;
-    const float part_28 = (((part_8 + (3.33333343e-1f * part_14)) + (part_17 * part_19)) + (part_22 * part_24))
+    const float part_28 = (((part_10 + (3.33333343e-1f * part_14)) + (part_17 * part_19)) + (part_22 * part_24))
             + ((0.5f * part_22) * (0.5f * ((part_25 + part_26) - ((part_27 < 0.0f) ? (-part_27) : (part_27 + 0.0f)))));
-    float sigma_3 = sigma_2 + (c_1 * (holds ? part_5 : ((part_5 > 0.0f) ? part_28 : (-part_28))));
+    float sigma_3 = sigma_2 + (c_1 * (holds_4 ? part_5 : ((part_5 > 0.0f) ? part_28 : (-part_28))));
     sigma_3 += c_2 * v_link;
     sigma_3 += c_3 * part_6;
     sigma_3 += c_d_link * state->d_link;
@@ -686,212 +688,239 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
             + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
     const float sigma_star = sigma_3 - state->offset;
     const float demand = (bare + (k_offset * state->offset)) + (us * sigma_3);
-    const bool holds_4 = (demand >= (-plausible)) && (demand <= plausible);
-    const float part_32 = bare + (kw * sigma_3);
-    const float part_33 = holds_3 ? part_32 : state->held;
-    const bool holds_5 = (part_33 >= (-input_limit)) && (part_33 <= input_limit);
-    const float part_34 = (hold * (holds_3
+    const bool holds_7 = (demand >= (-plausible)) && (demand <= plausible);
+    const bool holds_8 = holds && holds_7;
+    const float part_32 = holds_8 ? state->offset : sigma_3;
+    const float part_33 = bare + (kw * sigma_3);
+    const float part_34 = holds_6 ? part_33 : state->held;
+    const float part_35 = holds_8 ? demand : part_33;
+    const bool holds_9 = (part_34 >= (-input_limit)) && (part_34 <= input_limit);
+    const bool holds_10 = holds_5 && holds_9;
+    const float part_36 = (hold * (holds_6
             ? (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held : 0.0f)
-            : (holds_5 ? state->held : 0.0f))) + fallback;
-    const float part_35 = holds_5 ? part_32 : part_34;
-    const float part_36 = between->begins ? (holds ? part_35 : ((holds_2 && holds_5) ? part_32 : part_34))
-            : (holds_3 ? (holds_4 ? demand : part_35) : part_34);
-    const bool holds_6 = part_36 > part_10;
-    const bool holds_7 = (holds_6 ? part_10 : part_36) < part_9;
-    if (!holds) {
-        if (!holds_2) {
-            const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
-            output->u = u_2;
+            : (holds_9 ? state->held : 0.0f))) + fallback;
+    const float part_37 = holds_9 ? part_33 : part_36;
+    const float part_38 = between->begins ? (holds_4 ? part_37 : (holds_10 ? part_33 : part_36))
+            : (holds_6 ? (holds_7 ? demand : part_37) : part_36);
+    const bool holds_11 = part_38 > ((holds_2 && holds_3)
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max);
+    const bool holds_12 = ((holds_2 && holds_11) ? part_8 : part_38) < (holds_2 ? part_7 : u_min);
+    const float u = holds_11 ? u_max : (holds_12 ? u_min : part_35);
+
+    /* 6. Memory. */
+    const float offset = part_32 - (decay * part_32);
+    const bool holds_13 = u != part_35;
+    if (!holds_2) {
+        const float u_5 = holds_11 ? u_max : (holds_12 ? u_min : part_38);
+        const bool holds_14 = holds_7 || holds_9;
+        const bool holds_15 = holds_5 && holds_14;
+        const bool holds_16 = !holds_9;
+        const bool holds_17 = (!holds_7) && holds_16;
+        const bool holds_18 = !holds_5;
+        const bool holds_19 = holds_9 && holds_13;
+        output->u = u_5;
+        output->sigma = holds_4 ? (between->begins ? (holds_9 ? sigma_3 : 0.0f) : (holds_14 ? sigma_3 : 0.0f))
+                : (between->begins ? (holds_10 ? sigma_3 : 0.0f) : (holds_15 ? sigma_3 : 0.0f));
+        output->sigma_star = (holds && holds_4 && holds_7) ? sigma_star : 0.0f;
+        state->offset = holds_4
+                ? (between->begins ? (holds_9 ? offset : state->offset) : (holds_14 ? offset : state->offset))
+                : (between->begins ? (holds_10 ? offset : state->offset) : (holds_15 ? offset : state->offset));
+        state->held = u_5;
+        return ((holds_4 ? (between->begins ? holds_16 : holds_17)
+                : (between->begins ? (holds_18 || holds_16) : (holds_18 || holds_17))) ? (unsigned)DRIVE_INPUT_REJECTED
+                : 0u)
+                | ((holds_4 ? (holds_8 ? holds_13 : holds_19)
+                : (between->begins ? (holds_5 && holds_19) : (holds_5 && (holds_7 ? holds_13 : holds_19))))
+                ? (unsigned)DRIVE_SATURATED : 0u);
+    }
+    if (!holds_4) {
+        if (!holds_5) {
+            const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
+            output->u = u_3;
             output->sigma = 0.0f;
             output->sigma_star = 0.0f;
-            state->held = u_2;
+            state->held = u_3;
             return (unsigned)DRIVE_INPUT_REJECTED;
         }
         if (!between->begins) {
-            if (!holds_4) {
-                if (!holds_5) {
-                    const float part_37 = state->reported + 1.0f;
-                    const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-                    const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+            if (!holds_7) {
+                if (!holds_9) {
+                    /* 5. Law. */
+                    const float part_39 = state->reported + 1.0f;
                     const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                            + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-                            : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-                    const float limit = (part_40 > part_39) ? part_39 : part_40;
-                    const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
-                    output->u = u_2;
+                            + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+                            : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+                    const float limit = (part_40 > most) ? most : part_40;
+                    const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
+                    output->u = u_3;
                     output->sigma = 0.0f;
                     output->sigma_star = 0.0f;
-                    state->held = u_2;
+                    state->held = u_3;
                     state->limit = limit;
                     return (unsigned)DRIVE_INPUT_REJECTED;
                 }
-                const float u = holds_7 ? part_9 : (holds_6 ? part_10 : part_32);
+
+                /* 5. Law. */
+                const float u_2 = holds_12 ? part_7 : (holds_11 ? part_8 : part_33);
 
                 /* 6. Memory. */
                 const float sigma_4 = sigma_3 - (decay * sigma_3);
-                const bool saturated = u != part_32;
-                const float part_37 = state->reported + 1.0f;
-                const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-                const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+                const bool saturated = u_2 != part_33;
+                const float part_39 = state->reported + 1.0f;
                 const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                        + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-                        : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-                const float limit = (part_40 > part_39) ? part_39 : part_40;
-                output->u = u;
+                        + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+                        : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+                const float limit = (part_40 > most) ? most : part_40;
+                output->u = u_2;
                 output->sigma = sigma_3;
                 output->sigma_star = 0.0f;
                 state->offset = sigma_4;
-                state->held = u;
+                state->held = u_2;
                 state->limit = limit;
                 return saturated ? (unsigned)DRIVE_SATURATED : 0u;
             }
-            const float u_3 = holds_7 ? part_9 : (holds_6 ? part_10 : demand);
+
+            /* 5. Law. */
+            const float u_4 = holds_12 ? part_7 : (holds_11 ? part_8 : demand);
 
             /* 6. Memory. */
-            const float offset = state->offset - (decay * state->offset);
-            const bool saturated_2 = u_3 != demand;
-            const float part_37 = state->reported + 1.0f;
-            const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-            const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+            const float offset_2 = state->offset - (decay * state->offset);
+            const bool saturated_2 = u_4 != demand;
+            const float part_39 = state->reported + 1.0f;
             const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                    + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-                    : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-            const float limit = (part_40 > part_39) ? part_39 : part_40;
-            output->u = u_3;
+                    + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+                    : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+            const float limit = (part_40 > most) ? most : part_40;
+            output->u = u_4;
             output->sigma = sigma_3;
             output->sigma_star = 0.0f;
-            state->offset = offset;
-            state->held = u_3;
+            state->offset = offset_2;
+            state->held = u_4;
             state->limit = limit;
             return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
         }
-        if (!holds_5) {
-            const float part_37 = state->reported + 1.0f;
-            const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-            const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+        if (!holds_9) {
+            /* 5. Law. */
+            const float part_39 = state->reported + 1.0f;
             const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                    + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-                    : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-            const float limit = (part_40 > part_39) ? part_39 : part_40;
-            const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
-            output->u = u_2;
+                    + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+                    : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+            const float limit = (part_40 > most) ? most : part_40;
+            const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
+            output->u = u_3;
             output->sigma = 0.0f;
             output->sigma_star = 0.0f;
-            state->held = u_2;
+            state->held = u_3;
             state->limit = limit;
             return (unsigned)DRIVE_INPUT_REJECTED;
         }
-        const float u = holds_7 ? part_9 : (holds_6 ? part_10 : part_32);
+
+        /* 5. Law. */
+        const float u_2 = holds_12 ? part_7 : (holds_11 ? part_8 : part_33);
 
         /* 6. Memory. */
-        const float sigma_4 = sigma_3 - (decay * sigma_3);
-        const bool saturated = u != part_32;
-        const float part_37 = state->reported + 1.0f;
-        const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-        const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+        const bool saturated = u_2 != part_33;
+        const float part_39 = state->reported + 1.0f;
         const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-                : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-        const float limit = (part_40 > part_39) ? part_39 : part_40;
-        output->u = u;
+                + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+                : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+        const float limit = (part_40 > most) ? most : part_40;
+        output->u = u_2;
         output->sigma = sigma_3;
         output->sigma_star = 0.0f;
-        state->offset = sigma_4;
-        state->held = u;
+        state->offset = offset;
+        state->held = u_2;
         state->limit = limit;
         return saturated ? (unsigned)DRIVE_SATURATED : 0u;
     }
     if (!between->begins) {
-        if (!holds_4) {
-            if (!holds_5) {
-                const float part_37 = state->reported + 1.0f;
-                const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-                const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+        if (!holds_7) {
+            if (!holds_9) {
+                /* 5. Law. */
+                const float part_39 = state->reported + 1.0f;
                 const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                        + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-                        : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-                const float limit = (part_40 > part_39) ? part_39 : part_40;
-                const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
-                output->u = u_2;
+                        + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+                        : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+                const float limit = (part_40 > most) ? most : part_40;
+                const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
+                output->u = u_3;
                 output->sigma = 0.0f;
                 output->sigma_star = 0.0f;
-                state->held = u_2;
+                state->held = u_3;
                 state->limit = limit;
                 return (unsigned)DRIVE_INPUT_REJECTED;
             }
-            const float u = holds_7 ? part_9 : (holds_6 ? part_10 : part_32);
+
+            /* 5. Law. */
+            const float u_2 = holds_12 ? part_7 : (holds_11 ? part_8 : part_33);
 
             /* 6. Memory. */
             const float sigma_4 = sigma_3 - (decay * sigma_3);
-            const bool saturated = u != part_32;
-            const float part_37 = state->reported + 1.0f;
-            const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-            const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+            const bool saturated = u_2 != part_33;
+            const float part_39 = state->reported + 1.0f;
             const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                    + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-                    : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-            const float limit = (part_40 > part_39) ? part_39 : part_40;
-            output->u = u;
+                    + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+                    : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+            const float limit = (part_40 > most) ? most : part_40;
+            output->u = u_2;
             output->sigma = sigma_3;
             output->sigma_star = 0.0f;
             state->offset = sigma_4;
-            state->held = u;
+            state->held = u_2;
             state->limit = limit;
             return saturated ? (unsigned)DRIVE_SATURATED : 0u;
         }
-        const float u_3 = holds_7 ? part_9 : (holds_6 ? part_10 : demand);
+
+        /* 5. Law. */
+        const float u_4 = holds_12 ? part_7 : (holds_11 ? part_8 : demand);
 
         /* 6. Memory. */
-        const float offset = state->offset - (decay * state->offset);
-        const bool saturated_2 = u_3 != demand;
-        const float part_37 = state->reported + 1.0f;
-        const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-        const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+        const float offset_2 = state->offset - (decay * state->offset);
+        const bool saturated_2 = u_4 != demand;
+        const float part_39 = state->reported + 1.0f;
         const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-                : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-        const float limit = (part_40 > part_39) ? part_39 : part_40;
-        output->u = u_3;
+                + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+                : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+        const float limit = (part_40 > most) ? most : part_40;
+        output->u = u_4;
         output->sigma = sigma_3;
         output->sigma_star = sigma_star;
-        state->offset = offset;
-        state->held = u_3;
+        state->offset = offset_2;
+        state->held = u_4;
         state->limit = limit;
         return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
     }
-    if (!holds_5) {
-        const float part_37 = state->reported + 1.0f;
-        const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-        const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+    if (!holds_9) {
+        /* 5. Law. */
+        const float part_39 = state->reported + 1.0f;
         const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-                : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-        const float limit = (part_40 > part_39) ? part_39 : part_40;
-        const float u_2 = holds_7 ? part_9 : (holds_6 ? part_10 : part_34);
-        output->u = u_2;
+                + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+                : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+        const float limit = (part_40 > most) ? most : part_40;
+        const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
+        output->u = u_3;
         output->sigma = 0.0f;
         output->sigma_star = 0.0f;
-        state->held = u_2;
+        state->held = u_3;
         state->limit = limit;
         return (unsigned)DRIVE_INPUT_REJECTED;
     }
-    const float u = holds_7 ? part_9 : (holds_6 ? part_10 : part_32);
+
+    /* 5. Law. */
+    const float u_2 = holds_12 ? part_7 : (holds_11 ? part_8 : part_33);
 
     /* 6. Memory. */
-    const float sigma_4 = sigma_3 - (decay * sigma_3);
-    const bool saturated = u != part_32;
-    const float part_37 = state->reported + 1.0f;
-    const float part_38 = -((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-    const float part_39 = -((part_38 > (-most)) ? (-most) : part_38);
+    const bool saturated = u_2 != part_33;
+    const float part_39 = state->reported + 1.0f;
     const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-            + ((((part_37 < (-1.0f)) || (part_37 > 1.0f)) ? 1.0f
-            : ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f))) * (0.015625f * most));
-    const float limit = (part_40 > part_39) ? part_39 : part_40;
-    output->u = u;
+            + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
+            : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
+    const float limit = (part_40 > most) ? most : part_40;
+    output->u = u_2;
     output->sigma = sigma_3;
     output->sigma_star = 0.0f;
-    state->offset = sigma_4;
-    state->held = u;
+    state->offset = offset;
+    state->held = u_2;
     state->limit = limit;
     return saturated ? (unsigned)DRIVE_SATURATED : 0u;
 }
@@ -902,19 +931,24 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
 {
     DRIVE_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float most = 30.0f;
     static const float u_min = -30.0f; /* limit, A */
     static const float u_max = 30.0f; /* limit, A */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
     static const float start_ticks = 50.0f; /* for which counts must agree before a current flows */
+    const bool holds = (state->limit > (-most)) && (state->limit < most);
     const float part = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
-    const float part_2 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
-            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const bool holds_2 = u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+    const float part_2 = holds_2 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
     const float part_3 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const float part_4 = (part_3 > part_2) ? part_2 : part_3;
-    const float u = (part_4 < part) ? part : part_4;
+    const bool holds_3 = part_3 > ((holds && holds_2)
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max);
+    const bool holds_4 = ((holds && holds_3) ? part_2 : part_3) < (holds ? part : u_min);
+    const float u = holds ? (holds_4 ? part : (holds_3 ? part_2 : part_3))
+            : (holds_3 ? u_max : (holds_4 ? u_min : part_3));
     const bool waits = (!sample->lost_link) && (!sample->lost_motor);
     output->u = u;
     output->sigma = 0.0f;
@@ -937,18 +971,23 @@ static inline unsigned drive_refuse(drive_state *state, drive_output *output)
 {
     DRIVE_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float most = 30.0f;
     static const float u_min = -30.0f; /* limit, A */
     static const float u_max = 30.0f; /* limit, A */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
+    const bool holds = (state->limit > (-most)) && (state->limit < most);
     const float part = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
-    const float part_2 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
-            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const bool holds_2 = u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+    const float part_2 = holds_2 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
     const float part_3 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const float part_4 = (part_3 > part_2) ? part_2 : part_3;
-    const float u = (part_4 < part) ? part : part_4;
+    const bool holds_3 = part_3 > ((holds && holds_2)
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max);
+    const bool holds_4 = ((holds && holds_3) ? part_2 : part_3) < (holds ? part : u_min);
+    const float u = holds ? (holds_4 ? part : (holds_3 ? part_2 : part_3))
+            : (holds_3 ? u_max : (holds_4 ? u_min : part_3));
     output->u = u;
     output->sigma = 0.0f;
     output->sigma_star = 0.0f;

@@ -376,9 +376,9 @@ const fn followed(reaction: Reaction) -> &'static str {
 const fn tripped(reaction: Reaction) -> &'static str {
     match reaction {
         Reaction::Brake => include_str!("c/trip_brakes.h"),
-        Reaction::Fallback => "    (void)state;\n    monitor->stopped = true;\n",
+        Reaction::Fallback => "    monitor->stopped = true;\n",
         Reaction::GoOn | Reaction::JoinedStop { .. } => {
-            "    (void)monitor; /* it is told, or answered by a planned stop */\n    (void)state;\n"
+            "    (void)monitor; /* it is told, or answered by a planned stop */\n"
         }
     }
 }
@@ -748,22 +748,25 @@ impl C<'_> {
             let [slope, u_min, u_max, brake_ticks] =
                 [*brake, *u_min, *u_max, ticks.brake].map(|number| format!("{number:?}"));
             // Of a joint the spring damps the link, and is not held against.
-            let (and_load, load) = match &disturbance[..] {
-                [_] => (
+            let (and_load, load, may_hold, holds) = match &disturbance[..] {
+                [bound] => (
                     ", and the load within its bound",
                     format!(
                         "    const float load = (monitor->holds > 0.0f) ? state->d{driven} : 0.0f;\n    opposed -= \
                          {per_gain:?}f * load;\n"
                     ),
+                    format!("        monitor->holds = (@_magnitude(state->d{driven}) <= {bound:?}f) ? 1.0f : 0.0f;\n"),
+                    format!("    monitor->holds = over{driven} ? 0.0f : monitor->holds;\n"),
                 ),
-                _ => ("", String::new()),
+                _ => ("", String::new(), String::new(), String::new()),
             };
             let text = filled(
                 include_str!("c/brake.h"),
                 &[
                     ("and_load", &and_load),
                     ("load", &load),
-                    ("d_bound", &format!("{:?}", disturbance.last().copied().unwrap_or_default())),
+                    ("may_hold", &may_hold),
+                    ("holds", &holds),
                     ("slope", &slope),
                     ("u_min", &u_min),
                     ("u_max", &u_max),
@@ -779,9 +782,9 @@ impl C<'_> {
             let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, \
                           output);\n    }\n";
             let member = "    float braking; /* 1 and the ticks of braking within the limits without becoming slower */\n    \
-                          float begun; /* |v| when it began */\n    float holds; /* 1 while it holds against the load, 0 after \
+                          float most; /* the most that a brake asks for */\n    float holds; /* 1 while it holds against the load, 0 after \
                           that was over its bound */\n";
-            let zeros = "    monitor->braking = 0.0f;\n    monitor->begun = 0.0f;\n    monitor->holds = 0.0f;\n";
+            let zeros = "    monitor->braking = 0.0f;\n    monitor->most = 0.0f;\n    monitor->holds = 0.0f;\n";
             [text, brakes.into(), member.into(), zeros.into()]
         } else {
             [String::new(), String::new(), String::new(), String::new()]

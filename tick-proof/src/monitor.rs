@@ -155,7 +155,8 @@ fn over_bounds(telling: &Record, part: &str, step: &Step) -> Claims {
 fn ends(part: &str, step: &Step) -> Claims {
     let one_more = same(step.after("braking"), &format!("(fp.add RNE braking {})", number(1.0)));
     let slower = all(["(fp.lt (fp.abs v) last_sigma)".into(), same(step.after("last_sigma"), "(fp.abs v)")]);
-    let counted = then(&not(step.after("saturated")), &either([one_more, slower]));
+    let first = "(fp.lt most (_ +zero 8 24))".to_string();
+    let counted = then(&not(step.after("saturated")), &either([first, one_more, slower]));
     let within = format!("(fp.leq {} brake_ticks)", step.after("braking"));
     let at_limit = format!("(fp.leq {} stuck_ticks)", step.after("stuck"));
     let supposed =

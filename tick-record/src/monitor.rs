@@ -194,6 +194,10 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
         let over = ["is_any_over", "is_star_over"].map(truth);
         put_answer(recorder, &law.answer(state, said(looked_at & !Health::WAITS.bits()), over));
     });
+    let begin = part(&|_, law, state| law.begin_brake(state));
+    let first = part(&|recorder, _, state| {
+        recorder.put_truth("is_first", Role::Between, Monitored::<AnyLaw<E>, E>::is_first(state));
+    });
     let slowing = part(&|recorder, law, state| {
         let (slowing, is_short) = law.slowing(state);
         recorder.put("slowing", Role::Between, slowing);
@@ -211,9 +215,12 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     let mut joined = Joined::default();
     let watched = joined.call(&watch, &|_| None);
     let answered = joined.call(&answer, &|port| watched.get(&port.name, port.role));
+    let begun = joined.call(&begin, &|_| None);
+    let is_first = joined.call(&first, &|_| None).get("is_first", Role::Between).expect("whether it is the first");
     let slowing = joined.call(&slowing, &|_| None);
     let of_slowing = |port: &Port| slowing.get(&port.name, port.role).filter(|_| port.role == Role::Between);
     let braked = joined.call(&watch_brake, &of_slowing);
+    let begins = joined.call(&slow_down, &|port| begun.get(&port.name, port.role).or_else(|| of_slowing(port)));
     let slowed = joined.call(&slow_down, &|port| braked.get(&port.name, port.role).or_else(|| of_slowing(port)));
     let waited = joined.call(&waits, &|_| None);
     let is_braking = joined.call(&braking, &|_| None).get("is_braking", Role::Between).expect("whether it brakes");
@@ -244,7 +251,8 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
         };
         let handed_on = port.role == Role::Flag(Health::POSITION_STEPPED.bits().trailing_zeros() as u8);
         let of = |given: &Given| given.get(&port.name, port.role).expect("the same results of all");
-        let looked = joined.select(is_braking, of(&slowed), *answer);
+        let slowed = joined.select(is_first, of(&begins), of(&slowed));
+        let looked = joined.select(is_braking, slowed, *answer);
         let looked = joined.select(is_waiting, of(&waited), looked);
         let goes_on = if handed_on { calm } else { joined.select(is_calm, calm, looked) };
         results.push((port.clone(), joined.select(stopped, at_rest, goes_on)));
@@ -258,7 +266,7 @@ type StateOf<const E: usize> = <Monitored<AnyLaw<E>, E> as ControlLaw>::State;
 /// The words that the monitors add to the state of a drive with so many shafts, before its own.
 pub fn state(shafts: usize) -> Vec<Port> {
     let numbers =
-        ["counted", "stuck", "last_sigma", "swings", "against", "last_speed", "over", "braking", "begun", "holds"];
+        ["counted", "stuck", "last_sigma", "swings", "against", "last_speed", "over", "braking", "most", "holds"];
     let numbers = numbers.map(String::from);
     let sides = (1..=shafts).map(|shaft| format!("side{shaft}"));
     let number = |name: String| port(&name, Role::State, Kind::Number);

@@ -820,26 +820,17 @@ where
         state.limit.abs() < self.row.most
     }
 
-    /// The limits of u, lower and upper, with that of the power stage, and `far` for them.
+    /// The limits of u, lower and upper, with that of the power stage.
     #[inline(always)]
-    pub(crate) fn present_limits(&self, state: &StateOf<Self>) -> ([T; 2], T) {
+    pub(crate) fn present_limits(&self, state: &StateOf<Self>) -> [T; 2] {
         let (k, limit) = (&self.row, state.limit.abs());
-        if self.is_limited(state) {
-            ([-(-k.u_min).at_most(limit), k.u_max.at_most(limit)], (k.far_per_u * limit).at_most(k.far))
-        } else {
-            ([k.u_min, k.u_max], k.far)
-        }
+        [-(-k.u_min).at_most(limit), k.u_max.at_most(limit)]
     }
 
-    /// A limit that was found from reports rises again tick by tick.
+    /// `far` for that.
     #[inline(always)]
-    fn relax(&self, state: &mut StateOf<Self>) {
-        if self.is_limited(state) {
-            let (most, one) = (self.row.most, T::from_f64(1.0));
-            // 0 where the limit was set.
-            let is_found = (state.reported + one).abs().at_most(one);
-            state.limit = (state.limit.abs() + is_found * (T::from_f64(RISE) * most)).at_most(most);
-        }
+    fn present_far(&self, state: &StateOf<Self>) -> T {
+        if self.is_limited(state) { self.row.far_per_u * state.limit.abs() } else { self.row.far }
     }
 
     /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed.
@@ -972,7 +963,11 @@ where
     /// A tick that is not ordinary.
     #[cold]
     #[inline(never)]
-    fn rest(&self, state: &mut StateOf<Self>, sample: &Sample<T::Count, A::Target, E>) -> Output<T> {
+    fn rest<const LIMITED: bool>(
+        &self,
+        state: &mut StateOf<Self>,
+        sample: &Sample<T::Count, A::Target, E>,
+    ) -> Output<T> {
         let (before, counts) = (state.push, &sample.counts);
         let mut missing = false;
         let (seen, begins, health) = if state.fresh {
@@ -993,7 +988,7 @@ where
             }
             (seen, false, Health::SAMPLE_LOST.when(missing).union(Health::POSITION_STEPPED.when(stepped)))
         };
-        let output = self.ask_rest(state, sample, seen, &before, begins);
+        let output = self.ask_within::<LIMITED>(state, sample, seen, &before, begins);
         self.follow(state);
         if missing {
             self.carry(state);
@@ -1093,20 +1088,40 @@ where
         before: &M::Push,
         begins: bool,
     ) -> Output<T> {
+        if self.is_limited(state) {
+            self.ask_within::<true>(state, sample, seen, before, begins)
+        } else {
+            self.ask_within::<false>(state, sample, seen, before, begins)
+        }
+    }
+
+    /// The same, where it is known whether the power stage is limited.
+    #[inline(always)]
+    fn ask_within<const LIMITED: bool>(
+        &self,
+        state: &mut StateOf<Self>,
+        sample: &Sample<T::Count, A::Target, E>,
+        seen: M::Seen,
+        before: &M::Push,
+        begins: bool,
+    ) -> Output<T> {
         let known = self.known(state, seen, before);
         let errors = self.errors(&known, state.turn, &sample.begin);
-        let (limits, far) = self.present_limits(state);
+        let far = if LIMITED { self.row.far_per_u * state.limit.abs() } else { self.row.far };
         let is_far = self.is_far(&errors, far);
         if is_far && !is_sound(errors.e[0]) {
             return self.refuse(state, Health::OK);
         }
         let asked = self.asked(&known, &self.approached(errors, far), &sample.begin, &sample.end, None);
         let output = if begins {
-            self.start_offset(state, asked.sigma, asked.bare, limits)
+            self.start_offset::<LIMITED>(state, asked.sigma, asked.bare)
         } else {
-            self.answer(state, asked, limits)
+            self.answer::<LIMITED>(state, asked)
         };
-        self.relax(state);
+        if LIMITED && state.reported >= T::ZERO {
+            // A limit that was found from reports rises again tick by tick.
+            state.limit = state.limit.abs() + T::from_f64(RISE) * self.row.most;
+        }
         if is_far { Self::without_sigma_star(output) } else { output }
     }
 
@@ -1130,8 +1145,7 @@ where
             // All of it once more: what is handed over would have to be kept in every tick.
             return self.ask_far(state, sample, [before; LATE]);
         }
-        let limits = [self.row.u_min, self.row.u_max];
-        self.answer(state, self.asked(&known, &errors, &sample.begin, &sample.end, None), limits)
+        self.answer::<false>(state, self.asked(&known, &errors, &sample.begin, &sample.end, None))
     }
 
     /// Far from the target.
@@ -1147,37 +1161,38 @@ where
         let seen = self.model.seen_ahead(self.model.seen(&raw), state.x[0][0]);
         // Without a delay nobody reads it.
         let before = before.first().copied().unwrap_or(state.push);
-        self.ask_rest(state, sample, seen, &before, false)
+        self.ask_within::<false>(state, sample, seen, &before, false)
     }
 
     #[inline(always)]
-    fn answer(&self, state: &mut StateOf<Self>, asked: Asked<T>, limits: [T; 2]) -> Output<T> {
+    fn answer<const LIMITED: bool>(&self, state: &mut StateOf<Self>, asked: Asked<T>) -> Output<T> {
         let k = &self.row;
         let Asked { sigma, bare } = asked;
         let sigma_star = (sigma - state.offset).called("sigma_star", 0);
         let demand = (bare + k.k_offset * state.offset + k.us * sigma).called("demand", 0);
         let is_plausible = demand.abs() <= k.plausible;
         if !is_plausible {
-            return self.start_offset(state, sigma, bare, limits);
+            return self.start_offset::<LIMITED>(state, sigma, bare);
         }
-        self.put_out(state, [sigma, sigma_star, demand], limits)
+        self.put_out::<LIMITED>(state, sigma, sigma_star, demand)
     }
 
     /// Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
     #[cold]
     #[inline(never)]
-    fn start_offset(&self, state: &mut StateOf<Self>, sigma: T, bare: T, limits: [T; 2]) -> Output<T> {
+    fn start_offset<const LIMITED: bool>(&self, state: &mut StateOf<Self>, sigma: T, bare: T) -> Output<T> {
         let demand = bare + self.row.kw * sigma;
         if !is_sound(demand) {
             return self.refuse(state, Health::OK);
         }
         state.offset = sigma;
-        self.put_out(state, [sigma, T::ZERO, demand], limits)
+        self.put_out::<LIMITED>(state, sigma, T::ZERO, demand)
     }
 
     #[inline(always)]
-    fn put_out(&self, state: &mut StateOf<Self>, asked: [T; 3], [u_min, u_max]: [T; 2]) -> Output<T> {
-        let ([sigma, sigma_star, demand], k) = (asked, &self.row);
+    fn put_out<const LIMITED: bool>(&self, state: &mut StateOf<Self>, sigma: T, sigma_star: T, demand: T) -> Output<T> {
+        let k = &self.row;
+        let [u_min, u_max] = if LIMITED { self.present_limits(state) } else { [k.u_min, k.u_max] };
         let u = demand.limited(u_min, u_max).called("u", 0);
         T::section("6. Memory.");
         Self::hold(state, u);
@@ -1221,7 +1236,7 @@ where
     fn fallback(&self, state: &StateOf<Self>) -> T {
         let last = Self::commanded(state);
         let last = if is_sound(last) { last } else { T::ZERO };
-        let ([u_min, u_max], _) = self.present_limits(state);
+        let [u_min, u_max] = self.present_limits(state);
         (self.row.hold * last + self.row.fallback).limited(u_min, u_max)
     }
 
@@ -1413,12 +1428,14 @@ where
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Output<T> {
         let before = state.push;
-        // A limit of the power stage is rare.
-        let ordinary = if state.fresh || self.is_limited(state) { None } else { self.observe(state, &sample.counts) };
+        if self.is_limited(state) {
+            return self.rest::<true>(state, sample);
+        }
+        let ordinary = if state.fresh { None } else { self.observe(state, &sample.counts) };
         // All the rest of a tick is in both ways: behind a common end everything would be loaded again.
         match ordinary {
             Some(seen) => self.ask(state, sample, seen, before),
-            None => self.rest(state, sample),
+            None => self.rest::<false>(state, sample),
         }
     }
 
@@ -1456,9 +1473,8 @@ where
         let taken = is_sound(u);
         if taken {
             let given = u.abs();
-            let is_short = state.held.abs() - given > T::from_f64(SHORT) * state.limit;
-            if state.reported >= T::ZERO {
-                if given == state.reported && is_short {
+            if state.held.abs() - given > T::from_f64(SHORT) * state.limit && state.reported >= T::ZERO {
+                if given == state.reported {
                     state.limit = given;
                 }
                 state.reported = given;
@@ -1530,9 +1546,9 @@ where
         let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
         let before = Known { x, d, growth, seen };
         let Sample { begin, end, .. } = sample;
-        let errors = self.approached(self.errors(&now, new.turn, begin), self.present_limits(&new).1);
+        let errors = self.approached(self.errors(&now, new.turn, begin), self.present_far(&new));
         let asked = self.asked(&now, &errors, begin, end, None);
-        let errors = from.approached(from.errors(&before, new.turn, begin), from.present_limits(&new).1);
+        let errors = from.approached(from.errors(&before, new.turn, begin), from.present_far(&new));
         let wanted = from.asked(&before, &errors, begin, end, (!same_period).then_some(pace));
         let wanted = wanted.bare + from.row.kw * new.offset + from.row.us * (wanted.sigma - new.offset);
         let offset = (wanted - (asked.bare + k.us * asked.sigma)) / (k.kw - k.us);
@@ -1605,7 +1621,7 @@ mod tests {
             let Some(state) = &mut state else { continue };
             let mut other = state.clone();
             ordinary += usize::from(!state.fresh && law.observe(&mut other.clone(), &counts).is_some());
-            let (output, by_rest) = (law.tick(state, &sample), law.rest(&mut other, &sample));
+            let (output, by_rest) = (law.tick(state, &sample), law.rest::<false>(&mut other, &sample));
             let bits = |out: &Output<f32>| [out.u, out.sigma, out.sigma_star].map(f32::to_bits);
             assert_eq!((bits(&output), output.health), (bits(&by_rest), by_rest.health), "tick {tick}");
             assert!(state.words().eq(other.words()), "tick {tick}: {state:?}, {other:?}");

@@ -92,9 +92,9 @@ const PATIENCE_TICKS: f64 = 4.0;
 /// Time constants of the brake below [`SLOW`] until the shaft is taken to be at rest: 1/3000 of the speed at which u
 /// left its limit.
 const BRAKE_CONSTANTS: f64 = 4.0;
-/// Share of the span of u below which $k_v v / b$ is small.
+/// Share of the most that a brake asks for below which $k_v v / b$ is small.
 const SLOW: f64 = 1.0 / 128.0;
-/// A brake makes no shaft so much faster than it was, beside the speed that asks for half of the span of u.
+/// A brake asks for at most so much more than at its beginning, and half of the span of u: else the shaft is faster.
 const FASTER: f64 = 1.25;
 
 impl<const E: usize> Bounds<E> {
@@ -210,7 +210,7 @@ where
 
     #[inline(always)]
     fn range(&self, state: &StateOf<Self>) -> [T; 2] {
-        self.present_limits(state).0
+        self.present_limits(state)
     }
 
     #[inline(always)]
@@ -370,9 +370,8 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             state.stopped |= self.stops_at.intersects(ANSWERED);
         } else if !self.is_braking(state) {
             (state.braking, state.stuck, state.over) = (one, zero, zero);
-            state.begun = L::speed(&state.within).abs();
-            let is_within = L::disturbance(&state.within)[E - 1].abs() <= self.disturbance[E - 1];
-            state.holds = if is_within { one } else { zero };
+            // Not known before the first tick of it.
+            (state.most, state.holds) = (-one, zero);
             state.counted += one;
         }
     }
@@ -432,10 +431,10 @@ pub struct MonitoredState<S, T, const E: usize> {
     within: S,
     /// Ticks over a bound, less those within.
     over: T,
-    /// 1 and the ticks of braking within the limits without becoming slower, and |v| when it began.
+    /// 1 and the ticks of braking within the limits without becoming slower, and the most that a brake asks for.
     braking: T,
-    begun: T,
-    /// 1 while a brake holds against d, 0 after d was over its bound.
+    most: T,
+    /// Of one shaft: 1 while a brake holds against d, 0 after d was over its bound.
     holds: T,
     stopped: bool,
 }
@@ -450,10 +449,10 @@ impl<S: Clone, T: Copy, const E: usize> Clone for MonitoredState<S, T, E> {
 
 impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let Self { within, counted, stuck, last, swings, side, against, speed, over, braking, begun, holds, stopped } =
+        let Self { within, counted, stuck, last, swings, side, against, speed, over, braking, most, holds, stopped } =
             self;
         let numbers =
-            [counted, stuck, last, swings, against, speed, over, braking, begun, holds].into_iter().chain(side);
+            [counted, stuck, last, swings, against, speed, over, braking, most, holds].into_iter().chain(side);
         let numbers = numbers.flat_map(each_word);
         [u32::from(*stopped)].into_iter().chain(numbers).chain(within.words())
     }
@@ -467,13 +466,13 @@ impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
         let (counted, stuck, last) = (next(words)?, next(words)?, next(words)?);
         let (swings, against, speed) = (next(words)?, next(words)?, next(words)?);
         let (over, braking) = (next(words)?, next(words)?);
-        let (begun, holds) = (next(words)?, next(words)?);
+        let (most, holds) = (next(words)?, next(words)?);
         let mut side = [T::ZERO; E];
         for d in &mut side {
             *d = next(words)?;
         }
         let within = S::from_words(words)?;
-        Some(Self { counted, stuck, last, swings, side, against, speed, within, over, braking, begun, holds, stopped })
+        Some(Self { counted, stuck, last, swings, side, against, speed, within, over, braking, most, holds, stopped })
     }
 }
 
@@ -553,8 +552,31 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         output: Output<L::Scalar>,
     ) -> Output<L::Scalar> {
         let slowing = self.slowing(state);
-        self.watch_brake(state, &output, slowing);
+        if Self::is_first(state) {
+            self.begin_brake(state);
+        } else {
+            self.watch_brake(state, &output, slowing);
+        }
         self.slow_down(state, output, slowing)
+    }
+
+    /// Is this the first tick of a brake?
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn is_first(state: &MonitoredState<L::State, L::Scalar, E>) -> bool {
+        state.most < L::Scalar::ZERO
+    }
+
+    /// In its first tick: the most that it may ask for, and whether it may hold against the load from now on.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn begin_brake(&self, state: &mut MonitoredState<L::State, L::Scalar, E>) {
+        let ([u_min, u_max], asks) = (self.law.range(&state.within), self.brake * L::speed(&state.within));
+        state.most = L::Scalar::from_f64(FASTER) * asks.abs() + L::Scalar::HALF * (u_max - u_min);
+        if E == 1 {
+            let is_within = L::disturbance(&state.within)[0].abs() <= self.disturbance[0];
+            state.holds = if is_within { L::Scalar::from_f64(1.0) } else { L::Scalar::ZERO };
+        }
     }
 
     #[doc(hidden)]
@@ -609,21 +631,19 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         (slowing, is_short): (L::Scalar, bool),
     ) {
         let over = self.sides(state);
-        if over[E - 1] {
+        if E == 1 && over[0] {
             state.holds = L::Scalar::ZERO;
         }
-        let (speed, [u_min, u_max]) = (L::speed(&state.within).abs(), self.law.range(&state.within));
-        let (asks, span) = ((self.brake * speed).abs(), u_max - u_min);
+        let speed = L::speed(&state.within).abs();
+        let asks = (self.brake * speed).abs();
         if is_short {
             self.at_limit(state, &over, [speed, slowing], false);
-            let begun = (self.brake * state.begun).abs();
-            let most = L::Scalar::from_f64(FASTER) * begun + L::Scalar::HALF * span;
-            if asks > most {
+            if asks > state.most {
                 state.stuck = self.ticks.stuck + L::Scalar::from_f64(1.0);
             }
         } else {
             Self::within_limits(state);
-            let slows_down = speed < state.last && asks > L::Scalar::from_f64(SLOW) * span;
+            let slows_down = speed < state.last && asks > L::Scalar::from_f64(SLOW) * state.most;
             if !slows_down {
                 state.braking += L::Scalar::from_f64(1.0);
             }
@@ -718,7 +738,9 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
                 self.trip(state);
             }
         }
-        self.runaway(state, output)
+        let output = self.runaway(state, output);
+        state.counted = state.stuck + state.swings + state.against + state.over + state.braking;
+        output
     }
 
     /// The current of a drive that brakes, or none any more.
@@ -740,6 +762,8 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             let limited = Health::SATURATED.when(is_short).union(Health::BRAKES);
             output.health = output.health.without(Health::SATURATED).union(limited);
         }
+        // Until it is reset.
+        state.counted = state.braking;
         self.runaway(state, output)
     }
 
@@ -753,7 +777,6 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         let wrong_way = state.against > self.ticks.wrong_way;
         let oscillates = state.swings > self.ticks.stuck + self.ticks.stuck;
         state.swings = lessened(state.swings, L::Scalar::from_f64(1.0));
-        state.counted = state.stuck + state.swings + state.against + state.over + state.braking;
         state.stopped |= wrong_way | oscillates;
         output.health = output.health.union(Health::WRONG_WAY.when(wrong_way));
         output.health = output.health.union(Health::OSCILLATES.when(oscillates));
@@ -826,7 +849,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
 
     fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
         let (within, zero) = (self.law.start_from(sample, guess)?, L::Scalar::ZERO);
-        let [counted, stuck, last, swings, against, speed, over, braking, begun, holds] = [zero; 10];
+        let [counted, stuck, last, swings, against, speed, over, braking, most, holds] = [zero; 10];
         let (side, stopped) = ([zero; E], false);
         Some(MonitoredState {
             counted,
@@ -839,7 +862,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
             within,
             over,
             braking,
-            begun,
+            most,
             holds,
             stopped,
         })

@@ -1,11 +1,34 @@
 /* From the next tick on it brakes. */
-static inline void @_watch_brakes(@_monitor *monitor, const @_state *state)
+static inline void @_watch_brakes(@_monitor *monitor)
 {
     monitor->braking = 1.0f;
-    monitor->begun = @_magnitude(state->v$shaft$);
-    monitor->holds = (@_magnitude(state->d$shaft$) <= $d_bound$f) ? 1.0f : 0.0f;
+    monitor->most = -1.0f; /* not known before the first tick of it */
+    monitor->holds = 0.0f;
     monitor->stuck = 0.0f;
     monitor->over = 0.0f;
+}
+
+/* What a tick of it shows. */
+static inline void @_watch_brake(@_monitor *monitor, const @_state *state, float speed, float asks, float slowing,
+    bool is_short, bool is_blind)
+{
+    @@_AS_WRITTEN
+    bool has_changed = false;
+$looks$$holds$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
+    if (is_short) {
+        @_watch_limit(monitor, state, speed, slowing, false$overs$);
+        /* Faster than at the beginning: that is no brake. */
+        if (asks > monitor->most) {
+            monitor->stuck = $stuck_ticks$f + 1.0f;
+        }
+    } else {
+        @_watch_within(monitor);
+        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * monitor->most)))) {
+            monitor->braking += 1.0f;
+        }
+        monitor->last_sigma = speed;
+    }
+    @_watch_over(monitor, is_blind);
 }
 
 /* A tick of a drive that brakes: the current opposes the speed$and_load$. At a limit the speed must fall. */
@@ -18,29 +41,16 @@ static inline unsigned @_brake(@_monitor *monitor, @_state *state, unsigned told
     const float u_min = ($u_min$f < -limit) ? -limit : $u_min$f;
     const float speed = @_magnitude(state->v$shaft$);
     const float asks = @_magnitude($slope$f * speed);
-    const float span = u_max - u_min;
     float opposed = -($slope$f * state->v$shaft$);
 $load$    const float asked = (@_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
     float slowing = (asked > u_max) ? u_max : asked;
     slowing = (slowing < u_min) ? u_min : slowing;
     const bool is_short = slowing != asked;
-    bool has_changed = false;
-$looks$    monitor->holds = over$shaft$ ? 0.0f : monitor->holds;
-    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
-    if (is_short) {
-        @_watch_limit(monitor, state, speed, slowing, false$overs$);
-        /* Faster than at the beginning: that is no brake. */
-        if (asks > ((1.25f * @_magnitude($slope$f * monitor->begun)) + (0.5f * span))) {
-            monitor->stuck = $stuck_ticks$f + 1.0f;
-        }
-    } else {
-        @_watch_within(monitor);
-        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * span)))) {
-            monitor->braking += 1.0f;
-        }
-        monitor->last_sigma = speed;
+    if (monitor->most < 0.0f) {
+        monitor->most = (1.25f * asks) + (0.5f * (u_max - u_min));
+$may_hold$    } else {
+        @_watch_brake(monitor, state, speed, asks, slowing, is_short, (told & blind) == blind);
     }
-    @_watch_over(monitor, (told & blind) == blind);
     const bool is_stuck = monitor->stuck > $stuck_ticks$f;
     unsigned health = told | (is_stuck ? (unsigned)@@_STUCK_AT_LIMIT : 0u);
     if (is_stuck || (monitor->over > $patience_ticks$f) || (monitor->braking > $brake_ticks$f)) {

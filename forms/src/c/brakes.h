@@ -3,6 +3,6 @@
         } else {
             /* To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks. */
             if (!(monitor->against > 0.0f)) {
-                @_watch_brakes(monitor, state);
+                @_watch_brakes(monitor);
             }
         }

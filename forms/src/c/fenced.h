@@ -2,6 +2,6 @@
         const unsigned broken = @_limits_broken(state, sample);
         health |= broken;
         if (broken != 0u) {
-            @_watched_trip(monitor, state);
+            @_watched_trip(monitor);
         }
     }

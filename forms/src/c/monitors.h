@@ -119,7 +119,7 @@ $stops$    return health | @_watch_runaway(monitor);
 }
 
 /* Does what follows an alarm, from the next tick on: for reasons of your own, a switch, a door. */
-static inline void @_watched_trip(@_monitor *monitor, const @_state *state)
+static inline void @_watched_trip(@_monitor *monitor)
 {
 $trip$}
 

@@ -1,3 +1,3 @@
     if (!(monitor->braking > 0.0f)) {
-        @_watch_brakes(monitor, state);
+        @_watch_brakes(monitor);
     }
