@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x8780c659u
-#error "two designs with the prefix drive, 0x8780c659u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x8780c659u
+#if DRIVE_STANDALONE != 0x776e1487u
+#error "two designs with the prefix drive, 0x776e1487u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x776e1487u
 #endif
 #else
-#define DRIVE_STANDALONE 0x8780c659u
+#define DRIVE_STANDALONE 0x776e1487u
 
 #include <float.h>
 #include <stdbool.h>
@@ -198,7 +198,7 @@ typedef struct {
     float offset; /* W = sigma(0) e^(-alpha t) */
     float held; /* what the actuator held since the last tick, A */
     float limit; /* what the power stage gives at most, A */
-    float reported; /* the last report, A; below 0 where the limit was set, and no report changes it */
+    float reported; /* the last report that was clearly less than was put out, A; below 0 where the limit was set */
     bool started;
 } drive_state;
 
@@ -225,56 +225,85 @@ static inline bool drive_begin(drive_state *state, const drive_sample *sample, d
     DRIVE_AS_WRITTEN
     static const float unit_link = 5.99211262e-6f; /* one count */
     static const float period = 1.99999995e-4f; /* T, s */
-    static const float gate_link = 1.21685051e-4f; /* where the gate closes to */
+    static const float agreement_link = 1.52106313e-5f; /* from tick to tick two counts of one motion agree to this */
     static const float unit_motor = 2.34473962e-4f; /* one count */
-    static const float gate_motor = 9.45853069e-2f; /* where the gate closes to */
+    static const float agreement_motor = 1.18231634e-2f; /* from tick to tick two counts of one motion agree to this */
     static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
     static const float start_ticks = 50.0f; /* for which counts must agree before a current flows */
-    static const float agreement_link = 1.52106313e-5f; /* from tick to tick two counts of one motion agree to this */
-    static const float agreement_motor = 1.18231634e-2f; /* from tick to tick two counts of one motion agree to this */
     static const float fallback = 0.0f; /* A */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
     const bool holds = state->doubt > 0.0f;
+    const uint32_t last_link = sample->lost_link ? state->last_link : count_link;
     const uint32_t part = (((count_link - state->last_link) & 0xfffffu) ^ 0x80000u) - 0x80000u;
     const float part_2 = unit_link * (float)drive_signed(part);
     const float part_3 = part_2 - (period * state->v_link);
-    const bool holds_2 = (part_3 >= (-gate_link)) && (part_3 <= gate_link);
-    const float part_4 = part_2 / period;
-    const float part_5 = 0.5f * (state->v_link + part_4);
-    const uint32_t part_6 = sample->lost_link ? state->at_link : (state->at_link + part);
-    const uint32_t part_7 = (((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u;
-    const float part_8 = unit_motor * (float)drive_signed(part_7);
-    const float part_9 = part_8 - (period * state->v_motor);
-    const bool holds_3 = (part_9 >= (-gate_motor)) && (part_9 <= gate_motor);
-    const float part_10 = part_8 / period;
-    const float part_11 = 0.5f * (state->v_motor + part_10);
-    const uint32_t part_12 = (part_6 < 0x80000000u) ? ((part_6 / 1048576u) * 1048576u)
-            : (0u - (((0u - part_6) / 1048576u) * 1048576u));
-    const uint32_t at_link = (((part_6 - part_12) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t at_motor = ((((sample->lost_motor ? state->at_motor : (state->at_motor + part_7))
-            - part_12) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
-    const uint32_t turn = state->turn
-            + ((part_6 < 0x80000000u) ? ((part_6 / 1048576u) * 1u) : (0u - (((0u - part_6) / 1048576u) * 1u)));
-    const float part_13 = unit_link * (float)drive_signed(at_link);
-    const float part_14 = holds ? part_13 : (part_13 + state->p_link);
-    const bool holds_4 = (part_14 < (-1.57079637e0f)) || (part_14 > 1.57079637e0f);
-    const float part_15 = (3.14159274e0f - ((part_14 < 0.0f) ? (-part_14) : (part_14 + 0.0f))) + (-8.74227766e-8f);
-    const float part_16 = holds_4 ? ((part_14 < 0.0f) ? (-part_15) : part_15) : part_14;
-    const float part_17 = holds_4 ? (-gravity) : gravity;
-    const float part_18 = part_16 * part_16;
-    const float part_19 = gravity * part_16;
-    const float g_sin = part_19
-            + (part_19 * (part_18 * ((((((2.59986177e-6f * part_18) + (-1.98065289e-4f)) * part_18)
-            + 8.33301619e-3f) * part_18) + (-1.66666567e-1f))));
+    const float part_4 = agreement_link + agreement_link;
+    const bool holds_2 = (part_3 >= (-part_4)) && (part_3 <= part_4);
+    const float part_5 = part_2 / period;
+    const float part_6 = 0.5f * (state->v_link + part_5);
+    const uint32_t part_7 = count_motor - state->last_motor;
+    const uint32_t part_8 = sample->lost_link ? state->at_link : (state->at_link + part);
+    const uint32_t part_9 = (part_8 < 0x80000000u) ? ((part_8 / 1048576u) * 1048576u)
+            : (0u - (((0u - part_8) / 1048576u) * 1048576u));
+    const uint32_t part_10 = (((part_8 - part_9) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t part_11 = (((state->at_motor - part_9) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t part_12 = state->turn
+            + ((part_8 < 0x80000000u) ? ((part_8 / 1048576u) * 1u) : (0u - (((0u - part_8) / 1048576u) * 1u)));
+    const bool holds_3 = state->reach > 0.0f;
+    const bool holds_4 = holds && holds_3;
+    const uint32_t part_13 = (((sample->lost_motor ? last_link : part_7) & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const uint32_t part_14 = sample->lost_motor ? part_13 : part_8;
+    const float part_15 = unit_motor * (float)drive_signed(part_13);
+    const float part_16 = part_15 - (period * state->v_motor);
+    const float part_17 = agreement_motor + agreement_motor;
+    const bool holds_5 = (part_16 >= (-part_17)) && (part_16 <= part_17);
+    const bool holds_6 = !holds_5;
+    const bool holds_7 = holds_6 && holds_3;
+    const float part_18 = part_15 / period;
+    const float part_19 = 0.5f * (state->v_motor + part_18);
+    const uint32_t part_20 = (((sample->lost_motor ? state->last_motor : part_7) & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const uint32_t part_21 = (part_14 < 0x80000000u) ? ((part_14 / 1048576u) * 1048576u)
+            : (0u - (((0u - part_14) / 1048576u) * 1048576u));
+    const uint32_t part_22 = (((part_14 - part_21) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t at_link = sample->lost_motor ? part_10 : part_22;
+    const uint32_t part_23 = ((((sample->lost_motor ? part_20 : (state->at_motor + part_20))
+            - part_21) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t at_motor = sample->lost_motor ? part_11 : part_23;
+    const uint32_t part_24 = (sample->lost_motor ? 0u : state->turn)
+            + ((part_14 < 0x80000000u) ? ((part_14 / 1048576u) * 1u) : (0u - (((0u - part_14) / 1048576u) * 1u)));
+    const uint32_t part_25 = ((last_link & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const uint32_t part_26 = (part_25 < 0x80000000u) ? ((part_25 / 1048576u) * 1048576u)
+            : (0u - (((0u - part_25) / 1048576u) * 1048576u));
+    const uint32_t part_27 = (((part_25 - part_26) & 0x7fffffu) ^ 0x400000u) - 0x400000u;
+    const uint32_t part_28 = sample->lost_motor ? part_22 : part_27;
+    const uint32_t part_29 = holds_2 ? (holds_7 ? part_27 : part_22) : (holds_3 ? part_27 : part_22);
+    const uint32_t part_30 = ((((((count_motor & 0xfffffu) ^ 0x80000u) - 0x80000u) - part_26) & 0x7fffffu) ^ 0x400000u)
+            - 0x400000u;
+    const uint32_t part_31 = sample->lost_motor ? part_23 : part_30;
+    const uint32_t part_32 = holds_2 ? (holds_7 ? part_30 : part_23) : (holds_3 ? part_30 : part_23);
+    const uint32_t part_33 = 0u
+            + ((part_25 < 0x80000000u) ? ((part_25 / 1048576u) * 1u) : (0u - (((0u - part_25) / 1048576u) * 1u)));
+    const float part_34 = unit_link * (float)drive_signed(sample->lost_link ? (holds_4 ? part_28 : at_link)
+            : (sample->lost_motor ? (holds_4 ? part_22 : part_10) : (holds ? part_29 : part_22)));
+    const float part_35 = holds ? part_34 : (part_34 + state->p_link);
+    const bool holds_8 = (part_35 < (-1.57079637e0f)) || (part_35 > 1.57079637e0f);
+    const float part_36 = (3.14159274e0f - ((part_35 < 0.0f) ? (-part_35) : (part_35 + 0.0f))) + (-8.74227766e-8f);
+    const float part_37 = holds_8 ? ((part_35 < 0.0f) ? (-part_36) : part_36) : part_35;
+    const float part_38 = holds_8 ? (-gravity) : gravity;
+    const float part_39 = part_37 * part_37;
+    const float part_40 = gravity * part_37;
+    const float g_sin = part_40
+            + (part_40 * (part_39 * ((((((2.59986177e-6f * part_39) + (-1.98065289e-4f)) * part_39)
+            + 8.33301619e-3f) * part_39) + (-1.66666567e-1f))));
     if (!holds) {
-        const uint32_t last_link = sample->lost_link ? state->last_link : count_link;
         const uint32_t last_motor = sample->lost_motor ? state->last_motor : count_motor;
+        const uint32_t turn = sample->lost_motor ? part_12 : part_24;
         between->g_sin = g_sin;
-        between->g_cos = part_17
-                + (part_17 * (part_18 * ((((((2.31924023e-5f * part_18) + (-1.38558447e-3f)) * part_18)
-                + 4.16639782e-2f) * part_18) + (-4.99999315e-1f))));
+        between->g_cos = part_38
+                + (part_38 * (part_39 * ((((((2.31924023e-5f * part_39) + (-1.38558447e-3f)) * part_39)
+                + 4.16639782e-2f) * part_39) + (-4.99999315e-1f))));
         between->missing = false;
         between->stepped = false;
         between->begins = false;
@@ -286,61 +315,69 @@ static inline bool drive_begin(drive_state *state, const drive_sample *sample, d
         state->turn = turn;
         return true;
     }
-    const bool holds_5 = state->doubt <= start_ticks;
-    const float part_20 = state->doubt
-            - ((((period * ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f))) > (agreement_link + agreement_link))
-            && ((period * ((part_11 < 0.0f) ? (-part_11) : (part_11 + 0.0f))) > (agreement_motor + agreement_motor)))
-            ? (0.5f * start_ticks) : 1.0f);
-    const bool holds_6 = part_20 <= 0.0f;
-    const float part_21 = part_13 + 0.0f;
-    const bool holds_7 = (part_21 < (-1.57079637e0f)) || (part_21 > 1.57079637e0f);
-    const float part_22 = holds_7 ? (-gravity) : gravity;
-    const float part_23 = (3.14159274e0f - ((part_21 < 0.0f) ? (-part_21) : (part_21 + 0.0f))) + (-8.74227766e-8f);
-    const float part_24 = holds_7 ? ((part_21 < 0.0f) ? (-part_23) : part_23) : part_21;
-    const float part_25 = part_24 * part_24;
-    const float part_26 = gravity * part_24;
-    const bool holds_8 = !holds_2;
-    const bool holds_9 = !holds_3;
-    const bool holds_10 = !holds_5;
-    const uint32_t last_link = sample->lost_link ? state->last_link : count_link;
+    const bool holds_9 = state->doubt <= start_ticks;
+    const float part_41 = state->doubt
+            - ((((period * ((part_6 < 0.0f) ? (-part_6) : (part_6 + 0.0f))) > part_4)
+            && ((period * ((part_19 < 0.0f) ? (-part_19) : (part_19 + 0.0f))) > part_17)) ? (0.5f * start_ticks)
+            : 1.0f);
+    const bool holds_10 = part_41 <= 0.0f;
+    const float part_42 = part_34 + 0.0f;
+    const bool holds_11 = (part_42 < (-1.57079637e0f)) || (part_42 > 1.57079637e0f);
+    const float part_43 = holds_11 ? (-gravity) : gravity;
+    const float part_44 = (3.14159274e0f - ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) + (-8.74227766e-8f);
+    const float part_45 = holds_11 ? ((part_42 < 0.0f) ? (-part_44) : part_44) : part_42;
+    const float part_46 = part_45 * part_45;
+    const float part_47 = gravity * part_45;
+    const bool answer = (!sample->lost_link) && (!sample->lost_motor) && holds_2 && holds_5 && holds_9 && holds_10;
+    const bool holds_12 = !holds_2;
+    const bool holds_13 = !holds_9;
     const uint32_t last_motor = sample->lost_motor ? state->last_motor : count_motor;
-    between->g_sin = part_26
-            + (part_26 * (part_25 * ((((((2.59986177e-6f * part_25) + (-1.98065289e-4f)) * part_25)
-            + 8.33301619e-3f) * part_25) + (-1.66666567e-1f))));
-    between->g_cos = part_22
-            + (part_22 * (part_25 * ((((((2.31924023e-5f * part_25) + (-1.38558447e-3f)) * part_25)
-            + 4.16639782e-2f) * part_25) + (-4.99999315e-1f))));
+    const uint32_t turn = sample->lost_motor ? part_12 : part_24;
+    between->g_sin = part_47
+            + (part_47 * (part_46 * ((((((2.59986177e-6f * part_46) + (-1.98065289e-4f)) * part_46)
+            + 8.33301619e-3f) * part_46) + (-1.66666567e-1f))));
+    between->g_cos = part_43
+            + (part_43 * (part_46 * ((((((2.31924023e-5f * part_46) + (-1.38558447e-3f)) * part_46)
+            + 4.16639782e-2f) * part_46) + (-4.99999315e-1f))));
     between->missing = false;
     between->stepped = false;
     between->begins = true;
-    state->fresh = sample->lost_link || sample->lost_motor || holds_8 || holds_9 || holds_10 || (!holds_6);
+    if (answer) {
+        state->reach = 0.0f;
+    }
+    state->fresh = sample->lost_link || sample->lost_motor || holds_12 || holds_6 || holds_13 || (!holds_10);
     state->last_link = last_link;
     state->last_motor = last_motor;
-    state->at_link = at_link;
-    state->at_motor = at_motor;
-    state->turn = turn;
-    state->push_link = 0.5f * ((unit_motor * (float)drive_signed(at_motor)) + ((gravity * part_13) - g_sin));
-    state->push_motor = half_spring * part_13;
+    state->at_link = sample->lost_link ? (holds_3 ? part_28 : at_link)
+            : (sample->lost_motor ? (holds_3 ? part_22 : part_10) : part_29);
+    state->at_motor = sample->lost_link ? (holds_3 ? part_31 : at_motor)
+            : (sample->lost_motor ? (holds_3 ? part_23 : part_11) : part_32);
+    state->turn = sample->lost_link ? (holds_3 ? (sample->lost_motor ? part_24 : part_33) : turn)
+            : (sample->lost_motor ? (holds_3 ? part_24 : part_12)
+            : (holds_2 ? (holds_7 ? part_33 : part_24) : (holds_3 ? part_33 : part_24)));
+    state->push_link = 0.5f * ((unit_motor * (float)drive_signed(sample->lost_link ? (holds_4 ? part_31 : at_motor)
+            : (sample->lost_motor ? (holds_4 ? part_23 : part_11) : (holds ? part_32 : part_23))))
+            + ((gravity * part_34) - g_sin));
+    state->push_motor = half_spring * part_34;
     state->p_link = 0.0f;
-    state->v_link = sample->lost_link ? 0.0f : (holds_2 ? part_5 : part_4);
+    state->v_link = sample->lost_link ? 0.0f : (holds_2 ? part_6 : part_5);
     state->d_dot_link = 0.0f;
     state->p_motor = 0.0f;
-    state->v_motor = sample->lost_motor ? 0.0f : (holds_3 ? part_11 : part_10);
+    state->v_motor = sample->lost_motor ? 0.0f : (holds_5 ? part_19 : part_18);
     state->d_dot_motor = 0.0f;
     state->smoothed_link = 0.0f;
     state->level_link = 0.0f;
     state->smoothed_motor = 0.0f;
     state->level_motor = 0.0f;
-    state->reach = 0.0f;
     state->missed_link = 0.0f;
     state->missed_motor = 0.0f;
     state->off_link = 0.0f;
     state->off_motor = 0.0f;
-    state->doubt = (sample->lost_link || sample->lost_motor || holds_8 || holds_9 || holds_10
-            || (part_20 > start_ticks)) ? start_ticks : ((part_20 < 0.0f) ? 0.0f : part_20);
+    state->doubt = (sample->lost_link || sample->lost_motor || holds_12 || holds_6 || holds_13
+            || (part_41 > start_ticks)) ? start_ticks : ((part_41 < 0.0f) ? 0.0f : part_41);
     state->offset = 0.0f;
     state->held = fallback;
-    return (!sample->lost_link) && (!sample->lost_motor) && holds_2 && holds_3 && holds_5 && holds_6;
+    return answer;
 }
 
 /* Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
@@ -584,6 +621,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     drive_output *output)
 {
     DRIVE_AS_WRITTEN
+    static const float most = 30.0f;
     static const float unit_link = 5.99211262e-6f; /* one count */
     static const float unit_motor = 2.34473962e-4f; /* one count */
     static const float k1 = 3.91304359e1f; /* K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle */
@@ -591,9 +629,6 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b2 = 7.51879730e1f; /* damping of the motor, 1/s */
     static const float full_turn = 6.28318548e0f; /* 2 pi */
-    static const float most = 30.0f;
-    static const float u_min = -30.0f; /* limit, A */
-    static const float u_max = 30.0f; /* limit, A */
     static const float far_per_u = 8.01729225e-3f; /* of e_1 no more counts */
     static const float far = 2.40518764e-1f; /* of e_1 no more counts */
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
@@ -618,10 +653,13 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float us = -2.00241711e-2f; /* law, on sigma* */
     static const float plausible = 15360.0f; /* a demand beyond is looked at, A */
     static const float kw = -2.00041593e-3f; /* law, on the offset W */
+    static const float u_min = -30.0f; /* limit, A */
+    static const float u_max = 30.0f; /* limit, A */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
     static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
     const bool holds = !between->begins;
+    const bool holds_2 = (state->limit > (-most)) && (state->limit < most);
     const float part = (unit_link * (float)drive_signed(state->at_link)) + state->p_link;
 
     /* 4. The chain. */
@@ -636,293 +674,272 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     const float v_link = state->v_link - sample->begin.r_dot;
     const float part_6 = part_4 - sample->begin.r_ddot;
     const float sigma_2 = sigma - sample->begin.r_dddot;
-    const bool holds_2 = (state->limit > (-most)) && (state->limit < most);
-    const float part_7 = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
-            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
-    const bool holds_3 = u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-    const float part_8 = holds_3 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
-    const float part_9 = far_per_u * ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-    const float part_10 = ((!holds_2) || (part_9 > far)) ? far : part_9;
-    const bool holds_4 = (part_5 >= (-part_10)) && (part_5 <= part_10);
-    const bool holds_5 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
-    const bool holds_6 = holds_4 || holds_5;
-    const float part_11 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - part_10;
-    const float part_12 = 3.0f * part_10;
-    const float part_13 = part_11 - part_12;
-    const float part_14 = 0.5f * ((part_11 + part_12) - ((part_13 < 0.0f) ? (-part_13) : (part_13 + 0.0f)));
-    const float part_15 = part_11 - part_14;
-    const float part_16 = 4.0f * part_12;
-    const float part_17 = 0.5f * 3.33333343e-1f;
-    const float part_18 = part_15 - part_16;
-    const float part_19 = 0.5f * ((part_15 + part_16) - ((part_18 < 0.0f) ? (-part_18) : (part_18 + 0.0f)));
-    const float part_20 = part_15 - part_19;
-    const float part_21 = 4.0f * part_16;
-    const float part_22 = 0.5f * part_17;
-    const float part_23 = part_20 - part_21;
-    const float part_24 = 0.5f * ((part_20 + part_21) - ((part_23 < 0.0f) ? (-part_23) : (part_23 + 0.0f)));
-    const float part_25 = part_20 - part_24;
-    const float part_26 = 4.0f * part_21;
-    const float part_27 = part_25 - part_26;
-    const float part_28 = (((part_10 + (3.33333343e-1f * part_14)) + (part_17 * part_19)) + (part_22 * part_24))
-            + ((0.5f * part_22) * (0.5f * ((part_25 + part_26) - ((part_27 < 0.0f) ? (-part_27) : (part_27 + 0.0f)))));
-    float sigma_3 = sigma_2 + (c_1 * (holds_4 ? part_5 : ((part_5 > 0.0f) ? part_28 : (-part_28))));
+    const float part_7 = holds_2 ? (far_per_u * ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            : far;
+    const bool holds_3 = (part_5 >= (-part_7)) && (part_5 <= part_7);
+    const bool holds_4 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
+    const bool holds_5 = holds_3 || holds_4;
+    const float part_8 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - part_7;
+    const float part_9 = 3.0f * part_7;
+    const float part_10 = part_8 - part_9;
+    const float part_11 = 0.5f * ((part_8 + part_9) - ((part_10 < 0.0f) ? (-part_10) : (part_10 + 0.0f)));
+    const float part_12 = part_8 - part_11;
+    const float part_13 = 4.0f * part_9;
+    const float part_14 = 0.5f * 3.33333343e-1f;
+    const float part_15 = part_12 - part_13;
+    const float part_16 = 0.5f * ((part_12 + part_13) - ((part_15 < 0.0f) ? (-part_15) : (part_15 + 0.0f)));
+    const float part_17 = part_12 - part_16;
+    const float part_18 = 4.0f * part_13;
+    const float part_19 = 0.5f * part_14;
+    const float part_20 = part_17 - part_18;
+    const float part_21 = 0.5f * ((part_17 + part_18) - ((part_20 < 0.0f) ? (-part_20) : (part_20 + 0.0f)));
+    const float part_22 = part_17 - part_21;
+    const float part_23 = 4.0f * part_18;
+    const float part_24 = part_22 - part_23;
+    const float part_25 = (((part_7 + (3.33333343e-1f * part_11)) + (part_14 * part_16)) + (part_19 * part_21))
+            + ((0.5f * part_19) * (0.5f * ((part_22 + part_23) - ((part_24 < 0.0f) ? (-part_24) : (part_24 + 0.0f)))));
+    float sigma_3 = sigma_2 + (c_1 * (holds_3 ? part_5 : ((part_5 > 0.0f) ? part_25 : (-part_25))));
     sigma_3 += c_2 * v_link;
     sigma_3 += c_3 * part_6;
     sigma_3 += c_d_link * state->d_link;
     sigma_3 += c_growth_link * state->d_dot_link;
-    const float part_29 = cross - between->g_cos;
+    const float part_26 = cross - between->g_cos;
     float bare = -(per_b * (((((((between->g_sin * state->v_link) * state->v_link) - (kappa_motor * part_3))
             - (b2 * state->v_motor)) + (part_2 * part_4)) - (b1 * sigma))
-            + (state->d_motor + (part_29 * state->d_link))));
+            + (state->d_motor + (part_26 * state->d_link))));
     bare += kx_2 * v_link;
     bare += kx_3 * part_6;
     bare += kx_4 * sigma_2;
     bare += k_d_link * state->d_link;
     bare += k_growth_link * state->d_dot_link;
-    bare += k_last * (state->d_dot_motor + (part_29 * state->d_dot_link));
-    const float part_30 = sample->end.r - sample->begin.r;
-    const float part_31 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
+    bare += k_last * (state->d_dot_motor + (part_26 * state->d_dot_link));
+    const float part_27 = sample->end.r - sample->begin.r;
+    const float part_28 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
     bare += (((feed_4 * (sample->end.r_dddot - sample->begin.r_dddot))
-            + (feed_1 * ((part_31 != 0.0f) ? (part_30 + (full_turn * part_31)) : part_30)))
+            + (feed_1 * ((part_28 != 0.0f) ? (part_27 + (full_turn * part_28)) : part_27)))
             + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
             + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
     const float sigma_star = sigma_3 - state->offset;
     const float demand = (bare + (k_offset * state->offset)) + (us * sigma_3);
-    const bool holds_7 = (demand >= (-plausible)) && (demand <= plausible);
-    const bool holds_8 = holds && holds_7;
-    const float part_32 = holds_8 ? state->offset : sigma_3;
-    const float part_33 = bare + (kw * sigma_3);
-    const float part_34 = holds_6 ? part_33 : state->held;
-    const float part_35 = holds_8 ? demand : part_33;
-    const bool holds_9 = (part_34 >= (-input_limit)) && (part_34 <= input_limit);
-    const bool holds_10 = holds_5 && holds_9;
-    const float part_36 = (hold * (holds_6
+    const bool holds_6 = (demand >= (-plausible)) && (demand <= plausible);
+    const bool holds_7 = !holds_6;
+    const bool holds_8 = holds && (holds_2 || holds_6);
+    const float part_29 = holds_8 ? state->offset : sigma_3;
+    const float part_30 = bare + (kw * sigma_3);
+    const float part_31 = holds_5 ? part_30 : state->held;
+    const bool holds_9 = (part_31 >= (-input_limit)) && (part_31 <= input_limit);
+    const bool holds_10 = holds_4 && holds_9;
+    const bool holds_11 = !holds_9;
+    const bool holds_12 = holds_6 || holds_9;
+    const bool holds_13 = holds_4 && holds_12;
+    const float part_32 = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
+    const bool holds_14 = u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
+    const bool holds_15 = holds_11 && holds_14;
+    const float part_33 = holds_14 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const float part_34 = (hold * (holds_5
             ? (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held : 0.0f)
             : (holds_9 ? state->held : 0.0f))) + fallback;
-    const float part_37 = holds_9 ? part_33 : part_36;
-    const float part_38 = between->begins ? (holds_4 ? part_37 : (holds_10 ? part_33 : part_36))
-            : (holds_6 ? (holds_7 ? demand : part_37) : part_36);
-    const bool holds_11 = part_38 > ((holds_2 && holds_3)
-            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max);
-    const bool holds_12 = ((holds_2 && holds_11) ? part_8 : part_38) < (holds_2 ? part_7 : u_min);
-    const float u = holds_11 ? u_max : (holds_12 ? u_min : part_35);
+    const float part_35 = holds_9 ? part_30 : part_34;
+    const float part_36 = between->begins ? (holds_3 ? part_35 : (holds_10 ? part_30 : part_34))
+            : (holds_5 ? (holds_6 ? demand : part_35) : part_34);
+    const bool holds_16 = part_36 > (((!holds_2) && holds_5)
+            ? (between->begins ? (holds_15 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max)
+            : ((holds_7 && holds_15) ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max))
+            : part_33);
+    const float part_37 = holds_16 ? part_33 : part_34;
+    const float part_38 = holds_9 ? part_30 : part_37;
+    const bool holds_17 = (holds_2 ? (holds_16 ? part_33 : part_36)
+            : (between->begins ? (holds_3 ? part_38 : (holds_10 ? part_30 : part_37))
+            : (holds_5 ? (holds_6 ? demand : part_38) : part_37))) < (holds_2 ? part_32
+            : (holds_3 ? (between->begins ? (holds_9 ? u_min : part_32) : (holds_12 ? u_min : part_32))
+            : (between->begins ? (holds_10 ? u_min : part_32) : (holds_13 ? u_min : part_32))));
+    const float part_39 = holds_16 ? u_max : (holds_17 ? u_min : part_30);
+    const float u = holds_17 ? part_32 : (holds_16 ? part_33 : demand);
+    const float u_2 = between->begins ? part_39
+            : (holds_2 ? u : (holds_16 ? u_max : (holds_17 ? u_min : (holds_6 ? demand : part_30))));
 
     /* 6. Memory. */
-    const float offset = part_32 - (decay * part_32);
-    const bool holds_13 = u != part_35;
+    const float offset = part_29 - (decay * part_29);
+    const bool saturated = u_2 != (holds_8 ? demand : part_30);
     if (!holds_2) {
-        const float u_5 = holds_11 ? u_max : (holds_12 ? u_min : part_38);
-        const bool holds_14 = holds_7 || holds_9;
-        const bool holds_15 = holds_5 && holds_14;
-        const bool holds_16 = !holds_9;
-        const bool holds_17 = (!holds_7) && holds_16;
-        const bool holds_18 = !holds_5;
-        const bool holds_19 = holds_9 && holds_13;
+        const float u_4 = holds_17 ? part_32 : part_37;
+        const float part_40 = holds_9 ? part_39 : u_4;
+        const float u_5 = between->begins ? (holds_3 ? part_40 : (holds_10 ? part_39 : u_4))
+                : (holds_5 ? (holds_6 ? (holds_16 ? u_max : (holds_17 ? u_min : demand)) : part_40) : u_4);
+        const bool holds_18 = holds_7 && holds_11;
+        const bool holds_19 = !holds_4;
+        const bool holds_20 = holds_9 && saturated;
         output->u = u_5;
-        output->sigma = holds_4 ? (between->begins ? (holds_9 ? sigma_3 : 0.0f) : (holds_14 ? sigma_3 : 0.0f))
-                : (between->begins ? (holds_10 ? sigma_3 : 0.0f) : (holds_15 ? sigma_3 : 0.0f));
-        output->sigma_star = (holds && holds_4 && holds_7) ? sigma_star : 0.0f;
-        state->offset = holds_4
-                ? (between->begins ? (holds_9 ? offset : state->offset) : (holds_14 ? offset : state->offset))
-                : (between->begins ? (holds_10 ? offset : state->offset) : (holds_15 ? offset : state->offset));
+        output->sigma = holds_3 ? (between->begins ? (holds_9 ? sigma_3 : 0.0f) : (holds_12 ? sigma_3 : 0.0f))
+                : (between->begins ? (holds_10 ? sigma_3 : 0.0f) : (holds_13 ? sigma_3 : 0.0f));
+        output->sigma_star = (holds && holds_3 && holds_6) ? sigma_star : 0.0f;
+        state->offset = holds_3
+                ? (between->begins ? (holds_9 ? offset : state->offset) : (holds_12 ? offset : state->offset))
+                : (between->begins ? (holds_10 ? offset : state->offset) : (holds_13 ? offset : state->offset));
         state->held = u_5;
-        return ((holds_4 ? (between->begins ? holds_16 : holds_17)
-                : (between->begins ? (holds_18 || holds_16) : (holds_18 || holds_17))) ? (unsigned)DRIVE_INPUT_REJECTED
+        return ((holds_3 ? (between->begins ? holds_11 : holds_18)
+                : (between->begins ? (holds_19 || holds_11) : (holds_19 || holds_18))) ? (unsigned)DRIVE_INPUT_REJECTED
                 : 0u)
-                | ((holds_4 ? (holds_8 ? holds_13 : holds_19)
-                : (between->begins ? (holds_5 && holds_19) : (holds_5 && (holds_7 ? holds_13 : holds_19))))
+                | ((holds_3 ? ((holds && holds_6) ? saturated : holds_20)
+                : (between->begins ? (holds_4 && holds_20) : (holds_4 && (holds_6 ? saturated : holds_20))))
                 ? (unsigned)DRIVE_SATURATED : 0u);
     }
-    if (!holds_4) {
-        if (!holds_5) {
-            const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
-            output->u = u_3;
+    if (!holds_3) {
+        if (!holds_4) {
+            const float u_4 = holds_17 ? part_32 : part_37;
+            output->u = u_4;
             output->sigma = 0.0f;
             output->sigma_star = 0.0f;
-            state->held = u_3;
+            state->held = u_4;
             return (unsigned)DRIVE_INPUT_REJECTED;
         }
         if (!between->begins) {
-            if (!holds_7) {
-                if (!holds_9) {
-                    /* 5. Law. */
-                    const float part_39 = state->reported + 1.0f;
-                    const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                            + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-                            : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-                    const float limit = (part_40 > most) ? most : part_40;
-                    const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
-                    output->u = u_3;
-                    output->sigma = 0.0f;
-                    output->sigma_star = 0.0f;
-                    state->held = u_3;
-                    state->limit = limit;
-                    return (unsigned)DRIVE_INPUT_REJECTED;
-                }
-
-                /* 5. Law. */
-                const float u_2 = holds_12 ? part_7 : (holds_11 ? part_8 : part_33);
-
-                /* 6. Memory. */
-                const float sigma_4 = sigma_3 - (decay * sigma_3);
-                const bool saturated = u_2 != part_33;
-                const float part_39 = state->reported + 1.0f;
-                const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                        + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-                        : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-                const float limit = (part_40 > most) ? most : part_40;
-                output->u = u_2;
+            if (holds_6) {
+                const float limit = (state->reported >= 0.0f)
+                        ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
+                        : state->limit;
+                output->u = u;
                 output->sigma = sigma_3;
                 output->sigma_star = 0.0f;
-                state->offset = sigma_4;
-                state->held = u_2;
+                state->offset = offset;
+                state->held = u;
                 state->limit = limit;
                 return saturated ? (unsigned)DRIVE_SATURATED : 0u;
             }
-
-            /* 5. Law. */
-            const float u_4 = holds_12 ? part_7 : (holds_11 ? part_8 : demand);
-
-            /* 6. Memory. */
-            const float offset_2 = state->offset - (decay * state->offset);
-            const bool saturated_2 = u_4 != demand;
-            const float part_39 = state->reported + 1.0f;
-            const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                    + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-                    : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-            const float limit = (part_40 > most) ? most : part_40;
-            output->u = u_4;
-            output->sigma = sigma_3;
-            output->sigma_star = 0.0f;
-            state->offset = offset_2;
-            state->held = u_4;
-            state->limit = limit;
-            return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
-        }
-        if (!holds_9) {
-            /* 5. Law. */
-            const float part_39 = state->reported + 1.0f;
-            const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                    + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-                    : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-            const float limit = (part_40 > most) ? most : part_40;
-            const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
-            output->u = u_3;
-            output->sigma = 0.0f;
-            output->sigma_star = 0.0f;
-            state->held = u_3;
-            state->limit = limit;
-            return (unsigned)DRIVE_INPUT_REJECTED;
-        }
-
-        /* 5. Law. */
-        const float u_2 = holds_12 ? part_7 : (holds_11 ? part_8 : part_33);
-
-        /* 6. Memory. */
-        const bool saturated = u_2 != part_33;
-        const float part_39 = state->reported + 1.0f;
-        const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-                : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-        const float limit = (part_40 > most) ? most : part_40;
-        output->u = u_2;
-        output->sigma = sigma_3;
-        output->sigma_star = 0.0f;
-        state->offset = offset;
-        state->held = u_2;
-        state->limit = limit;
-        return saturated ? (unsigned)DRIVE_SATURATED : 0u;
-    }
-    if (!between->begins) {
-        if (!holds_7) {
             if (!holds_9) {
                 /* 5. Law. */
-                const float part_39 = state->reported + 1.0f;
-                const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                        + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-                        : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-                const float limit = (part_40 > most) ? most : part_40;
-                const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
-                output->u = u_3;
+                const float u_4 = holds_17 ? part_32 : part_37;
+                const float limit = (state->reported >= 0.0f)
+                        ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
+                        : state->limit;
+                output->u = u_4;
                 output->sigma = 0.0f;
                 output->sigma_star = 0.0f;
-                state->held = u_3;
+                state->held = u_4;
                 state->limit = limit;
                 return (unsigned)DRIVE_INPUT_REJECTED;
             }
 
             /* 5. Law. */
-            const float u_2 = holds_12 ? part_7 : (holds_11 ? part_8 : part_33);
+            const float u_3 = holds_17 ? part_32 : (holds_16 ? part_33 : part_30);
 
             /* 6. Memory. */
             const float sigma_4 = sigma_3 - (decay * sigma_3);
-            const bool saturated = u_2 != part_33;
-            const float part_39 = state->reported + 1.0f;
-            const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                    + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-                    : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-            const float limit = (part_40 > most) ? most : part_40;
-            output->u = u_2;
+            const bool saturated_2 = u_3 != part_30;
+            const float limit = (state->reported >= 0.0f)
+                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
+                    : state->limit;
+            output->u = u_3;
             output->sigma = sigma_3;
             output->sigma_star = 0.0f;
             state->offset = sigma_4;
-            state->held = u_2;
+            state->held = u_3;
             state->limit = limit;
-            return saturated ? (unsigned)DRIVE_SATURATED : 0u;
+            return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
+        }
+        if (!holds_9) {
+            /* 5. Law. */
+            const float u_4 = holds_17 ? part_32 : part_37;
+            const float limit = (state->reported >= 0.0f)
+                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
+                    : state->limit;
+            output->u = u_4;
+            output->sigma = 0.0f;
+            output->sigma_star = 0.0f;
+            state->held = u_4;
+            state->limit = limit;
+            return (unsigned)DRIVE_INPUT_REJECTED;
         }
 
         /* 5. Law. */
-        const float u_4 = holds_12 ? part_7 : (holds_11 ? part_8 : demand);
+        const float u_3 = holds_17 ? part_32 : (holds_16 ? part_33 : part_30);
 
         /* 6. Memory. */
-        const float offset_2 = state->offset - (decay * state->offset);
-        const bool saturated_2 = u_4 != demand;
-        const float part_39 = state->reported + 1.0f;
-        const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-                : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-        const float limit = (part_40 > most) ? most : part_40;
-        output->u = u_4;
+        const bool saturated_2 = u_3 != part_30;
+        const float limit = (state->reported >= 0.0f)
+                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
+                : state->limit;
+        output->u = u_3;
         output->sigma = sigma_3;
-        output->sigma_star = sigma_star;
-        state->offset = offset_2;
-        state->held = u_4;
+        output->sigma_star = 0.0f;
+        state->offset = offset;
+        state->held = u_3;
+        state->limit = limit;
+        return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
+    }
+    if (!between->begins) {
+        if (holds_6) {
+            const float limit = (state->reported >= 0.0f)
+                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
+                    : state->limit;
+            output->u = u;
+            output->sigma = sigma_3;
+            output->sigma_star = sigma_star;
+            state->offset = offset;
+            state->held = u;
+            state->limit = limit;
+            return saturated ? (unsigned)DRIVE_SATURATED : 0u;
+        }
+        if (!holds_9) {
+            /* 5. Law. */
+            const float u_4 = holds_17 ? part_32 : part_37;
+            const float limit = (state->reported >= 0.0f)
+                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
+                    : state->limit;
+            output->u = u_4;
+            output->sigma = 0.0f;
+            output->sigma_star = 0.0f;
+            state->held = u_4;
+            state->limit = limit;
+            return (unsigned)DRIVE_INPUT_REJECTED;
+        }
+
+        /* 5. Law. */
+        const float u_3 = holds_17 ? part_32 : (holds_16 ? part_33 : part_30);
+
+        /* 6. Memory. */
+        const float sigma_4 = sigma_3 - (decay * sigma_3);
+        const bool saturated_2 = u_3 != part_30;
+        const float limit = (state->reported >= 0.0f)
+                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
+                : state->limit;
+        output->u = u_3;
+        output->sigma = sigma_3;
+        output->sigma_star = 0.0f;
+        state->offset = sigma_4;
+        state->held = u_3;
         state->limit = limit;
         return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
     }
     if (!holds_9) {
         /* 5. Law. */
-        const float part_39 = state->reported + 1.0f;
-        const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-                + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-                : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-        const float limit = (part_40 > most) ? most : part_40;
-        const float u_3 = holds_12 ? part_7 : (holds_11 ? part_8 : part_36);
-        output->u = u_3;
+        const float u_4 = holds_17 ? part_32 : part_37;
+        const float limit = (state->reported >= 0.0f)
+                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
+                : state->limit;
+        output->u = u_4;
         output->sigma = 0.0f;
         output->sigma_star = 0.0f;
-        state->held = u_3;
+        state->held = u_4;
         state->limit = limit;
         return (unsigned)DRIVE_INPUT_REJECTED;
     }
 
     /* 5. Law. */
-    const float u_2 = holds_12 ? part_7 : (holds_11 ? part_8 : part_33);
+    const float u_3 = holds_17 ? part_32 : (holds_16 ? part_33 : part_30);
 
     /* 6. Memory. */
-    const bool saturated = u_2 != part_33;
-    const float part_39 = state->reported + 1.0f;
-    const float part_40 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
-            + ((((part_39 < (-1.0f)) || (part_39 > 1.0f)) ? 1.0f
-            : ((part_39 < 0.0f) ? (-part_39) : (part_39 + 0.0f))) * (0.015625f * most));
-    const float limit = (part_40 > most) ? most : part_40;
-    output->u = u_2;
+    const bool saturated_2 = u_3 != part_30;
+    const float limit = (state->reported >= 0.0f)
+            ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most)) : state->limit;
+    output->u = u_3;
     output->sigma = sigma_3;
     output->sigma_star = 0.0f;
     state->offset = offset;
-    state->held = u_2;
+    state->held = u_3;
     state->limit = limit;
-    return saturated ? (unsigned)DRIVE_SATURATED : 0u;
+    return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
 }
 
 /* Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again
@@ -931,24 +948,19 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
 {
     DRIVE_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
-    static const float most = 30.0f;
     static const float u_min = -30.0f; /* limit, A */
     static const float u_max = 30.0f; /* limit, A */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
     static const float start_ticks = 50.0f; /* for which counts must agree before a current flows */
-    const bool holds = (state->limit > (-most)) && (state->limit < most);
     const float part = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
-    const bool holds_2 = u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-    const float part_2 = holds_2 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const float part_2 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
     const float part_3 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const bool holds_3 = part_3 > ((holds && holds_2)
-            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max);
-    const bool holds_4 = ((holds && holds_3) ? part_2 : part_3) < (holds ? part : u_min);
-    const float u = holds ? (holds_4 ? part : (holds_3 ? part_2 : part_3))
-            : (holds_3 ? u_max : (holds_4 ? u_min : part_3));
+    const float part_4 = (part_3 > part_2) ? part_2 : part_3;
+    const float u = (part_4 < part) ? part : part_4;
     const bool waits = (!sample->lost_link) && (!sample->lost_motor);
     output->u = u;
     output->sigma = 0.0f;
@@ -971,23 +983,18 @@ static inline unsigned drive_refuse(drive_state *state, drive_output *output)
 {
     DRIVE_AS_WRITTEN
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
-    static const float most = 30.0f;
     static const float u_min = -30.0f; /* limit, A */
     static const float u_max = 30.0f; /* limit, A */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
-    const bool holds = (state->limit > (-most)) && (state->limit < most);
     const float part = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
-    const bool holds_2 = u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-    const float part_2 = holds_2 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const float part_2 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
     const float part_3 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
             : 0.0f)) + fallback;
-    const bool holds_3 = part_3 > ((holds && holds_2)
-            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max);
-    const bool holds_4 = ((holds && holds_3) ? part_2 : part_3) < (holds ? part : u_min);
-    const float u = holds ? (holds_4 ? part : (holds_3 ? part_2 : part_3))
-            : (holds_3 ? u_max : (holds_4 ? u_min : part_3));
+    const float part_4 = (part_3 > part_2) ? part_2 : part_3;
+    const float u = (part_4 < part) ? part : part_4;
     output->u = u;
     output->sigma = 0.0f;
     output->sigma_star = 0.0f;
@@ -1314,7 +1321,7 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
         state->offset = sigma_2;
         state->held = 0.0f;
         state->limit = most;
-        state->reported = 0.0f;
+        state->reported = 1.00000002e30f;
         state->started = true;
     }
     return answer;
@@ -1430,19 +1437,20 @@ static inline bool drive_report_applied(drive_state *state, float u)
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
     const bool holds = (u >= (-input_limit)) && (u <= input_limit);
     const bool holds_2 = state->reported >= 0.0f;
+    const float part = ((state->held < 0.0f) ? (-state->held) : (state->held + 0.0f))
+            - ((u < 0.0f) ? (-u) : (u + 0.0f));
+    const bool holds_3 = part > (0.03125f * state->limit);
+    const bool holds_4 = part > (0.25f * ((u < 0.0f) ? (-u) : (u + 0.0f)));
     const bool answer = state->started && holds;
-    const bool next_1 = state->started && holds
-            && ((((state->held < 0.0f) ? (-state->held) : (state->held + 0.0f))
-            - ((u < 0.0f) ? (-u) : (u + 0.0f))) > (0.03125f * state->limit)) && holds_2
-            && (((u < 0.0f) ? (-u) : (u + 0.0f)) == state->reported);
     if (answer) {
         state->held = u;
     }
-    if (next_1) {
+    if (state->started && holds && holds_2 && holds_3 && holds_4
+            && (((u < 0.0f) ? (-u) : (u + 0.0f)) == state->reported)) {
         state->limit = (u < 0.0f) ? (-u) : (u + 0.0f);
     }
     if (state->started && holds && holds_2) {
-        state->reported = (u < 0.0f) ? (-u) : (u + 0.0f);
+        state->reported = (holds_3 && holds_4) ? ((u < 0.0f) ? (-u) : (u + 0.0f)) : 1.00000002e30f;
     }
     return answer;
 }
@@ -1535,7 +1543,7 @@ typedef struct {
     float last_speed; /* |v| in the last tick at a limit */
     float over; /* ticks over a bound or without a sample, less those without */
     float braking; /* 1 and the ticks of braking within the limits without becoming slower */
-    float begun; /* |v| when it began */
+    float most; /* the most that a brake asks for */
     float holds; /* 1 while it holds against the load, 0 after that was over its bound */
     float side_link; /* disturbance of the shaft when it was last over its bound */
     float side_motor; /* disturbance of the shaft when it was last over its bound */
@@ -1627,13 +1635,40 @@ static inline unsigned drive_watch_runaway(drive_monitor *monitor)
 }
 
 /* From the next tick on it brakes. */
-static inline void drive_watch_brakes(drive_monitor *monitor, const drive_state *state)
+static inline void drive_watch_brakes(drive_monitor *monitor)
 {
     monitor->braking = 1.0f;
-    monitor->begun = drive_magnitude(state->v_motor);
-    monitor->holds = (drive_magnitude(state->d_motor) <= 103158.71f) ? 1.0f : 0.0f;
+    monitor->most = -1.0f; /* not known before the first tick of it */
+    monitor->holds = 0.0f;
     monitor->stuck = 0.0f;
     monitor->over = 0.0f;
+}
+
+/* What a tick of it shows. */
+static inline void drive_watch_brake(drive_monitor *monitor, const drive_state *state, float speed, float asks, float slowing,
+    bool is_short, bool is_blind)
+{
+    DRIVE_AS_WRITTEN
+    bool has_changed = false;
+    const bool over_link =
+        drive_watch_side(state->d_link, 10.483162f, &monitor->side_link, &has_changed);
+    const bool over_motor =
+        drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
+    monitor->swings += has_changed ? 1000.0f : 0.0f;
+    if (is_short) {
+        drive_watch_limit(monitor, state, speed, slowing, false, over_link, over_motor);
+        /* Faster than at the beginning: that is no brake. */
+        if (asks > monitor->most) {
+            monitor->stuck = 1000.0f + 1.0f;
+        }
+    } else {
+        drive_watch_within(monitor);
+        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * monitor->most)))) {
+            monitor->braking += 1.0f;
+        }
+        monitor->last_sigma = speed;
+    }
+    drive_watch_over(monitor, is_blind);
 }
 
 /* A tick of a drive that brakes: the current opposes the speed. At a limit the speed must fall. */
@@ -1646,33 +1681,16 @@ static inline unsigned drive_brake(drive_monitor *monitor, drive_state *state, u
     const float u_min = (-30.0f < -limit) ? -limit : -30.0f;
     const float speed = drive_magnitude(state->v_motor);
     const float asks = drive_magnitude(0.30897516f * speed);
-    const float span = u_max - u_min;
     float opposed = -(0.30897516f * state->v_motor);
     const float asked = (drive_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
     float slowing = (asked > u_max) ? u_max : asked;
     slowing = (slowing < u_min) ? u_min : slowing;
     const bool is_short = slowing != asked;
-    bool has_changed = false;
-    const bool over_link =
-        drive_watch_side(state->d_link, 10.483162f, &monitor->side_link, &has_changed);
-    const bool over_motor =
-        drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
-    monitor->holds = over_motor ? 0.0f : monitor->holds;
-    monitor->swings += has_changed ? 1000.0f : 0.0f;
-    if (is_short) {
-        drive_watch_limit(monitor, state, speed, slowing, false, over_link, over_motor);
-        /* Faster than at the beginning: that is no brake. */
-        if (asks > ((1.25f * drive_magnitude(0.30897516f * monitor->begun)) + (0.5f * span))) {
-            monitor->stuck = 1000.0f + 1.0f;
-        }
+    if (monitor->most < 0.0f) {
+        monitor->most = (1.25f * asks) + (0.5f * (u_max - u_min));
     } else {
-        drive_watch_within(monitor);
-        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * span)))) {
-            monitor->braking += 1.0f;
-        }
-        monitor->last_sigma = speed;
+        drive_watch_brake(monitor, state, speed, asks, slowing, is_short, (told & blind) == blind);
     }
-    drive_watch_over(monitor, (told & blind) == blind);
     const bool is_stuck = monitor->stuck > 1000.0f;
     unsigned health = told | (is_stuck ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u);
     if (is_stuck || (monitor->over > 40.0f) || (monitor->braking > 3210.0f)) {
@@ -1711,13 +1729,14 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
     const bool over_motor =
         drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
     monitor->swings += has_changed ? 1000.0f : 0.0f;
+    const bool is_any_over = over_link || over_motor;
     if ((told & DRIVE_SATURATED) != 0u) {
         drive_watch_limit(monitor, state, drive_magnitude(output->sigma), output->u, is_lost, over_link, over_motor);
     } else {
         drive_watch_within(monitor);
         is_star_over = !(drive_magnitude(output->sigma_star) <= 2224.5945f);
+        monitor->stuck += (is_any_over && is_lost) ? 0.5f : 0.0f; /* it may be a count that lies */
     }
-    const bool is_any_over = over_link || over_motor;
     drive_watch_over(monitor, is_any_over || is_star_over || is_rejected);
     const bool is_late = monitor->over > 40.0f;
     unsigned health = told;
@@ -1735,7 +1754,7 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
         } else {
             /* To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks. */
             if (!(monitor->against > 0.0f)) {
-                drive_watch_brakes(monitor, state);
+                drive_watch_brakes(monitor);
             }
         }
     }
@@ -1743,10 +1762,10 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
 }
 
 /* Does what follows an alarm, from the next tick on: for reasons of your own, a switch, a door. */
-static inline void drive_watched_trip(drive_monitor *monitor, const drive_state *state)
+static inline void drive_watched_trip(drive_monitor *monitor)
 {
     if (!(monitor->braking > 0.0f)) {
-        drive_watch_brakes(monitor, state);
+        drive_watch_brakes(monitor);
     }
 }
 
@@ -1782,7 +1801,7 @@ static inline void drive_watched_reset(drive_monitor *monitor, drive_state *stat
     monitor->last_speed = 0.0f;
     monitor->over = 0.0f;
     monitor->braking = 0.0f;
-    monitor->begun = 0.0f;
+    monitor->most = 0.0f;
     monitor->holds = 0.0f;
     monitor->side_link = 0.0f;
     monitor->side_motor = 0.0f;

@@ -343,7 +343,7 @@ const WORDS: [(&str, &str); 25] = [
     ("offset", "W = sigma(0) e^(-alpha t)"),
     ("held", "what the actuator held since the last tick, A"),
     ("limit", "what the power stage gives at most, A"),
-    ("reported", "the last report, A; below 0 where the limit was set, and no report changes it"),
+    ("reported", "the last report that was clearly less than was put out, A; below 0 where the limit was set"),
     ("queued_3", "in two ticks, A"),
     ("queued_2", "in one tick, A"),
     ("queued", "what it holds now, A"),
@@ -755,8 +755,14 @@ impl C<'_> {
                         "    const float load = (monitor->holds > 0.0f) ? state->d{driven} : 0.0f;\n    opposed -= \
                          {per_gain:?}f * load;\n"
                     ),
-                    format!("        monitor->holds = (@_magnitude(state->d{driven}) <= {bound:?}f) ? 1.0f : 0.0f;\n"),
-                    format!("    monitor->holds = over{driven} ? 0.0f : monitor->holds;\n"),
+                    format!(
+                        "        monitor->holds = (@_magnitude(state->d{driven}) <= {:?}f) ? 1.0f : 0.0f;\n",
+                        1.5 * bound
+                    ),
+                    format!(
+                        "    monitor->holds = (@_magnitude(state->d{driven}) <= {:?}f) ? monitor->holds : 0.0f;\n",
+                        1.5 * bound
+                    ),
                 ),
                 _ => ("", String::new(), String::new(), String::new()),
             };

@@ -152,7 +152,7 @@ const INSTANCES: [Instance; 16] = [
         "joint_late3",
         JOINT,
         "encoder = { link = { bits = 20 }, motor = { bits = 20 } }
-         drive = { delay_ticks = 3 }
+         drive = { delay_ticks = 3, gain_sets = 2 }
          monitor = { reaction = 'brake' }
          limits = { low_rad = -3 }",
         joint::<1, 3>,
@@ -796,7 +796,9 @@ fn a_drive_that_is_two_or_three_ticks_late_is_no_assembly_but_c_and_rust() {
             let c = fs::read_to_string(folder.join("it.h")).expect("the C file");
             assert!(c.contains(&format!("DELAY_TICKS {late} ")) && c.contains(&format!("float queued_{late};")), "{c}");
             let rust = fs::read_to_string(folder.join("it.rs")).expect("the Rust file");
-            assert!(rust.contains(&format!(", Position, 1, {late}")), "{rust}");
+            // The fast set of a joint is not stable 20 % off with such a delay.
+            let fast = usize::from(text == scenario::MOTOR);
+            assert!(rust.contains(&format!(", Position, {fast}, {late}")), "{rust}");
         }
     }
 }

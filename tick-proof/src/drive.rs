@@ -232,6 +232,7 @@ impl Design<'_> {
         // The tick after it, and every one that waits, makes all words anew.
         let mut step = Step::of(&self.functions.begin);
         step.script.suppose("(fp.gt doubt (_ +zero 8 24))");
+        step.script.suppose("(fp.isZero reach)");
         for shaft in &self.shafts {
             step.script.suppose(&not(&format!("lost{shaft}")));
             step.script.suppose(&format!("(fp.isZero d{shaft})"));
@@ -331,7 +332,8 @@ pub(crate) fn applied(report: &Record, state: &[tick_record::Port], limit: f32) 
     let untouched = others.iter().map(|word| same(step.after(&word.name), &word.name));
     let reported = of_the_stage.iter().map(|word| {
         let after = step.after(&word.name);
-        either([same(after, &word.name), all([answer.to_string(), same(after, "(fp.abs u)")])])
+        let never = if word.name == "reported" { same(after, &number(1e30)) } else { "false".into() };
+        either([same(after, &word.name), all([answer.to_string(), either([same(after, "(fp.abs u)"), never])])])
     });
     let questions = [
         step.ask("a limit stays, or becomes what was reported", &all(reported)),

@@ -179,8 +179,11 @@ pub(crate) const QUARTER_TURN: f64 = core::f64::consts::FRAC_PI_2;
 
 /// A limit of the power stage that was found from reports rises by this part of that of the design in a tick.
 const RISE: f64 = 1.0 / 64.0;
-/// It is found where less was given than was put out by this part of the limit.
+/// It is found where less was given than was put out by this part of the limit, and by this part of what was given.
 const SHORT: f64 = 1.0 / 32.0;
+const CLEARLY: f64 = 0.25;
+/// No report that any stage makes.
+const NEVER: f64 = 1e30;
 
 /// Samples in a row that were not used before a count at rest is believed to be a step.
 const AT_REST: f64 = 8.0;
@@ -873,7 +876,7 @@ where
             offset: T::ZERO,
             held: T::ZERO,
             limit: self.row.most,
-            reported: T::ZERO,
+            reported: T::from_f64(NEVER),
             queued: [T::ZERO; LATE],
             fresh: true,
         };
@@ -1013,7 +1016,7 @@ where
     }
 
     /// One tick of waiting: is it over? Counts that are all there and move on by what they moved before, give or take
-    /// the gate, are one agreement more; others begin anew. The speed is what they move by.
+    /// twice what counts agree to, are one agreement more; others begin anew. The speed is what they move by.
     fn agree(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> bool {
         let mut agree = true;
         let mut speed = [T::ZERO; E];
@@ -1023,7 +1026,8 @@ where
             if let Some(count) = counts[i] {
                 let moved = k.unit * T::from_count(k.moved(count.since(state.last[i])));
                 let before = state.x[i][1];
-                let agrees = (moved - self.row.period * before).abs() <= self.belief.gate[i];
+                let agreement = self.belief.agreement[i];
+                let agrees = (moved - self.row.period * before).abs() <= agreement + agreement;
                 speed[i] = moved / self.row.period;
                 if agrees {
                     // Half of what one step of the encoder does to a difference.
@@ -1036,6 +1040,11 @@ where
         }
         let (most, waiting) = (self.belief.start_ticks, state.doubt);
         self.go_on_to(state, counts);
+        if !agree && state.reach > T::ZERO {
+            // Before a first place is known no false count may have moved it by a turn.
+            let at = core::array::from_fn(|i| self.sensors[i].moved(state.last[i]));
+            (state.at, state.turn) = self.folded(at, T::Count::of(0));
+        }
         self.start_anew(state, &speed, most);
         if !(agree && waiting <= most) {
             return false;
@@ -1047,7 +1056,11 @@ where
         });
         let left = waiting - if moves { T::HALF * most } else { T::from_f64(1.0) };
         state.doubt = left.limited(T::ZERO, most);
-        left <= T::ZERO
+        let is_over = left <= T::ZERO;
+        if is_over {
+            state.reach = T::ZERO;
+        }
+        is_over
     }
 
     /// Where the counts are now, at this speed, waiting for so many agreements with the fallback out; d stays. Word by
@@ -1063,7 +1076,7 @@ where
                 state.alert[f][i] = [T::ZERO; 2];
             }
         }
-        (state.reach, state.offset) = (T::ZERO, T::ZERO);
+        state.offset = T::ZERO;
         (state.doubt, state.held, state.queued) = (waiting, u, [u; LATE]);
         self.remember_counts(state);
     }
@@ -1467,17 +1480,18 @@ where
     }
 
     /// A stage that has twice in a row given the same, and clearly less than was put out, gives no more: that is its
-    /// limit, until a report shows more or some ticks have passed.
+    /// limit, until some ticks have passed. A sensor that is 20 % off shows none.
     #[inline]
     fn report_applied(state: &mut Self::State, u: T) -> bool {
         let taken = is_sound(u);
         if taken {
-            let given = u.abs();
-            if state.held.abs() - given > T::from_f64(SHORT) * state.limit && state.reported >= T::ZERO {
-                if given == state.reported {
+            if state.reported >= T::ZERO {
+                let (given, short) = (u.abs(), state.held.abs() - u.abs());
+                let is_short = short > T::from_f64(SHORT) * state.limit && short > T::from_f64(CLEARLY) * given;
+                if is_short && given == state.reported {
                     state.limit = given;
                 }
-                state.reported = given;
+                state.reported = if is_short { given } else { T::from_f64(NEVER) };
             }
             state.held = u;
         }
@@ -1562,7 +1576,9 @@ where
         if new.limit >= from.row.most && new.reported >= T::ZERO {
             new.limit = k.most;
         }
-        if !state.fresh {
+        if state.fresh {
+            new.reach = state.reach;
+        } else {
             // Of a state that is fresh it would be a wait.
             new.doubt = T::ZERO;
         }

@@ -34,9 +34,9 @@
 //!
 //! A drive that [brakes](Monitored::braking) does so first, as long as its counts can be believed:
 //! $u = -(k_v v + \bar d) / b$ within the limits, with the estimate of the speed and without the target. $\bar d$ is the
-//! d of a motor, so a load up to its bound is held. Once d is over its bound it may be a count that sticks, and
-//! $\bar d$ is 0 from there on; of a joint it always is: the spring damps the link. A wrong b is another $k_v$, which a plant much lighter than its design does not bear. The current
-//! is switched off at rest: after some time constants $1/k_v$ in which u was within its limits and $|v|$ was small, or
+//! d of a motor, so a load up to its bound is held. Once d is over 1.5 times its bound it may be a count that sticks,
+//! and $\bar d$ is 0 from there on; of a joint it always is: the spring damps the link. A wrong b is another $k_v$,
+//! which a plant much lighter than its design does not bear. The current is switched off at rest: after some time constants $1/k_v$ in which u was within its limits and $|v|$ was small, or
 //! no longer fell. It is also switched off where braking at the limit does not slow the shaft down for as long as u may
 //! be stuck there, or where the shaft becomes faster than at the beginning; where the counts are lost for longer than an
 //! alarm takes; and at a [`RUNAWAY`].
@@ -574,9 +574,14 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         let ([u_min, u_max], asks) = (self.law.range(&state.within), self.brake * L::speed(&state.within));
         state.most = L::Scalar::from_f64(FASTER) * asks.abs() + L::Scalar::HALF * (u_max - u_min);
         if E == 1 {
-            let is_within = L::disturbance(&state.within)[0].abs() <= self.disturbance[0];
-            state.holds = if is_within { L::Scalar::from_f64(1.0) } else { L::Scalar::ZERO };
+            state.holds = if self.may_hold(state) { L::Scalar::from_f64(1.0) } else { L::Scalar::ZERO };
         }
+    }
+
+    /// Is d a load that may be held against? An inertia that is another makes d too.
+    #[inline(always)]
+    fn may_hold(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> bool {
+        L::disturbance(&state.within)[0].abs() <= L::Scalar::from_f64(1.5) * self.disturbance[0]
     }
 
     #[doc(hidden)]
@@ -615,6 +620,10 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             Self::within_limits(state);
             let within = output.sigma_star.abs() <= self.sigma_star;
             is_star_over = !within;
+            if is_any_over && output.health.contains(Health::SAMPLE_LOST) {
+                // Such a d may be of a count that lies, and u is none that follows it.
+                state.stuck += L::Scalar::HALF;
+            }
         }
         let is_over = is_any_over || is_star_over || output.health.contains(Health::INPUT_REJECTED);
         Self::count_over(state, is_over);
@@ -631,7 +640,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         (slowing, is_short): (L::Scalar, bool),
     ) {
         let over = self.sides(state);
-        if E == 1 && over[0] {
+        if E == 1 && !self.may_hold(state) {
             state.holds = L::Scalar::ZERO;
         }
         let speed = L::speed(&state.within).abs();

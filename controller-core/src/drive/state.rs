@@ -23,7 +23,8 @@ where
     pub(crate) push: M::Push,
     /// With two gain sets, of each block: smoothed innovation, and how far the fast set is in.
     pub(crate) alert: [[[T; 2]; E]; FAST],
-    /// A sample is believed that is so much further off than the gate; it closes to 0 after a start.
+    /// A sample is believed that is so much further off than the gate; it closes to 0 after a start. While the counts
+    /// have not agreed it is 0 after a place was known.
     pub(crate) reach: T,
     /// Samples of each encoder that were not used, in a row.
     pub(crate) missed: [T; E],
@@ -38,7 +39,8 @@ where
     pub(crate) held: T,
     /// What the power stage gives at most, |u|; that of the design without a limit of its own.
     pub(crate) limit: T,
-    /// |u| of the last report; below 0 where the limit was set, and no report changes it.
+    /// |u| of the last report if it was clearly less than was put out, else more than any; below 0 where the limit was
+    /// set, and no report changes it.
     pub(crate) reported: T,
     /// With a delay: what it holds now, and in the ticks after it; the last is the newest.
     pub(crate) queued: [T; LATE],

@@ -58,101 +58,103 @@ motor_tick_u:
 	vmov s14, s15, r3, r2
 	add.w r1, r1, #12
 	adr.w r3, .Lmotor_tick_u_table
-	vcvt.f32.s32 s14, s14
-	vldmia r3!, {s6-s12}
-	vldmia r0!, {s0-s5}
-	vmul.f32 s6, s6, s2
-	vmul.f32 s7, s7, s0
-	vmul.f32 s2, s8, s2
 	vcvt.f32.s32 s15, s15
-	vadd.f32 s7, s3, s7
-	vcvt.f32.s32 s13, s13
-	vmul.f32 s9, s9, s7
-	vmul.f32 s13, s10, s13
-	vmul.f32 s14, s11, s14
-	vmul.f32 s10, s8, s7
-	vadd.f32 s9, s2, s9
-	vadd.f32 s6, s6, s10
-	vadd.f32 s9, s1, s9
-	vldmia r1!, {s7-s8}
-	vmul.f32 s15, s11, s15
-	vsub.f32 s14, s9, s14
-	vadd.f32 s7, s13, s7
-	vmul.f32 s13, s12, s14
-	vldmia r3!, {s9-s12}
+	vldmia r3!, {s5-s12}
+	vldmia r0!, {s0-s4}
+	vmul.f32 s5, s5, s0
+	vcvt.f32.s32 s14, s14
+	vadd.f32 s0, s3, s5
+	vmul.f32 s5, s6, s2
+	vmul.f32 s6, s6, s0
+	vmul.f32 s0, s7, s0
+	vmul.f32 s8, s8, s2
+	vadd.f32 s0, s5, s0
 	vmul.f32 s9, s9, s14
-	vadd.f32 s10, s10, s4
-	vldmia r1!, {s0-s2}
-	vmul.f32 s11, s11, s14
-	vsub.f32 s0, s2, s8
-	vsub.f32 s1, s14, s11
-	vsub.f32 s2, s6, s13
-	vsub.f32 s3, s3, s9
-	vmul.f32 s12, s12, s2
+	vadd.f32 s14, s1, s0
+	vadd.f32 s6, s8, s6
+	vsub.f32 s14, s14, s9
+	vcvt.f32.s32 s13, s13
+	vmul.f32 s10, s10, s14
 	vabs.f32 s9, s14
-	vadd.f32 s11, s15, s1
-	vsub.f32 s13, s2, s8
+	vmul.f32 s11, s11, s14
+	vadd.f32 s12, s12, s4
+	vsub.f32 s3, s3, s11
+	vcmp.f32 s9, s12
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_u_away_20_12
+	vsub.f32 s2, s6, s10
+	vldmia r3!, {s8-s12}
+	vmul.f32 s15, s8, s15
+	vmul.f32 s13, s9, s13
+	vmul.f32 s10, s10, s14
+	vldmia r1!, {s5-s9}
+	vsub.f32 s0, s2, s6
+	vmul.f32 s11, s11, s2
+	vsub.f32 s1, s14, s10
+	vsub.f32 s9, s9, s6
+	vadd.f32 s10, s11, s3
+	vmul.f32 s4, s4, s12
+	vadd.f32 s11, s13, s5
+	vldmia r3!, {s5-s8}
+	vmul.f32 s5, s5, s9
+	vadd.f32 s9, s15, s1
+	vmul.f32 s6, s6, s0
+	vabs.f32 s15, s15
+	vcmp.f32 s15, s7
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_u_away_20_32
+	vsub.f32 s9, s9, s11
+	vmul.f32 s8, s8, s10
+	vldmia r3!, {s10-s15}
+	vmul.f32 s10, s10, s9
+	vneg.f32 s8, s8
+	vadd.f32 s6, s8, s6
+	vadd.f32 s10, s0, s10
+	vabs.f32 s9, s9
+	vadd.f32 s0, s6, s5
+	vldmia r0!, {s5-s8}
+	vmul.f32 s11, s11, s8
+	vcmp.f32 s9, s12
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_u_away_36_32
+	vadd.f32 s0, s0, s11
+	vmul.f32 s10, s13, s10
+	vmov.f32 s7, s7
+	vmul.f32 s5, s5, s14
+	vmul.f32 s9, s15, s8
+	vadd.f32 s0, s0, s10
+	vabs.f32 s10, s6
+	vabs.f32 s11, s0
+	vsub.f32 s8, s8, s9
+	vmov.f32 s9, #10.0
 	vcmp.f32 s9, s10
 	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_24_32
-	vsub.f32 s7, s11, s7
-	vadd.f32 s14, s12, s3
-	vldmia r3!, {s8-s12}
-	vmul.f32 s14, s8, s14
-	vabs.f32 s6, s7
-	vmul.f32 s7, s9, s7
-	vneg.f32 s14, s14
-	vmul.f32 s0, s10, s0
-	vmul.f32 s11, s11, s13
-	vcmp.f32 s6, s12
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_24_32
-	vadd.f32 s9, s14, s11
-	vadd.f32 s14, s13, s7
-	vadd.f32 s0, s9, s0
-	vldmia r3!, {s9-s13}
-	vmul.f32 s5, s5, s9
-	vmul.f32 s14, s10, s14
-	vldmia r0!, {s8-s10}
-	vmov.f32 s7, s9
-	vmul.f32 s11, s11, s10
-	vmul.f32 s4, s4, s12
-	vadd.f32 s0, s0, s11
-	vmov.f32 s6, s8
-	vabs.f32 s12, s8
-	vmul.f32 s13, s13, s10
-	vmov.f32 s11, #10.0
-	vcmp.f32 s11, s12
+	bhi.w .Lmotor_tick_u_away_36_32
+	vmov.f32 s6, s6
+	vldmia r3!, {s14-s15}
+	vcmp.f32 s11, s14
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_u_away_36_32
-	vadd.f32 s0, s0, s14
-	vabs.f32 s15, s15
-	vabs.f32 s9, s0
-	vsub.f32 s8, s10, s13
-	vldmia r3!, {s13-s14}
-	vcmp.f32 s9, s13
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_36_32
-	vmov.f32 s13, #-10.0
-	vcmp.f32 s0, s11
+	vcmp.f32 s0, s9
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s0, s11
-	vcmp.f32 s0, s13
+	vmovgt.f32 s0, s9
+	vcmp.f32 s0, s15
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s13
-	vcmp.f32 s15, s14
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_36_32
+	vmovmi.f32 s0, s15
 	vstmdb r0!, {s0-s8}
 	str.w ip, [r0, #36]
 	str.w r2, [r0, #40]
 	mov.w ip, #0
 	str.w ip, [r0, #48]
 	bx lr
-.Lmotor_tick_u_away_24_32:
-	sub.w r0, r0, #24
+.Lmotor_tick_u_away_20_12:
+	sub.w r0, r0, #20
+	sub.w r1, r1, #12
+	b.w .Lmotor_tick_u_leave
+.Lmotor_tick_u_away_20_32:
+	sub.w r0, r0, #20
 	sub.w r1, r1, #32
 	b.w .Lmotor_tick_u_leave
 .Lmotor_tick_u_away_36_32:
@@ -170,29 +172,31 @@ motor_tick_u:
 	pop {r4, pc}
 	.balign 4
 .Lmotor_tick_u_table:
-	.word 0x3f7ffcb9 @ 0.99995
 	.word 0x437a0000 @ 250.0
 	.word 0x3a831198 @ 0.000999975
 	.word 0x3506372a @ 4.9999164e-7
-	.word 0x40c90fdb @ 6.2831855
+	.word 0x3f7ffcb9 @ 0.99995
 	.word 0x39c90fdb @ 0.0003834952
 	.word 0x428a9a62 @ 69.30153
 	.word 0x45a4393b @ 5255.154
 	.word 0x3d939607 @ 0.0720635
+	.word 0x39c90fdb @ 0.0003834952
+	.word 0x40c90fdb @ 6.2831855
 	.word 0x3ebb850f @ 0.36624953
 	.word 0xbd4ccccd @ -0.05
-	.word 0x3b83126f @ 0.004
-	.word 0x42fa0000 @ 125.0
+	.word 0x3f7693e9 @ 0.96319443
 	.word 0x408000d2 @ 4.0001
 	.word 0xbef0f274 @ -0.47059977
-	.word 0x3dc49ba6 @ 0.096
-	.word 0x3f7d73e8 @ 0.99004984
-	.word 0xc070f274 @ -3.7647982
+	.word 0x406231d6 @ 3.5342917
+	.word 0x3b83126f @ 0.004
+	.word 0x42fa0000 @ 125.0
 	.word 0x4062594d @ 3.5367005
-	.word 0x3f7693e9 @ 0.96319443
+	.word 0x3dc49ba6 @ 0.096
+	.word 0xc070f274 @ -3.7647982
+	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x3d782a02 @ 0.060586937
 	.word 0x45a00000 @ 5120.0
-	.word 0x406231d6 @ 3.5342917
+	.word 0xc1200000 @ -10.0
 	.size motor_tick_u, .-motor_tick_u
 
 	.section .text.motor_tick, "ax", %progbits
@@ -220,85 +224,78 @@ motor_tick:
 	add.w r1, r1, #12
 	adr.w r3, .Lmotor_tick_table
 	mov.w r5, #0
+	vcvt.f32.s32 s14, s14
 	vldmia r3!, {s5-s12}
 	vldmia r0!, {s0-s4}
-	vmul.f32 s5, s5, s2
-	vmul.f32 s0, s6, s0
-	vadd.f32 s7, s7, s4
-	vmul.f32 s2, s8, s2
-	vcvt.f32.s32 s15, s15
-	vadd.f32 s0, s3, s0
+	vmul.f32 s0, s5, s0
 	vcvt.f32.s32 s13, s13
-	vmul.f32 s15, s9, s15
-	vmul.f32 s10, s10, s0
-	vcvt.f32.s32 s14, s14
-	vabs.f32 s6, s15
+	vmul.f32 s5, s6, s2
+	vadd.f32 s0, s3, s0
+	vmul.f32 s2, s7, s2
 	vmul.f32 s8, s8, s0
-	vadd.f32 s10, s2, s10
-	vcmp.f32 s6, s11
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_away_20_12
 	vmul.f32 s14, s9, s14
-	vadd.f32 s9, s1, s10
-	vmul.f32 s13, s12, s13
-	vldmia r1!, {s11-s12}
-	vsub.f32 s14, s9, s14
-	vldmia r3!, {s0-s2}
-	vmul.f32 s9, s0, s14
 	vadd.f32 s5, s5, s8
-	vmul.f32 s1, s1, s14
-	vmul.f32 s10, s2, s14
-	vabs.f32 s0, s14
-	vsub.f32 s1, s14, s1
-	vcmp.f32 s0, s7
+	vcvt.f32.s32 s15, s15
+	vadd.f32 s8, s1, s5
+	vmul.f32 s9, s9, s15
+	vsub.f32 s8, s8, s14
+	vldmia r1!, {s14-s15}
+	vmul.f32 s0, s6, s0
+	vadd.f32 s10, s10, s4
+	vmul.f32 s11, s11, s8
+	vmul.f32 s13, s12, s13
+	vldmia r3!, {s5-s7}
+	vmul.f32 s5, s5, s8
+	vmul.f32 s6, s6, s8
+	vsub.f32 s1, s8, s11
+	vadd.f32 s11, s13, s14
+	vadd.f32 s12, s9, s1
+	vabs.f32 s14, s8
+	vmul.f32 s4, s4, s7
+	vsub.f32 s3, s3, s6
+	vabs.f32 s13, s9
+	vadd.f32 s9, s2, s0
+	vcmp.f32 s14, s10
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_away_20_20
-	vsub.f32 s3, s3, s10
-	vsub.f32 s2, s5, s9
-	vldmia r3!, {s9-s10}
-	vmul.f32 s14, s9, s2
-	vldmia r1!, {s7-s9}
-	vadd.f32 s15, s15, s1
-	vsub.f32 s9, s9, s12
-	vadd.f32 s14, s14, s3
-	vadd.f32 s13, s13, s11
-	vsub.f32 s12, s2, s12
-	vmul.f32 s11, s10, s9
-	vldmia r3!, {s6-s10}
-	vmul.f32 s14, s6, s14
-	vmul.f32 s0, s7, s12
-	vneg.f32 s14, s14
-	vsub.f32 s15, s15, s13
-	vadd.f32 s14, s14, s0
-	vabs.f32 s13, s15
+	vsub.f32 s14, s12, s11
+	vsub.f32 s2, s9, s5
+	vldmia r1!, {s10-s12}
+	vldmia r3!, {s5-s11}
+	vmul.f32 s0, s5, s14
+	vmul.f32 s5, s6, s2
+	vsub.f32 s6, s2, s15
+	vcmp.f32 s13, s7
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_away_20_32
+	vadd.f32 s5, s5, s3
+	vabs.f32 s13, s14
+	vsub.f32 s12, s12, s15
+	vmul.f32 s15, s8, s5
+	vmul.f32 s9, s9, s12
+	vadd.f32 s0, s6, s0
+	vmul.f32 s14, s10, s6
+	vneg.f32 s15, s15
+	vadd.f32 s15, s15, s14
+	vmul.f32 s14, s11, s0
+	vadd.f32 s15, s15, s9
+	vldmia r3!, {s8-s12}
 	vcmp.f32 s13, s8
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_away_20_32
-	vmul.f32 s4, s4, s9
-	vmul.f32 s15, s10, s15
 	vldmia r0!, {s5-s8}
-	vmov.f32 s7, s7
-	vadd.f32 s9, s14, s11
-	vadd.f32 s15, s12, s15
-	vldmia r3!, {s10-s14}
+	vmul.f32 s9, s9, s8
 	vmul.f32 s5, s5, s10
-	vsub.f32 s10, s15, s8
-	vabs.f32 s0, s6
 	vmul.f32 s11, s11, s8
-	vstr s15, [r2, #4]
-	vmul.f32 s12, s12, s8
-	vadd.f32 s9, s9, s11
-	vmul.f32 s11, s13, s15
-	vstr s10, [r2, #8]
+	vmov.f32 s7, s7
+	vadd.f32 s15, s15, s9
+	vabs.f32 s9, s6
+	vsub.f32 s10, s0, s8
+	vstr s0, [r2, #4]
+	vadd.f32 s14, s15, s14
 	vmov.f32 s15, #10.0
-	vcmp.f32 s15, s0
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_away_36_32
-	vadd.f32 s9, s9, s11
-	vmov.f32 s6, s6
-	vabs.f32 s10, s9
 	vmov.f32 s13, #-10.0
-	vmov.f32 s0, s9
+	vmov.f32 s0, s14
 	vcmp.f32 s0, s15
 	vmrs APSR_nzcv, fpscr
 	it gt
@@ -307,15 +304,21 @@ motor_tick:
 	vmrs APSR_nzcv, fpscr
 	it mi
 	vmovmi.f32 s0, s13
-	vsub.f32 s8, s8, s12
-	vcmp.f32 s0, s9
+	vcmp.f32 s15, s9
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_away_36_32
+	vsub.f32 s8, s8, s11
+	vstr s0, [r2, #0]
+	vabs.f32 s9, s14
+	vmov.f32 s6, s6
+	vcmp.f32 s9, s12
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_away_36_32
+	vcmp.f32 s0, s14
 	vmrs APSR_nzcv, fpscr
 	it ne
 	addne r5, #2
-	vcmp.f32 s10, s14
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_away_36_32
-	vstr s0, [r2, #0]
+	vstr s10, [r2, #8]
 	vstmdb r0!, {s0-s8}
 	str.w ip, [r0, #36]
 	str.w r4, [r0, #40]
@@ -324,10 +327,6 @@ motor_tick:
 	mov.w r0, r5
 	pop.w {r4-r5}
 	bx lr
-.Lmotor_tick_away_20_12:
-	sub.w r0, r0, #20
-	sub.w r1, r1, #12
-	b.w .Lmotor_tick_leave
 .Lmotor_tick_away_20_20:
 	sub.w r0, r0, #20
 	sub.w r1, r1, #20
@@ -346,28 +345,28 @@ motor_tick:
 	b.w motor_rest
 	.balign 4
 .Lmotor_tick_table:
-	.word 0x3f7ffcb9 @ 0.99995
 	.word 0x437a0000 @ 250.0
-	.word 0x3d939607 @ 0.0720635
 	.word 0x3a831198 @ 0.000999975
-	.word 0x39c90fdb @ 0.0003834952
+	.word 0x3f7ffcb9 @ 0.99995
 	.word 0x3506372a @ 4.9999164e-7
-	.word 0x406231d6 @ 3.5342917
+	.word 0x39c90fdb @ 0.0003834952
+	.word 0x3d939607 @ 0.0720635
+	.word 0x3ebb850f @ 0.36624953
 	.word 0x40c90fdb @ 6.2831855
 	.word 0x428a9a62 @ 69.30153
-	.word 0x3ebb850f @ 0.36624953
 	.word 0x45a4393b @ 5255.154
-	.word 0xbd4ccccd @ -0.05
-	.word 0x408000d2 @ 4.0001
-	.word 0x3b83126f @ 0.004
-	.word 0xbef0f274 @ -0.47059977
-	.word 0x3dc49ba6 @ 0.096
 	.word 0x3f7693e9 @ 0.96319443
 	.word 0x42fa0000 @ 125.0
-	.word 0x3f7d73e8 @ 0.99004984
-	.word 0x4062594d @ 3.5367005
-	.word 0x3d782a02 @ 0.060586937
+	.word 0xbd4ccccd @ -0.05
+	.word 0x406231d6 @ 3.5342917
+	.word 0x3b83126f @ 0.004
+	.word 0x408000d2 @ 4.0001
+	.word 0xbef0f274 @ -0.47059977
 	.word 0xc070f274 @ -3.7647982
+	.word 0x3dc49ba6 @ 0.096
+	.word 0x4062594d @ 3.5367005
+	.word 0x3f7d73e8 @ 0.99004984
+	.word 0x3d782a02 @ 0.060586937
 	.word 0x45a00000 @ 5120.0
 	.size motor_tick, .-motor_tick
 
@@ -436,7 +435,7 @@ motor_rest:
 	.thumb_func
 motor_begin:
 	push.w {r4-r11}
-	sub.w sp, sp, #16
+	sub.w sp, sp, #56
 	adr.w ip, .Lmotor_begin_table
 	vldr s0, [r0, #20]
 	vldr s1, [ip, #0]
@@ -460,10 +459,15 @@ motor_begin:
 	vldr s4, [ip, #20]
 	vldr s5, [r0, #8]
 	vldr s6, [ip, #24]
-	ldr.w r7, [r1, #0]
-	ldr.w r8, [r0, #36]
-	sub.w r9, r7, r8
-	sbfx r9, r9, #0, #14
+	ldr.w r7, [r0, #36]
+	ldr.w r8, [r1, #0]
+	sub.w r9, r8, r7
+	ldrb.w r11, [r1, #4]
+	cmp.w r11, #0
+	mov.w r10, r9
+	it ne
+	movne.w r10, r7
+	sbfx r9, r10, #0, #14
 	vmov s7, r9
 	vcvt.f32.s32 s7, s7
 	vmul.f32 s6, s6, s7
@@ -485,47 +489,158 @@ motor_begin:
 	ite ls
 	movls.w r10, #1
 	movhi.w r10, #0
-	and.w r11, r6, r10
+	str.w r4, [sp, #0]
+	and.w r4, r6, r10
 	vldr s1, [ip, #16]
 	vldr s2, [r0, #8]
 	vmul.f32 s1, s1, s2
 	vsub.f32 s1, s6, s1
 	vabs.f32 s1, s1
-	vldr s2, [ip, #32]
-	str.w r4, [sp, #0]
+	vldr s2, [ip, #28]
+	str.w r6, [sp, #4]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r4, #1
-	movhi.w r4, #0
-	and.w r11, r11, r4
-	orr.w r11, r11, r5
-	str.w r6, [sp, #4]
-	str.w r7, [sp, #8]
-	ldrb.w r7, [r1, #4]
-	cmp.w r7, #0
-	mov.w r6, r11
+	movls.w r6, #1
+	movhi.w r6, #0
+	and.w r4, r4, r6
+	str.w r8, [sp, #8]
+	orr.w r8, r4, r5
+	str.w r7, [sp, #12]
+	cmp.w r11, #0
+	mov.w r7, r8
 	it ne
-	movne.w r6, r5
+	movne.w r7, r5
 	ldr.w r5, [sp, #0]
-	ldr.w r11, [sp, #4]
-	eor.w r11, r11, #1
+	ldr.w r8, [sp, #4]
+	eor.w r8, r8, #1
 	eor.w r10, r10, #1
-	orr.w r10, r11, r10
-	str.w r8, [sp, #4]
-	eor.w r8, r4, #1
-	orr.w r10, r10, r8
+	orr.w r10, r8, r10
+	str.w r9, [sp, #4]
+	eor.w r9, r6, #1
+	orr.w r10, r10, r9
 	and.w r10, r10, r5
-	str.w r9, [sp, #12]
-	cmp.w r7, #0
-	mov.w r9, r10
+	str.w r4, [sp, #16]
+	cmp.w r11, #0
+	mov.w r4, r10
 	it ne
-	movne.w r9, r5
-	strb.w r9, [r0, #56]
+	movne.w r4, r5
+	strb.w r4, [r0, #56]
 	strb.w r5, [r2, #0]
-	mov.w r9, #0
-	strb.w r9, [r2, #8]
-	strb.w r9, [r2, #4]
+	mov.w r4, #0
+	strb.w r4, [r2, #8]
+	strb.w r4, [r2, #4]
+	ldr.w r4, [ip, #0]
+	ldr.w r10, [r0, #44]
+	str.w r7, [sp, #20]
+	cmp.w r11, #0
+	mov.w r7, r10
+	it ne
+	movne.w r7, r4
+	str.w r8, [sp, #24]
+	ldr.w r8, [sp, #4]
+	str.w r6, [sp, #28]
+	ldr.w r6, [r0, #40]
+	str.w r9, [sp, #32]
+	add.w r9, r6, r8
+	cmp.w r11, #0
+	mov.w r5, r9
+	it ne
+	movne.w r5, r8
+	ldr.w r9, [ip, #32]
+	sdiv r8, r5, r9
+	add.w r7, r7, r8
+	ldr.w r9, [ip, #32]
+	sdiv r8, r6, r9
+	add.w r8, r10, r8
+	ldr.w r10, [sp, #0]
+	vldr s1, [r0, #16]
+	vldr s2, [ip, #0]
+	str.w r4, [sp, #4]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r4, #1
+	movle.w r4, #0
+	str.w r5, [sp, #36]
+	and.w r5, r10, r4
+	cmp.w r5, #0
+	mov.w r9, r8
+	it ne
+	movne.w r9, r7
+	ldr.w r8, [sp, #4]
+	str.w r11, [sp, #40]
+	ldr.w r11, [sp, #8]
+	str.w r7, [sp, #44]
+	sbfx r7, r11, #0, #14
+	str.w r6, [sp, #48]
+	ldr.w r10, [ip, #32]
+	sdiv r6, r7, r10
+	add.w r6, r8, r6
+	ldr.w r8, [sp, #44]
+	str.w r4, [sp, #4]
+	ldr.w r4, [sp, #32]
+	str.w r5, [sp, #52]
+	ldr.w r5, [sp, #4]
+	and.w r5, r4, r5
+	ldr.w r11, [sp, #0]
+	and.w r5, r5, r11
+	cmp.w r5, #0
+	mov.w r10, r8
+	it ne
+	movne.w r10, r6
+	ldr.w r8, [sp, #40]
+	cmp.w r8, #0
+	mov.w r6, r10
+	it ne
+	movne.w r6, r9
+	str.w r6, [r0, #44]
+	ldr.w r6, [sp, #36]
+	ldr.w r10, [ip, #32]
+	sdiv r9, r6, r10
+	ldr.w r10, [ip, #32]
+	mul r9, r9, r10
+	sub.w r6, r6, r9
+	sbfx r6, r6, #0, #17
+	ldr.w r9, [sp, #48]
+	str.w r7, [sp, #4]
+	ldr.w r7, [ip, #32]
+	sdiv r10, r9, r7
+	ldr.w r7, [ip, #32]
+	mul r10, r10, r7
+	sub.w r7, r9, r10
+	sbfx r7, r7, #0, #17
+	ldr.w r10, [sp, #52]
+	cmp.w r10, #0
+	mov.w r9, r7
+	it ne
+	movne.w r9, r6
+	ldr.w r7, [sp, #4]
+	ldr.w r4, [ip, #32]
+	sdiv r10, r7, r4
+	ldr.w r4, [ip, #32]
+	mul r10, r10, r4
+	sub.w r4, r7, r10
+	sbfx r4, r4, #0, #17
+	cmp.w r5, #0
+	mov.w r7, r6
+	it ne
+	movne.w r7, r4
+	cmp.w r8, #0
+	mov.w r4, r7
+	it ne
+	movne.w r4, r9
+	str.w r4, [r0, #40]
+	vldr s1, [ip, #0]
+	vldr s2, [r0, #16]
+	ldr.w r4, [sp, #16]
+	and.w r4, r4, r11
+	eor.w r5, r8, #1
+	and.w r4, r4, r5
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s2, s1
+	vstr s2, [r0, #16]
 	vldr s1, [ip, #4]
 	vldr s2, [ip, #0]
 	vldr s3, [ip, #0]
@@ -534,105 +649,84 @@ motor_begin:
 	vmov.f32 s3, s0
 	it mi
 	vmovmi.f32 s3, s2
+	ldr.w r4, [sp, #24]
 	vldr s2, [ip, #4]
 	vcmp.f32 s0, s2
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r9, #1
-	movle.w r9, #0
-	orr.w r9, r11, r9
-	orr.w r8, r9, r8
-	orr.w r8, r8, r7
-	cmp.w r8, #0
+	movgt.w r5, #1
+	movle.w r5, #0
+	orr.w r4, r4, r5
+	ldr.w r5, [sp, #32]
+	orr.w r4, r4, r5
+	orr.w r4, r4, r8
+	cmp.w r4, #0
 	vmov.f32 s0, s3
 	it ne
 	vmovne.f32 s0, s1
 	vldr s1, [r0, #20]
-	cmp.w r5, #0
+	cmp.w r11, #0
 	it ne
 	vmovne.f32 s1, s0
 	vldr s0, [ip, #0]
+	ldr.w r4, [sp, #28]
 	cmp.w r4, #0
 	vmov.f32 s2, s7
 	it ne
 	vmovne.f32 s2, s4
-	cmp.w r7, #0
+	cmp.w r8, #0
 	vmov.f32 s3, s2
 	it ne
 	vmovne.f32 s3, s0
 	vldr s0, [r0, #8]
-	cmp.w r5, #0
+	cmp.w r11, #0
 	it ne
 	vmovne.f32 s0, s3
 	vstr s0, [r0, #8]
-	ldr.w r4, [r0, #44]
-	ldr.w r8, [r0, #40]
-	ldr.w r9, [sp, #12]
-	add.w r9, r8, r9
-	cmp.w r7, #0
-	mov.w r10, r9
+	ldr.w r4, [sp, #12]
+	ldr.w r5, [sp, #8]
+	cmp.w r8, #0
+	mov.w r6, r5
 	it ne
-	movne.w r10, r8
-	ldr.w r9, [ip, #36]
-	sdiv r8, r10, r9
-	add.w r4, r4, r8
-	str.w r4, [r0, #44]
-	ldr.w r8, [ip, #36]
-	sdiv r4, r10, r8
-	ldr.w r8, [ip, #36]
-	mul r4, r4, r8
-	sub.w r4, r10, r4
-	sbfx r4, r4, #0, #17
-	str.w r4, [r0, #40]
-	ldr.w r4, [sp, #4]
-	ldr.w r8, [sp, #8]
-	cmp.w r7, #0
-	mov.w r9, r8
-	it ne
-	movne.w r9, r4
-	str.w r9, [r0, #36]
+	movne.w r6, r4
+	str.w r6, [r0, #36]
 	vldr s0, [ip, #0]
 	vldr s2, [r0, #0]
-	cmp.w r5, #0
+	cmp.w r11, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #0]
 	vldr s0, [ip, #0]
 	vldr s2, [r0, #32]
-	cmp.w r5, #0
+	cmp.w r11, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #32]
 	vldr s0, [ip, #0]
 	vldr s2, [r0, #52]
-	cmp.w r5, #0
+	cmp.w r11, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #52]
 	vldr s0, [ip, #0]
 	vldr s2, [r0, #48]
-	cmp.w r5, #0
+	cmp.w r11, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #48]
 	vldr s0, [ip, #0]
-	vldr s2, [r0, #16]
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s2, s0
-	vstr s2, [r0, #16]
-	vldr s0, [ip, #0]
 	vldr s2, [r0, #4]
-	cmp.w r5, #0
+	cmp.w r11, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r0, #4]
 	vstr s1, [r0, #20]
 	mov.w r0, #0
-	cmp.w r6, #0
+	ldr.w r4, [sp, #20]
+	cmp.w r4, #0
 	it ne
 	orrne.w r0, r0, #1
-	add.w sp, sp, #16
+	add.w sp, sp, #56
 	pop.w {r4-r11}
 	bx lr
 	.balign 4
@@ -645,7 +739,6 @@ motor_begin:
 	.word 0x3f000000 @ 0.5
 	.word 0x39c90fdb @ 0.0003834952
 	.word 0x3c939607 @ 0.018015875
-	.word 0x3d939607 @ 0.0720635
 	.word 0x00004000 @ 2.2959e-41
 	.size motor_begin, .-motor_begin
 
@@ -906,7 +999,7 @@ motor_observe:
 motor_law:
 	push.w {r4-r11}
 	vpush {s16-s19}
-	sub.w sp, sp, #48
+	sub.w sp, sp, #56
 	adr.w ip, .Lmotor_law_table
 	vldr s0, [r0, #24]
 	vabs.f32 s0, s0
@@ -937,21 +1030,12 @@ motor_law:
 	vsub.f32 s1, s1, s2
 	vabs.f32 s2, s1
 	vldr s3, [ip, #12]
+	vmul.f32 s3, s3, s0
 	vldr s4, [ip, #16]
-	vmul.f32 s4, s4, s0
-	eor.w r6, r4, #1
-	vldr s5, [ip, #12]
-	vcmp.f32 s4, s5
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	orr.w r6, r6, r8
-	cmp.w r6, #0
-	vmov.f32 s5, s4
+	cmp.w r4, #0
 	it ne
-	vmovne.f32 s5, s3
-	vcmp.f32 s2, s5
+	vmovne.f32 s4, s3
+	vcmp.f32 s2, s4
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r6, #1
@@ -962,39 +1046,39 @@ motor_law:
 	cmp.w r8, #0
 	beq.w .Lmotor_law_3
 	vldr s3, [ip, #20]
-	vldr s4, [ip, #24]
+	vldr s5, [ip, #24]
 	vldr s6, [r0, #8]
-	vmul.f32 s4, s4, s6
+	vmul.f32 s5, s5, s6
 	vldr s6, [r0, #12]
-	vadd.f32 s4, s4, s6
-	vmul.f32 s3, s3, s4
+	vadd.f32 s5, s5, s6
+	vmul.f32 s3, s3, s5
 	vneg.f32 s3, s3
-	vldr s4, [ip, #28]
+	vldr s5, [ip, #28]
 	vldr s6, [r0, #8]
 	vldr s7, [r1, #16]
 	vsub.f32 s6, s6, s7
-	vmul.f32 s4, s4, s6
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #32]
+	vmul.f32 s5, s5, s6
+	vadd.f32 s3, s3, s5
+	vldr s5, [ip, #32]
 	vldr s7, [r1, #28]
 	vldr s8, [r1, #16]
 	vsub.f32 s7, s7, s8
-	vmul.f32 s4, s4, s7
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #36]
+	vmul.f32 s5, s5, s7
+	vadd.f32 s3, s3, s5
+	vldr s5, [ip, #36]
 	vldr s7, [ip, #40]
 	vldr s8, [ip, #44]
 	vldr s9, [ip, #48]
-	vsub.f32 s10, s2, s5
+	vsub.f32 s10, s2, s4
 	vldr s11, [ip, #52]
-	vmul.f32 s11, s11, s5
+	vmul.f32 s11, s11, s4
 	vadd.f32 s12, s10, s11
 	vsub.f32 s13, s10, s11
 	vabs.f32 s13, s13
 	vsub.f32 s12, s12, s13
 	vmul.f32 s9, s9, s12
 	vmul.f32 s8, s8, s9
-	vadd.f32 s5, s5, s8
+	vadd.f32 s4, s4, s8
 	vldr s8, [ip, #56]
 	vldr s12, [ip, #48]
 	vsub.f32 s9, s10, s9
@@ -1006,7 +1090,7 @@ motor_law:
 	vsub.f32 s11, s11, s13
 	vmul.f32 s11, s12, s11
 	vmul.f32 s8, s8, s11
-	vadd.f32 s5, s5, s8
+	vadd.f32 s4, s4, s8
 	vldr s8, [ip, #64]
 	vldr s12, [ip, #48]
 	vsub.f32 s9, s9, s11
@@ -1018,7 +1102,7 @@ motor_law:
 	vsub.f32 s11, s11, s13
 	vmul.f32 s11, s12, s11
 	vmul.f32 s8, s8, s11
-	vadd.f32 s5, s5, s8
+	vadd.f32 s4, s4, s8
 	vldr s8, [ip, #68]
 	vldr s12, [ip, #48]
 	vsub.f32 s9, s9, s11
@@ -1030,21 +1114,21 @@ motor_law:
 	vsub.f32 s9, s11, s9
 	vmul.f32 s9, s12, s9
 	vmul.f32 s8, s8, s9
-	vadd.f32 s5, s5, s8
-	vneg.f32 s8, s5
+	vadd.f32 s4, s4, s8
+	vneg.f32 s8, s4
 	vldr s9, [ip, #72]
 	vcmp.f32 s1, s9
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s9, s8
 	it gt
-	vmovgt.f32 s9, s5
+	vmovgt.f32 s9, s4
 	cmp.w r6, #0
-	vmov.f32 s5, s9
+	vmov.f32 s4, s9
 	it ne
-	vmovne.f32 s5, s1
-	vmul.f32 s1, s7, s5
+	vmovne.f32 s4, s1
+	vmul.f32 s1, s7, s4
 	vadd.f32 s1, s6, s1
-	vmul.f32 s4, s4, s1
+	vmul.f32 s4, s5, s1
 	vadd.f32 s4, s3, s4
 	vldr s5, [r0, #0]
 	vldr s6, [ip, #76]
@@ -1121,65 +1205,154 @@ motor_law:
 	vadd.f32 s3, s3, s8
 	vabs.f32 s8, s3
 	vldr s10, [ip, #88]
+	str.w r4, [sp, #0]
 	vcmp.f32 s8, s10
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r6, #1
-	movhi.w r6, #0
-	cmp.w r6, #0
+	movls.w r4, #1
+	movhi.w r4, #0
+	cmp.w r4, #0
 	vmov.f32 s8, s7
 	it ne
 	vmovne.f32 s8, s3
 	cmp.w r10, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s8
-	cmp.w r8, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s9
-	vldr s3, [ip, #0]
-	and.w r5, r4, r5
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s3, s0
-	vcmp.f32 s6, s3
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s3, s4
-	it ne
-	vmovne.f32 s3, s2
-	and.w r5, r4, r5
-	cmp.w r5, #0
 	vmov.f32 s7, s6
 	it ne
-	vmovne.f32 s7, s2
-	vldr s2, [ip, #92]
-	cmp.w r4, #0
+	vmovne.f32 s7, s8
+	cmp.w r8, #0
+	vmov.f32 s8, s7
 	it ne
-	vmovne.f32 s2, s5
-	vcmp.f32 s7, s2
+	vmovne.f32 s8, s9
+	vldr s7, [ip, #0]
+	str.w r5, [sp, #4]
+	eor.w r5, r11, #1
+	str.w r9, [sp, #8]
+	ldr.w r9, [sp, #4]
+	and.w r5, r5, r9
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s7, s0
+	vldr s9, [ip, #0]
+	eor.w r9, r4, #1
+	and.w r5, r5, r9
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s9, s0
+	cmp.w r8, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s7
+	ldr.w r5, [sp, #0]
+	eor.w r9, r5, #1
+	and.w r9, r10, r9
+	cmp.w r9, #0
+	vmov.f32 s7, s2
+	it ne
+	vmovne.f32 s7, s10
+	vcmp.f32 s8, s7
 	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r9, #1
+	movle.w r9, #0
+	cmp.w r9, #0
+	vmov.f32 s7, s4
+	it ne
+	vmovne.f32 s7, s2
+	cmp.w r9, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s2
+	cmp.w r9, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s2
+	cmp.w r11, #0
+	vmov.f32 s2, s8
+	it ne
+	vmovne.f32 s2, s4
+	cmp.w r7, #0
+	vmov.f32 s6, s8
+	it ne
+	vmovne.f32 s6, s4
+	cmp.w r6, #0
+	vmov.f32 s10, s6
+	it ne
+	vmovne.f32 s10, s2
+	cmp.w r4, #0
+	vmov.f32 s6, s2
+	it ne
+	vmovne.f32 s6, s3
+	cmp.w r10, #0
+	vmov.f32 s2, s8
+	it ne
+	vmovne.f32 s2, s6
+	cmp.w r8, #0
+	vmov.f32 s3, s2
+	it ne
+	vmovne.f32 s3, s10
+	cmp.w r5, #0
 	vmov.f32 s2, s3
+	it ne
+	vmovne.f32 s2, s9
+	vldr s3, [ip, #92]
+	cmp.w r11, #0
+	vmov.f32 s6, s5
+	it ne
+	vmovne.f32 s6, s3
+	vldr s3, [ip, #92]
+	orr.w r9, r4, r11
+	cmp.w r9, #0
+	vmov.f32 s8, s5
+	it ne
+	vmovne.f32 s8, s3
+	cmp.w r8, #0
+	vmov.f32 s3, s8
+	it ne
+	vmovne.f32 s3, s6
+	vldr s6, [ip, #92]
+	cmp.w r7, #0
+	vmov.f32 s8, s5
+	it ne
+	vmovne.f32 s8, s6
+	vldr s6, [ip, #92]
+	ldr.w r7, [sp, #8]
+	and.w r7, r9, r7
+	cmp.w r7, #0
+	vmov.f32 s9, s5
+	it ne
+	vmovne.f32 s9, s6
+	cmp.w r8, #0
+	vmov.f32 s6, s9
+	it ne
+	vmovne.f32 s6, s8
+	cmp.w r6, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s3
+	cmp.w r5, #0
+	vmov.f32 s3, s8
+	it ne
+	vmovne.f32 s3, s5
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s7
 	it mi
 	vmovmi.f32 s2, s5
 	vcmp.f32 s2, s4
 	vmrs APSR_nzcv, fpscr
 	ite ne
-	movne.w r4, #1
-	moveq.w r4, #0
+	movne.w r6, #1
+	moveq.w r6, #0
 	vstr s2, [r3, #0]
 	vstr s1, [r3, #4]
 	vldr s3, [ip, #72]
 	vstr s3, [r3, #8]
 	vstr s2, [r0, #0]
 	vldr s2, [r0, #32]
+	orr.w r4, r5, r4
 	eor.w r5, r8, #1
-	and.w r5, r5, r6
-	cmp.w r5, #0
+	and.w r4, r4, r5
+	cmp.w r4, #0
 	vmov.f32 s3, s1
 	it ne
 	vmovne.f32 s3, s2
@@ -1187,33 +1360,21 @@ motor_law:
 	vmul.f32 s1, s1, s3
 	vsub.f32 s1, s3, s1
 	vstr s1, [r0, #32]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
 	mov.w r0, #0
-	cmp.w r4, #0
+	cmp.w r6, #0
 	it ne
 	orrne.w r0, r0, #2
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
@@ -1261,131 +1422,207 @@ motor_law:
 	it ne
 	vmovne.f32 s8, s4
 	cmp.w r6, #0
-	vmov.f32 s4, s8
+	vmov.f32 s9, s8
 	it ne
-	vmovne.f32 s4, s7
+	vmovne.f32 s9, s7
 	vldr s8, [ip, #80]
-	vldr s9, [r0, #32]
-	vmul.f32 s8, s8, s9
+	vldr s10, [r0, #32]
+	vmul.f32 s8, s8, s10
 	vadd.f32 s3, s3, s8
 	vldr s8, [ip, #84]
 	vmul.f32 s1, s8, s1
 	vadd.f32 s1, s3, s1
 	vabs.f32 s3, s1
 	vldr s8, [ip, #88]
+	str.w r4, [sp, #0]
 	vcmp.f32 s3, s8
 	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r4, #1
+	movhi.w r4, #0
+	cmp.w r4, #0
 	vmov.f32 s3, s7
-	it ls
-	vmovls.f32 s3, s1
+	it ne
+	vmovne.f32 s3, s1
 	cmp.w r10, #0
-	vmov.f32 s1, s6
+	vmov.f32 s7, s6
 	it ne
-	vmovne.f32 s1, s3
+	vmovne.f32 s7, s3
 	cmp.w r8, #0
-	vmov.f32 s3, s1
+	vmov.f32 s3, s7
 	it ne
-	vmovne.f32 s3, s4
-	vldr s1, [ip, #0]
-	and.w r5, r4, r5
+	vmovne.f32 s3, s9
+	vldr s7, [ip, #0]
+	str.w r5, [sp, #4]
+	eor.w r5, r11, #1
+	str.w r9, [sp, #8]
+	ldr.w r9, [sp, #4]
+	and.w r5, r5, r9
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s1, s0
-	vcmp.f32 s3, s1
+	vmovne.f32 s7, s0
+	vldr s8, [ip, #0]
+	eor.w r9, r4, #1
+	and.w r5, r5, r9
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s8, s0
+	cmp.w r8, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s7
+	ldr.w r5, [sp, #0]
+	eor.w r9, r5, #1
+	and.w r9, r10, r9
+	cmp.w r9, #0
+	vmov.f32 s7, s2
+	it ne
+	vmovne.f32 s7, s9
+	vcmp.f32 s3, s7
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s1, s6
+	movgt.w r9, #1
+	movle.w r9, #0
+	cmp.w r9, #0
+	vmov.f32 s7, s6
 	it ne
-	vmovne.f32 s1, s2
-	and.w r5, r4, r5
-	cmp.w r5, #0
+	vmovne.f32 s7, s2
+	cmp.w r9, #0
+	vmov.f32 s6, s3
+	it ne
+	vmovne.f32 s6, s2
+	cmp.w r11, #0
+	vmov.f32 s2, s7
+	it ne
+	vmovne.f32 s2, s4
+	cmp.w r7, #0
+	vmov.f32 s3, s7
+	it ne
+	vmovne.f32 s3, s4
+	cmp.w r6, #0
 	vmov.f32 s4, s3
 	it ne
 	vmovne.f32 s4, s2
-	vldr s2, [ip, #92]
 	cmp.w r4, #0
+	vmov.f32 s3, s2
+	it ne
+	vmovne.f32 s3, s1
+	cmp.w r10, #0
+	vmov.f32 s1, s7
+	it ne
+	vmovne.f32 s1, s3
+	cmp.w r8, #0
+	vmov.f32 s2, s1
+	it ne
+	vmovne.f32 s2, s4
+	cmp.w r5, #0
+	vmov.f32 s1, s2
+	it ne
+	vmovne.f32 s1, s6
+	vldr s2, [ip, #92]
+	cmp.w r11, #0
+	vmov.f32 s3, s5
+	it ne
+	vmovne.f32 s3, s2
+	vldr s2, [ip, #92]
+	orr.w r4, r4, r11
+	cmp.w r4, #0
+	vmov.f32 s4, s5
+	it ne
+	vmovne.f32 s4, s2
+	cmp.w r8, #0
+	vmov.f32 s2, s4
+	it ne
+	vmovne.f32 s2, s3
+	vldr s3, [ip, #92]
+	cmp.w r7, #0
+	vmov.f32 s4, s5
+	it ne
+	vmovne.f32 s4, s3
+	vldr s3, [ip, #92]
+	ldr.w r7, [sp, #8]
+	and.w r4, r4, r7
+	cmp.w r4, #0
+	vmov.f32 s6, s5
+	it ne
+	vmovne.f32 s6, s3
+	cmp.w r8, #0
+	vmov.f32 s3, s6
+	it ne
+	vmovne.f32 s3, s4
+	cmp.w r6, #0
+	vmov.f32 s4, s3
+	it ne
+	vmovne.f32 s4, s2
+	cmp.w r5, #0
+	vmov.f32 s2, s4
 	it ne
 	vmovne.f32 s2, s5
-	vcmp.f32 s4, s2
+	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s1
+	vmov.f32 s1, s7
 	it mi
-	vmovmi.f32 s2, s5
-	vstr s2, [r3, #0]
-	vldr s1, [ip, #72]
-	vstr s1, [r3, #8]
-	vldr s1, [ip, #72]
-	vstr s1, [r3, #4]
-	vstr s2, [r0, #0]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
+	vmovmi.f32 s1, s5
+	vstr s1, [r3, #0]
+	vldr s2, [ip, #72]
+	vstr s2, [r3, #8]
+	vldr s2, [ip, #72]
+	vstr s2, [r3, #4]
+	vstr s1, [r0, #0]
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
 	mov.w r0, #1
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
 .Lmotor_law_3:
 	vldr s3, [ip, #20]
-	vldr s4, [ip, #24]
+	vldr s5, [ip, #24]
 	vldr s6, [r0, #8]
-	vmul.f32 s4, s4, s6
+	vmul.f32 s5, s5, s6
 	vldr s6, [r0, #12]
-	vadd.f32 s4, s4, s6
-	vmul.f32 s3, s3, s4
+	vadd.f32 s5, s5, s6
+	vmul.f32 s3, s3, s5
 	vneg.f32 s3, s3
-	vldr s4, [ip, #28]
+	vldr s5, [ip, #28]
 	vldr s6, [r0, #8]
 	vldr s7, [r1, #16]
 	vsub.f32 s6, s6, s7
-	vmul.f32 s4, s4, s6
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #32]
+	vmul.f32 s5, s5, s6
+	vadd.f32 s3, s3, s5
+	vldr s5, [ip, #32]
 	vldr s7, [r1, #28]
 	vldr s8, [r1, #16]
 	vsub.f32 s7, s7, s8
-	vmul.f32 s4, s4, s7
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #80]
+	vmul.f32 s5, s5, s7
+	vadd.f32 s3, s3, s5
+	vldr s5, [ip, #80]
 	vldr s7, [r0, #32]
-	vmul.f32 s4, s4, s7
-	vadd.f32 s4, s3, s4
+	vmul.f32 s5, s5, s7
+	vadd.f32 s5, s3, s5
 	vldr s7, [ip, #84]
 	vldr s8, [ip, #40]
 	vldr s9, [ip, #44]
 	vldr s10, [ip, #48]
-	vsub.f32 s11, s2, s5
+	vsub.f32 s11, s2, s4
 	vldr s12, [ip, #52]
-	vmul.f32 s12, s12, s5
+	vmul.f32 s12, s12, s4
 	vadd.f32 s13, s11, s12
 	vsub.f32 s14, s11, s12
 	vabs.f32 s14, s14
 	vsub.f32 s13, s13, s14
 	vmul.f32 s10, s10, s13
 	vmul.f32 s9, s9, s10
-	vadd.f32 s5, s5, s9
+	vadd.f32 s4, s4, s9
 	vldr s9, [ip, #56]
 	vldr s13, [ip, #48]
 	vsub.f32 s10, s11, s10
@@ -1397,7 +1634,7 @@ motor_law:
 	vsub.f32 s12, s12, s14
 	vmul.f32 s12, s13, s12
 	vmul.f32 s9, s9, s12
-	vadd.f32 s5, s5, s9
+	vadd.f32 s4, s4, s9
 	vldr s9, [ip, #64]
 	vldr s13, [ip, #48]
 	vsub.f32 s10, s10, s12
@@ -1409,7 +1646,7 @@ motor_law:
 	vsub.f32 s12, s12, s14
 	vmul.f32 s12, s13, s12
 	vmul.f32 s9, s9, s12
-	vadd.f32 s5, s5, s9
+	vadd.f32 s4, s4, s9
 	vldr s9, [ip, #68]
 	vldr s13, [ip, #48]
 	vsub.f32 s10, s10, s12
@@ -1421,22 +1658,22 @@ motor_law:
 	vsub.f32 s10, s12, s10
 	vmul.f32 s10, s13, s10
 	vmul.f32 s9, s9, s10
-	vadd.f32 s5, s5, s9
-	vneg.f32 s9, s5
+	vadd.f32 s4, s4, s9
+	vneg.f32 s9, s4
 	vldr s10, [ip, #72]
 	vcmp.f32 s1, s10
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s10, s9
 	it gt
-	vmovgt.f32 s10, s5
+	vmovgt.f32 s10, s4
 	cmp.w r6, #0
-	vmov.f32 s5, s10
+	vmov.f32 s4, s10
 	it ne
-	vmovne.f32 s5, s1
-	vmul.f32 s1, s8, s5
+	vmovne.f32 s4, s1
+	vmul.f32 s1, s8, s4
 	vadd.f32 s1, s6, s1
-	vmul.f32 s5, s7, s1
-	vadd.f32 s4, s4, s5
+	vmul.f32 s4, s7, s1
+	vadd.f32 s4, s5, s4
 	vabs.f32 s5, s4
 	vldr s6, [ip, #88]
 	vcmp.f32 s5, s6
@@ -1447,34 +1684,35 @@ motor_law:
 	cmp.w r9, #0
 	beq.w .Lmotor_law_5
 	vldr s5, [ip, #0]
-	vldr s6, [ip, #0]
-	vcmp.f32 s6, s0
+	vldr s6, [ip, #92]
+	vldr s7, [ip, #36]
+	vmul.f32 s7, s7, s1
+	vadd.f32 s3, s3, s7
+	vldr s7, [ip, #0]
+	vldr s8, [ip, #0]
+	vcmp.f32 s8, s0
 	vmrs APSR_nzcv, fpscr
 	ite gt
 	movgt.w r5, #1
 	movle.w r5, #0
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s5, s0
-	vneg.f32 s6, s5
-	vldr s7, [ip, #36]
-	vmul.f32 s7, s7, s1
-	vadd.f32 s3, s3, s7
-	vldr s7, [ip, #72]
-	vldr s8, [r0, #0]
-	vldr s9, [ip, #72]
-	vldr s10, [r0, #0]
-	vabs.f32 s10, s10
-	vldr s11, [ip, #76]
-	vcmp.f32 s10, s11
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s9, s8
-	vldr s8, [r0, #0]
+	vmovne.f32 s7, s0
+	vldr s8, [ip, #72]
+	vldr s9, [r0, #0]
 	vldr s10, [ip, #72]
 	vldr s11, [r0, #0]
+	vabs.f32 s11, s11
 	vldr s12, [ip, #76]
-	vcmp.f32 s2, s12
+	vcmp.f32 s11, s12
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s10, s9
+	vldr s9, [r0, #0]
+	vldr s11, [ip, #72]
+	vldr s12, [r0, #0]
+	vldr s13, [ip, #76]
+	vcmp.f32 s2, s13
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r7, #1
@@ -1482,121 +1720,242 @@ motor_law:
 	orr.w r10, r6, r7
 	cmp.w r10, #0
 	it ne
-	vmovne.f32 s11, s3
-	vabs.f32 s2, s11
-	vldr s11, [ip, #76]
-	vcmp.f32 s2, s11
+	vmovne.f32 s12, s3
+	vabs.f32 s2, s12
+	vldr s12, [ip, #76]
+	vcmp.f32 s2, s12
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r11, #1
 	movhi.w r11, #0
 	cmp.w r11, #0
 	it ne
-	vmovne.f32 s10, s8
+	vmovne.f32 s11, s9
 	cmp.w r10, #0
-	vmov.f32 s2, s10
+	vmov.f32 s2, s11
 	it ne
-	vmovne.f32 s2, s9
-	vmul.f32 s2, s7, s2
-	vldr s7, [ip, #72]
-	vadd.f32 s2, s2, s7
+	vmovne.f32 s2, s10
+	vmul.f32 s2, s8, s2
+	vldr s8, [ip, #72]
+	vadd.f32 s2, s2, s8
 	cmp.w r11, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s3
-	and.w r7, r7, r11
-	cmp.w r7, #0
 	vmov.f32 s8, s2
 	it ne
 	vmovne.f32 s8, s3
-	cmp.w r6, #0
-	vmov.f32 s3, s8
+	str.w r4, [sp, #0]
+	and.w r4, r7, r11
+	cmp.w r4, #0
+	vmov.f32 s9, s2
 	it ne
-	vmovne.f32 s3, s7
+	vmovne.f32 s9, s3
+	cmp.w r6, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s8
 	cmp.w r9, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s4
+	cmp.w r10, #0
+	vmov.f32 s8, s2
+	it ne
+	vmovne.f32 s8, s9
+	cmp.w r8, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s10
+	vldr s8, [ip, #0]
+	str.w r5, [sp, #4]
+	eor.w r5, r11, #1
+	str.w r7, [sp, #8]
+	ldr.w r7, [sp, #4]
+	and.w r5, r5, r7
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s8, s0
+	vldr s10, [ip, #0]
+	eor.w r7, r9, #1
+	and.w r5, r5, r7
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s10, s0
+	cmp.w r8, #0
+	vmov.f32 s11, s10
+	it ne
+	vmovne.f32 s11, s8
+	ldr.w r5, [sp, #0]
+	eor.w r7, r5, #1
+	and.w r7, r10, r7
+	cmp.w r7, #0
 	vmov.f32 s8, s7
 	it ne
-	vmovne.f32 s8, s4
-	cmp.w r10, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r8, #0
-	vmov.f32 s2, s7
-	it ne
-	vmovne.f32 s2, s3
-	vldr s3, [ip, #0]
-	and.w r5, r4, r5
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s3, s0
-	vcmp.f32 s2, s3
+	vmovne.f32 s8, s11
+	vcmp.f32 s9, s8
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s3, s4
+	movgt.w r7, #1
+	movle.w r7, #0
+	cmp.w r7, #0
+	vmov.f32 s8, s9
 	it ne
-	vmovne.f32 s3, s5
-	and.w r5, r4, r5
-	cmp.w r5, #0
-	vmov.f32 s7, s2
+	vmovne.f32 s8, s7
+	cmp.w r7, #0
+	vmov.f32 s9, s2
 	it ne
-	vmovne.f32 s7, s5
-	vldr s2, [ip, #92]
+	vmovne.f32 s9, s7
+	cmp.w r11, #0
+	vmov.f32 s2, s9
+	it ne
+	vmovne.f32 s2, s3
 	cmp.w r4, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s3
+	cmp.w r6, #0
+	vmov.f32 s11, s10
+	it ne
+	vmovne.f32 s11, s2
+	cmp.w r9, #0
+	vmov.f32 s10, s2
+	it ne
+	vmovne.f32 s10, s4
+	cmp.w r10, #0
+	vmov.f32 s2, s9
+	it ne
+	vmovne.f32 s2, s10
+	cmp.w r8, #0
+	vmov.f32 s9, s2
+	it ne
+	vmovne.f32 s9, s11
+	cmp.w r5, #0
+	vmov.f32 s2, s9
+	it ne
+	vmovne.f32 s2, s8
+	vneg.f32 s8, s7
+	vldr s9, [ip, #92]
+	cmp.w r11, #0
+	vmov.f32 s10, s8
+	it ne
+	vmovne.f32 s10, s9
+	vldr s9, [ip, #92]
+	orr.w r10, r9, r11
+	cmp.w r10, #0
+	vmov.f32 s11, s8
+	it ne
+	vmovne.f32 s11, s9
+	cmp.w r8, #0
+	vmov.f32 s9, s11
+	it ne
+	vmovne.f32 s9, s10
+	vldr s10, [ip, #92]
+	cmp.w r4, #0
+	vmov.f32 s11, s8
+	it ne
+	vmovne.f32 s11, s10
+	vldr s10, [ip, #92]
+	ldr.w r4, [sp, #8]
+	and.w r4, r10, r4
+	cmp.w r4, #0
+	vmov.f32 s12, s8
+	it ne
+	vmovne.f32 s12, s10
+	cmp.w r8, #0
+	vmov.f32 s10, s12
+	it ne
+	vmovne.f32 s10, s11
+	cmp.w r6, #0
+	vmov.f32 s11, s10
+	it ne
+	vmovne.f32 s11, s9
+	cmp.w r5, #0
+	vmov.f32 s9, s11
+	it ne
+	vmovne.f32 s9, s8
+	vcmp.f32 s2, s9
+	vmrs APSR_nzcv, fpscr
+	ite mi
+	movmi.w r4, #1
+	movpl.w r4, #0
+	cmp.w r4, #0
+	vmov.f32 s2, s3
 	it ne
 	vmovne.f32 s2, s6
+	cmp.w r7, #0
+	vmov.f32 s6, s2
+	it ne
+	vmovne.f32 s6, s5
+	cmp.w r7, #0
+	vmov.f32 s2, s4
+	it ne
+	vmovne.f32 s2, s7
+	cmp.w r4, #0
+	vmov.f32 s5, s2
+	it ne
+	vmovne.f32 s5, s8
+	vldr s2, [ip, #0]
+	vldr s7, [ip, #92]
+	cmp.w r9, #0
+	vmov.f32 s8, s3
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r4, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s7
+	cmp.w r7, #0
+	vmov.f32 s7, s9
+	it ne
+	vmovne.f32 s7, s2
+	cmp.w r5, #0
+	vmov.f32 s2, s7
+	it ne
+	vmovne.f32 s2, s5
+	cmp.w r8, #0
+	vmov.f32 s7, s2
+	it ne
+	vmovne.f32 s7, s6
+	orr.w r4, r5, r9
+	eor.w r5, r8, #1
+	and.w r4, r4, r5
+	cmp.w r4, #0
+	vmov.f32 s2, s3
+	it ne
+	vmovne.f32 s2, s4
 	vcmp.f32 s7, s2
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s3
-	it mi
-	vmovmi.f32 s2, s6
-	vcmp.f32 s2, s4
-	vmrs APSR_nzcv, fpscr
 	ite ne
-	movne.w r4, #1
-	moveq.w r4, #0
-	vstr s2, [r3, #0]
-	vldr s3, [r0, #32]
-	vsub.f32 s3, s1, s3
-	vstr s3, [r3, #8]
-	vstr s1, [r3, #4]
-	vstr s2, [r0, #0]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
-	vldr s0, [r0, #32]
-	vldr s1, [ip, #96]
+	movne.w r5, #1
+	moveq.w r5, #0
+	vstr s5, [r3, #0]
 	vldr s2, [r0, #32]
-	vmul.f32 s1, s1, s2
-	vsub.f32 s0, s0, s1
-	vstr s0, [r0, #32]
-	mov.w r0, #0
+	vsub.f32 s2, s1, s2
+	vstr s2, [r3, #8]
+	vstr s1, [r3, #4]
+	vstr s5, [r0, #0]
+	vldr s2, [r0, #32]
 	cmp.w r4, #0
+	vmov.f32 s3, s1
+	it ne
+	vmovne.f32 s3, s2
+	vldr s1, [ip, #96]
+	vmul.f32 s1, s1, s3
+	vsub.f32 s1, s3, s1
+	vstr s1, [r0, #32]
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
+	mov.w r0, #0
+	cmp.w r5, #0
 	it ne
 	orrne.w r0, r0, #2
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
@@ -1662,8 +2021,9 @@ motor_law:
 	vmov.f32 s7, s6
 	it ne
 	vmovne.f32 s7, s3
-	and.w r5, r10, r5
-	cmp.w r5, #0
+	str.w r4, [sp, #0]
+	and.w r4, r10, r5
+	cmp.w r4, #0
 	vmov.f32 s8, s6
 	it ne
 	vmovne.f32 s8, s3
@@ -1676,39 +2036,126 @@ motor_law:
 	it ne
 	vmovne.f32 s8, s4
 	cmp.w r11, #0
-	vmov.f32 s4, s6
-	it ne
-	vmovne.f32 s4, s8
-	cmp.w r8, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s9
-	vldr s4, [ip, #0]
-	and.w r5, r4, r7
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s4, s0
-	vcmp.f32 s6, s4
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	and.w r5, r4, r5
-	cmp.w r5, #0
 	vmov.f32 s7, s6
 	it ne
-	vmovne.f32 s7, s2
-	vldr s2, [ip, #92]
-	cmp.w r4, #0
+	vmovne.f32 s7, s8
+	cmp.w r8, #0
+	vmov.f32 s8, s7
 	it ne
-	vmovne.f32 s2, s5
-	vcmp.f32 s7, s2
+	vmovne.f32 s8, s9
+	vldr s7, [ip, #0]
+	str.w r7, [sp, #4]
+	eor.w r7, r5, #1
+	str.w r10, [sp, #8]
+	ldr.w r10, [sp, #4]
+	and.w r7, r7, r10
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s7, s0
+	vldr s9, [ip, #0]
+	eor.w r10, r9, #1
+	and.w r7, r7, r10
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s9, s0
+	cmp.w r8, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s7
+	ldr.w r7, [sp, #0]
+	eor.w r10, r7, #1
+	and.w r10, r11, r10
+	cmp.w r10, #0
+	vmov.f32 s7, s2
+	it ne
+	vmovne.f32 s7, s10
+	vcmp.f32 s8, s7
 	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r10, #1
+	movle.w r10, #0
+	cmp.w r10, #0
+	vmov.f32 s7, s3
+	it ne
+	vmovne.f32 s7, s2
+	cmp.w r10, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s2
+	cmp.w r10, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s2
+	cmp.w r5, #0
+	vmov.f32 s2, s8
+	it ne
+	vmovne.f32 s2, s3
+	cmp.w r4, #0
+	vmov.f32 s6, s8
+	it ne
+	vmovne.f32 s6, s3
+	cmp.w r6, #0
+	vmov.f32 s10, s6
+	it ne
+	vmovne.f32 s10, s2
+	cmp.w r9, #0
+	vmov.f32 s6, s2
+	it ne
+	vmovne.f32 s6, s4
+	cmp.w r11, #0
+	vmov.f32 s2, s8
+	it ne
+	vmovne.f32 s2, s6
+	cmp.w r8, #0
+	vmov.f32 s4, s2
+	it ne
+	vmovne.f32 s4, s10
+	cmp.w r7, #0
 	vmov.f32 s2, s4
+	it ne
+	vmovne.f32 s2, s9
+	vldr s4, [ip, #92]
+	cmp.w r5, #0
+	vmov.f32 s6, s5
+	it ne
+	vmovne.f32 s6, s4
+	vldr s4, [ip, #92]
+	orr.w r5, r9, r5
+	cmp.w r5, #0
+	vmov.f32 s8, s5
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r8, #0
+	vmov.f32 s4, s8
+	it ne
+	vmovne.f32 s4, s6
+	vldr s6, [ip, #92]
+	cmp.w r4, #0
+	vmov.f32 s8, s5
+	it ne
+	vmovne.f32 s8, s6
+	vldr s6, [ip, #92]
+	ldr.w r4, [sp, #8]
+	and.w r4, r5, r4
+	cmp.w r4, #0
+	vmov.f32 s9, s5
+	it ne
+	vmovne.f32 s9, s6
+	cmp.w r8, #0
+	vmov.f32 s6, s9
+	it ne
+	vmovne.f32 s6, s8
+	cmp.w r6, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r7, #0
+	vmov.f32 s4, s8
+	it ne
+	vmovne.f32 s4, s5
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s7
 	it mi
 	vmovmi.f32 s2, s5
 	vcmp.f32 s2, s3
@@ -1725,33 +2172,21 @@ motor_law:
 	vmul.f32 s2, s2, s1
 	vsub.f32 s1, s1, s2
 	vstr s1, [r0, #32]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
 	orrne.w r0, r0, #2
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
@@ -1793,53 +2228,137 @@ motor_law:
 	vmov.f32 s6, s5
 	it ne
 	vmovne.f32 s6, s3
-	and.w r5, r10, r5
-	cmp.w r5, #0
+	str.w r4, [sp, #0]
+	and.w r4, r10, r5
+	cmp.w r4, #0
 	vmov.f32 s7, s5
 	it ne
 	vmovne.f32 s7, s3
 	cmp.w r6, #0
-	vmov.f32 s3, s7
+	vmov.f32 s8, s7
 	it ne
-	vmovne.f32 s3, s6
+	vmovne.f32 s8, s6
 	cmp.w r9, #0
 	vmov.f32 s7, s6
 	it ne
 	vmovne.f32 s7, s4
 	cmp.w r11, #0
-	vmov.f32 s4, s5
+	vmov.f32 s6, s5
 	it ne
-	vmovne.f32 s4, s7
+	vmovne.f32 s6, s7
 	cmp.w r8, #0
-	vmov.f32 s6, s4
+	vmov.f32 s7, s6
 	it ne
-	vmovne.f32 s6, s3
-	vldr s3, [ip, #0]
-	and.w r5, r4, r7
-	cmp.w r5, #0
+	vmovne.f32 s7, s8
+	vldr s6, [ip, #0]
+	str.w r7, [sp, #4]
+	eor.w r7, r5, #1
+	str.w r10, [sp, #8]
+	ldr.w r10, [sp, #4]
+	and.w r7, r7, r10
+	cmp.w r7, #0
 	it ne
-	vmovne.f32 s3, s0
-	vcmp.f32 s6, s3
+	vmovne.f32 s6, s0
+	vldr s8, [ip, #0]
+	eor.w r10, r9, #1
+	and.w r7, r7, r10
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s8, s0
+	cmp.w r8, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s6
+	ldr.w r7, [sp, #0]
+	eor.w r10, r7, #1
+	and.w r10, r11, r10
+	cmp.w r10, #0
+	vmov.f32 s6, s1
+	it ne
+	vmovne.f32 s6, s9
+	vcmp.f32 s7, s6
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
+	movgt.w r10, #1
+	movle.w r10, #0
+	cmp.w r10, #0
+	vmov.f32 s6, s5
+	it ne
+	vmovne.f32 s6, s1
+	cmp.w r10, #0
+	vmov.f32 s5, s7
+	it ne
+	vmovne.f32 s5, s1
 	cmp.w r5, #0
-	vmov.f32 s3, s5
+	vmov.f32 s1, s6
+	it ne
+	vmovne.f32 s1, s3
+	cmp.w r4, #0
+	vmov.f32 s7, s6
+	it ne
+	vmovne.f32 s7, s3
+	cmp.w r6, #0
+	vmov.f32 s3, s7
 	it ne
 	vmovne.f32 s3, s1
-	and.w r5, r4, r5
+	cmp.w r9, #0
+	vmov.f32 s7, s1
+	it ne
+	vmovne.f32 s7, s4
+	cmp.w r11, #0
+	vmov.f32 s1, s6
+	it ne
+	vmovne.f32 s1, s7
+	cmp.w r8, #0
+	vmov.f32 s4, s1
+	it ne
+	vmovne.f32 s4, s3
+	cmp.w r7, #0
+	vmov.f32 s1, s4
+	it ne
+	vmovne.f32 s1, s5
+	vldr s3, [ip, #92]
 	cmp.w r5, #0
-	vmov.f32 s4, s6
+	vmov.f32 s4, s2
 	it ne
-	vmovne.f32 s4, s1
-	vldr s1, [ip, #92]
+	vmovne.f32 s4, s3
+	vldr s3, [ip, #92]
+	orr.w r5, r9, r5
+	cmp.w r5, #0
+	vmov.f32 s5, s2
+	it ne
+	vmovne.f32 s5, s3
+	cmp.w r8, #0
+	vmov.f32 s3, s5
+	it ne
+	vmovne.f32 s3, s4
+	vldr s4, [ip, #92]
 	cmp.w r4, #0
+	vmov.f32 s5, s2
 	it ne
-	vmovne.f32 s1, s2
-	vcmp.f32 s4, s1
+	vmovne.f32 s5, s4
+	vldr s4, [ip, #92]
+	ldr.w r4, [sp, #8]
+	and.w r4, r5, r4
+	cmp.w r4, #0
+	vmov.f32 s7, s2
+	it ne
+	vmovne.f32 s7, s4
+	cmp.w r8, #0
+	vmov.f32 s4, s7
+	it ne
+	vmovne.f32 s4, s5
+	cmp.w r6, #0
+	vmov.f32 s5, s4
+	it ne
+	vmovne.f32 s5, s3
+	cmp.w r7, #0
+	vmov.f32 s3, s5
+	it ne
+	vmovne.f32 s3, s2
+	vcmp.f32 s1, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s3
+	vmov.f32 s1, s6
 	it mi
 	vmovmi.f32 s1, s2
 	vstr s1, [r3, #0]
@@ -1848,30 +2367,18 @@ motor_law:
 	vldr s2, [ip, #72]
 	vstr s2, [r3, #4]
 	vstr s1, [r0, #0]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
 	mov.w r0, #1
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
@@ -1888,39 +2395,39 @@ motor_law:
 	cmp.w r9, #0
 	beq.w .Lmotor_law_8
 	vldr s3, [ip, #20]
-	vldr s4, [ip, #24]
+	vldr s5, [ip, #24]
 	vldr s6, [r0, #8]
-	vmul.f32 s4, s4, s6
+	vmul.f32 s5, s5, s6
 	vldr s6, [r0, #12]
-	vadd.f32 s4, s4, s6
-	vmul.f32 s3, s3, s4
+	vadd.f32 s5, s5, s6
+	vmul.f32 s3, s3, s5
 	vneg.f32 s3, s3
-	vldr s4, [ip, #28]
+	vldr s5, [ip, #28]
 	vldr s6, [r0, #8]
 	vldr s7, [r1, #16]
 	vsub.f32 s6, s6, s7
-	vmul.f32 s4, s4, s6
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #32]
+	vmul.f32 s5, s5, s6
+	vadd.f32 s3, s3, s5
+	vldr s5, [ip, #32]
 	vldr s7, [r1, #28]
 	vldr s8, [r1, #16]
 	vsub.f32 s7, s7, s8
-	vmul.f32 s4, s4, s7
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #36]
+	vmul.f32 s5, s5, s7
+	vadd.f32 s3, s3, s5
+	vldr s5, [ip, #36]
 	vldr s7, [ip, #40]
 	vldr s8, [ip, #44]
 	vldr s9, [ip, #48]
-	vsub.f32 s2, s2, s5
+	vsub.f32 s2, s2, s4
 	vldr s10, [ip, #52]
-	vmul.f32 s10, s10, s5
+	vmul.f32 s10, s10, s4
 	vadd.f32 s11, s2, s10
 	vsub.f32 s12, s2, s10
 	vabs.f32 s12, s12
 	vsub.f32 s11, s11, s12
 	vmul.f32 s9, s9, s11
 	vmul.f32 s8, s8, s9
-	vadd.f32 s5, s5, s8
+	vadd.f32 s4, s4, s8
 	vldr s8, [ip, #56]
 	vldr s11, [ip, #48]
 	vsub.f32 s2, s2, s9
@@ -1932,7 +2439,7 @@ motor_law:
 	vsub.f32 s10, s10, s12
 	vmul.f32 s10, s11, s10
 	vmul.f32 s8, s8, s10
-	vadd.f32 s5, s5, s8
+	vadd.f32 s4, s4, s8
 	vldr s8, [ip, #64]
 	vldr s11, [ip, #48]
 	vsub.f32 s2, s2, s10
@@ -1944,7 +2451,7 @@ motor_law:
 	vsub.f32 s10, s10, s12
 	vmul.f32 s10, s11, s10
 	vmul.f32 s8, s8, s10
-	vadd.f32 s5, s5, s8
+	vadd.f32 s4, s4, s8
 	vldr s8, [ip, #68]
 	vldr s11, [ip, #48]
 	vsub.f32 s2, s2, s10
@@ -1956,12 +2463,12 @@ motor_law:
 	vsub.f32 s2, s10, s2
 	vmul.f32 s2, s11, s2
 	vmul.f32 s2, s8, s2
-	vadd.f32 s2, s5, s2
-	vneg.f32 s5, s2
+	vadd.f32 s2, s4, s2
+	vneg.f32 s4, s2
 	vldr s8, [ip, #72]
 	vcmp.f32 s1, s8
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s8, s5
+	vmov.f32 s8, s4
 	it gt
 	vmovgt.f32 s8, s2
 	cmp.w r6, #0
@@ -1970,7 +2477,7 @@ motor_law:
 	vmovne.f32 s2, s1
 	vmul.f32 s1, s7, s2
 	vadd.f32 s1, s6, s1
-	vmul.f32 s2, s4, s1
+	vmul.f32 s2, s5, s1
 	vadd.f32 s2, s3, s2
 	vldr s4, [r0, #0]
 	orr.w r10, r6, r8
@@ -2041,65 +2548,154 @@ motor_law:
 	vadd.f32 s3, s3, s8
 	vabs.f32 s8, s3
 	vldr s10, [ip, #88]
+	str.w r4, [sp, #0]
 	vcmp.f32 s8, s10
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r6, #1
-	movhi.w r6, #0
-	cmp.w r6, #0
+	movls.w r4, #1
+	movhi.w r4, #0
+	cmp.w r4, #0
 	vmov.f32 s8, s7
 	it ne
 	vmovne.f32 s8, s3
 	cmp.w r10, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s8
-	cmp.w r9, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s9
-	vldr s3, [ip, #0]
-	and.w r5, r4, r5
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s3, s0
-	vcmp.f32 s6, s3
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s3, s2
-	it ne
-	vmovne.f32 s3, s4
-	and.w r5, r4, r5
-	cmp.w r5, #0
 	vmov.f32 s7, s6
 	it ne
+	vmovne.f32 s7, s8
+	cmp.w r9, #0
+	vmov.f32 s8, s7
+	it ne
+	vmovne.f32 s8, s9
+	vldr s7, [ip, #0]
+	str.w r5, [sp, #4]
+	eor.w r5, r11, #1
+	str.w r8, [sp, #8]
+	ldr.w r8, [sp, #4]
+	and.w r5, r5, r8
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s7, s0
+	vldr s9, [ip, #0]
+	eor.w r8, r4, #1
+	and.w r5, r5, r8
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s9, s0
+	cmp.w r9, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s7
+	ldr.w r5, [sp, #0]
+	eor.w r8, r5, #1
+	and.w r8, r10, r8
+	cmp.w r8, #0
+	vmov.f32 s7, s4
+	it ne
+	vmovne.f32 s7, s10
+	vcmp.f32 s8, s7
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r8, #1
+	movle.w r8, #0
+	cmp.w r8, #0
+	vmov.f32 s7, s2
+	it ne
 	vmovne.f32 s7, s4
-	vldr s4, [ip, #92]
+	cmp.w r8, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s4
+	cmp.w r8, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r11, #0
+	vmov.f32 s4, s8
+	it ne
+	vmovne.f32 s4, s2
+	cmp.w r7, #0
+	vmov.f32 s6, s8
+	it ne
+	vmovne.f32 s6, s2
+	cmp.w r6, #0
+	vmov.f32 s10, s6
+	it ne
+	vmovne.f32 s10, s4
 	cmp.w r4, #0
+	vmov.f32 s6, s4
+	it ne
+	vmovne.f32 s6, s3
+	cmp.w r10, #0
+	vmov.f32 s3, s8
+	it ne
+	vmovne.f32 s3, s6
+	cmp.w r9, #0
+	vmov.f32 s4, s3
+	it ne
+	vmovne.f32 s4, s10
+	cmp.w r5, #0
+	vmov.f32 s3, s4
+	it ne
+	vmovne.f32 s3, s9
+	vldr s4, [ip, #92]
+	cmp.w r11, #0
+	vmov.f32 s6, s5
+	it ne
+	vmovne.f32 s6, s4
+	vldr s4, [ip, #92]
+	orr.w r8, r4, r11
+	cmp.w r8, #0
+	vmov.f32 s8, s5
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r9, #0
+	vmov.f32 s4, s8
+	it ne
+	vmovne.f32 s4, s6
+	vldr s6, [ip, #92]
+	cmp.w r7, #0
+	vmov.f32 s8, s5
+	it ne
+	vmovne.f32 s8, s6
+	vldr s6, [ip, #92]
+	ldr.w r7, [sp, #8]
+	and.w r7, r8, r7
+	cmp.w r7, #0
+	vmov.f32 s9, s5
+	it ne
+	vmovne.f32 s9, s6
+	cmp.w r9, #0
+	vmov.f32 s6, s9
+	it ne
+	vmovne.f32 s6, s8
+	cmp.w r6, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r5, #0
+	vmov.f32 s4, s8
 	it ne
 	vmovne.f32 s4, s5
-	vcmp.f32 s7, s4
+	vcmp.f32 s3, s4
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
+	vmov.f32 s3, s7
 	it mi
-	vmovmi.f32 s4, s5
-	vcmp.f32 s4, s2
+	vmovmi.f32 s3, s5
+	vcmp.f32 s3, s2
 	vmrs APSR_nzcv, fpscr
 	ite ne
-	movne.w r4, #1
-	moveq.w r4, #0
-	vstr s4, [r3, #0]
+	movne.w r6, #1
+	moveq.w r6, #0
+	vstr s3, [r3, #0]
 	vstr s1, [r3, #4]
 	vldr s2, [ip, #72]
 	vstr s2, [r3, #8]
-	vstr s4, [r0, #0]
+	vstr s3, [r0, #0]
 	vldr s2, [r0, #32]
+	orr.w r4, r5, r4
 	eor.w r5, r9, #1
-	and.w r5, r5, r6
-	cmp.w r5, #0
+	and.w r4, r4, r5
+	cmp.w r4, #0
 	vmov.f32 s3, s1
 	it ne
 	vmovne.f32 s3, s2
@@ -2107,33 +2703,21 @@ motor_law:
 	vmul.f32 s1, s1, s3
 	vsub.f32 s1, s3, s1
 	vstr s1, [r0, #32]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
 	mov.w r0, #0
-	cmp.w r4, #0
+	cmp.w r6, #0
 	it ne
 	orrne.w r0, r0, #2
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
@@ -2181,131 +2765,207 @@ motor_law:
 	it ne
 	vmovne.f32 s8, s2
 	cmp.w r6, #0
-	vmov.f32 s2, s8
+	vmov.f32 s9, s8
 	it ne
-	vmovne.f32 s2, s7
+	vmovne.f32 s9, s7
 	vldr s8, [ip, #80]
-	vldr s9, [r0, #32]
-	vmul.f32 s8, s8, s9
+	vldr s10, [r0, #32]
+	vmul.f32 s8, s8, s10
 	vadd.f32 s3, s3, s8
 	vldr s8, [ip, #84]
 	vmul.f32 s1, s8, s1
 	vadd.f32 s1, s3, s1
 	vabs.f32 s3, s1
 	vldr s8, [ip, #88]
+	str.w r4, [sp, #0]
 	vcmp.f32 s3, s8
 	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r4, #1
+	movhi.w r4, #0
+	cmp.w r4, #0
 	vmov.f32 s3, s7
-	it ls
-	vmovls.f32 s3, s1
-	cmp.w r10, #0
-	vmov.f32 s1, s6
 	it ne
-	vmovne.f32 s1, s3
+	vmovne.f32 s3, s1
+	cmp.w r10, #0
+	vmov.f32 s7, s6
+	it ne
+	vmovne.f32 s7, s3
+	cmp.w r9, #0
+	vmov.f32 s3, s7
+	it ne
+	vmovne.f32 s3, s9
+	vldr s7, [ip, #0]
+	str.w r5, [sp, #4]
+	eor.w r5, r11, #1
+	str.w r8, [sp, #8]
+	ldr.w r8, [sp, #4]
+	and.w r5, r5, r8
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s7, s0
+	vldr s8, [ip, #0]
+	eor.w r8, r4, #1
+	and.w r5, r5, r8
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s8, s0
+	cmp.w r9, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s7
+	ldr.w r5, [sp, #0]
+	eor.w r8, r5, #1
+	and.w r8, r10, r8
+	cmp.w r8, #0
+	vmov.f32 s7, s4
+	it ne
+	vmovne.f32 s7, s9
+	vcmp.f32 s3, s7
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r8, #1
+	movle.w r8, #0
+	cmp.w r8, #0
+	vmov.f32 s7, s6
+	it ne
+	vmovne.f32 s7, s4
+	cmp.w r8, #0
+	vmov.f32 s6, s3
+	it ne
+	vmovne.f32 s6, s4
+	cmp.w r11, #0
+	vmov.f32 s3, s7
+	it ne
+	vmovne.f32 s3, s2
+	cmp.w r7, #0
+	vmov.f32 s4, s7
+	it ne
+	vmovne.f32 s4, s2
+	cmp.w r6, #0
+	vmov.f32 s2, s4
+	it ne
+	vmovne.f32 s2, s3
+	cmp.w r4, #0
+	vmov.f32 s4, s3
+	it ne
+	vmovne.f32 s4, s1
+	cmp.w r10, #0
+	vmov.f32 s1, s7
+	it ne
+	vmovne.f32 s1, s4
 	cmp.w r9, #0
 	vmov.f32 s3, s1
 	it ne
 	vmovne.f32 s3, s2
-	vldr s1, [ip, #0]
-	and.w r5, r4, r5
 	cmp.w r5, #0
+	vmov.f32 s1, s3
 	it ne
-	vmovne.f32 s1, s0
-	vcmp.f32 s3, s1
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s1, s6
+	vmovne.f32 s1, s6
+	vldr s2, [ip, #92]
+	cmp.w r11, #0
+	vmov.f32 s3, s5
 	it ne
-	vmovne.f32 s1, s4
-	and.w r5, r4, r5
-	cmp.w r5, #0
-	vmov.f32 s2, s3
-	it ne
-	vmovne.f32 s2, s4
-	vldr s3, [ip, #92]
+	vmovne.f32 s3, s2
+	vldr s2, [ip, #92]
+	orr.w r4, r4, r11
 	cmp.w r4, #0
+	vmov.f32 s4, s5
 	it ne
-	vmovne.f32 s3, s5
+	vmovne.f32 s4, s2
+	cmp.w r9, #0
+	vmov.f32 s2, s4
+	it ne
+	vmovne.f32 s2, s3
+	vldr s3, [ip, #92]
+	cmp.w r7, #0
+	vmov.f32 s4, s5
+	it ne
+	vmovne.f32 s4, s3
+	vldr s3, [ip, #92]
+	ldr.w r7, [sp, #8]
+	and.w r4, r4, r7
+	cmp.w r4, #0
+	vmov.f32 s6, s5
+	it ne
+	vmovne.f32 s6, s3
+	cmp.w r9, #0
+	vmov.f32 s3, s6
+	it ne
+	vmovne.f32 s3, s4
+	cmp.w r6, #0
+	vmov.f32 s4, s3
+	it ne
+	vmovne.f32 s4, s2
+	cmp.w r5, #0
+	vmov.f32 s2, s4
+	it ne
+	vmovne.f32 s2, s5
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s1, s7
+	it mi
+	vmovmi.f32 s1, s5
+	vstr s1, [r3, #0]
+	vldr s2, [ip, #72]
+	vstr s2, [r3, #8]
+	vldr s2, [ip, #72]
+	vstr s2, [r3, #4]
+	vstr s1, [r0, #0]
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s1
-	it mi
-	vmovmi.f32 s2, s5
-	vstr s2, [r3, #0]
-	vldr s1, [ip, #72]
-	vstr s1, [r3, #8]
-	vldr s1, [ip, #72]
-	vstr s1, [r3, #4]
-	vstr s2, [r0, #0]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
 	mov.w r0, #1
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
 .Lmotor_law_8:
 	vldr s3, [ip, #20]
-	vldr s4, [ip, #24]
+	vldr s5, [ip, #24]
 	vldr s6, [r0, #8]
-	vmul.f32 s4, s4, s6
+	vmul.f32 s5, s5, s6
 	vldr s6, [r0, #12]
-	vadd.f32 s4, s4, s6
-	vmul.f32 s3, s3, s4
+	vadd.f32 s5, s5, s6
+	vmul.f32 s3, s3, s5
 	vneg.f32 s3, s3
-	vldr s4, [ip, #28]
+	vldr s5, [ip, #28]
 	vldr s6, [r0, #8]
 	vldr s7, [r1, #16]
 	vsub.f32 s6, s6, s7
-	vmul.f32 s4, s4, s6
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #32]
+	vmul.f32 s5, s5, s6
+	vadd.f32 s3, s3, s5
+	vldr s5, [ip, #32]
 	vldr s7, [r1, #28]
 	vldr s8, [r1, #16]
 	vsub.f32 s7, s7, s8
-	vmul.f32 s4, s4, s7
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #80]
+	vmul.f32 s5, s5, s7
+	vadd.f32 s3, s3, s5
+	vldr s5, [ip, #80]
 	vldr s7, [r0, #32]
-	vmul.f32 s4, s4, s7
-	vadd.f32 s4, s3, s4
+	vmul.f32 s5, s5, s7
+	vadd.f32 s5, s3, s5
 	vldr s7, [ip, #84]
 	vldr s8, [ip, #40]
 	vldr s9, [ip, #44]
 	vldr s10, [ip, #48]
-	vsub.f32 s2, s2, s5
+	vsub.f32 s2, s2, s4
 	vldr s11, [ip, #52]
-	vmul.f32 s11, s11, s5
+	vmul.f32 s11, s11, s4
 	vadd.f32 s12, s2, s11
 	vsub.f32 s13, s2, s11
 	vabs.f32 s13, s13
 	vsub.f32 s12, s12, s13
 	vmul.f32 s10, s10, s12
 	vmul.f32 s9, s9, s10
-	vadd.f32 s5, s5, s9
+	vadd.f32 s4, s4, s9
 	vldr s9, [ip, #56]
 	vldr s12, [ip, #48]
 	vsub.f32 s2, s2, s10
@@ -2317,7 +2977,7 @@ motor_law:
 	vsub.f32 s11, s11, s13
 	vmul.f32 s11, s12, s11
 	vmul.f32 s9, s9, s11
-	vadd.f32 s5, s5, s9
+	vadd.f32 s4, s4, s9
 	vldr s9, [ip, #64]
 	vldr s12, [ip, #48]
 	vsub.f32 s2, s2, s11
@@ -2329,7 +2989,7 @@ motor_law:
 	vsub.f32 s11, s11, s13
 	vmul.f32 s11, s12, s11
 	vmul.f32 s9, s9, s11
-	vadd.f32 s5, s5, s9
+	vadd.f32 s4, s4, s9
 	vldr s9, [ip, #68]
 	vldr s12, [ip, #48]
 	vsub.f32 s2, s2, s11
@@ -2341,12 +3001,12 @@ motor_law:
 	vsub.f32 s2, s11, s2
 	vmul.f32 s2, s12, s2
 	vmul.f32 s2, s9, s2
-	vadd.f32 s2, s5, s2
-	vneg.f32 s5, s2
+	vadd.f32 s2, s4, s2
+	vneg.f32 s4, s2
 	vldr s9, [ip, #72]
 	vcmp.f32 s1, s9
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s9, s5
+	vmov.f32 s9, s4
 	it gt
 	vmovgt.f32 s9, s2
 	cmp.w r6, #0
@@ -2356,7 +3016,7 @@ motor_law:
 	vmul.f32 s1, s8, s2
 	vadd.f32 s1, s6, s1
 	vmul.f32 s2, s7, s1
-	vadd.f32 s2, s4, s2
+	vadd.f32 s2, s5, s2
 	vabs.f32 s4, s2
 	vldr s5, [ip, #88]
 	vcmp.f32 s4, s5
@@ -2367,149 +3027,271 @@ motor_law:
 	cmp.w r10, #0
 	beq.w .Lmotor_law_10
 	vldr s4, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
+	vldr s5, [ip, #92]
+	vldr s6, [ip, #36]
+	vmul.f32 s6, s6, s1
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #0]
+	vldr s7, [ip, #0]
+	vcmp.f32 s7, s0
 	vmrs APSR_nzcv, fpscr
 	ite gt
 	movgt.w r5, #1
 	movle.w r5, #0
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s4, s0
-	vneg.f32 s5, s4
-	vldr s6, [ip, #36]
-	vmul.f32 s6, s6, s1
-	vadd.f32 s3, s3, s6
-	vldr s6, [ip, #72]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #76]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
+	vmovne.f32 s6, s0
+	vldr s7, [ip, #72]
+	vldr s8, [r0, #0]
 	vldr s9, [ip, #72]
 	vldr s10, [r0, #0]
-	orr.w r7, r6, r8
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s10, s3
 	vabs.f32 s10, s10
 	vldr s11, [ip, #76]
 	vcmp.f32 s10, s11
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s9, s8
+	vldr s8, [r0, #0]
+	vldr s10, [ip, #72]
+	vldr s11, [r0, #0]
+	orr.w r7, r6, r8
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s11, s3
+	vabs.f32 s11, s11
+	vldr s12, [ip, #76]
+	vcmp.f32 s11, s12
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r11, #1
 	movhi.w r11, #0
 	cmp.w r11, #0
 	it ne
-	vmovne.f32 s9, s7
+	vmovne.f32 s10, s8
 	cmp.w r7, #0
-	vmov.f32 s7, s9
+	vmov.f32 s8, s10
 	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #72]
-	vadd.f32 s6, s6, s7
+	vmovne.f32 s8, s9
+	vmul.f32 s7, s7, s8
+	vldr s8, [ip, #72]
+	vadd.f32 s7, s7, s8
 	cmp.w r11, #0
-	vmov.f32 s7, s6
+	vmov.f32 s8, s7
 	it ne
-	vmovne.f32 s7, s3
-	and.w r8, r8, r11
+	vmovne.f32 s8, s3
+	str.w r4, [sp, #0]
+	and.w r4, r8, r11
+	cmp.w r4, #0
+	vmov.f32 s9, s7
+	it ne
+	vmovne.f32 s9, s3
+	cmp.w r6, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s8
+	cmp.w r10, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s2
+	cmp.w r7, #0
+	vmov.f32 s8, s7
+	it ne
+	vmovne.f32 s8, s9
+	cmp.w r9, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s10
+	vldr s8, [ip, #0]
+	str.w r5, [sp, #4]
+	eor.w r5, r11, #1
+	str.w r8, [sp, #8]
+	ldr.w r8, [sp, #4]
+	and.w r5, r5, r8
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s8, s0
+	vldr s10, [ip, #0]
+	eor.w r8, r10, #1
+	and.w r5, r5, r8
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s10, s0
+	cmp.w r9, #0
+	vmov.f32 s11, s10
+	it ne
+	vmovne.f32 s11, s8
+	ldr.w r5, [sp, #0]
+	eor.w r8, r5, #1
+	and.w r8, r7, r8
 	cmp.w r8, #0
 	vmov.f32 s8, s6
 	it ne
-	vmovne.f32 s8, s3
-	cmp.w r6, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s7
-	cmp.w r10, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r7, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r9, #0
-	vmov.f32 s6, s7
-	it ne
-	vmovne.f32 s6, s3
-	vldr s3, [ip, #0]
-	and.w r5, r4, r5
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s3, s0
-	vcmp.f32 s6, s3
+	vmovne.f32 s8, s11
+	vcmp.f32 s9, s8
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s3, s2
+	movgt.w r8, #1
+	movle.w r8, #0
+	cmp.w r8, #0
+	vmov.f32 s8, s9
 	it ne
-	vmovne.f32 s3, s4
-	and.w r5, r4, r5
+	vmovne.f32 s8, s6
+	cmp.w r8, #0
+	vmov.f32 s9, s7
+	it ne
+	vmovne.f32 s9, s6
+	cmp.w r11, #0
+	vmov.f32 s7, s9
+	it ne
+	vmovne.f32 s7, s3
+	cmp.w r4, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s3
+	cmp.w r6, #0
+	vmov.f32 s11, s10
+	it ne
+	vmovne.f32 s11, s7
+	cmp.w r10, #0
+	vmov.f32 s10, s7
+	it ne
+	vmovne.f32 s10, s2
+	cmp.w r7, #0
+	vmov.f32 s7, s9
+	it ne
+	vmovne.f32 s7, s10
+	cmp.w r9, #0
+	vmov.f32 s9, s7
+	it ne
+	vmovne.f32 s9, s11
 	cmp.w r5, #0
-	vmov.f32 s7, s6
+	vmov.f32 s7, s9
+	it ne
+	vmovne.f32 s7, s8
+	vneg.f32 s8, s6
+	vldr s9, [ip, #92]
+	cmp.w r11, #0
+	vmov.f32 s10, s8
+	it ne
+	vmovne.f32 s10, s9
+	vldr s9, [ip, #92]
+	orr.w r7, r10, r11
+	cmp.w r7, #0
+	vmov.f32 s11, s8
+	it ne
+	vmovne.f32 s11, s9
+	cmp.w r9, #0
+	vmov.f32 s9, s11
+	it ne
+	vmovne.f32 s9, s10
+	vldr s10, [ip, #92]
+	cmp.w r4, #0
+	vmov.f32 s11, s8
+	it ne
+	vmovne.f32 s11, s10
+	vldr s10, [ip, #92]
+	ldr.w r4, [sp, #8]
+	and.w r4, r7, r4
+	cmp.w r4, #0
+	vmov.f32 s12, s8
+	it ne
+	vmovne.f32 s12, s10
+	cmp.w r9, #0
+	vmov.f32 s10, s12
+	it ne
+	vmovne.f32 s10, s11
+	cmp.w r6, #0
+	vmov.f32 s11, s10
+	it ne
+	vmovne.f32 s11, s9
+	cmp.w r5, #0
+	vmov.f32 s9, s11
+	it ne
+	vmovne.f32 s9, s8
+	vcmp.f32 s7, s9
+	vmrs APSR_nzcv, fpscr
+	ite mi
+	movmi.w r4, #1
+	movpl.w r4, #0
+	cmp.w r4, #0
+	vmov.f32 s7, s3
+	it ne
+	vmovne.f32 s7, s5
+	cmp.w r8, #0
+	vmov.f32 s5, s7
+	it ne
+	vmovne.f32 s5, s4
+	cmp.w r8, #0
+	vmov.f32 s4, s2
+	it ne
+	vmovne.f32 s4, s6
+	cmp.w r4, #0
+	vmov.f32 s6, s4
+	it ne
+	vmovne.f32 s6, s8
+	vldr s4, [ip, #0]
+	vldr s7, [ip, #92]
+	cmp.w r10, #0
+	vmov.f32 s8, s3
+	it ne
+	vmovne.f32 s8, s2
+	cmp.w r4, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s7
+	cmp.w r8, #0
+	vmov.f32 s7, s9
 	it ne
 	vmovne.f32 s7, s4
-	vldr s4, [ip, #92]
-	cmp.w r4, #0
+	cmp.w r5, #0
+	vmov.f32 s4, s7
 	it ne
-	vmovne.f32 s4, s5
+	vmovne.f32 s4, s6
+	cmp.w r9, #0
+	vmov.f32 s7, s4
+	it ne
+	vmovne.f32 s7, s5
+	orr.w r4, r5, r10
+	eor.w r5, r9, #1
+	and.w r4, r4, r5
+	cmp.w r4, #0
+	vmov.f32 s4, s3
+	it ne
+	vmovne.f32 s4, s2
 	vcmp.f32 s7, s4
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it mi
-	vmovmi.f32 s4, s5
-	vcmp.f32 s4, s2
-	vmrs APSR_nzcv, fpscr
 	ite ne
-	movne.w r4, #1
-	moveq.w r4, #0
-	vstr s4, [r3, #0]
+	movne.w r5, #1
+	moveq.w r5, #0
+	vstr s6, [r3, #0]
 	vstr s1, [r3, #4]
-	vldr s1, [ip, #72]
-	vstr s1, [r3, #8]
-	vstr s4, [r0, #0]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
-	vldr s0, [r0, #32]
-	vldr s1, [ip, #96]
+	vldr s2, [ip, #72]
+	vstr s2, [r3, #8]
+	vstr s6, [r0, #0]
 	vldr s2, [r0, #32]
-	vmul.f32 s1, s1, s2
-	vsub.f32 s0, s0, s1
-	vstr s0, [r0, #32]
-	mov.w r0, #0
 	cmp.w r4, #0
+	vmov.f32 s3, s1
+	it ne
+	vmovne.f32 s3, s2
+	vldr s1, [ip, #96]
+	vmul.f32 s1, s1, s3
+	vsub.f32 s1, s3, s1
+	vstr s1, [r0, #32]
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
+	mov.w r0, #0
+	cmp.w r5, #0
 	it ne
 	orrne.w r0, r0, #2
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
@@ -2569,8 +3351,9 @@ motor_law:
 	vmov.f32 s7, s6
 	it ne
 	vmovne.f32 s7, s3
-	and.w r5, r8, r5
-	cmp.w r5, #0
+	str.w r4, [sp, #0]
+	and.w r4, r8, r5
+	cmp.w r4, #0
 	vmov.f32 s8, s6
 	it ne
 	vmovne.f32 s8, s3
@@ -2583,82 +3366,157 @@ motor_law:
 	it ne
 	vmovne.f32 s8, s2
 	cmp.w r11, #0
-	vmov.f32 s2, s6
-	it ne
-	vmovne.f32 s2, s8
-	cmp.w r9, #0
-	vmov.f32 s6, s2
-	it ne
-	vmovne.f32 s6, s9
-	vldr s2, [ip, #0]
-	and.w r5, r4, r7
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s2, s0
-	vcmp.f32 s6, s2
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s2, s3
-	it ne
-	vmovne.f32 s2, s4
-	and.w r5, r4, r5
-	cmp.w r5, #0
 	vmov.f32 s7, s6
 	it ne
+	vmovne.f32 s7, s8
+	cmp.w r9, #0
+	vmov.f32 s8, s7
+	it ne
+	vmovne.f32 s8, s9
+	vldr s7, [ip, #0]
+	str.w r7, [sp, #4]
+	eor.w r7, r5, #1
+	str.w r8, [sp, #8]
+	ldr.w r8, [sp, #4]
+	and.w r7, r7, r8
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s7, s0
+	vldr s9, [ip, #0]
+	eor.w r8, r10, #1
+	and.w r7, r7, r8
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s9, s0
+	cmp.w r9, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s7
+	ldr.w r7, [sp, #0]
+	eor.w r8, r7, #1
+	and.w r8, r11, r8
+	cmp.w r8, #0
+	vmov.f32 s7, s4
+	it ne
+	vmovne.f32 s7, s10
+	vcmp.f32 s8, s7
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r8, #1
+	movle.w r8, #0
+	cmp.w r8, #0
+	vmov.f32 s7, s3
+	it ne
 	vmovne.f32 s7, s4
-	vldr s4, [ip, #92]
+	cmp.w r8, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s4
+	cmp.w r8, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r5, #0
+	vmov.f32 s4, s8
+	it ne
+	vmovne.f32 s4, s3
 	cmp.w r4, #0
+	vmov.f32 s6, s8
+	it ne
+	vmovne.f32 s6, s3
+	cmp.w r6, #0
+	vmov.f32 s10, s6
+	it ne
+	vmovne.f32 s10, s4
+	cmp.w r10, #0
+	vmov.f32 s6, s4
+	it ne
+	vmovne.f32 s6, s2
+	cmp.w r11, #0
+	vmov.f32 s2, s8
+	it ne
+	vmovne.f32 s2, s6
+	cmp.w r9, #0
+	vmov.f32 s4, s2
+	it ne
+	vmovne.f32 s4, s10
+	cmp.w r7, #0
+	vmov.f32 s2, s4
+	it ne
+	vmovne.f32 s2, s9
+	vldr s4, [ip, #92]
+	cmp.w r5, #0
+	vmov.f32 s6, s5
+	it ne
+	vmovne.f32 s6, s4
+	vldr s4, [ip, #92]
+	orr.w r5, r10, r5
+	cmp.w r5, #0
+	vmov.f32 s8, s5
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r9, #0
+	vmov.f32 s4, s8
+	it ne
+	vmovne.f32 s4, s6
+	vldr s6, [ip, #92]
+	cmp.w r4, #0
+	vmov.f32 s8, s5
+	it ne
+	vmovne.f32 s8, s6
+	vldr s6, [ip, #92]
+	ldr.w r4, [sp, #8]
+	and.w r4, r5, r4
+	cmp.w r4, #0
+	vmov.f32 s9, s5
+	it ne
+	vmovne.f32 s9, s6
+	cmp.w r9, #0
+	vmov.f32 s6, s9
+	it ne
+	vmovne.f32 s6, s8
+	cmp.w r6, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r7, #0
+	vmov.f32 s4, s8
 	it ne
 	vmovne.f32 s4, s5
-	vcmp.f32 s7, s4
+	vcmp.f32 s2, s4
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s2
+	vmov.f32 s2, s7
 	it mi
-	vmovmi.f32 s4, s5
-	vcmp.f32 s4, s3
+	vmovmi.f32 s2, s5
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
 	ite ne
 	movne.w r4, #1
 	moveq.w r4, #0
-	vstr s4, [r3, #0]
+	vstr s2, [r3, #0]
 	vstr s1, [r3, #4]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #8]
-	vstr s4, [r0, #0]
+	vldr s3, [ip, #72]
+	vstr s3, [r3, #8]
+	vstr s2, [r0, #0]
 	vldr s2, [ip, #96]
 	vmul.f32 s2, s2, s1
 	vsub.f32 s1, s1, s2
 	vstr s1, [r0, #32]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
 	orrne.w r0, r0, #2
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
@@ -2700,53 +3558,137 @@ motor_law:
 	vmov.f32 s6, s5
 	it ne
 	vmovne.f32 s6, s3
-	and.w r5, r8, r5
-	cmp.w r5, #0
+	str.w r4, [sp, #0]
+	and.w r4, r8, r5
+	cmp.w r4, #0
 	vmov.f32 s7, s5
 	it ne
 	vmovne.f32 s7, s3
 	cmp.w r6, #0
-	vmov.f32 s3, s7
+	vmov.f32 s8, s7
 	it ne
-	vmovne.f32 s3, s6
+	vmovne.f32 s8, s6
 	cmp.w r10, #0
 	vmov.f32 s7, s6
 	it ne
 	vmovne.f32 s7, s2
 	cmp.w r11, #0
-	vmov.f32 s2, s5
+	vmov.f32 s6, s5
 	it ne
-	vmovne.f32 s2, s7
+	vmovne.f32 s6, s7
 	cmp.w r9, #0
-	vmov.f32 s6, s2
+	vmov.f32 s7, s6
 	it ne
-	vmovne.f32 s6, s3
-	vldr s2, [ip, #0]
-	and.w r5, r4, r7
-	cmp.w r5, #0
+	vmovne.f32 s7, s8
+	vldr s6, [ip, #0]
+	str.w r7, [sp, #4]
+	eor.w r7, r5, #1
+	str.w r8, [sp, #8]
+	ldr.w r8, [sp, #4]
+	and.w r7, r7, r8
+	cmp.w r7, #0
 	it ne
-	vmovne.f32 s2, s0
-	vcmp.f32 s6, s2
+	vmovne.f32 s6, s0
+	vldr s8, [ip, #0]
+	eor.w r8, r10, #1
+	and.w r7, r7, r8
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s8, s0
+	cmp.w r9, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s6
+	ldr.w r7, [sp, #0]
+	eor.w r8, r7, #1
+	and.w r8, r11, r8
+	cmp.w r8, #0
+	vmov.f32 s6, s1
+	it ne
+	vmovne.f32 s6, s9
+	vcmp.f32 s7, s6
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s2, s5
+	movgt.w r8, #1
+	movle.w r8, #0
+	cmp.w r8, #0
+	vmov.f32 s6, s5
 	it ne
-	vmovne.f32 s2, s1
-	and.w r5, r4, r5
+	vmovne.f32 s6, s1
+	cmp.w r8, #0
+	vmov.f32 s5, s7
+	it ne
+	vmovne.f32 s5, s1
 	cmp.w r5, #0
-	vmov.f32 s3, s6
+	vmov.f32 s1, s6
+	it ne
+	vmovne.f32 s1, s3
+	cmp.w r4, #0
+	vmov.f32 s7, s6
+	it ne
+	vmovne.f32 s7, s3
+	cmp.w r6, #0
+	vmov.f32 s3, s7
 	it ne
 	vmovne.f32 s3, s1
-	vldr s1, [ip, #92]
-	cmp.w r4, #0
+	cmp.w r10, #0
+	vmov.f32 s7, s1
 	it ne
-	vmovne.f32 s1, s4
-	vcmp.f32 s3, s1
-	vmrs APSR_nzcv, fpscr
+	vmovne.f32 s7, s2
+	cmp.w r11, #0
+	vmov.f32 s1, s6
+	it ne
+	vmovne.f32 s1, s7
+	cmp.w r9, #0
+	vmov.f32 s2, s1
+	it ne
+	vmovne.f32 s2, s3
+	cmp.w r7, #0
 	vmov.f32 s1, s2
+	it ne
+	vmovne.f32 s1, s5
+	vldr s2, [ip, #92]
+	cmp.w r5, #0
+	vmov.f32 s3, s4
+	it ne
+	vmovne.f32 s3, s2
+	vldr s2, [ip, #92]
+	orr.w r5, r10, r5
+	cmp.w r5, #0
+	vmov.f32 s5, s4
+	it ne
+	vmovne.f32 s5, s2
+	cmp.w r9, #0
+	vmov.f32 s2, s5
+	it ne
+	vmovne.f32 s2, s3
+	vldr s3, [ip, #92]
+	cmp.w r4, #0
+	vmov.f32 s5, s4
+	it ne
+	vmovne.f32 s5, s3
+	vldr s3, [ip, #92]
+	ldr.w r4, [sp, #8]
+	and.w r4, r5, r4
+	cmp.w r4, #0
+	vmov.f32 s7, s4
+	it ne
+	vmovne.f32 s7, s3
+	cmp.w r9, #0
+	vmov.f32 s3, s7
+	it ne
+	vmovne.f32 s3, s5
+	cmp.w r6, #0
+	vmov.f32 s5, s3
+	it ne
+	vmovne.f32 s5, s2
+	cmp.w r7, #0
+	vmov.f32 s2, s5
+	it ne
+	vmovne.f32 s2, s4
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s1, s6
 	it mi
 	vmovmi.f32 s1, s4
 	vstr s1, [r3, #0]
@@ -2755,37 +3697,25 @@ motor_law:
 	vldr s2, [ip, #72]
 	vstr s2, [r3, #4]
 	vstr s1, [r0, #0]
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #100]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #100]
-	vadd.f32 s3, s3, s4
-	vabs.f32 s3, s3
-	vldr s4, [ip, #100]
-	vcmp.f32 s3, s4
+	vldr s1, [ip, #100]
+	vadd.f32 s0, s0, s1
+	vldr s1, [r0, #24]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #72]
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s3
-	it gt
-	vmovgt.f32 s4, s2
-	vldr s2, [ip, #104]
-	vmul.f32 s2, s4, s2
-	vadd.f32 s0, s0, s2
-	vldr s2, [ip, #0]
-	vcmp.f32 s0, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s0
-	it gt
-	vmovgt.f32 s2, s1
-	vstr s2, [r0, #24]
+	it ge
+	vmovge.f32 s1, s0
+	vstr s1, [r0, #24]
 	mov.w r0, #1
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
 .Lmotor_law_7:
 	vldr s3, [ip, #0]
-	vldr s4, [ip, #0]
-	vcmp.f32 s4, s0
+	vldr s5, [ip, #0]
+	vcmp.f32 s5, s0
 	vmrs APSR_nzcv, fpscr
 	ite gt
 	movgt.w r5, #1
@@ -2793,7 +3723,7 @@ motor_law:
 	cmp.w r5, #0
 	it ne
 	vmovne.f32 s3, s0
-	vneg.f32 s4, s3
+	vneg.f32 s5, s3
 	vldr s6, [ip, #72]
 	vldr s7, [r0, #0]
 	vldr s8, [ip, #72]
@@ -2830,16 +3760,16 @@ motor_law:
 	vldr s13, [ip, #40]
 	vldr s14, [ip, #44]
 	vldr s15, [ip, #48]
-	vsub.f32 s2, s2, s5
+	vsub.f32 s2, s2, s4
 	vldr s16, [ip, #52]
-	vmul.f32 s16, s16, s5
+	vmul.f32 s16, s16, s4
 	vadd.f32 s17, s2, s16
 	vsub.f32 s18, s2, s16
 	vabs.f32 s18, s18
 	vsub.f32 s17, s17, s18
 	vmul.f32 s15, s15, s17
 	vmul.f32 s14, s14, s15
-	vadd.f32 s5, s5, s14
+	vadd.f32 s4, s4, s14
 	vldr s14, [ip, #56]
 	vldr s17, [ip, #48]
 	vsub.f32 s2, s2, s15
@@ -2851,7 +3781,7 @@ motor_law:
 	vsub.f32 s16, s16, s18
 	vmul.f32 s16, s17, s16
 	vmul.f32 s14, s14, s16
-	vadd.f32 s5, s5, s14
+	vadd.f32 s4, s4, s14
 	vldr s14, [ip, #64]
 	vldr s17, [ip, #48]
 	vsub.f32 s2, s2, s16
@@ -2863,7 +3793,7 @@ motor_law:
 	vsub.f32 s16, s16, s18
 	vmul.f32 s16, s17, s16
 	vmul.f32 s14, s14, s16
-	vadd.f32 s5, s5, s14
+	vadd.f32 s4, s4, s14
 	vldr s14, [ip, #68]
 	vldr s17, [ip, #48]
 	vsub.f32 s2, s2, s16
@@ -2875,12 +3805,12 @@ motor_law:
 	vsub.f32 s2, s16, s2
 	vmul.f32 s2, s17, s2
 	vmul.f32 s2, s14, s2
-	vadd.f32 s2, s5, s2
-	vneg.f32 s5, s2
+	vadd.f32 s2, s4, s2
+	vneg.f32 s4, s2
 	vldr s14, [ip, #72]
 	vcmp.f32 s1, s14
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s14, s5
+	vmov.f32 s14, s4
 	it gt
 	vmovgt.f32 s14, s2
 	cmp.w r6, #0
@@ -2891,14 +3821,14 @@ motor_law:
 	vadd.f32 s1, s12, s1
 	vmul.f32 s2, s11, s1
 	vadd.f32 s2, s10, s2
-	vldr s5, [r0, #0]
+	vldr s4, [r0, #0]
 	orr.w r7, r6, r8
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s5, s2
-	vabs.f32 s5, s5
+	vmovne.f32 s4, s2
+	vabs.f32 s4, s4
 	vldr s11, [ip, #76]
-	vcmp.f32 s5, s11
+	vcmp.f32 s4, s11
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r9, #1
@@ -2907,76 +3837,164 @@ motor_law:
 	it ne
 	vmovne.f32 s9, s7
 	cmp.w r7, #0
-	vmov.f32 s5, s9
+	vmov.f32 s4, s9
 	it ne
-	vmovne.f32 s5, s8
-	vmul.f32 s5, s6, s5
+	vmovne.f32 s4, s8
+	vmul.f32 s4, s6, s4
 	vldr s6, [ip, #72]
-	vadd.f32 s5, s5, s6
+	vadd.f32 s4, s4, s6
 	cmp.w r9, #0
-	vmov.f32 s6, s5
+	vmov.f32 s6, s4
 	it ne
 	vmovne.f32 s6, s2
-	and.w r8, r8, r9
-	cmp.w r8, #0
-	vmov.f32 s7, s5
+	and.w r10, r8, r9
+	cmp.w r10, #0
+	vmov.f32 s7, s4
 	it ne
 	vmovne.f32 s7, s2
 	cmp.w r6, #0
-	vmov.f32 s2, s7
+	vmov.f32 s8, s7
 	it ne
-	vmovne.f32 s2, s6
+	vmovne.f32 s8, s6
 	vldr s7, [ip, #80]
-	vldr s8, [r0, #32]
-	vmul.f32 s7, s7, s8
+	vldr s9, [r0, #32]
+	vmul.f32 s7, s7, s9
 	vadd.f32 s7, s10, s7
-	vldr s8, [ip, #84]
-	vmul.f32 s1, s8, s1
+	vldr s9, [ip, #84]
+	vmul.f32 s1, s9, s1
 	vadd.f32 s1, s7, s1
 	vabs.f32 s7, s1
-	vldr s8, [ip, #88]
-	vcmp.f32 s7, s8
+	vldr s9, [ip, #88]
+	vcmp.f32 s7, s9
 	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r11, #1
+	movhi.w r11, #0
+	cmp.w r11, #0
 	vmov.f32 s7, s6
-	it ls
-	vmovls.f32 s7, s1
+	it ne
+	vmovne.f32 s7, s1
 	cmp.w r7, #0
-	vmov.f32 s1, s5
+	vmov.f32 s6, s4
 	it ne
-	vmovne.f32 s1, s7
-	ldrb.w r6, [r2, #0]
-	cmp.w r6, #0
-	vmov.f32 s6, s1
+	vmovne.f32 s6, s7
+	str.w r4, [sp, #0]
+	ldrb.w r4, [r2, #0]
+	cmp.w r4, #0
+	vmov.f32 s7, s6
 	it ne
-	vmovne.f32 s6, s2
-	vldr s1, [ip, #0]
-	and.w r5, r4, r5
+	vmovne.f32 s7, s8
+	vldr s6, [ip, #0]
+	str.w r5, [sp, #4]
+	eor.w r5, r9, #1
+	str.w r8, [sp, #8]
+	ldr.w r8, [sp, #4]
+	and.w r5, r5, r8
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s1, s0
-	vcmp.f32 s6, s1
+	vmovne.f32 s6, s0
+	vldr s8, [ip, #0]
+	eor.w r8, r11, #1
+	and.w r5, r5, r8
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s8, s0
+	cmp.w r4, #0
+	vmov.f32 s0, s8
+	it ne
+	vmovne.f32 s0, s6
+	ldr.w r5, [sp, #0]
+	eor.w r8, r5, #1
+	and.w r8, r7, r8
+	cmp.w r8, #0
+	vmov.f32 s6, s3
+	it ne
+	vmovne.f32 s6, s0
+	vcmp.f32 s7, s6
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s0, s5
+	movgt.w r8, #1
+	movle.w r8, #0
+	cmp.w r8, #0
+	vmov.f32 s0, s4
 	it ne
 	vmovne.f32 s0, s3
-	and.w r5, r4, r5
-	cmp.w r5, #0
-	vmov.f32 s1, s6
+	cmp.w r8, #0
+	vmov.f32 s4, s7
 	it ne
-	vmovne.f32 s1, s3
-	vldr s2, [ip, #92]
+	vmovne.f32 s4, s3
+	cmp.w r9, #0
+	vmov.f32 s3, s0
+	it ne
+	vmovne.f32 s3, s2
+	cmp.w r10, #0
+	vmov.f32 s6, s0
+	it ne
+	vmovne.f32 s6, s2
+	cmp.w r6, #0
+	vmov.f32 s2, s6
+	it ne
+	vmovne.f32 s2, s3
+	cmp.w r11, #0
+	vmov.f32 s6, s3
+	it ne
+	vmovne.f32 s6, s1
+	cmp.w r7, #0
+	vmov.f32 s1, s0
+	it ne
+	vmovne.f32 s1, s6
 	cmp.w r4, #0
+	vmov.f32 s3, s1
 	it ne
-	vmovne.f32 s2, s4
+	vmovne.f32 s3, s2
+	cmp.w r5, #0
+	vmov.f32 s1, s3
+	it ne
+	vmovne.f32 s1, s4
+	vldr s2, [ip, #92]
+	cmp.w r9, #0
+	vmov.f32 s3, s5
+	it ne
+	vmovne.f32 s3, s2
+	vldr s2, [ip, #92]
+	orr.w r7, r11, r9
+	cmp.w r7, #0
+	vmov.f32 s4, s5
+	it ne
+	vmovne.f32 s4, s2
+	cmp.w r4, #0
+	vmov.f32 s2, s4
+	it ne
+	vmovne.f32 s2, s3
+	vldr s3, [ip, #92]
+	cmp.w r10, #0
+	vmov.f32 s4, s5
+	it ne
+	vmovne.f32 s4, s3
+	vldr s3, [ip, #92]
+	ldr.w r8, [sp, #8]
+	and.w r7, r7, r8
+	cmp.w r7, #0
+	vmov.f32 s6, s5
+	it ne
+	vmovne.f32 s6, s3
+	cmp.w r4, #0
+	vmov.f32 s3, s6
+	it ne
+	vmovne.f32 s3, s4
+	cmp.w r6, #0
+	vmov.f32 s4, s3
+	it ne
+	vmovne.f32 s4, s2
+	cmp.w r5, #0
+	vmov.f32 s2, s4
+	it ne
+	vmovne.f32 s2, s5
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s1, s0
 	it mi
-	vmovmi.f32 s1, s4
+	vmovmi.f32 s1, s5
 	vstr s1, [r3, #0]
 	vldr s0, [ip, #72]
 	vstr s0, [r3, #8]
@@ -2984,7 +4002,7 @@ motor_law:
 	vstr s0, [r3, #4]
 	vstr s1, [r0, #0]
 	mov.w r0, #1
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
@@ -3029,40 +4047,31 @@ motor_law:
 	vadd.f32 s6, s6, s7
 	vsub.f32 s5, s5, s6
 	vldr s6, [ip, #12]
+	vmul.f32 s6, s6, s0
 	vldr s7, [ip, #16]
-	vmul.f32 s7, s7, s0
-	eor.w r5, r4, #1
-	vldr s8, [ip, #12]
-	vcmp.f32 s7, s8
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r6, #1
-	movle.w r6, #0
-	orr.w r5, r5, r6
-	cmp.w r5, #0
-	vmov.f32 s8, s7
+	cmp.w r4, #0
 	it ne
-	vmovne.f32 s8, s6
+	vmovne.f32 s7, s6
 	vldr s6, [ip, #44]
-	vldr s7, [ip, #48]
+	vldr s8, [ip, #48]
 	vabs.f32 s9, s5
-	vsub.f32 s10, s9, s8
+	vsub.f32 s10, s9, s7
 	vldr s11, [ip, #52]
-	vmul.f32 s11, s11, s8
+	vmul.f32 s11, s11, s7
 	vadd.f32 s12, s10, s11
 	vsub.f32 s13, s10, s11
 	vabs.f32 s13, s13
 	vsub.f32 s12, s12, s13
-	vmul.f32 s7, s7, s12
-	vmul.f32 s6, s6, s7
-	vadd.f32 s6, s8, s6
+	vmul.f32 s8, s8, s12
+	vmul.f32 s6, s6, s8
+	vadd.f32 s6, s7, s6
 	vldr s12, [ip, #56]
 	vldr s13, [ip, #48]
-	vsub.f32 s7, s10, s7
+	vsub.f32 s8, s10, s8
 	vldr s10, [ip, #60]
 	vmul.f32 s10, s10, s11
-	vadd.f32 s11, s7, s10
-	vsub.f32 s14, s7, s10
+	vadd.f32 s11, s8, s10
+	vsub.f32 s14, s8, s10
 	vabs.f32 s14, s14
 	vsub.f32 s11, s11, s14
 	vmul.f32 s11, s13, s11
@@ -3070,11 +4079,11 @@ motor_law:
 	vadd.f32 s6, s6, s12
 	vldr s12, [ip, #64]
 	vldr s13, [ip, #48]
-	vsub.f32 s7, s7, s11
+	vsub.f32 s8, s8, s11
 	vldr s11, [ip, #60]
 	vmul.f32 s10, s11, s10
-	vadd.f32 s11, s7, s10
-	vsub.f32 s14, s7, s10
+	vadd.f32 s11, s8, s10
+	vsub.f32 s14, s8, s10
 	vabs.f32 s14, s14
 	vsub.f32 s11, s11, s14
 	vmul.f32 s11, s13, s11
@@ -3082,24 +4091,24 @@ motor_law:
 	vadd.f32 s6, s6, s12
 	vldr s12, [ip, #68]
 	vldr s13, [ip, #48]
-	vsub.f32 s7, s7, s11
+	vsub.f32 s8, s8, s11
 	vldr s11, [ip, #60]
 	vmul.f32 s10, s11, s10
-	vadd.f32 s11, s7, s10
-	vsub.f32 s7, s7, s10
-	vabs.f32 s7, s7
-	vsub.f32 s7, s11, s7
-	vmul.f32 s7, s13, s7
-	vmul.f32 s7, s12, s7
-	vadd.f32 s6, s6, s7
-	vneg.f32 s7, s6
+	vadd.f32 s11, s8, s10
+	vsub.f32 s8, s8, s10
+	vabs.f32 s8, s8
+	vsub.f32 s8, s11, s8
+	vmul.f32 s8, s13, s8
+	vmul.f32 s8, s12, s8
+	vadd.f32 s6, s6, s8
+	vneg.f32 s8, s6
 	vldr s10, [ip, #72]
 	vcmp.f32 s5, s10
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s10, s7
+	vmov.f32 s10, s8
 	it gt
 	vmovgt.f32 s10, s6
-	vcmp.f32 s9, s8
+	vcmp.f32 s9, s7
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r5, #1
@@ -3146,230 +4155,384 @@ motor_law:
 	movls.w r10, #1
 	movhi.w r10, #0
 	eor.w r11, r10, #1
-	and.w r11, r11, r9
 	str.w r4, [sp, #0]
+	and.w r4, r11, r9
 	str.w r5, [sp, #4]
-	ldrb.w r5, [r2, #0]
-	cmp.w r5, #0
-	mov.w r4, r11
+	str.w r6, [sp, #8]
+	ldrb.w r6, [r2, #0]
+	cmp.w r6, #0
+	mov.w r5, r4
 	it ne
-	movne.w r4, r9
-	str.w r7, [sp, #8]
-	eor.w r7, r6, #1
-	orr.w r9, r7, r9
-	orr.w r7, r11, r7
-	cmp.w r5, #0
-	mov.w r11, r7
+	movne.w r5, r9
+	str.w r7, [sp, #12]
+	ldr.w r7, [sp, #8]
+	str.w r8, [sp, #16]
+	eor.w r8, r7, #1
+	str.w r10, [sp, #20]
+	orr.w r10, r8, r9
+	orr.w r4, r4, r8
+	cmp.w r6, #0
+	mov.w r8, r4
 	it ne
-	movne.w r11, r9
-	ldr.w r9, [sp, #4]
-	cmp.w r9, #0
-	mov.w r7, r11
+	movne.w r8, r10
+	ldr.w r10, [sp, #4]
+	cmp.w r10, #0
+	mov.w r4, r8
 	it ne
-	movne.w r7, r4
+	movne.w r4, r5
 	vldr s4, [ip, #0]
 	vldr s5, [ip, #92]
-	eor.w r4, r5, #1
-	and.w r11, r4, r10
-	cmp.w r11, #0
-	vmov.f32 s6, s2
-	it ne
-	vmovne.f32 s6, s1
+	vldr s6, [ip, #0]
 	vldr s7, [ip, #0]
-	vldr s8, [ip, #0]
-	str.w r8, [sp, #12]
-	vcmp.f32 s8, s0
+	vcmp.f32 s7, s0
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	cmp.w r8, #0
+	movgt.w r5, #1
+	movle.w r5, #0
+	cmp.w r5, #0
 	it ne
-	vmovne.f32 s7, s0
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vldr s10, [ip, #72]
-	vldr s11, [r0, #0]
-	vabs.f32 s11, s11
-	vldr s12, [ip, #76]
-	vcmp.f32 s11, s12
+	vmovne.f32 s6, s0
+	vldr s7, [ip, #72]
+	vldr s8, [r0, #0]
+	vldr s9, [ip, #72]
+	vldr s10, [r0, #0]
+	vabs.f32 s10, s10
+	vldr s11, [ip, #76]
+	vcmp.f32 s10, s11
 	vmrs APSR_nzcv, fpscr
 	it ls
-	vmovls.f32 s10, s9
-	vldr s9, [r0, #0]
-	vldr s11, [ip, #72]
-	str.w r6, [sp, #16]
-	ldr.w r6, [sp, #12]
-	cmp.w r6, #0
+	vmovls.f32 s9, s8
+	vldr s8, [r0, #0]
+	vldr s10, [ip, #72]
+	ldr.w r8, [sp, #16]
+	cmp.w r8, #0
 	it ne
-	vmovne.f32 s11, s9
-	str.w r7, [sp, #20]
-	ldr.w r7, [sp, #8]
-	cmp.w r7, #0
-	vmov.f32 s9, s11
+	vmovne.f32 s10, s8
+	str.w r11, [sp, #24]
+	ldr.w r11, [sp, #12]
+	cmp.w r11, #0
+	vmov.f32 s8, s10
 	it ne
-	vmovne.f32 s9, s10
-	vmul.f32 s8, s8, s9
-	vldr s9, [ip, #72]
-	vadd.f32 s8, s8, s9
-	cmp.w r6, #0
-	vmov.f32 s9, s8
+	vmovne.f32 s8, s9
+	vmul.f32 s7, s7, s8
+	vldr s8, [ip, #72]
+	vadd.f32 s7, s7, s8
+	cmp.w r8, #0
+	vmov.f32 s8, s7
+	it ne
+	vmovne.f32 s8, s2
+	str.w r9, [sp, #28]
+	and.w r9, r7, r8
+	cmp.w r9, #0
+	vmov.f32 s9, s7
 	it ne
 	vmovne.f32 s9, s2
-	ldr.w r9, [sp, #16]
-	str.w r5, [sp, #24]
-	and.w r5, r9, r6
-	cmp.w r5, #0
-	vmov.f32 s10, s8
-	it ne
-	vmovne.f32 s10, s2
-	str.w r4, [sp, #28]
-	ldr.w r4, [sp, #4]
-	cmp.w r4, #0
-	vmov.f32 s2, s10
-	it ne
-	vmovne.f32 s2, s9
 	cmp.w r10, #0
 	vmov.f32 s10, s9
 	it ne
-	vmovne.f32 s10, s1
-	cmp.w r7, #0
-	vmov.f32 s1, s8
+	vmovne.f32 s10, s8
+	str.w r6, [sp, #32]
+	ldr.w r6, [sp, #20]
+	cmp.w r6, #0
+	vmov.f32 s9, s8
 	it ne
-	vmovne.f32 s1, s10
+	vmovne.f32 s9, s1
+	cmp.w r11, #0
+	vmov.f32 s8, s7
+	it ne
+	vmovne.f32 s8, s9
+	str.w r4, [sp, #36]
+	ldr.w r4, [sp, #32]
+	cmp.w r4, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s10
+	vldr s8, [ip, #0]
+	str.w r5, [sp, #40]
+	ldr.w r5, [sp, #28]
+	ldr.w r7, [sp, #40]
+	and.w r5, r5, r7
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s8, s0
+	vldr s10, [ip, #0]
 	ldr.w r7, [sp, #24]
+	and.w r5, r5, r7
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s10, s0
+	cmp.w r4, #0
+	vmov.f32 s0, s10
+	it ne
+	vmovne.f32 s0, s8
+	ldr.w r5, [sp, #0]
+	eor.w r7, r5, #1
+	and.w r7, r11, r7
 	cmp.w r7, #0
-	vmov.f32 s8, s1
+	vmov.f32 s8, s6
 	it ne
-	vmovne.f32 s8, s2
-	str.w r11, [sp, #8]
-	ldr.w r11, [sp, #0]
-	vldr s1, [ip, #0]
-	and.w r8, r11, r8
-	cmp.w r8, #0
-	it ne
-	vmovne.f32 s1, s0
-	vcmp.f32 s8, s1
+	vmovne.f32 s8, s0
+	vcmp.f32 s9, s8
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	and.w r9, r11, r8
+	movgt.w r7, #1
+	movle.w r7, #0
+	cmp.w r7, #0
+	vmov.f32 s0, s9
+	it ne
+	vmovne.f32 s0, s6
+	cmp.w r7, #0
+	vmov.f32 s8, s7
+	it ne
+	vmovne.f32 s8, s6
+	cmp.w r8, #0
+	vmov.f32 s7, s8
+	it ne
+	vmovne.f32 s7, s2
 	cmp.w r9, #0
-	vmov.f32 s0, s8
+	vmov.f32 s9, s8
 	it ne
-	vmovne.f32 s0, s7
-	vneg.f32 s1, s7
-	vldr s2, [ip, #92]
+	vmovne.f32 s9, s2
+	cmp.w r10, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s7
+	cmp.w r6, #0
+	vmov.f32 s9, s7
+	it ne
+	vmovne.f32 s9, s1
 	cmp.w r11, #0
+	vmov.f32 s7, s8
 	it ne
-	vmovne.f32 s2, s1
-	vcmp.f32 s0, s2
+	vmovne.f32 s7, s9
+	cmp.w r4, #0
+	vmov.f32 s9, s7
+	it ne
+	vmovne.f32 s9, s10
+	cmp.w r5, #0
+	vmov.f32 s7, s9
+	it ne
+	vmovne.f32 s7, s0
+	vneg.f32 s0, s6
+	vldr s9, [ip, #92]
+	cmp.w r8, #0
+	vmov.f32 s10, s0
+	it ne
+	vmovne.f32 s10, s9
+	vldr s9, [ip, #92]
+	str.w r7, [sp, #24]
+	orr.w r7, r6, r8
+	cmp.w r7, #0
+	vmov.f32 s11, s0
+	it ne
+	vmovne.f32 s11, s9
+	cmp.w r4, #0
+	vmov.f32 s9, s11
+	it ne
+	vmovne.f32 s9, s10
+	vldr s10, [ip, #92]
+	cmp.w r9, #0
+	vmov.f32 s11, s0
+	it ne
+	vmovne.f32 s11, s10
+	vldr s10, [ip, #92]
+	ldr.w r10, [sp, #8]
+	and.w r11, r7, r10
+	cmp.w r11, #0
+	vmov.f32 s12, s0
+	it ne
+	vmovne.f32 s12, s10
+	cmp.w r4, #0
+	vmov.f32 s10, s12
+	it ne
+	vmovne.f32 s10, s11
+	ldr.w r5, [sp, #4]
+	cmp.w r5, #0
+	vmov.f32 s11, s10
+	it ne
+	vmovne.f32 s11, s9
+	ldr.w r6, [sp, #0]
+	cmp.w r6, #0
+	vmov.f32 s9, s11
+	it ne
+	vmovne.f32 s9, s0
+	vcmp.f32 s7, s9
 	vmrs APSR_nzcv, fpscr
 	ite mi
-	movmi.w r9, #1
-	movpl.w r9, #0
-	cmp.w r9, #0
-	vmov.f32 s0, s6
-	it ne
-	vmovne.f32 s0, s5
+	movmi.w r8, #1
+	movpl.w r8, #0
 	cmp.w r8, #0
-	vmov.f32 s1, s0
+	vmov.f32 s7, s2
 	it ne
-	vmovne.f32 s1, s4
-	vcmp.f32 s1, s6
+	vmovne.f32 s7, s5
+	str.w r9, [sp, #28]
+	ldr.w r9, [sp, #24]
+	cmp.w r9, #0
+	vmov.f32 s5, s7
+	it ne
+	vmovne.f32 s5, s4
+	cmp.w r9, #0
+	vmov.f32 s4, s1
+	it ne
+	vmovne.f32 s4, s6
+	cmp.w r8, #0
+	vmov.f32 s6, s4
+	it ne
+	vmovne.f32 s6, s0
+	vldr s4, [ip, #0]
+	vldr s7, [ip, #92]
+	str.w r7, [sp, #40]
+	ldr.w r7, [sp, #20]
+	cmp.w r7, #0
+	vmov.f32 s9, s2
+	it ne
+	vmovne.f32 s9, s1
+	cmp.w r8, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s7
+	cmp.w r9, #0
+	vmov.f32 s7, s10
+	it ne
+	vmovne.f32 s7, s4
+	cmp.w r6, #0
+	vmov.f32 s4, s7
+	it ne
+	vmovne.f32 s4, s6
+	cmp.w r4, #0
+	vmov.f32 s6, s4
+	it ne
+	vmovne.f32 s6, s5
+	orr.w r6, r6, r7
+	eor.w r10, r4, #1
+	and.w r6, r6, r10
+	cmp.w r6, #0
+	vmov.f32 s4, s2
+	it ne
+	vmovne.f32 s4, s1
+	str.w r11, [sp, #0]
+	vcmp.f32 s6, s4
 	vmrs APSR_nzcv, fpscr
 	ite ne
 	movne.w r11, #1
 	moveq.w r11, #0
-	str.w r5, [sp, #0]
-	and.w r5, r6, r11
-	str.w r10, [sp, #32]
-	ldr.w r10, [sp, #8]
-	cmp.w r10, #0
-	mov.w r4, r5
+	ldr.w r5, [sp, #16]
+	str.w r8, [sp, #44]
+	and.w r8, r5, r11
+	and.w r4, r10, r7
+	cmp.w r4, #0
+	mov.w r9, r8
 	it ne
-	movne.w r4, r11
-	ldr.w r7, [sp, #16]
-	str.w r9, [sp, #36]
-	and.w r9, r5, r7
-	str.w r8, [sp, #40]
-	ldr.w r6, [sp, #32]
-	cmp.w r6, #0
-	mov.w r8, r5
-	it ne
-	movne.w r8, r11
-	and.w r5, r7, r8
-	ldr.w r11, [sp, #24]
-	cmp.w r11, #0
-	mov.w r8, r5
-	it ne
-	movne.w r8, r9
-	ldr.w r9, [sp, #4]
-	cmp.w r9, #0
+	movne.w r9, r11
+	ldr.w r4, [sp, #8]
+	str.w r6, [sp, #48]
+	and.w r6, r8, r4
+	cmp.w r7, #0
 	mov.w r5, r8
 	it ne
-	movne.w r5, r4
-	vldr s0, [ip, #72]
-	ldr.w r4, [sp, #12]
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s0, s3
-	vldr s1, [ip, #72]
-	orr.w r8, r6, r4
+	movne.w r5, r11
+	and.w r4, r4, r5
+	ldr.w r8, [sp, #32]
 	cmp.w r8, #0
+	mov.w r5, r4
 	it ne
-	vmovne.f32 s1, s3
+	movne.w r5, r6
+	ldr.w r6, [sp, #4]
+	cmp.w r6, #0
+	mov.w r4, r5
+	it ne
+	movne.w r4, r9
+	vldr s2, [ip, #72]
+	ldr.w r5, [sp, #16]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s2, s3
+	vldr s4, [ip, #72]
+	ldr.w r9, [sp, #40]
+	cmp.w r9, #0
+	it ne
+	vmovne.f32 s4, s3
+	cmp.w r8, #0
+	vmov.f32 s6, s4
+	it ne
+	vmovne.f32 s6, s2
+	vldr s2, [ip, #72]
+	ldr.w r11, [sp, #28]
 	cmp.w r11, #0
-	vmov.f32 s2, s1
 	it ne
-	vmovne.f32 s2, s0
-	vldr s0, [ip, #72]
+	vmovne.f32 s2, s3
+	vldr s4, [ip, #72]
+	str.w r10, [sp, #8]
 	ldr.w r10, [sp, #0]
 	cmp.w r10, #0
 	it ne
-	vmovne.f32 s0, s3
-	vldr s1, [ip, #72]
-	and.w r7, r8, r7
+	vmovne.f32 s4, s3
+	cmp.w r8, #0
+	vmov.f32 s7, s4
+	it ne
+	vmovne.f32 s7, s2
+	cmp.w r6, #0
+	vmov.f32 s2, s7
+	it ne
+	vmovne.f32 s2, s6
+	vstr s2, [r3, #4]
+	ldr.w r7, [sp, #44]
 	cmp.w r7, #0
-	it ne
-	vmovne.f32 s1, s3
-	cmp.w r11, #0
-	vmov.f32 s4, s1
-	it ne
-	vmovne.f32 s4, s0
-	cmp.w r9, #0
-	vmov.f32 s0, s4
-	it ne
-	vmovne.f32 s0, s2
-	vstr s0, [r3, #4]
-	vldr s0, [ip, #0]
-	vldr s1, [ip, #92]
-	str.w r5, [sp, #16]
-	ldr.w r5, [sp, #36]
-	cmp.w r5, #0
 	vmov.f32 s2, s8
 	it ne
-	vmovne.f32 s2, s1
-	ldr.w r5, [sp, #40]
+	vmovne.f32 s2, s0
 	cmp.w r5, #0
-	vmov.f32 s1, s2
+	vmov.f32 s0, s2
 	it ne
-	vmovne.f32 s1, s0
+	vmovne.f32 s0, s5
+	cmp.w r11, #0
+	vmov.f32 s4, s2
+	it ne
+	vmovne.f32 s4, s5
+	cmp.w r6, #0
+	vmov.f32 s5, s4
+	it ne
+	vmovne.f32 s5, s0
+	vldr s4, [ip, #0]
+	vldr s6, [ip, #92]
+	cmp.w r7, #0
+	vmov.f32 s7, s1
+	it ne
+	vmovne.f32 s7, s6
+	ldr.w r7, [sp, #24]
+	cmp.w r7, #0
+	vmov.f32 s1, s7
+	it ne
+	vmovne.f32 s1, s4
+	ldr.w r7, [sp, #20]
+	cmp.w r7, #0
+	vmov.f32 s4, s0
+	it ne
+	vmovne.f32 s4, s1
+	str.w r4, [sp, #24]
+	ldr.w r4, [sp, #12]
+	cmp.w r4, #0
+	vmov.f32 s0, s2
+	it ne
+	vmovne.f32 s0, s4
+	cmp.w r8, #0
+	vmov.f32 s1, s0
+	it ne
+	vmovne.f32 s1, s5
 	vstr s1, [r3, #0]
 	vldr s0, [r0, #32]
 	vsub.f32 s0, s3, s0
 	vldr s2, [ip, #72]
-	and.w r5, r9, r6
-	ldr.w r6, [sp, #28]
-	and.w r5, r5, r6
-	cmp.w r5, #0
+	and.w r4, r6, r7
+	ldr.w r7, [sp, #8]
+	and.w r4, r4, r7
+	cmp.w r4, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r3, #8]
 	vldr s0, [r0, #32]
-	ldr.w r5, [sp, #8]
-	cmp.w r5, #0
+	ldr.w r4, [sp, #48]
+	cmp.w r4, #0
 	vmov.f32 s2, s3
 	it ne
 	vmovne.f32 s2, s0
@@ -3377,45 +4540,45 @@ motor_law:
 	vmul.f32 s0, s0, s2
 	vsub.f32 s0, s2, s0
 	vldr s2, [r0, #32]
-	cmp.w r4, #0
+	cmp.w r5, #0
 	it ne
 	vmovne.f32 s2, s0
 	vldr s3, [r0, #32]
-	cmp.w r8, #0
+	cmp.w r9, #0
 	it ne
 	vmovne.f32 s3, s0
-	cmp.w r11, #0
+	cmp.w r8, #0
 	vmov.f32 s4, s3
 	it ne
 	vmovne.f32 s4, s2
 	vldr s2, [r0, #32]
-	cmp.w r10, #0
+	cmp.w r11, #0
 	it ne
 	vmovne.f32 s2, s0
 	vldr s3, [r0, #32]
-	cmp.w r7, #0
+	cmp.w r10, #0
 	it ne
 	vmovne.f32 s3, s0
-	cmp.w r11, #0
+	cmp.w r8, #0
 	vmov.f32 s0, s3
 	it ne
 	vmovne.f32 s0, s2
-	cmp.w r9, #0
+	cmp.w r6, #0
 	vmov.f32 s2, s0
 	it ne
 	vmovne.f32 s2, s4
 	vstr s2, [r0, #32]
 	vstr s1, [r0, #0]
 	mov.w r0, #0
-	ldr.w r4, [sp, #20]
+	ldr.w r4, [sp, #36]
 	cmp.w r4, #0
 	it ne
 	orrne.w r0, r0, #1
-	ldr.w r5, [sp, #16]
+	ldr.w r5, [sp, #24]
 	cmp.w r5, #0
 	it ne
 	orrne.w r0, r0, #2
-	add.w sp, sp, #48
+	add.w sp, sp, #56
 	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
@@ -3424,8 +4587,8 @@ motor_law:
 	.word 0x41200000 @ 10.0
 	.word 0x39c90fdb @ 0.0003834952
 	.word 0x40c90fdb @ 6.2831855
-	.word 0x3dc49ba6 @ 0.096
 	.word 0x3c1d4952 @ 0.0096
+	.word 0x3dc49ba6 @ 0.096
 	.word 0x3b83126f @ 0.004
 	.word 0xbd4ccccd @ -0.05
 	.word 0xbef0f274 @ -0.47059977
@@ -3446,7 +4609,6 @@ motor_law:
 	.word 0x45a00000 @ 5120.0
 	.word 0xc1200000 @ -10.0
 	.word 0x3d782a02 @ 0.060586937
-	.word 0x3f800000 @ 1.0
 	.word 0x3e200000 @ 0.15625
 	.size motor_law, .-motor_law
 
@@ -3456,7 +4618,7 @@ motor_law:
 	.type motor_give_up, %function
 	.thumb_func
 motor_give_up:
-	push.w {r4-r9}
+	push.w {r4-r5}
 	adr.w ip, .Lmotor_give_up_table
 	ldrb.w r4, [r1, #4]
 	eor.w r5, r4, #1
@@ -3466,86 +4628,40 @@ motor_give_up:
 	vldr s2, [ip, #0]
 	vcmp.f32 s2, s0
 	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r6, #1
-	movle.w r6, #0
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s1, s0
-	vneg.f32 s2, s1
-	vldr s3, [ip, #4]
-	vldr s4, [r0, #0]
-	vldr s5, [ip, #4]
-	vldr s6, [r0, #0]
-	vabs.f32 s6, s6
-	vldr s7, [ip, #8]
-	vcmp.f32 s6, s7
+	it gt
+	vmovgt.f32 s1, s0
+	vneg.f32 s0, s1
+	vldr s2, [ip, #4]
+	vldr s3, [r0, #0]
+	vldr s4, [ip, #4]
+	vldr s5, [r0, #0]
+	vabs.f32 s5, s5
+	vldr s6, [ip, #8]
+	vcmp.f32 s5, s6
 	vmrs APSR_nzcv, fpscr
 	it ls
-	vmovls.f32 s5, s4
-	vmul.f32 s3, s3, s5
-	vldr s4, [ip, #4]
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s0, s5
+	vmovls.f32 s4, s3
+	vmul.f32 s2, s2, s4
+	vldr s3, [ip, #4]
+	vadd.f32 s2, s2, s3
+	vcmp.f32 s2, s1
 	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r7, #1
-	movpl.w r7, #0
-	and.w r6, r7, r6
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s4, s0
-	vcmp.f32 s3, s4
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vcmp.f32 s3, s0
 	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r6, #1
-	movle.w r6, #0
-	cmp.w r6, #0
-	vmov.f32 s0, s3
-	it ne
-	vmovne.f32 s0, s1
-	and.w r8, r7, r6
-	cmp.w r8, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s1
-	vldr s1, [ip, #12]
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s1, s2
-	vcmp.f32 s4, s1
-	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r8, #1
-	movpl.w r8, #0
-	cmp.w r8, #0
-	vmov.f32 s1, s0
-	it ne
-	vmovne.f32 s1, s2
-	vldr s0, [ip, #0]
-	vldr s2, [ip, #12]
-	cmp.w r8, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r6, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s0
-	cmp.w r7, #0
-	vmov.f32 s0, s2
-	it ne
-	vmovne.f32 s0, s1
-	vstr s0, [r2, #0]
-	vldr s1, [ip, #4]
-	vstr s1, [r0, #16]
-	vldr s1, [ip, #4]
-	vstr s1, [r2, #8]
-	vldr s1, [ip, #4]
-	vstr s1, [r2, #4]
-	vstr s0, [r0, #0]
+	vmov.f32 s1, s3
+	it mi
+	vmovmi.f32 s1, s0
+	vstr s1, [r2, #0]
+	vldr s0, [ip, #4]
+	vstr s0, [r0, #16]
+	vldr s0, [ip, #4]
+	vstr s0, [r2, #8]
+	vldr s0, [ip, #4]
+	vstr s0, [r2, #4]
+	vstr s1, [r0, #0]
 	vldr s0, [r0, #20]
 	vldr s1, [ip, #0]
 	cmp.w r4, #0
@@ -3565,14 +4681,13 @@ motor_give_up:
 	cmp.w r5, #0
 	it ne
 	orrne.w r0, r0, #256
-	pop.w {r4-r9}
+	pop.w {r4-r5}
 	bx lr
 	.balign 4
 .Lmotor_give_up_table:
 	.word 0x41200000 @ 10.0
 	.word 0x00000000 @ 0.0
 	.word 0x5368d4a5 @ 1000000000000.0
-	.word 0xc1200000 @ -10.0
 	.size motor_give_up, .-motor_give_up
 
 	.section .text.motor_refuse, "ax", %progbits
@@ -3581,7 +4696,6 @@ motor_give_up:
 	.type motor_refuse, %function
 	.thumb_func
 motor_refuse:
-	push.w {r4-r7}
 	adr.w ip, .Lmotor_refuse_table
 	vldr s0, [r0, #24]
 	vabs.f32 s0, s0
@@ -3589,93 +4703,45 @@ motor_refuse:
 	vldr s2, [ip, #0]
 	vcmp.f32 s2, s0
 	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r4, #1
-	movle.w r4, #0
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s1, s0
-	vneg.f32 s2, s1
-	vldr s3, [ip, #4]
-	vldr s4, [r0, #0]
-	vldr s5, [ip, #4]
-	vldr s6, [r0, #0]
-	vabs.f32 s6, s6
-	vldr s7, [ip, #8]
-	vcmp.f32 s6, s7
+	it gt
+	vmovgt.f32 s1, s0
+	vneg.f32 s0, s1
+	vldr s2, [ip, #4]
+	vldr s3, [r0, #0]
+	vldr s4, [ip, #4]
+	vldr s5, [r0, #0]
+	vabs.f32 s5, s5
+	vldr s6, [ip, #8]
+	vcmp.f32 s5, s6
 	vmrs APSR_nzcv, fpscr
 	it ls
-	vmovls.f32 s5, s4
-	vmul.f32 s3, s3, s5
-	vldr s4, [ip, #4]
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s0, s5
+	vmovls.f32 s4, s3
+	vmul.f32 s2, s2, s4
+	vldr s3, [ip, #4]
+	vadd.f32 s2, s2, s3
+	vcmp.f32 s2, s1
 	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r5, #1
-	movpl.w r5, #0
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s4, s0
-	vcmp.f32 s3, s4
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vcmp.f32 s3, s0
 	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r4, #1
-	movle.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s0, s3
-	it ne
-	vmovne.f32 s0, s1
-	and.w r6, r5, r4
-	cmp.w r6, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s1
-	vldr s1, [ip, #12]
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s1, s2
-	vcmp.f32 s4, s1
-	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r6, #1
-	movpl.w r6, #0
-	cmp.w r6, #0
-	vmov.f32 s1, s0
-	it ne
-	vmovne.f32 s1, s2
-	vldr s0, [ip, #0]
-	vldr s2, [ip, #12]
-	cmp.w r6, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r4, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s0
-	cmp.w r5, #0
-	vmov.f32 s0, s2
-	it ne
-	vmovne.f32 s0, s1
-	vstr s0, [r1, #0]
-	vldr s1, [ip, #4]
-	vstr s1, [r1, #8]
-	vldr s1, [ip, #4]
-	vstr s1, [r1, #4]
-	vstr s0, [r0, #0]
+	vmov.f32 s1, s3
+	it mi
+	vmovmi.f32 s1, s0
+	vstr s1, [r1, #0]
+	vldr s0, [ip, #4]
+	vstr s0, [r1, #8]
+	vldr s0, [ip, #4]
+	vstr s0, [r1, #4]
+	vstr s1, [r0, #0]
 	mov.w r0, #9
-	pop.w {r4-r7}
 	bx lr
 	.balign 4
 .Lmotor_refuse_table:
 	.word 0x41200000 @ 10.0
 	.word 0x00000000 @ 0.0
 	.word 0x5368d4a5 @ 1000000000000.0
-	.word 0xc1200000 @ -10.0
 	.size motor_refuse, .-motor_refuse
 
 	.section .text.motor_pass, "ax", %progbits
@@ -4022,13 +5088,13 @@ motor_start:
 	ldrb.w r8, [r0, #57]
 	orr.w r8, r8, r7
 	strb.w r8, [r0, #57]
-	vldr s1, [ip, #12]
+	vldr s1, [ip, #64]
 	vldr s2, [r0, #28]
 	cmp.w r7, #0
 	it ne
 	vmovne.f32 s2, s1
 	vstr s2, [r0, #28]
-	vldr s1, [ip, #64]
+	vldr s1, [ip, #68]
 	vldr s2, [r0, #24]
 	cmp.w r7, #0
 	it ne
@@ -4063,7 +5129,7 @@ motor_start:
 	it ne
 	vmovne.f32 s1, s0
 	vstr s1, [r0, #48]
-	vldr s0, [ip, #68]
+	vldr s0, [ip, #72]
 	vldr s1, [r0, #16]
 	cmp.w r7, #0
 	it ne
@@ -4136,6 +5202,7 @@ motor_start:
 	.word 0x409374bc @ 4.608
 	.word 0x3d2aaaab @ 0.041666668
 	.word 0x419374bc @ 18.432
+	.word 0x7149f2ca @ 1e30
 	.word 0x41200000 @ 10.0
 	.word 0x40490fdb @ 3.1415927
 	.size motor_start, .-motor_start
@@ -4166,7 +5233,7 @@ motor_not_started:
 	.type motor_report_applied, %function
 	.thumb_func
 motor_report_applied:
-	push.w {r4-r9}
+	push.w {r4-r11}
 	adr.w ip, .Lmotor_report_applied_table
 	ldrb.w r4, [r0, #57]
 	vabs.f32 s1, s0
@@ -4177,21 +5244,7 @@ motor_report_applied:
 	movls.w r5, #1
 	movhi.w r5, #0
 	and.w r6, r4, r5
-	vldr s2, [r0, #24]
-	vldr s3, [r0, #28]
-	vldr s4, [ip, #4]
-	vcmp.f32 s3, s4
-	vmrs APSR_nzcv, fpscr
-	ite ge
-	movge.w r7, #1
-	movlt.w r7, #0
-	vldr s3, [r0, #28]
-	vcmp.f32 s1, s3
-	vmrs APSR_nzcv, fpscr
-	ite eq
-	moveq.w r8, #1
-	movne.w r8, #0
-	and.w r8, r7, r8
+	vldr s2, [ip, #4]
 	vldr s3, [r0, #0]
 	vabs.f32 s3, s3
 	vsub.f32 s3, s3, s1
@@ -4201,22 +5254,49 @@ motor_report_applied:
 	vcmp.f32 s3, s4
 	vmrs APSR_nzcv, fpscr
 	ite gt
-	movgt.w r9, #1
-	movle.w r9, #0
-	and.w r8, r8, r9
-	and.w r8, r8, r5
-	and.w r8, r8, r4
-	cmp.w r8, #0
+	movgt.w r7, #1
+	movle.w r7, #0
+	vldr s4, [ip, #12]
+	vmul.f32 s4, s4, s1
+	vcmp.f32 s3, s4
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r8, #1
+	movle.w r8, #0
+	and.w r9, r7, r8
+	cmp.w r9, #0
 	it ne
 	vmovne.f32 s2, s1
-	vstr s2, [r0, #24]
-	vldr s2, [r0, #28]
-	and.w r5, r5, r7
+	vldr s3, [r0, #28]
+	vldr s4, [r0, #28]
+	vldr s5, [ip, #16]
+	vcmp.f32 s4, s5
+	vmrs APSR_nzcv, fpscr
+	ite ge
+	movge.w r9, #1
+	movlt.w r9, #0
+	and.w r10, r5, r9
+	and.w r10, r10, r4
+	cmp.w r10, #0
+	it ne
+	vmovne.f32 s3, s2
+	vldr s2, [r0, #24]
+	vldr s4, [r0, #28]
+	vcmp.f32 s1, s4
+	vmrs APSR_nzcv, fpscr
+	ite eq
+	moveq.w r10, #1
+	movne.w r10, #0
+	and.w r8, r8, r10
+	and.w r7, r8, r7
+	and.w r7, r7, r9
+	and.w r5, r7, r5
 	and.w r4, r5, r4
 	cmp.w r4, #0
 	it ne
 	vmovne.f32 s2, s1
-	vstr s2, [r0, #28]
+	vstr s2, [r0, #24]
+	vstr s3, [r0, #28]
 	vldr s1, [r0, #0]
 	cmp.w r6, #0
 	it ne
@@ -4226,13 +5306,15 @@ motor_report_applied:
 	cmp.w r6, #0
 	it ne
 	orrne.w r0, r0, #1
-	pop.w {r4-r9}
+	pop.w {r4-r11}
 	bx lr
 	.balign 4
 .Lmotor_report_applied_table:
 	.word 0x5368d4a5 @ 1000000000000.0
-	.word 0x00000000 @ 0.0
+	.word 0x7149f2ca @ 1e30
 	.word 0x3d000000 @ 0.03125
+	.word 0x3e800000 @ 0.25
+	.word 0x00000000 @ 0.0
 	.size motor_report_applied, .-motor_report_applied
 
 	.section .text.motor_estimates, "ax", %progbits

