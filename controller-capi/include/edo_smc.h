@@ -422,14 +422,14 @@ EDO_SMC_PLANS(joint, 4)
                                            size_t design_size, edo_smc_state_##name##_t *state,                        \
                                            const edo_smc_sample_##plant##_t *sample);
 
-EDO_SMC_DRIVE(motor, motor, 63, 27)
-EDO_SMC_DRIVE(motor_fast, motor, 70, 29)
-EDO_SMC_DRIVE(motor_late, motor, 63, 28)
-EDO_SMC_DRIVE(motor_fast_late, motor, 70, 30)
-EDO_SMC_DRIVE(joint, joint, 105, 39)
-EDO_SMC_DRIVE(joint_fast, joint, 121, 43)
-EDO_SMC_DRIVE(joint_late, joint, 105, 40)
-EDO_SMC_DRIVE(joint_fast_late, joint, 121, 44)
+EDO_SMC_DRIVE(motor, motor, 63, 26)
+EDO_SMC_DRIVE(motor_fast, motor, 70, 28)
+EDO_SMC_DRIVE(motor_late, motor, 63, 27)
+EDO_SMC_DRIVE(motor_fast_late, motor, 70, 29)
+EDO_SMC_DRIVE(joint, joint, 105, 38)
+EDO_SMC_DRIVE(joint_fast, joint, 121, 42)
+EDO_SMC_DRIVE(joint_late, joint, 105, 39)
+EDO_SMC_DRIVE(joint_fast_late, joint, 121, 43)
 
 EDO_SMC_ASSERT(config_motor, sizeof(edo_smc_config_motor_t) == 8 * 27)
 EDO_SMC_ASSERT(config_joint, sizeof(edo_smc_config_joint_t) == 8 * 39)

@@ -282,14 +282,14 @@ macro_rules! drives {
 }
 
 drives! {
-    motor: drive::Motor<0, 0>, drive::MotorConfig, 63, 27;
-    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 70, 29;
-    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 63, 28;
-    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 70, 30;
-    joint: drive::Joint<0, 0>, drive::JointConfig, 105, 39;
-    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 121, 43;
-    joint_late: drive::Joint<0, 1>, drive::JointConfig, 105, 40;
-    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 121, 44;
+    motor: drive::Motor<0, 0>, drive::MotorConfig, 63, 26;
+    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 70, 28;
+    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 63, 27;
+    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 70, 29;
+    joint: drive::Joint<0, 0>, drive::JointConfig, 105, 38;
+    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 121, 42;
+    joint_late: drive::Joint<0, 1>, drive::JointConfig, 105, 39;
+    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 121, 43;
 }
 
 /// Plans of a plant: derivatives that a plan takes over, r included, and those of a target.

@@ -160,6 +160,13 @@ pub trait Real:
     fn at_most(self, most: Self) -> Self {
         if self > most { most } else { self }
     }
+
+    /// One number or the other, by one compare-and-select as well: is self below the bound?
+    #[inline(always)]
+    #[must_use]
+    fn if_below(self, bound: Self, yes: Self, no: Self) -> Self {
+        if self < bound { yes } else { no }
+    }
 }
 
 macro_rules! real {

@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x776e1487u
-#error "two designs with the prefix drive, 0x776e1487u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x776e1487u
+#if DRIVE_STANDALONE != 0x102e0237u
+#error "two designs with the prefix drive, 0x102e0237u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x102e0237u
 #endif
 #else
-#define DRIVE_STANDALONE 0x776e1487u
+#define DRIVE_STANDALONE 0x102e0237u
 
 #include <float.h>
 #include <stdbool.h>
@@ -621,7 +621,6 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     drive_output *output)
 {
     DRIVE_AS_WRITTEN
-    static const float most = 30.0f;
     static const float unit_link = 5.99211262e-6f; /* one count */
     static const float unit_motor = 2.34473962e-4f; /* one count */
     static const float k1 = 3.91304359e1f; /* K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle */
@@ -629,6 +628,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b2 = 7.51879730e1f; /* damping of the motor, 1/s */
     static const float full_turn = 6.28318548e0f; /* 2 pi */
+    static const float most = 30.0f;
     static const float far_per_u = 8.01729225e-3f; /* of e_1 no more counts */
     static const float far = 2.40518764e-1f; /* of e_1 no more counts */
     static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
@@ -659,7 +659,6 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float fallback = 0.0f; /* A */
     static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
     const bool holds = !between->begins;
-    const bool holds_2 = (state->limit > (-most)) && (state->limit < most);
     const float part = (unit_link * (float)drive_signed(state->at_link)) + state->p_link;
 
     /* 4. The chain. */
@@ -674,6 +673,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     const float v_link = state->v_link - sample->begin.r_dot;
     const float part_6 = part_4 - sample->begin.r_ddot;
     const float sigma_2 = sigma - sample->begin.r_dddot;
+    const bool holds_2 = (state->limit > (-most)) && (state->limit < most);
     const float part_7 = holds_2 ? (far_per_u * ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             : far;
     const bool holds_3 = (part_5 >= (-part_7)) && (part_5 <= part_7);
@@ -722,72 +722,65 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     const float sigma_star = sigma_3 - state->offset;
     const float demand = (bare + (k_offset * state->offset)) + (us * sigma_3);
     const bool holds_6 = (demand >= (-plausible)) && (demand <= plausible);
-    const bool holds_7 = !holds_6;
+    const bool holds_7 = holds && holds_6;
     const bool holds_8 = holds && (holds_2 || holds_6);
     const float part_29 = holds_8 ? state->offset : sigma_3;
     const float part_30 = bare + (kw * sigma_3);
     const float part_31 = holds_5 ? part_30 : state->held;
+    const float part_32 = holds_7 ? demand : part_30;
     const bool holds_9 = (part_31 >= (-input_limit)) && (part_31 <= input_limit);
     const bool holds_10 = holds_4 && holds_9;
-    const bool holds_11 = !holds_9;
-    const bool holds_12 = holds_6 || holds_9;
-    const bool holds_13 = holds_4 && holds_12;
-    const float part_32 = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+    const float part_33 = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
-    const bool holds_14 = u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f));
-    const bool holds_15 = holds_11 && holds_14;
-    const float part_33 = holds_14 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
-    const float part_34 = (hold * (holds_5
+    const float part_34 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const float part_35 = (hold * (holds_5
             ? (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held : 0.0f)
             : (holds_9 ? state->held : 0.0f))) + fallback;
-    const float part_35 = holds_9 ? part_30 : part_34;
-    const float part_36 = between->begins ? (holds_3 ? part_35 : (holds_10 ? part_30 : part_34))
-            : (holds_5 ? (holds_6 ? demand : part_35) : part_34);
-    const bool holds_16 = part_36 > (((!holds_2) && holds_5)
-            ? (between->begins ? (holds_15 ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max)
-            : ((holds_7 && holds_15) ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max))
-            : part_33);
-    const float part_37 = holds_16 ? part_33 : part_34;
-    const float part_38 = holds_9 ? part_30 : part_37;
-    const bool holds_17 = (holds_2 ? (holds_16 ? part_33 : part_36)
-            : (between->begins ? (holds_3 ? part_38 : (holds_10 ? part_30 : part_37))
-            : (holds_5 ? (holds_6 ? demand : part_38) : part_37))) < (holds_2 ? part_32
-            : (holds_3 ? (between->begins ? (holds_9 ? u_min : part_32) : (holds_12 ? u_min : part_32))
-            : (between->begins ? (holds_10 ? u_min : part_32) : (holds_13 ? u_min : part_32))));
-    const float part_39 = holds_16 ? u_max : (holds_17 ? u_min : part_30);
-    const float u = holds_17 ? part_32 : (holds_16 ? part_33 : demand);
-    const float u_2 = between->begins ? part_39
-            : (holds_2 ? u : (holds_16 ? u_max : (holds_17 ? u_min : (holds_6 ? demand : part_30))));
+    const float part_36 = holds_9 ? part_30 : part_35;
+    const float part_37 = between->begins ? (holds_2 ? (holds_3 ? part_36 : (holds_10 ? part_30 : part_35)) : part_35)
+            : ((holds_2 && holds_5) ? (holds_6 ? demand : part_36) : part_35);
+    const bool holds_11 = part_37 > part_34;
+    const bool holds_12 = (holds_11 ? part_34 : part_37) < part_33;
+    const float u = holds_12 ? part_33 : (holds_11 ? part_34 : demand);
+    const bool holds_13 = part_32 > u_max;
+    const bool holds_14 = part_32 < u_min;
+    const float part_38 = holds_13 ? u_max : (holds_14 ? u_min : part_30);
+    const float u_2 = between->begins ? part_38
+            : (holds_2 ? u : (holds_13 ? u_max : (holds_14 ? u_min : (holds_6 ? demand : part_30))));
 
     /* 6. Memory. */
     const float offset = part_29 - (decay * part_29);
     const bool saturated = u_2 != (holds_8 ? demand : part_30);
     if (!holds_2) {
-        const float u_4 = holds_17 ? part_32 : part_37;
-        const float part_40 = holds_9 ? part_39 : u_4;
-        const float u_5 = between->begins ? (holds_3 ? part_40 : (holds_10 ? part_39 : u_4))
-                : (holds_5 ? (holds_6 ? (holds_16 ? u_max : (holds_17 ? u_min : demand)) : part_40) : u_4);
-        const bool holds_18 = holds_7 && holds_11;
+        const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
+        const float part_39 = holds_9 ? part_38 : u_4;
+        const float u_5 = between->begins ? (holds_3 ? part_39 : (holds_10 ? part_38 : u_4))
+                : (holds_5 ? (holds_6 ? (holds_13 ? u_max : (holds_14 ? u_min : demand)) : part_39) : u_4);
+        const bool holds_15 = holds_6 || holds_9;
+        const bool holds_16 = holds_4 && holds_15;
+        const bool holds_17 = !holds_9;
+        const bool holds_18 = (!holds_6) && holds_17;
         const bool holds_19 = !holds_4;
         const bool holds_20 = holds_9 && saturated;
         output->u = u_5;
-        output->sigma = holds_3 ? (between->begins ? (holds_9 ? sigma_3 : 0.0f) : (holds_12 ? sigma_3 : 0.0f))
-                : (between->begins ? (holds_10 ? sigma_3 : 0.0f) : (holds_13 ? sigma_3 : 0.0f));
+        output->sigma = holds_3 ? (between->begins ? (holds_9 ? sigma_3 : 0.0f) : (holds_15 ? sigma_3 : 0.0f))
+                : (between->begins ? (holds_10 ? sigma_3 : 0.0f) : (holds_16 ? sigma_3 : 0.0f));
         output->sigma_star = (holds && holds_3 && holds_6) ? sigma_star : 0.0f;
         state->offset = holds_3
-                ? (between->begins ? (holds_9 ? offset : state->offset) : (holds_12 ? offset : state->offset))
-                : (between->begins ? (holds_10 ? offset : state->offset) : (holds_13 ? offset : state->offset));
+                ? (between->begins ? (holds_9 ? offset : state->offset) : (holds_15 ? offset : state->offset))
+                : (between->begins ? (holds_10 ? offset : state->offset) : (holds_16 ? offset : state->offset));
         state->held = u_5;
-        return ((holds_3 ? (between->begins ? holds_11 : holds_18)
-                : (between->begins ? (holds_19 || holds_11) : (holds_19 || holds_18))) ? (unsigned)DRIVE_INPUT_REJECTED
+        return ((holds_3 ? (between->begins ? holds_17 : holds_18)
+                : (between->begins ? (holds_19 || holds_17) : (holds_19 || holds_18))) ? (unsigned)DRIVE_INPUT_REJECTED
                 : 0u)
-                | ((holds_3 ? ((holds && holds_6) ? saturated : holds_20)
+                | ((holds_3 ? (holds_7 ? saturated : holds_20)
                 : (between->begins ? (holds_4 && holds_20) : (holds_4 && (holds_6 ? saturated : holds_20))))
                 ? (unsigned)DRIVE_SATURATED : 0u);
     }
     if (!holds_3) {
         if (!holds_4) {
-            const float u_4 = holds_17 ? part_32 : part_37;
+            const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
             output->u = u_4;
             output->sigma = 0.0f;
             output->sigma_star = 0.0f;
@@ -809,7 +802,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
             }
             if (!holds_9) {
                 /* 5. Law. */
-                const float u_4 = holds_17 ? part_32 : part_37;
+                const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
                 const float limit = (state->reported >= 0.0f)
                         ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
                         : state->limit;
@@ -822,7 +815,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
             }
 
             /* 5. Law. */
-            const float u_3 = holds_17 ? part_32 : (holds_16 ? part_33 : part_30);
+            const float u_3 = holds_12 ? part_33 : (holds_11 ? part_34 : part_30);
 
             /* 6. Memory. */
             const float sigma_4 = sigma_3 - (decay * sigma_3);
@@ -840,7 +833,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
         }
         if (!holds_9) {
             /* 5. Law. */
-            const float u_4 = holds_17 ? part_32 : part_37;
+            const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
             const float limit = (state->reported >= 0.0f)
                     ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
                     : state->limit;
@@ -853,7 +846,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
         }
 
         /* 5. Law. */
-        const float u_3 = holds_17 ? part_32 : (holds_16 ? part_33 : part_30);
+        const float u_3 = holds_12 ? part_33 : (holds_11 ? part_34 : part_30);
 
         /* 6. Memory. */
         const bool saturated_2 = u_3 != part_30;
@@ -883,7 +876,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
         }
         if (!holds_9) {
             /* 5. Law. */
-            const float u_4 = holds_17 ? part_32 : part_37;
+            const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
             const float limit = (state->reported >= 0.0f)
                     ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
                     : state->limit;
@@ -896,7 +889,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
         }
 
         /* 5. Law. */
-        const float u_3 = holds_17 ? part_32 : (holds_16 ? part_33 : part_30);
+        const float u_3 = holds_12 ? part_33 : (holds_11 ? part_34 : part_30);
 
         /* 6. Memory. */
         const float sigma_4 = sigma_3 - (decay * sigma_3);
@@ -914,7 +907,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     }
     if (!holds_9) {
         /* 5. Law. */
-        const float u_4 = holds_17 ? part_32 : part_37;
+        const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
         const float limit = (state->reported >= 0.0f)
                 ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
                 : state->limit;
@@ -927,7 +920,7 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     }
 
     /* 5. Law. */
-    const float u_3 = holds_17 ? part_32 : (holds_16 ? part_33 : part_30);
+    const float u_3 = holds_12 ? part_33 : (holds_11 ? part_34 : part_30);
 
     /* 6. Memory. */
     const bool saturated_2 = u_3 != part_30;
@@ -1543,8 +1536,7 @@ typedef struct {
     float last_speed; /* |v| in the last tick at a limit */
     float over; /* ticks over a bound or without a sample, less those without */
     float braking; /* 1 and the ticks of braking within the limits without becoming slower */
-    float most; /* the most that a brake asks for */
-    float holds; /* 1 while it holds against the load, 0 after that was over its bound */
+    float most; /* the most that a brake asks for; 0 before its first tick, below 0 where it holds no load */
     float side_link; /* disturbance of the shaft when it was last over its bound */
     float side_motor; /* disturbance of the shaft when it was last over its bound */
 } drive_monitor; /* zeros are right at the start */
@@ -1591,7 +1583,7 @@ static inline void drive_watch_limit(drive_monitor *monitor, const drive_state *
     /* Does it speed up against the current, by what the current would do the other way round? */
     bool wrong_way = ((state->v_motor * wanted) < 0.0f) && ((state->d_motor * wanted) < 0.0f) &&
                      (speed > monitor->last_speed) && (found > (1.25f * drive_magnitude(wanted))) &&
-                     (found < (3.0f * drive_magnitude(wanted)));
+                     (found < (3.5f * drive_magnitude(wanted)));
     /* Or do the shafts disagree about the spring between them? */
     wrong_way = wrong_way ||
                 (over_link && ((state->d_link * state->d_motor) < 0.0f) && (found > drive_magnitude(wanted)));
@@ -1638,8 +1630,7 @@ static inline unsigned drive_watch_runaway(drive_monitor *monitor)
 static inline void drive_watch_brakes(drive_monitor *monitor)
 {
     monitor->braking = 1.0f;
-    monitor->most = -1.0f; /* not known before the first tick of it */
-    monitor->holds = 0.0f;
+    monitor->most = 0.0f; /* not known before the first tick of it */
     monitor->stuck = 0.0f;
     monitor->over = 0.0f;
 }
@@ -1658,12 +1649,12 @@ static inline void drive_watch_brake(drive_monitor *monitor, const drive_state *
     if (is_short) {
         drive_watch_limit(monitor, state, speed, slowing, false, over_link, over_motor);
         /* Faster than at the beginning: that is no brake. */
-        if (asks > monitor->most) {
+        if (asks > drive_magnitude(monitor->most)) {
             monitor->stuck = 1000.0f + 1.0f;
         }
     } else {
         drive_watch_within(monitor);
-        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * monitor->most)))) {
+        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * drive_magnitude(monitor->most))))) {
             monitor->braking += 1.0f;
         }
         monitor->last_sigma = speed;
@@ -1686,8 +1677,9 @@ static inline unsigned drive_brake(drive_monitor *monitor, drive_state *state, u
     float slowing = (asked > u_max) ? u_max : asked;
     slowing = (slowing < u_min) ? u_min : slowing;
     const bool is_short = slowing != asked;
-    if (monitor->most < 0.0f) {
-        monitor->most = (1.25f * asks) + (0.5f * (u_max - u_min));
+    if (drive_magnitude(monitor->most) <= 0.0f) {
+        const float most = (1.25f * asks) + (0.5f * (30.0f - (-30.0f)));
+        monitor->most = -most;
     } else {
         drive_watch_brake(monitor, state, speed, asks, slowing, is_short, (told & blind) == blind);
     }
@@ -1802,7 +1794,6 @@ static inline void drive_watched_reset(drive_monitor *monitor, drive_state *stat
     monitor->over = 0.0f;
     monitor->braking = 0.0f;
     monitor->most = 0.0f;
-    monitor->holds = 0.0f;
     monitor->side_link = 0.0f;
     monitor->side_motor = 0.0f;
     drive_reset(state);

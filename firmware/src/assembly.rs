@@ -74,9 +74,9 @@ impl<const NUMBERS: usize, const COUNTS: usize, const ENCODERS: usize> DriveStat
 }
 
 /// That of a motor.
-pub type MotorState = DriveState<7, 3, 1>;
+pub type MotorState = DriveState<9, 3, 1>;
 /// That of a joint.
-pub type JointState = DriveState<14, 5, 2>;
+pub type JointState = DriveState<16, 5, 2>;
 
 /// Where a drive should be at one instant: whole turns, and an angle with its derivatives.
 #[repr(C)]

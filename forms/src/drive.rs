@@ -752,15 +752,13 @@ impl C<'_> {
                 [bound] => (
                     ", and the load within its bound",
                     format!(
-                        "    const float load = (monitor->holds > 0.0f) ? state->d{driven} : 0.0f;\n    opposed -= \
+                        "    const float load = (monitor->most > 0.0f) ? state->d{driven} : 0.0f;\n    opposed -= \
                          {per_gain:?}f * load;\n"
                     ),
+                    format!("(@_magnitude(state->d{driven}) <= {:?}f) ? most : ", 1.5 * bound),
                     format!(
-                        "        monitor->holds = (@_magnitude(state->d{driven}) <= {:?}f) ? 1.0f : 0.0f;\n",
-                        1.5 * bound
-                    ),
-                    format!(
-                        "    monitor->holds = (@_magnitude(state->d{driven}) <= {:?}f) ? monitor->holds : 0.0f;\n",
+                        "    if (!(@_magnitude(state->d{driven}) <= {:?}f)) {{\n        monitor->most = \
+                         -@_magnitude(monitor->most);\n    }}\n",
                         1.5 * bound
                     ),
                 ),
@@ -788,9 +786,8 @@ impl C<'_> {
             let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, \
                           output);\n    }\n";
             let member = "    float braking; /* 1 and the ticks of braking within the limits without becoming slower */\n    \
-                          float most; /* the most that a brake asks for */\n    float holds; /* 1 while it holds against the load, 0 after \
-                          that was over its bound */\n";
-            let zeros = "    monitor->braking = 0.0f;\n    monitor->most = 0.0f;\n    monitor->holds = 0.0f;\n";
+                          float most; /* the most that a brake asks for; 0 before its first tick, below 0 where it holds no load */\n";
+            let zeros = "    monitor->braking = 0.0f;\n    monitor->most = 0.0f;\n";
             [text, brakes.into(), member.into(), zeros.into()]
         } else {
             [String::new(), String::new(), String::new(), String::new()]

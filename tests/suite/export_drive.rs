@@ -475,7 +475,7 @@ where
         let [_, started, ref state @ .., _] = all[..] else { panic!("words of a running drive") };
         // What the monitors count together is no member in C.
         // Nor is that it brakes, where it does not.
-        let is_member = |k: usize| k != 1 && (!(8..=10).contains(&k) || does_brake);
+        let is_member = |k: usize| k != 1 && (!(8..=9).contains(&k) || does_brake);
         let state: Vec<u32> = state.iter().enumerate().filter(|(k, _)| is_member(*k)).map(|(_, word)| *word).collect();
         let length = if started == 1 { state.len() } else { words };
         let known = running.estimates();

@@ -197,7 +197,8 @@ pub(crate) fn clamped(graph: &Graph, n: N) -> Option<(N, N, N)> {
     let number = |n: N| if let Node::Number(bits) = graph.nodes[n] { Some(f32::from_bits(bits)) } else { None };
     let is = |c: N, test: Test, limit: N| graph.nodes[c] == Node::Compare(test, x, limit);
     let ordered = number(low)? <= number(high)?;
-    (ordered && is(above, Test::Greater, high) && is(below, Test::Less, low)).then_some((x, high, low))
+    let is_above = is(above, Test::Greater, high) || graph.nodes[above] == Node::Compare(Test::Less, high, x);
+    (ordered && is_above && is(below, Test::Less, low)).then_some((x, high, low))
 }
 
 /// An angle x beyond a limit is taken from the other side, ±((pi - |x|) + rest) with the sign of x, and a constant then

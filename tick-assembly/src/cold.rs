@@ -679,7 +679,13 @@ pub(crate) fn function(
     cold.block(record, &record.body, values, LEAVE)?;
     let (push, pop) = cold.saved();
     let code = cold.code.replace(LEAVE, &format!("{pop}\tbx lr\n"));
-    let adr = if table.is_empty() { String::new() } else { format!("\tadr.w {}, .L{name}_table\n", places.table) };
+    // ADR reaches 4 kB; what is rare may be longer.
+    let adr = if table.is_empty() {
+        String::new()
+    } else {
+        let to = places.table;
+        format!("\tmovw {to}, #:lower16:.L{name}_table\n\tmovt {to}, #:upper16:.L{name}_table\n")
+    };
     Ok(format!("{push}{adr}{code}{}", words(name, &table)))
 }
 

@@ -78,7 +78,7 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
         each(
             "the wrong way is told after so many ticks in a row, and a tick of it needs |d| over its bound, or a lost \
              sample, which is half of one",
-            &|_, step| {
+            &|part, step| {
                 let driven = watched().last().unwrap_or_default();
                 let over = not(&format!("(fp.leq (fp.abs {driven}) {driven}_bound)"));
                 let more = |by: f32| same(step.after("against"), &format!("(fp.add RNE against {})", number(by)));
@@ -87,14 +87,14 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
                 let told = format!("(= {} (fp.gt {} wrong_way_ticks))", step.after("wrong_way"), step.after("against"));
                 let supposed = all([positive("wrong_way_ticks"), before()]);
                 vec![
-                    ("counted", going(&watching(&then(&before(), &counted)))),
+                    ("counted", going(&watching(&then(&all([before(), not(&begins(part))]), &counted)))),
                     ("told", going(&watching(&then(&supposed, &told)))),
                 ]
             },
         ),
         each(
             "every change of side counts, more than two windows are told; without an alarm no more are left",
-            &|_, step| sides(telling, step),
+            &|part, step| sides(telling, part, step),
         ),
         each("what is counted is looked at again: no count goes on unseen, and none is below 0", &|_, step| {
             let after = |name: &str| step.after(name).to_string();
@@ -155,7 +155,7 @@ fn over_bounds(telling: &Record, part: &str, step: &Step) -> Claims {
 fn ends(part: &str, step: &Step) -> Claims {
     let one_more = same(step.after("braking"), &format!("(fp.add RNE braking {})", number(1.0)));
     let slower = all(["(fp.lt (fp.abs v) last_sigma)".into(), same(step.after("last_sigma"), "(fp.abs v)")]);
-    let first = "(fp.lt most (_ +zero 8 24))".to_string();
+    let first = "(fp.isZero most)".to_string();
     let counted = then(&not(step.after("saturated")), &either([first, one_more, slower]));
     let within = format!("(fp.leq {} brake_ticks)", step.after("braking"));
     let at_limit = format!("(fp.leq {} stuck_ticks)", step.after("stuck"));
@@ -182,7 +182,7 @@ fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
         let slows = "(fp.neg (fp.mul RNE brake v))".to_string();
         // Of a joint no load is held.
         let one_shaft = disturbances(telling).count() == 1;
-        let load = format!("(ite (fp.gt holds {zero}) d1 {zero})");
+        let load = format!("(ite (fp.gt most {zero}) d1 {zero})");
         let load = format!("(fp.mul RNE per_gain {load})");
         let asked = if one_shaft { format!("(fp.sub RNE {slows} {load})") } else { slows };
         let asked = format!("(ite (fp.leq (fp.abs {asked}) {}) {asked} {zero})", number(1e30));
@@ -258,6 +258,11 @@ fn is_braking(part: &str) -> String {
     if part == "braking" { "(fp.gt braking (_ +zero 8 24))".into() } else { "false".into() }
 }
 
+/// Is this the first tick of a brake, which looks at nothing?
+fn begins(part: &str) -> String {
+    if part == "braking" { all([is_braking(part), "(fp.isZero most)".into()]) } else { "false".into() }
+}
+
 /// Will it brake from the next tick on?
 fn will_brake(part: &str, step: &Step) -> String {
     if part == "braking" { format!("(fp.gt {} (_ +zero 8 24))", step.after("braking")) } else { "false".into() }
@@ -269,7 +274,7 @@ fn late() -> String {
 }
 
 /// That a disturbance changes its side beyond its bound.
-fn sides(telling: &Record, step: &Step) -> Claims {
+fn sides(telling: &Record, part: &str, step: &Step) -> Claims {
     let twice = "(fp.add RNE stuck_ticks stuck_ticks)";
     let sound = all([positive("stuck_ticks"), before()]);
     let changes = either(disturbances(telling).map(|d| {
@@ -278,7 +283,7 @@ fn sides(telling: &Record, step: &Step) -> Claims {
     }));
     let counted = format!("(ite {changes} (fp.add RNE swings stuck_ticks) swings)");
     let told = format!("(= {} (fp.gt {counted} {twice}))", step.after("oscillates"));
-    let told = ("told", going(&watching(&then(&sound, &told))));
+    let told = ("told", going(&watching(&then(&all([sound.clone(), not(&begins(part))]), &told))));
     let rest = format!("(fp.leq {} {twice})", step.after("swings"));
     let kept = either([step.after("oscillates").to_string(), rest]);
     let supposed = all([within("stuck_ticks", 1.0, COUNTED / 8.0), sound.clone(), format!("(fp.leq swings {twice})")]);

@@ -667,4 +667,11 @@ impl Real for Symbol {
         let is_more = compute(Op::Compare(Test::Greater, self.0, most.0), at);
         Self(compute(Op::Select(is_more, most.0, self.0), at))
     }
+
+    #[track_caller]
+    fn if_below(self, bound: Self, yes: Self, no: Self) -> Self {
+        let at = Location::caller();
+        let is_below = compute(Op::Compare(Test::Less, self.0, bound.0), at);
+        Self(compute(Op::Select(is_below, yes.0, no.0), at))
+    }
 }

@@ -177,6 +177,11 @@ pub(crate) const BRAKING: f64 = 0.6;
 /// A quarter of a turn, rad.
 pub(crate) const QUARTER_TURN: f64 = core::f64::consts::FRAC_PI_2;
 
+/// Of a tick: the power stage gives all, or less, or that is to be looked up.
+const UNLIMITED: u8 = 0;
+const LIMITED: u8 = 1;
+const ANY: u8 = 2;
+
 /// A limit of the power stage that was found from reports rises by this part of that of the design in a tick.
 const RISE: f64 = 1.0 / 64.0;
 /// It is found where less was given than was put out by this part of the limit, and by this part of what was given.
@@ -966,11 +971,7 @@ where
     /// A tick that is not ordinary.
     #[cold]
     #[inline(never)]
-    fn rest<const LIMITED: bool>(
-        &self,
-        state: &mut StateOf<Self>,
-        sample: &Sample<T::Count, A::Target, E>,
-    ) -> Output<T> {
+    fn rest<const STAGE: u8>(&self, state: &mut StateOf<Self>, sample: &Sample<T::Count, A::Target, E>) -> Output<T> {
         let (before, counts) = (state.push, &sample.counts);
         let mut missing = false;
         let (seen, begins, health) = if state.fresh {
@@ -991,7 +992,7 @@ where
             }
             (seen, false, Health::SAMPLE_LOST.when(missing).union(Health::POSITION_STEPPED.when(stepped)))
         };
-        let output = self.ask_within::<LIMITED>(state, sample, seen, &before, begins);
+        let output = self.ask_within::<STAGE>(state, sample, seen, &before, begins);
         self.follow(state);
         if missing {
             self.carry(state);
@@ -1101,16 +1102,22 @@ where
         before: &M::Push,
         begins: bool,
     ) -> Output<T> {
-        if self.is_limited(state) {
-            self.ask_within::<true>(state, sample, seen, before, begins)
-        } else {
-            self.ask_within::<false>(state, sample, seen, before, begins)
+        self.ask_within::<ANY>(state, sample, seen, before, begins)
+    }
+
+    /// One number where the power stage is limited, else the other: in a tick of which that is known or not.
+    #[inline(always)]
+    fn limited_or<const STAGE: u8>(&self, state: &StateOf<Self>, limited: T, unlimited: T) -> T {
+        match STAGE {
+            UNLIMITED => unlimited,
+            LIMITED => limited,
+            _ => state.limit.abs().if_below(self.row.most, limited, unlimited),
         }
     }
 
-    /// The same, where it is known whether the power stage is limited.
+    /// The same, where it may be known whether the power stage is limited: one way through the tick for each.
     #[inline(always)]
-    fn ask_within<const LIMITED: bool>(
+    fn ask_within<const STAGE: u8>(
         &self,
         state: &mut StateOf<Self>,
         sample: &Sample<T::Count, A::Target, E>,
@@ -1120,20 +1127,25 @@ where
     ) -> Output<T> {
         let known = self.known(state, seen, before);
         let errors = self.errors(&known, state.turn, &sample.begin);
-        let far = if LIMITED { self.row.far_per_u * state.limit.abs() } else { self.row.far };
+        let (k, [u_min, u_max]) = (&self.row, self.present_limits(state));
+        let limits = [self.limited_or::<STAGE>(state, u_min, k.u_min), self.limited_or::<STAGE>(state, u_max, k.u_max)];
+        let far = self.limited_or::<STAGE>(state, k.far_per_u * state.limit.abs(), k.far);
         let is_far = self.is_far(&errors, far);
         if is_far && !is_sound(errors.e[0]) {
             return self.refuse(state, Health::OK);
         }
         let asked = self.asked(&known, &self.approached(errors, far), &sample.begin, &sample.end, None);
         let output = if begins {
-            self.start_offset::<LIMITED>(state, asked.sigma, asked.bare)
+            self.start_offset(state, asked.sigma, asked.bare, limits)
         } else {
-            self.answer::<LIMITED>(state, asked)
+            self.answer(state, asked, limits)
         };
-        if LIMITED && state.reported >= T::ZERO {
-            // A limit that was found from reports rises again tick by tick.
-            state.limit = state.limit.abs() + T::from_f64(RISE) * self.row.most;
+        if STAGE != UNLIMITED {
+            // A limit that was found from reports rises again tick by tick; one that was set does not.
+            let one = T::from_f64(1.0);
+            let is_found = (state.reported + one).abs().at_most(one);
+            let higher = state.limit.abs() + is_found * (T::from_f64(RISE) * k.most);
+            state.limit = self.limited_or::<STAGE>(state, higher, state.limit);
         }
         if is_far { Self::without_sigma_star(output) } else { output }
     }
@@ -1158,7 +1170,8 @@ where
             // All of it once more: what is handed over would have to be kept in every tick.
             return self.ask_far(state, sample, [before; LATE]);
         }
-        self.answer::<false>(state, self.asked(&known, &errors, &sample.begin, &sample.end, None))
+        let limits = [self.row.u_min, self.row.u_max];
+        self.answer(state, self.asked(&known, &errors, &sample.begin, &sample.end, None), limits)
     }
 
     /// Far from the target.
@@ -1174,39 +1187,39 @@ where
         let seen = self.model.seen_ahead(self.model.seen(&raw), state.x[0][0]);
         // Without a delay nobody reads it.
         let before = before.first().copied().unwrap_or(state.push);
-        self.ask_within::<false>(state, sample, seen, &before, false)
+        self.ask_within::<UNLIMITED>(state, sample, seen, &before, false)
     }
 
     #[inline(always)]
-    fn answer<const LIMITED: bool>(&self, state: &mut StateOf<Self>, asked: Asked<T>) -> Output<T> {
+    fn answer(&self, state: &mut StateOf<Self>, asked: Asked<T>, limits: [T; 2]) -> Output<T> {
         let k = &self.row;
         let Asked { sigma, bare } = asked;
         let sigma_star = (sigma - state.offset).called("sigma_star", 0);
         let demand = (bare + k.k_offset * state.offset + k.us * sigma).called("demand", 0);
         let is_plausible = demand.abs() <= k.plausible;
         if !is_plausible {
-            return self.start_offset::<LIMITED>(state, sigma, bare);
+            return self.start_offset(state, sigma, bare, limits);
         }
-        self.put_out::<LIMITED>(state, sigma, sigma_star, demand)
+        self.put_out(state, [sigma, sigma_star, demand], limits)
     }
 
     /// Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
     #[cold]
     #[inline(never)]
-    fn start_offset<const LIMITED: bool>(&self, state: &mut StateOf<Self>, sigma: T, bare: T) -> Output<T> {
+    fn start_offset(&self, state: &mut StateOf<Self>, sigma: T, bare: T, limits: [T; 2]) -> Output<T> {
         let demand = bare + self.row.kw * sigma;
         if !is_sound(demand) {
             return self.refuse(state, Health::OK);
         }
         state.offset = sigma;
-        self.put_out::<LIMITED>(state, sigma, T::ZERO, demand)
+        self.put_out(state, [sigma, T::ZERO, demand], limits)
     }
 
     #[inline(always)]
-    fn put_out<const LIMITED: bool>(&self, state: &mut StateOf<Self>, sigma: T, sigma_star: T, demand: T) -> Output<T> {
-        let k = &self.row;
-        let [u_min, u_max] = if LIMITED { self.present_limits(state) } else { [k.u_min, k.u_max] };
-        let u = demand.limited(u_min, u_max).called("u", 0);
+    fn put_out(&self, state: &mut StateOf<Self>, asked: [T; 3], [u_min, u_max]: [T; 2]) -> Output<T> {
+        let ([sigma, sigma_star, demand], k) = (asked, &self.row);
+        // As `limited`, in one way: in a record limits may be no constants.
+        let u = u_max.if_below(demand, u_max, demand.if_below(u_min, u_min, demand)).called("u", 0);
         T::section("6. Memory.");
         Self::hold(state, u);
         state.offset -= k.decay * state.offset;
@@ -1442,13 +1455,13 @@ where
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Output<T> {
         let before = state.push;
         if self.is_limited(state) {
-            return self.rest::<true>(state, sample);
+            return self.rest::<LIMITED>(state, sample);
         }
         let ordinary = if state.fresh { None } else { self.observe(state, &sample.counts) };
         // All the rest of a tick is in both ways: behind a common end everything would be loaded again.
         match ordinary {
             Some(seen) => self.ask(state, sample, seen, before),
-            None => self.rest::<false>(state, sample),
+            None => self.rest::<UNLIMITED>(state, sample),
         }
     }
 
@@ -1637,7 +1650,7 @@ mod tests {
             let Some(state) = &mut state else { continue };
             let mut other = state.clone();
             ordinary += usize::from(!state.fresh && law.observe(&mut other.clone(), &counts).is_some());
-            let (output, by_rest) = (law.tick(state, &sample), law.rest::<false>(&mut other, &sample));
+            let (output, by_rest) = (law.tick(state, &sample), law.rest::<UNLIMITED>(&mut other, &sample));
             let bits = |out: &Output<f32>| [out.u, out.sigma, out.sigma_star].map(f32::to_bits);
             assert_eq!((bits(&output), output.health), (bits(&by_rest), by_rest.health), "tick {tick}");
             assert!(state.words().eq(other.words()), "tick {tick}: {state:?}, {other:?}");

@@ -13,7 +13,7 @@
 //!   each that is forgotten: a loop that swings from limit to limit is seen too.
 //! * *Lost*: more samples missing than the law bridges.
 //! * *Wrong way*: for [`Bounds::wrong_way_ticks`] in a row u is at a limit and against the speed $v$, and yet $|v|$
-//!   grows, with $\frac54 |b u| < |d| < 3 |b u|$: a reversed encoder, phase order or torque constant makes
+//!   grows, with $\frac54 |b u| < |d| < \frac72 |b u|$: a reversed encoder, phase order or torque constant makes
 //!   $d = -2 b u$. A bumper that throws the shaft back does so for less long. Of a joint also: $d$ of link and motor
 //!   over their bounds with opposite signs, and that of the motor over $|b u|$, as of a spring whose twist is not what
 //!   the two encoders say.
@@ -371,7 +371,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         } else if !self.is_braking(state) {
             (state.braking, state.stuck, state.over) = (one, zero, zero);
             // Not known before the first tick of it.
-            (state.most, state.holds) = (-one, zero);
+            state.most = zero;
             state.counted += one;
         }
     }
@@ -431,11 +431,10 @@ pub struct MonitoredState<S, T, const E: usize> {
     within: S,
     /// Ticks over a bound, less those within.
     over: T,
-    /// 1 and the ticks of braking within the limits without becoming slower, and the most that a brake asks for.
+    /// 1 and the ticks of braking within the limits without becoming slower.
     braking: T,
+    /// The most that a brake asks for; 0 before its first tick, below 0 where it does not hold against d.
     most: T,
-    /// Of one shaft: 1 while a brake holds against d, 0 after d was over its bound.
-    holds: T,
     stopped: bool,
 }
 
@@ -449,10 +448,8 @@ impl<S: Clone, T: Copy, const E: usize> Clone for MonitoredState<S, T, E> {
 
 impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
     fn words(&self) -> impl Iterator<Item = u32> {
-        let Self { within, counted, stuck, last, swings, side, against, speed, over, braking, most, holds, stopped } =
-            self;
-        let numbers =
-            [counted, stuck, last, swings, against, speed, over, braking, most, holds].into_iter().chain(side);
+        let Self { within, counted, stuck, last, swings, side, against, speed, over, braking, most, stopped } = self;
+        let numbers = [counted, stuck, last, swings, against, speed, over, braking, most].into_iter().chain(side);
         let numbers = numbers.flat_map(each_word);
         [u32::from(*stopped)].into_iter().chain(numbers).chain(within.words())
     }
@@ -465,14 +462,13 @@ impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
         };
         let (counted, stuck, last) = (next(words)?, next(words)?, next(words)?);
         let (swings, against, speed) = (next(words)?, next(words)?, next(words)?);
-        let (over, braking) = (next(words)?, next(words)?);
-        let (most, holds) = (next(words)?, next(words)?);
+        let (over, braking, most) = (next(words)?, next(words)?, next(words)?);
         let mut side = [T::ZERO; E];
         for d in &mut side {
             *d = next(words)?;
         }
         let within = S::from_words(words)?;
-        Some(Self { counted, stuck, last, swings, side, against, speed, within, over, braking, most, holds, stopped })
+        Some(Self { counted, stuck, last, swings, side, against, speed, within, over, braking, most, stopped })
     }
 }
 
@@ -564,18 +560,16 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn is_first(state: &MonitoredState<L::State, L::Scalar, E>) -> bool {
-        state.most < L::Scalar::ZERO
+        state.most == L::Scalar::ZERO
     }
 
     /// In its first tick: the most that it may ask for, and whether it may hold against the load from now on.
     #[doc(hidden)]
     #[inline(always)]
     pub fn begin_brake(&self, state: &mut MonitoredState<L::State, L::Scalar, E>) {
-        let ([u_min, u_max], asks) = (self.law.range(&state.within), self.brake * L::speed(&state.within));
-        state.most = L::Scalar::from_f64(FASTER) * asks.abs() + L::Scalar::HALF * (u_max - u_min);
-        if E == 1 {
-            state.holds = if self.may_hold(state) { L::Scalar::from_f64(1.0) } else { L::Scalar::ZERO };
-        }
+        let ([u_min, u_max], asks) = (self.law.nominal_limits(), self.brake * L::speed(&state.within));
+        let most = L::Scalar::from_f64(FASTER) * asks.abs() + L::Scalar::HALF * (u_max - u_min);
+        state.most = if E == 1 && self.may_hold(state) { most } else { -most };
     }
 
     /// Is d a load that may be held against? An inertia that is another makes d too.
@@ -597,7 +591,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         let [u_min, u_max] = self.law.range(&state.within);
         let mut asked = -(self.brake * L::speed(&state.within));
         if E == 1 {
-            let load = if state.holds > L::Scalar::ZERO { L::disturbance(&state.within)[0] } else { L::Scalar::ZERO };
+            let load = if state.most > L::Scalar::ZERO { L::disturbance(&state.within)[0] } else { L::Scalar::ZERO };
             asked -= self.law.per_gain() * load;
         }
         // Of a speed that is no number nothing is asked.
@@ -640,19 +634,20 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         (slowing, is_short): (L::Scalar, bool),
     ) {
         let over = self.sides(state);
+        let most = state.most.abs();
         if E == 1 && !self.may_hold(state) {
-            state.holds = L::Scalar::ZERO;
+            state.most = -most;
         }
         let speed = L::speed(&state.within).abs();
         let asks = (self.brake * speed).abs();
         if is_short {
             self.at_limit(state, &over, [speed, slowing], false);
-            if asks > state.most {
+            if asks > most {
                 state.stuck = self.ticks.stuck + L::Scalar::from_f64(1.0);
             }
         } else {
             Self::within_limits(state);
-            let slows_down = speed < state.last && asks > L::Scalar::from_f64(SLOW) * state.most;
+            let slows_down = speed < state.last && asks > L::Scalar::from_f64(SLOW) * most;
             if !slows_down {
                 state.braking += L::Scalar::from_f64(1.0);
             }
@@ -826,7 +821,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             && d[last] * wanted < zero
             && v.abs() > state.speed
             && found > L::Scalar::from_f64(1.25) * asked
-            && found < L::Scalar::from_f64(3.0) * asked
+            && found < L::Scalar::from_f64(3.5) * asked
     }
 }
 
@@ -858,7 +853,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
 
     fn start_from(&self, sample: &L::Sample, guess: &L::Guess) -> Option<Self::State> {
         let (within, zero) = (self.law.start_from(sample, guess)?, L::Scalar::ZERO);
-        let [counted, stuck, last, swings, against, speed, over, braking, most, holds] = [zero; 10];
+        let [counted, stuck, last, swings, against, speed, over, braking, most] = [zero; 9];
         let (side, stopped) = ([zero; E], false);
         Some(MonitoredState {
             counted,
@@ -872,7 +867,6 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
             over,
             braking,
             most,
-            holds,
             stopped,
         })
     }

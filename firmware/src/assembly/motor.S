@@ -58,103 +58,101 @@ motor_tick_u:
 	vmov s14, s15, r3, r2
 	add.w r1, r1, #12
 	adr.w r3, .Lmotor_tick_u_table
-	vcvt.f32.s32 s15, s15
-	vldmia r3!, {s5-s12}
-	vldmia r0!, {s0-s4}
-	vmul.f32 s5, s5, s0
 	vcvt.f32.s32 s14, s14
-	vadd.f32 s0, s3, s5
-	vmul.f32 s5, s6, s2
-	vmul.f32 s6, s6, s0
-	vmul.f32 s0, s7, s0
-	vmul.f32 s8, s8, s2
-	vadd.f32 s0, s5, s0
-	vmul.f32 s9, s9, s14
-	vadd.f32 s14, s1, s0
-	vadd.f32 s6, s8, s6
-	vsub.f32 s14, s14, s9
+	vldmia r3!, {s6-s12}
+	vldmia r0!, {s0-s5}
+	vmul.f32 s6, s6, s2
+	vmul.f32 s7, s7, s0
+	vmul.f32 s2, s8, s2
+	vcvt.f32.s32 s15, s15
+	vadd.f32 s7, s3, s7
 	vcvt.f32.s32 s13, s13
-	vmul.f32 s10, s10, s14
-	vabs.f32 s9, s14
+	vmul.f32 s9, s9, s7
+	vmul.f32 s13, s10, s13
+	vmul.f32 s14, s11, s14
+	vmul.f32 s10, s8, s7
+	vadd.f32 s9, s2, s9
+	vadd.f32 s6, s6, s10
+	vadd.f32 s9, s1, s9
+	vldmia r1!, {s7-s8}
+	vmul.f32 s15, s11, s15
+	vsub.f32 s14, s9, s14
+	vadd.f32 s7, s13, s7
+	vmul.f32 s13, s12, s14
+	vldmia r3!, {s9-s12}
+	vmul.f32 s9, s9, s14
+	vadd.f32 s10, s10, s4
+	vldmia r1!, {s0-s2}
 	vmul.f32 s11, s11, s14
-	vadd.f32 s12, s12, s4
-	vsub.f32 s3, s3, s11
-	vcmp.f32 s9, s12
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_20_12
-	vsub.f32 s2, s6, s10
-	vldmia r3!, {s8-s12}
-	vmul.f32 s15, s8, s15
-	vmul.f32 s13, s9, s13
-	vmul.f32 s10, s10, s14
-	vldmia r1!, {s5-s9}
-	vsub.f32 s0, s2, s6
-	vmul.f32 s11, s11, s2
-	vsub.f32 s1, s14, s10
-	vsub.f32 s9, s9, s6
-	vadd.f32 s10, s11, s3
-	vmul.f32 s4, s4, s12
-	vadd.f32 s11, s13, s5
-	vldmia r3!, {s5-s8}
-	vmul.f32 s5, s5, s9
-	vadd.f32 s9, s15, s1
-	vmul.f32 s6, s6, s0
-	vabs.f32 s15, s15
-	vcmp.f32 s15, s7
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_20_32
-	vsub.f32 s9, s9, s11
-	vmul.f32 s8, s8, s10
-	vldmia r3!, {s10-s15}
-	vmul.f32 s10, s10, s9
-	vneg.f32 s8, s8
-	vadd.f32 s6, s8, s6
-	vadd.f32 s10, s0, s10
-	vabs.f32 s9, s9
-	vadd.f32 s0, s6, s5
-	vldmia r0!, {s5-s8}
-	vmul.f32 s11, s11, s8
-	vcmp.f32 s9, s12
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_36_32
-	vadd.f32 s0, s0, s11
-	vmul.f32 s10, s13, s10
-	vmov.f32 s7, s7
-	vmul.f32 s5, s5, s14
-	vmul.f32 s9, s15, s8
-	vadd.f32 s0, s0, s10
-	vabs.f32 s10, s6
-	vabs.f32 s11, s0
-	vsub.f32 s8, s8, s9
-	vmov.f32 s9, #10.0
+	vsub.f32 s0, s2, s8
+	vsub.f32 s1, s14, s11
+	vsub.f32 s2, s6, s13
+	vsub.f32 s3, s3, s9
+	vmul.f32 s12, s12, s2
+	vabs.f32 s9, s14
+	vadd.f32 s11, s15, s1
+	vsub.f32 s13, s2, s8
 	vcmp.f32 s9, s10
 	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_36_32
-	vmov.f32 s6, s6
-	vldmia r3!, {s14-s15}
-	vcmp.f32 s11, s14
+	bhi.w .Lmotor_tick_u_away_24_32
+	vsub.f32 s7, s11, s7
+	vadd.f32 s14, s12, s3
+	vldmia r3!, {s8-s12}
+	vmul.f32 s14, s8, s14
+	vabs.f32 s6, s7
+	vmul.f32 s7, s9, s7
+	vneg.f32 s14, s14
+	vmul.f32 s0, s10, s0
+	vmul.f32 s11, s11, s13
+	vcmp.f32 s6, s12
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_u_away_24_32
+	vadd.f32 s9, s14, s11
+	vadd.f32 s14, s13, s7
+	vadd.f32 s0, s9, s0
+	vldmia r3!, {s9-s13}
+	vmul.f32 s5, s5, s9
+	vmul.f32 s14, s10, s14
+	vldmia r0!, {s8-s10}
+	vmov.f32 s7, s9
+	vmul.f32 s11, s11, s10
+	vmul.f32 s4, s4, s12
+	vadd.f32 s0, s0, s11
+	vmov.f32 s6, s8
+	vabs.f32 s12, s8
+	vmul.f32 s13, s13, s10
+	vmov.f32 s11, #10.0
+	vcmp.f32 s11, s12
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_u_away_36_32
-	vcmp.f32 s0, s9
+	vadd.f32 s0, s0, s14
+	vabs.f32 s15, s15
+	vabs.f32 s9, s0
+	vsub.f32 s8, s10, s13
+	vldmia r3!, {s13-s14}
+	vcmp.f32 s9, s13
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_u_away_36_32
+	vmov.f32 s13, #-10.0
+	vcmp.f32 s0, s11
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s0, s9
-	vcmp.f32 s0, s15
+	vmovgt.f32 s0, s11
+	vcmp.f32 s0, s13
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s15
+	vmovmi.f32 s0, s13
+	vcmp.f32 s15, s14
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_u_away_36_32
 	vstmdb r0!, {s0-s8}
 	str.w ip, [r0, #36]
 	str.w r2, [r0, #40]
 	mov.w ip, #0
 	str.w ip, [r0, #48]
 	bx lr
-.Lmotor_tick_u_away_20_12:
-	sub.w r0, r0, #20
-	sub.w r1, r1, #12
-	b.w .Lmotor_tick_u_leave
-.Lmotor_tick_u_away_20_32:
-	sub.w r0, r0, #20
+.Lmotor_tick_u_away_24_32:
+	sub.w r0, r0, #24
 	sub.w r1, r1, #32
 	b.w .Lmotor_tick_u_leave
 .Lmotor_tick_u_away_36_32:
@@ -172,31 +170,29 @@ motor_tick_u:
 	pop {r4, pc}
 	.balign 4
 .Lmotor_tick_u_table:
+	.word 0x3f7ffcb9 @ 0.99995
 	.word 0x437a0000 @ 250.0
 	.word 0x3a831198 @ 0.000999975
 	.word 0x3506372a @ 4.9999164e-7
-	.word 0x3f7ffcb9 @ 0.99995
+	.word 0x40c90fdb @ 6.2831855
 	.word 0x39c90fdb @ 0.0003834952
 	.word 0x428a9a62 @ 69.30153
 	.word 0x45a4393b @ 5255.154
 	.word 0x3d939607 @ 0.0720635
-	.word 0x39c90fdb @ 0.0003834952
-	.word 0x40c90fdb @ 6.2831855
 	.word 0x3ebb850f @ 0.36624953
 	.word 0xbd4ccccd @ -0.05
-	.word 0x3f7693e9 @ 0.96319443
-	.word 0x408000d2 @ 4.0001
-	.word 0xbef0f274 @ -0.47059977
-	.word 0x406231d6 @ 3.5342917
 	.word 0x3b83126f @ 0.004
 	.word 0x42fa0000 @ 125.0
-	.word 0x4062594d @ 3.5367005
+	.word 0x408000d2 @ 4.0001
+	.word 0xbef0f274 @ -0.47059977
 	.word 0x3dc49ba6 @ 0.096
-	.word 0xc070f274 @ -3.7647982
 	.word 0x3f7d73e8 @ 0.99004984
+	.word 0xc070f274 @ -3.7647982
+	.word 0x4062594d @ 3.5367005
+	.word 0x3f7693e9 @ 0.96319443
 	.word 0x3d782a02 @ 0.060586937
 	.word 0x45a00000 @ 5120.0
-	.word 0xc1200000 @ -10.0
+	.word 0x406231d6 @ 3.5342917
 	.size motor_tick_u, .-motor_tick_u
 
 	.section .text.motor_tick, "ax", %progbits
@@ -224,78 +220,85 @@ motor_tick:
 	add.w r1, r1, #12
 	adr.w r3, .Lmotor_tick_table
 	mov.w r5, #0
-	vcvt.f32.s32 s14, s14
 	vldmia r3!, {s5-s12}
 	vldmia r0!, {s0-s4}
-	vmul.f32 s0, s5, s0
-	vcvt.f32.s32 s13, s13
-	vmul.f32 s5, s6, s2
-	vadd.f32 s0, s3, s0
-	vmul.f32 s2, s7, s2
-	vmul.f32 s8, s8, s0
-	vmul.f32 s14, s9, s14
-	vadd.f32 s5, s5, s8
-	vcvt.f32.s32 s15, s15
-	vadd.f32 s8, s1, s5
-	vmul.f32 s9, s9, s15
-	vsub.f32 s8, s8, s14
-	vldmia r1!, {s14-s15}
+	vmul.f32 s5, s5, s2
 	vmul.f32 s0, s6, s0
-	vadd.f32 s10, s10, s4
-	vmul.f32 s11, s11, s8
+	vadd.f32 s7, s7, s4
+	vmul.f32 s2, s8, s2
+	vcvt.f32.s32 s15, s15
+	vadd.f32 s0, s3, s0
+	vcvt.f32.s32 s13, s13
+	vmul.f32 s15, s9, s15
+	vmul.f32 s10, s10, s0
+	vcvt.f32.s32 s14, s14
+	vabs.f32 s6, s15
+	vmul.f32 s8, s8, s0
+	vadd.f32 s10, s2, s10
+	vcmp.f32 s6, s11
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_away_20_12
+	vmul.f32 s14, s9, s14
+	vadd.f32 s9, s1, s10
 	vmul.f32 s13, s12, s13
-	vldmia r3!, {s5-s7}
-	vmul.f32 s5, s5, s8
-	vmul.f32 s6, s6, s8
-	vsub.f32 s1, s8, s11
-	vadd.f32 s11, s13, s14
-	vadd.f32 s12, s9, s1
-	vabs.f32 s14, s8
-	vmul.f32 s4, s4, s7
-	vsub.f32 s3, s3, s6
-	vabs.f32 s13, s9
-	vadd.f32 s9, s2, s0
-	vcmp.f32 s14, s10
+	vldmia r1!, {s11-s12}
+	vsub.f32 s14, s9, s14
+	vldmia r3!, {s0-s2}
+	vmul.f32 s9, s0, s14
+	vadd.f32 s5, s5, s8
+	vmul.f32 s1, s1, s14
+	vmul.f32 s10, s2, s14
+	vabs.f32 s0, s14
+	vsub.f32 s1, s14, s1
+	vcmp.f32 s0, s7
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_away_20_20
-	vsub.f32 s14, s12, s11
-	vsub.f32 s2, s9, s5
-	vldmia r1!, {s10-s12}
-	vldmia r3!, {s5-s11}
-	vmul.f32 s0, s5, s14
-	vmul.f32 s5, s6, s2
-	vsub.f32 s6, s2, s15
-	vcmp.f32 s13, s7
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_away_20_32
-	vadd.f32 s5, s5, s3
-	vabs.f32 s13, s14
-	vsub.f32 s12, s12, s15
-	vmul.f32 s15, s8, s5
-	vmul.f32 s9, s9, s12
-	vadd.f32 s0, s6, s0
-	vmul.f32 s14, s10, s6
-	vneg.f32 s15, s15
-	vadd.f32 s15, s15, s14
-	vmul.f32 s14, s11, s0
-	vadd.f32 s15, s15, s9
-	vldmia r3!, {s8-s12}
+	vsub.f32 s3, s3, s10
+	vsub.f32 s2, s5, s9
+	vldmia r3!, {s9-s10}
+	vmul.f32 s14, s9, s2
+	vldmia r1!, {s7-s9}
+	vadd.f32 s15, s15, s1
+	vsub.f32 s9, s9, s12
+	vadd.f32 s14, s14, s3
+	vadd.f32 s13, s13, s11
+	vsub.f32 s12, s2, s12
+	vmul.f32 s11, s10, s9
+	vldmia r3!, {s6-s10}
+	vmul.f32 s14, s6, s14
+	vmul.f32 s0, s7, s12
+	vneg.f32 s14, s14
+	vsub.f32 s15, s15, s13
+	vadd.f32 s14, s14, s0
+	vabs.f32 s13, s15
 	vcmp.f32 s13, s8
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_away_20_32
+	vmul.f32 s4, s4, s9
+	vmul.f32 s15, s10, s15
 	vldmia r0!, {s5-s8}
-	vmul.f32 s9, s9, s8
-	vmul.f32 s5, s5, s10
-	vmul.f32 s11, s11, s8
 	vmov.f32 s7, s7
-	vadd.f32 s15, s15, s9
-	vabs.f32 s9, s6
-	vsub.f32 s10, s0, s8
-	vstr s0, [r2, #4]
-	vadd.f32 s14, s15, s14
+	vadd.f32 s9, s14, s11
+	vadd.f32 s15, s12, s15
+	vldmia r3!, {s10-s14}
+	vmul.f32 s5, s5, s10
+	vsub.f32 s10, s15, s8
+	vabs.f32 s0, s6
+	vmul.f32 s11, s11, s8
+	vstr s15, [r2, #4]
+	vmul.f32 s12, s12, s8
+	vadd.f32 s9, s9, s11
+	vmul.f32 s11, s13, s15
+	vstr s10, [r2, #8]
 	vmov.f32 s15, #10.0
+	vcmp.f32 s15, s0
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_away_36_32
+	vadd.f32 s9, s9, s11
+	vmov.f32 s6, s6
+	vabs.f32 s10, s9
 	vmov.f32 s13, #-10.0
-	vmov.f32 s0, s14
+	vmov.f32 s0, s9
 	vcmp.f32 s0, s15
 	vmrs APSR_nzcv, fpscr
 	it gt
@@ -304,21 +307,15 @@ motor_tick:
 	vmrs APSR_nzcv, fpscr
 	it mi
 	vmovmi.f32 s0, s13
-	vcmp.f32 s15, s9
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_away_36_32
-	vsub.f32 s8, s8, s11
-	vstr s0, [r2, #0]
-	vabs.f32 s9, s14
-	vmov.f32 s6, s6
-	vcmp.f32 s9, s12
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_away_36_32
-	vcmp.f32 s0, s14
+	vsub.f32 s8, s8, s12
+	vcmp.f32 s0, s9
 	vmrs APSR_nzcv, fpscr
 	it ne
 	addne r5, #2
-	vstr s10, [r2, #8]
+	vcmp.f32 s10, s14
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_away_36_32
+	vstr s0, [r2, #0]
 	vstmdb r0!, {s0-s8}
 	str.w ip, [r0, #36]
 	str.w r4, [r0, #40]
@@ -327,6 +324,10 @@ motor_tick:
 	mov.w r0, r5
 	pop.w {r4-r5}
 	bx lr
+.Lmotor_tick_away_20_12:
+	sub.w r0, r0, #20
+	sub.w r1, r1, #12
+	b.w .Lmotor_tick_leave
 .Lmotor_tick_away_20_20:
 	sub.w r0, r0, #20
 	sub.w r1, r1, #20
@@ -345,28 +346,28 @@ motor_tick:
 	b.w motor_rest
 	.balign 4
 .Lmotor_tick_table:
-	.word 0x437a0000 @ 250.0
-	.word 0x3a831198 @ 0.000999975
 	.word 0x3f7ffcb9 @ 0.99995
-	.word 0x3506372a @ 4.9999164e-7
-	.word 0x39c90fdb @ 0.0003834952
+	.word 0x437a0000 @ 250.0
 	.word 0x3d939607 @ 0.0720635
-	.word 0x3ebb850f @ 0.36624953
+	.word 0x3a831198 @ 0.000999975
+	.word 0x39c90fdb @ 0.0003834952
+	.word 0x3506372a @ 4.9999164e-7
+	.word 0x406231d6 @ 3.5342917
 	.word 0x40c90fdb @ 6.2831855
 	.word 0x428a9a62 @ 69.30153
+	.word 0x3ebb850f @ 0.36624953
 	.word 0x45a4393b @ 5255.154
+	.word 0xbd4ccccd @ -0.05
+	.word 0x408000d2 @ 4.0001
+	.word 0x3b83126f @ 0.004
+	.word 0xbef0f274 @ -0.47059977
+	.word 0x3dc49ba6 @ 0.096
 	.word 0x3f7693e9 @ 0.96319443
 	.word 0x42fa0000 @ 125.0
-	.word 0xbd4ccccd @ -0.05
-	.word 0x406231d6 @ 3.5342917
-	.word 0x3b83126f @ 0.004
-	.word 0x408000d2 @ 4.0001
-	.word 0xbef0f274 @ -0.47059977
-	.word 0xc070f274 @ -3.7647982
-	.word 0x3dc49ba6 @ 0.096
-	.word 0x4062594d @ 3.5367005
 	.word 0x3f7d73e8 @ 0.99004984
+	.word 0x4062594d @ 3.5367005
 	.word 0x3d782a02 @ 0.060586937
+	.word 0xc070f274 @ -3.7647982
 	.word 0x45a00000 @ 5120.0
 	.size motor_tick, .-motor_tick
 
@@ -1341,17 +1342,16 @@ motor_law:
 	vcmp.f32 s2, s4
 	vmrs APSR_nzcv, fpscr
 	ite ne
-	movne.w r6, #1
-	moveq.w r6, #0
+	movne.w r5, #1
+	moveq.w r5, #0
 	vstr s2, [r3, #0]
 	vstr s1, [r3, #4]
 	vldr s3, [ip, #72]
 	vstr s3, [r3, #8]
 	vstr s2, [r0, #0]
 	vldr s2, [r0, #32]
-	orr.w r4, r5, r4
-	eor.w r5, r8, #1
-	and.w r4, r4, r5
+	eor.w r6, r8, #1
+	and.w r4, r6, r4
 	cmp.w r4, #0
 	vmov.f32 s3, s1
 	it ne
@@ -1361,17 +1361,22 @@ motor_law:
 	vsub.f32 s1, s3, s1
 	vstr s1, [r0, #32]
 	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
 	mov.w r0, #0
-	cmp.w r6, #0
+	cmp.w r5, #0
 	it ne
 	orrne.w r0, r0, #2
 	add.w sp, sp, #56
@@ -1570,15 +1575,20 @@ motor_law:
 	vstr s2, [r3, #4]
 	vstr s1, [r0, #0]
 	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
 	mov.w r0, #1
 	add.w sp, sp, #56
 	vpop {s16-s19}
@@ -1684,35 +1694,34 @@ motor_law:
 	cmp.w r9, #0
 	beq.w .Lmotor_law_5
 	vldr s5, [ip, #0]
-	vldr s6, [ip, #92]
-	vldr s7, [ip, #36]
-	vmul.f32 s7, s7, s1
-	vadd.f32 s3, s3, s7
-	vldr s7, [ip, #0]
-	vldr s8, [ip, #0]
-	vcmp.f32 s8, s0
+	vldr s6, [ip, #0]
+	vcmp.f32 s6, s0
 	vmrs APSR_nzcv, fpscr
 	ite gt
 	movgt.w r5, #1
 	movle.w r5, #0
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s7, s0
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vldr s10, [ip, #72]
-	vldr s11, [r0, #0]
-	vabs.f32 s11, s11
-	vldr s12, [ip, #76]
-	vcmp.f32 s11, s12
+	vmovne.f32 s5, s0
+	vneg.f32 s6, s5
+	vldr s7, [ip, #36]
+	vmul.f32 s7, s7, s1
+	vadd.f32 s3, s3, s7
+	vldr s7, [ip, #72]
+	vldr s8, [r0, #0]
+	vldr s9, [ip, #72]
+	vldr s10, [r0, #0]
+	vabs.f32 s10, s10
+	vldr s11, [ip, #76]
+	vcmp.f32 s10, s11
 	vmrs APSR_nzcv, fpscr
 	it ls
-	vmovls.f32 s10, s9
-	vldr s9, [r0, #0]
-	vldr s11, [ip, #72]
-	vldr s12, [r0, #0]
-	vldr s13, [ip, #76]
-	vcmp.f32 s2, s13
+	vmovls.f32 s9, s8
+	vldr s8, [r0, #0]
+	vldr s10, [ip, #72]
+	vldr s11, [r0, #0]
+	vldr s12, [ip, #76]
+	vcmp.f32 s2, s12
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r7, #1
@@ -1720,51 +1729,51 @@ motor_law:
 	orr.w r10, r6, r7
 	cmp.w r10, #0
 	it ne
-	vmovne.f32 s12, s3
-	vabs.f32 s2, s12
-	vldr s12, [ip, #76]
-	vcmp.f32 s2, s12
+	vmovne.f32 s11, s3
+	vabs.f32 s2, s11
+	vldr s11, [ip, #76]
+	vcmp.f32 s2, s11
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r11, #1
 	movhi.w r11, #0
 	cmp.w r11, #0
 	it ne
-	vmovne.f32 s11, s9
+	vmovne.f32 s10, s8
 	cmp.w r10, #0
-	vmov.f32 s2, s11
+	vmov.f32 s2, s10
 	it ne
-	vmovne.f32 s2, s10
-	vmul.f32 s2, s8, s2
-	vldr s8, [ip, #72]
-	vadd.f32 s2, s2, s8
+	vmovne.f32 s2, s9
+	vmul.f32 s2, s7, s2
+	vldr s7, [ip, #72]
+	vadd.f32 s2, s2, s7
 	cmp.w r11, #0
-	vmov.f32 s8, s2
+	vmov.f32 s7, s2
 	it ne
-	vmovne.f32 s8, s3
+	vmovne.f32 s7, s3
 	str.w r4, [sp, #0]
 	and.w r4, r7, r11
 	cmp.w r4, #0
-	vmov.f32 s9, s2
-	it ne
-	vmovne.f32 s9, s3
-	cmp.w r6, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s8
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s4
-	cmp.w r10, #0
 	vmov.f32 s8, s2
 	it ne
-	vmovne.f32 s8, s9
-	cmp.w r8, #0
+	vmovne.f32 s8, s3
+	cmp.w r6, #0
 	vmov.f32 s9, s8
 	it ne
-	vmovne.f32 s9, s10
-	vldr s8, [ip, #0]
+	vmovne.f32 s9, s7
+	cmp.w r9, #0
+	vmov.f32 s8, s7
+	it ne
+	vmovne.f32 s8, s4
+	cmp.w r10, #0
+	vmov.f32 s7, s2
+	it ne
+	vmovne.f32 s7, s8
+	cmp.w r8, #0
+	vmov.f32 s8, s7
+	it ne
+	vmovne.f32 s8, s9
+	vldr s7, [ip, #0]
 	str.w r5, [sp, #4]
 	eor.w r5, r11, #1
 	str.w r7, [sp, #8]
@@ -1772,187 +1781,147 @@ motor_law:
 	and.w r5, r5, r7
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s8, s0
-	vldr s10, [ip, #0]
+	vmovne.f32 s7, s0
+	vldr s9, [ip, #0]
 	eor.w r7, r9, #1
 	and.w r5, r5, r7
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s10, s0
+	vmovne.f32 s9, s0
 	cmp.w r8, #0
-	vmov.f32 s11, s10
+	vmov.f32 s10, s9
 	it ne
-	vmovne.f32 s11, s8
+	vmovne.f32 s10, s7
 	ldr.w r5, [sp, #0]
 	eor.w r7, r5, #1
 	and.w r7, r10, r7
 	cmp.w r7, #0
-	vmov.f32 s8, s7
+	vmov.f32 s7, s5
 	it ne
-	vmovne.f32 s8, s11
-	vcmp.f32 s9, s8
+	vmovne.f32 s7, s10
+	vcmp.f32 s8, s7
 	vmrs APSR_nzcv, fpscr
 	ite gt
 	movgt.w r7, #1
 	movle.w r7, #0
 	cmp.w r7, #0
-	vmov.f32 s8, s9
+	vmov.f32 s7, s4
 	it ne
-	vmovne.f32 s8, s7
+	vmovne.f32 s7, s5
 	cmp.w r7, #0
-	vmov.f32 s9, s2
+	vmov.f32 s9, s8
 	it ne
-	vmovne.f32 s9, s7
+	vmovne.f32 s9, s5
+	cmp.w r7, #0
+	vmov.f32 s8, s2
+	it ne
+	vmovne.f32 s8, s5
 	cmp.w r11, #0
-	vmov.f32 s2, s9
+	vmov.f32 s2, s8
 	it ne
 	vmovne.f32 s2, s3
 	cmp.w r4, #0
-	vmov.f32 s10, s9
+	vmov.f32 s5, s8
 	it ne
-	vmovne.f32 s10, s3
+	vmovne.f32 s5, s3
 	cmp.w r6, #0
-	vmov.f32 s11, s10
+	vmov.f32 s3, s5
 	it ne
-	vmovne.f32 s11, s2
+	vmovne.f32 s3, s2
 	cmp.w r9, #0
-	vmov.f32 s10, s2
-	it ne
-	vmovne.f32 s10, s4
-	cmp.w r10, #0
-	vmov.f32 s2, s9
-	it ne
-	vmovne.f32 s2, s10
-	cmp.w r8, #0
-	vmov.f32 s9, s2
-	it ne
-	vmovne.f32 s9, s11
-	cmp.w r5, #0
-	vmov.f32 s2, s9
-	it ne
-	vmovne.f32 s2, s8
-	vneg.f32 s8, s7
-	vldr s9, [ip, #92]
-	cmp.w r11, #0
-	vmov.f32 s10, s8
-	it ne
-	vmovne.f32 s10, s9
-	vldr s9, [ip, #92]
-	orr.w r10, r9, r11
-	cmp.w r10, #0
-	vmov.f32 s11, s8
-	it ne
-	vmovne.f32 s11, s9
-	cmp.w r8, #0
-	vmov.f32 s9, s11
-	it ne
-	vmovne.f32 s9, s10
-	vldr s10, [ip, #92]
-	cmp.w r4, #0
-	vmov.f32 s11, s8
-	it ne
-	vmovne.f32 s11, s10
-	vldr s10, [ip, #92]
-	ldr.w r4, [sp, #8]
-	and.w r4, r10, r4
-	cmp.w r4, #0
-	vmov.f32 s12, s8
-	it ne
-	vmovne.f32 s12, s10
-	cmp.w r8, #0
-	vmov.f32 s10, s12
-	it ne
-	vmovne.f32 s10, s11
-	cmp.w r6, #0
-	vmov.f32 s11, s10
-	it ne
-	vmovne.f32 s11, s9
-	cmp.w r5, #0
-	vmov.f32 s9, s11
-	it ne
-	vmovne.f32 s9, s8
-	vcmp.f32 s2, s9
-	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r4, #1
-	movpl.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s2, s3
-	it ne
-	vmovne.f32 s2, s6
-	cmp.w r7, #0
-	vmov.f32 s6, s2
-	it ne
-	vmovne.f32 s6, s5
-	cmp.w r7, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s7
-	cmp.w r4, #0
 	vmov.f32 s5, s2
 	it ne
-	vmovne.f32 s5, s8
-	vldr s2, [ip, #0]
-	vldr s7, [ip, #92]
-	cmp.w r9, #0
-	vmov.f32 s8, s3
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r4, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r7, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r5, #0
-	vmov.f32 s2, s7
+	vmovne.f32 s5, s4
+	cmp.w r10, #0
+	vmov.f32 s2, s8
 	it ne
 	vmovne.f32 s2, s5
 	cmp.w r8, #0
-	vmov.f32 s7, s2
+	vmov.f32 s5, s2
 	it ne
-	vmovne.f32 s7, s6
-	orr.w r4, r5, r9
-	eor.w r5, r8, #1
-	and.w r4, r4, r5
+	vmovne.f32 s5, s3
+	cmp.w r5, #0
+	vmov.f32 s2, s5
+	it ne
+	vmovne.f32 s2, s9
+	vldr s3, [ip, #92]
+	cmp.w r11, #0
+	vmov.f32 s5, s6
+	it ne
+	vmovne.f32 s5, s3
+	vldr s3, [ip, #92]
+	orr.w r7, r9, r11
+	cmp.w r7, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s3
+	cmp.w r8, #0
+	vmov.f32 s3, s8
+	it ne
+	vmovne.f32 s3, s5
+	vldr s5, [ip, #92]
 	cmp.w r4, #0
-	vmov.f32 s2, s3
+	vmov.f32 s8, s6
 	it ne
-	vmovne.f32 s2, s4
-	vcmp.f32 s7, s2
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r5, #1
-	moveq.w r5, #0
-	vstr s5, [r3, #0]
-	vldr s2, [r0, #32]
-	vsub.f32 s2, s1, s2
-	vstr s2, [r3, #8]
-	vstr s1, [r3, #4]
-	vstr s5, [r0, #0]
-	vldr s2, [r0, #32]
+	vmovne.f32 s8, s5
+	vldr s5, [ip, #92]
+	ldr.w r4, [sp, #8]
+	and.w r4, r7, r4
 	cmp.w r4, #0
-	vmov.f32 s3, s1
+	vmov.f32 s9, s6
 	it ne
-	vmovne.f32 s3, s2
-	vldr s1, [ip, #96]
-	vmul.f32 s1, s1, s3
-	vsub.f32 s1, s3, s1
-	vstr s1, [r0, #32]
-	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vmovne.f32 s9, s5
+	cmp.w r8, #0
+	vmov.f32 s5, s9
+	it ne
+	vmovne.f32 s5, s8
+	cmp.w r6, #0
+	vmov.f32 s8, s5
+	it ne
+	vmovne.f32 s8, s3
+	cmp.w r5, #0
+	vmov.f32 s3, s8
+	it ne
+	vmovne.f32 s3, s6
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s2, s7
+	it mi
+	vmovmi.f32 s2, s6
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s2, [r3, #0]
+	vldr s3, [r0, #32]
+	vsub.f32 s3, s1, s3
+	vstr s3, [r3, #8]
+	vstr s1, [r3, #4]
+	vstr s2, [r0, #0]
+	vldr s1, [ip, #100]
+	vldr s2, [r0, #28]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
+	vldr s0, [r0, #32]
+	vldr s1, [ip, #96]
+	vldr s2, [r0, #32]
+	vmul.f32 s1, s1, s2
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #32]
 	mov.w r0, #0
-	cmp.w r5, #0
+	cmp.w r4, #0
 	it ne
 	orrne.w r0, r0, #2
 	add.w sp, sp, #56
@@ -2173,15 +2142,20 @@ motor_law:
 	vsub.f32 s1, s1, s2
 	vstr s1, [r0, #32]
 	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -2368,15 +2342,20 @@ motor_law:
 	vstr s2, [r3, #4]
 	vstr s1, [r0, #0]
 	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
 	mov.w r0, #1
 	add.w sp, sp, #56
 	vpop {s16-s19}
@@ -2684,17 +2663,16 @@ motor_law:
 	vcmp.f32 s3, s2
 	vmrs APSR_nzcv, fpscr
 	ite ne
-	movne.w r6, #1
-	moveq.w r6, #0
+	movne.w r5, #1
+	moveq.w r5, #0
 	vstr s3, [r3, #0]
 	vstr s1, [r3, #4]
 	vldr s2, [ip, #72]
 	vstr s2, [r3, #8]
 	vstr s3, [r0, #0]
 	vldr s2, [r0, #32]
-	orr.w r4, r5, r4
-	eor.w r5, r9, #1
-	and.w r4, r4, r5
+	eor.w r6, r9, #1
+	and.w r4, r6, r4
 	cmp.w r4, #0
 	vmov.f32 s3, s1
 	it ne
@@ -2704,17 +2682,22 @@ motor_law:
 	vsub.f32 s1, s3, s1
 	vstr s1, [r0, #32]
 	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
 	mov.w r0, #0
-	cmp.w r6, #0
+	cmp.w r5, #0
 	it ne
 	orrne.w r0, r0, #2
 	add.w sp, sp, #56
@@ -2913,15 +2896,20 @@ motor_law:
 	vstr s2, [r3, #4]
 	vstr s1, [r0, #0]
 	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
 	mov.w r0, #1
 	add.w sp, sp, #56
 	vpop {s16-s19}
@@ -3027,81 +3015,80 @@ motor_law:
 	cmp.w r10, #0
 	beq.w .Lmotor_law_10
 	vldr s4, [ip, #0]
-	vldr s5, [ip, #92]
-	vldr s6, [ip, #36]
-	vmul.f32 s6, s6, s1
-	vadd.f32 s3, s3, s6
-	vldr s6, [ip, #0]
-	vldr s7, [ip, #0]
-	vcmp.f32 s7, s0
+	vldr s5, [ip, #0]
+	vcmp.f32 s5, s0
 	vmrs APSR_nzcv, fpscr
 	ite gt
 	movgt.w r5, #1
 	movle.w r5, #0
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s6, s0
-	vldr s7, [ip, #72]
-	vldr s8, [r0, #0]
-	vldr s9, [ip, #72]
-	vldr s10, [r0, #0]
-	vabs.f32 s10, s10
-	vldr s11, [ip, #76]
-	vcmp.f32 s10, s11
+	vmovne.f32 s4, s0
+	vneg.f32 s5, s4
+	vldr s6, [ip, #36]
+	vmul.f32 s6, s6, s1
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #72]
+	vldr s7, [r0, #0]
+	vldr s8, [ip, #72]
+	vldr s9, [r0, #0]
+	vabs.f32 s9, s9
+	vldr s10, [ip, #76]
+	vcmp.f32 s9, s10
 	vmrs APSR_nzcv, fpscr
 	it ls
-	vmovls.f32 s9, s8
-	vldr s8, [r0, #0]
-	vldr s10, [ip, #72]
-	vldr s11, [r0, #0]
+	vmovls.f32 s8, s7
+	vldr s7, [r0, #0]
+	vldr s9, [ip, #72]
+	vldr s10, [r0, #0]
 	orr.w r7, r6, r8
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s11, s3
-	vabs.f32 s11, s11
-	vldr s12, [ip, #76]
-	vcmp.f32 s11, s12
+	vmovne.f32 s10, s3
+	vabs.f32 s10, s10
+	vldr s11, [ip, #76]
+	vcmp.f32 s10, s11
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r11, #1
 	movhi.w r11, #0
 	cmp.w r11, #0
 	it ne
-	vmovne.f32 s10, s8
+	vmovne.f32 s9, s7
 	cmp.w r7, #0
-	vmov.f32 s8, s10
+	vmov.f32 s7, s9
 	it ne
-	vmovne.f32 s8, s9
-	vmul.f32 s7, s7, s8
-	vldr s8, [ip, #72]
-	vadd.f32 s7, s7, s8
+	vmovne.f32 s7, s8
+	vmul.f32 s6, s6, s7
+	vldr s7, [ip, #72]
+	vadd.f32 s6, s6, s7
 	cmp.w r11, #0
-	vmov.f32 s8, s7
+	vmov.f32 s7, s6
 	it ne
-	vmovne.f32 s8, s3
+	vmovne.f32 s7, s3
 	str.w r4, [sp, #0]
 	and.w r4, r8, r11
 	cmp.w r4, #0
-	vmov.f32 s9, s7
+	vmov.f32 s8, s6
 	it ne
-	vmovne.f32 s9, s3
+	vmovne.f32 s8, s3
 	cmp.w r6, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s8
-	cmp.w r10, #0
 	vmov.f32 s9, s8
 	it ne
-	vmovne.f32 s9, s2
+	vmovne.f32 s9, s7
+	cmp.w r10, #0
+	vmov.f32 s8, s7
+	it ne
+	vmovne.f32 s8, s2
 	cmp.w r7, #0
+	vmov.f32 s7, s6
+	it ne
+	vmovne.f32 s7, s8
+	cmp.w r9, #0
 	vmov.f32 s8, s7
 	it ne
 	vmovne.f32 s8, s9
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s10
-	vldr s8, [ip, #0]
+	vldr s7, [ip, #0]
 	str.w r5, [sp, #4]
 	eor.w r5, r11, #1
 	str.w r8, [sp, #8]
@@ -3109,186 +3096,146 @@ motor_law:
 	and.w r5, r5, r8
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s8, s0
-	vldr s10, [ip, #0]
+	vmovne.f32 s7, s0
+	vldr s9, [ip, #0]
 	eor.w r8, r10, #1
 	and.w r5, r5, r8
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s10, s0
+	vmovne.f32 s9, s0
 	cmp.w r9, #0
-	vmov.f32 s11, s10
+	vmov.f32 s10, s9
 	it ne
-	vmovne.f32 s11, s8
+	vmovne.f32 s10, s7
 	ldr.w r5, [sp, #0]
 	eor.w r8, r5, #1
 	and.w r8, r7, r8
 	cmp.w r8, #0
-	vmov.f32 s8, s6
+	vmov.f32 s7, s4
 	it ne
-	vmovne.f32 s8, s11
-	vcmp.f32 s9, s8
+	vmovne.f32 s7, s10
+	vcmp.f32 s8, s7
 	vmrs APSR_nzcv, fpscr
 	ite gt
 	movgt.w r8, #1
 	movle.w r8, #0
 	cmp.w r8, #0
-	vmov.f32 s8, s9
+	vmov.f32 s7, s2
 	it ne
-	vmovne.f32 s8, s6
+	vmovne.f32 s7, s4
 	cmp.w r8, #0
-	vmov.f32 s9, s7
+	vmov.f32 s9, s8
 	it ne
-	vmovne.f32 s9, s6
+	vmovne.f32 s9, s4
+	cmp.w r8, #0
+	vmov.f32 s8, s6
+	it ne
+	vmovne.f32 s8, s4
 	cmp.w r11, #0
-	vmov.f32 s7, s9
+	vmov.f32 s4, s8
 	it ne
-	vmovne.f32 s7, s3
+	vmovne.f32 s4, s3
 	cmp.w r4, #0
-	vmov.f32 s10, s9
+	vmov.f32 s6, s8
 	it ne
-	vmovne.f32 s10, s3
+	vmovne.f32 s6, s3
 	cmp.w r6, #0
-	vmov.f32 s11, s10
+	vmov.f32 s3, s6
 	it ne
-	vmovne.f32 s11, s7
+	vmovne.f32 s3, s4
 	cmp.w r10, #0
-	vmov.f32 s10, s7
+	vmov.f32 s6, s4
 	it ne
-	vmovne.f32 s10, s2
+	vmovne.f32 s6, s2
 	cmp.w r7, #0
-	vmov.f32 s7, s9
+	vmov.f32 s4, s8
 	it ne
-	vmovne.f32 s7, s10
+	vmovne.f32 s4, s6
 	cmp.w r9, #0
-	vmov.f32 s9, s7
+	vmov.f32 s6, s4
 	it ne
-	vmovne.f32 s9, s11
+	vmovne.f32 s6, s3
 	cmp.w r5, #0
-	vmov.f32 s7, s9
+	vmov.f32 s3, s6
 	it ne
-	vmovne.f32 s7, s8
-	vneg.f32 s8, s6
-	vldr s9, [ip, #92]
+	vmovne.f32 s3, s9
+	vldr s4, [ip, #92]
 	cmp.w r11, #0
-	vmov.f32 s10, s8
+	vmov.f32 s6, s5
 	it ne
-	vmovne.f32 s10, s9
-	vldr s9, [ip, #92]
+	vmovne.f32 s6, s4
+	vldr s4, [ip, #92]
 	orr.w r7, r10, r11
 	cmp.w r7, #0
-	vmov.f32 s11, s8
+	vmov.f32 s8, s5
 	it ne
-	vmovne.f32 s11, s9
+	vmovne.f32 s8, s4
 	cmp.w r9, #0
-	vmov.f32 s9, s11
+	vmov.f32 s4, s8
 	it ne
-	vmovne.f32 s9, s10
-	vldr s10, [ip, #92]
+	vmovne.f32 s4, s6
+	vldr s6, [ip, #92]
 	cmp.w r4, #0
-	vmov.f32 s11, s8
+	vmov.f32 s8, s5
 	it ne
-	vmovne.f32 s11, s10
-	vldr s10, [ip, #92]
+	vmovne.f32 s8, s6
+	vldr s6, [ip, #92]
 	ldr.w r4, [sp, #8]
 	and.w r4, r7, r4
 	cmp.w r4, #0
-	vmov.f32 s12, s8
+	vmov.f32 s9, s5
 	it ne
-	vmovne.f32 s12, s10
+	vmovne.f32 s9, s6
 	cmp.w r9, #0
-	vmov.f32 s10, s12
-	it ne
-	vmovne.f32 s10, s11
-	cmp.w r6, #0
-	vmov.f32 s11, s10
-	it ne
-	vmovne.f32 s11, s9
-	cmp.w r5, #0
-	vmov.f32 s9, s11
-	it ne
-	vmovne.f32 s9, s8
-	vcmp.f32 s7, s9
-	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r4, #1
-	movpl.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s5
-	cmp.w r8, #0
-	vmov.f32 s5, s7
-	it ne
-	vmovne.f32 s5, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s2
-	it ne
-	vmovne.f32 s4, s6
-	cmp.w r4, #0
-	vmov.f32 s6, s4
+	vmov.f32 s6, s9
 	it ne
 	vmovne.f32 s6, s8
-	vldr s4, [ip, #0]
-	vldr s7, [ip, #92]
-	cmp.w r10, #0
-	vmov.f32 s8, s3
+	cmp.w r6, #0
+	vmov.f32 s8, s6
 	it ne
-	vmovne.f32 s8, s2
-	cmp.w r4, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r8, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s4
+	vmovne.f32 s8, s4
 	cmp.w r5, #0
-	vmov.f32 s4, s7
+	vmov.f32 s4, s8
 	it ne
-	vmovne.f32 s4, s6
-	cmp.w r9, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s5
-	orr.w r4, r5, r10
-	eor.w r5, r9, #1
-	and.w r4, r4, r5
-	cmp.w r4, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	vcmp.f32 s7, s4
+	vmovne.f32 s4, s5
+	vcmp.f32 s3, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s7
+	it mi
+	vmovmi.f32 s3, s5
+	vcmp.f32 s3, s2
 	vmrs APSR_nzcv, fpscr
 	ite ne
-	movne.w r5, #1
-	moveq.w r5, #0
-	vstr s6, [r3, #0]
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s3, [r3, #0]
 	vstr s1, [r3, #4]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #8]
-	vstr s6, [r0, #0]
-	vldr s2, [r0, #32]
-	cmp.w r4, #0
-	vmov.f32 s3, s1
-	it ne
-	vmovne.f32 s3, s2
-	vldr s1, [ip, #96]
-	vmul.f32 s1, s1, s3
-	vsub.f32 s1, s3, s1
-	vstr s1, [r0, #32]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vstr s3, [r0, #0]
 	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
+	vldr s0, [r0, #32]
+	vldr s1, [ip, #96]
+	vldr s2, [r0, #32]
+	vmul.f32 s1, s1, s2
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #32]
 	mov.w r0, #0
-	cmp.w r5, #0
+	cmp.w r4, #0
 	it ne
 	orrne.w r0, r0, #2
 	add.w sp, sp, #56
@@ -3503,15 +3450,20 @@ motor_law:
 	vsub.f32 s1, s1, s2
 	vstr s1, [r0, #32]
 	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -3698,15 +3650,20 @@ motor_law:
 	vstr s2, [r3, #4]
 	vstr s1, [r0, #0]
 	vldr s1, [ip, #100]
-	vadd.f32 s0, s0, s1
-	vldr s1, [r0, #24]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #72]
+	vldr s3, [ip, #100]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #100]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
-	it ge
-	vmovge.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #104]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s0, s0, s1
+	vstr s0, [r0, #24]
 	mov.w r0, #1
 	add.w sp, sp, #56
 	vpop {s16-s19}
@@ -4182,357 +4139,338 @@ motor_law:
 	movne.w r4, r5
 	vldr s4, [ip, #0]
 	vldr s5, [ip, #92]
-	vldr s6, [ip, #0]
-	vldr s7, [ip, #0]
-	vcmp.f32 s7, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s6, s0
-	vldr s7, [ip, #72]
-	vldr s8, [r0, #0]
-	vldr s9, [ip, #72]
-	vldr s10, [r0, #0]
-	vabs.f32 s10, s10
-	vldr s11, [ip, #76]
-	vcmp.f32 s10, s11
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s9, s8
-	vldr s8, [r0, #0]
-	vldr s10, [ip, #72]
-	ldr.w r8, [sp, #16]
-	cmp.w r8, #0
-	it ne
-	vmovne.f32 s10, s8
+	eor.w r5, r6, #1
+	ldr.w r8, [sp, #20]
 	str.w r11, [sp, #24]
-	ldr.w r11, [sp, #12]
+	and.w r11, r5, r8
 	cmp.w r11, #0
-	vmov.f32 s8, s10
+	vmov.f32 s6, s2
 	it ne
-	vmovne.f32 s8, s9
-	vmul.f32 s7, s7, s8
-	vldr s8, [ip, #72]
-	vadd.f32 s7, s7, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s2
-	str.w r9, [sp, #28]
-	and.w r9, r7, r8
-	cmp.w r9, #0
-	vmov.f32 s9, s7
-	it ne
-	vmovne.f32 s9, s2
-	cmp.w r10, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s8
-	str.w r6, [sp, #32]
-	ldr.w r6, [sp, #20]
-	cmp.w r6, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s1
-	cmp.w r11, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	str.w r4, [sp, #36]
-	ldr.w r4, [sp, #32]
-	cmp.w r4, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s10
+	vmovne.f32 s6, s1
+	vldr s7, [ip, #0]
 	vldr s8, [ip, #0]
-	str.w r5, [sp, #40]
-	ldr.w r5, [sp, #28]
-	ldr.w r7, [sp, #40]
-	and.w r5, r5, r7
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s8, s0
-	vldr s10, [ip, #0]
-	ldr.w r7, [sp, #24]
-	and.w r5, r5, r7
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s10, s0
-	cmp.w r4, #0
-	vmov.f32 s0, s10
-	it ne
-	vmovne.f32 s0, s8
-	ldr.w r5, [sp, #0]
-	eor.w r7, r5, #1
-	and.w r7, r11, r7
-	cmp.w r7, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s0
-	vcmp.f32 s9, s8
+	vcmp.f32 s8, s0
 	vmrs APSR_nzcv, fpscr
 	ite gt
 	movgt.w r7, #1
 	movle.w r7, #0
 	cmp.w r7, #0
-	vmov.f32 s0, s9
-	it ne
-	vmovne.f32 s0, s6
-	cmp.w r7, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s6
-	cmp.w r8, #0
-	vmov.f32 s7, s8
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s2
-	cmp.w r10, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	cmp.w r6, #0
-	vmov.f32 s9, s7
-	it ne
-	vmovne.f32 s9, s1
-	cmp.w r11, #0
-	vmov.f32 s7, s8
-	it ne
-	vmovne.f32 s7, s9
-	cmp.w r4, #0
-	vmov.f32 s9, s7
-	it ne
-	vmovne.f32 s9, s10
-	cmp.w r5, #0
-	vmov.f32 s7, s9
 	it ne
 	vmovne.f32 s7, s0
-	vneg.f32 s0, s6
-	vldr s9, [ip, #92]
-	cmp.w r8, #0
-	vmov.f32 s10, s0
-	it ne
-	vmovne.f32 s10, s9
-	vldr s9, [ip, #92]
-	str.w r7, [sp, #24]
-	orr.w r7, r6, r8
-	cmp.w r7, #0
-	vmov.f32 s11, s0
+	vldr s8, [ip, #72]
+	vldr s9, [r0, #0]
+	vldr s10, [ip, #72]
+	vldr s11, [r0, #0]
+	vabs.f32 s11, s11
+	vldr s12, [ip, #76]
+	vcmp.f32 s11, s12
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s10, s9
+	vldr s9, [r0, #0]
+	vldr s11, [ip, #72]
+	str.w r9, [sp, #28]
+	ldr.w r9, [sp, #16]
+	cmp.w r9, #0
 	it ne
 	vmovne.f32 s11, s9
+	str.w r4, [sp, #32]
+	ldr.w r4, [sp, #12]
 	cmp.w r4, #0
 	vmov.f32 s9, s11
 	it ne
 	vmovne.f32 s9, s10
-	vldr s10, [ip, #92]
+	vmul.f32 s8, s8, s9
+	vldr s9, [ip, #72]
+	vadd.f32 s8, s8, s9
 	cmp.w r9, #0
-	vmov.f32 s11, s0
+	vmov.f32 s9, s8
 	it ne
-	vmovne.f32 s11, s10
-	vldr s10, [ip, #92]
+	vmovne.f32 s9, s2
 	ldr.w r10, [sp, #8]
-	and.w r11, r7, r10
-	cmp.w r11, #0
-	vmov.f32 s12, s0
+	str.w r6, [sp, #36]
+	and.w r6, r10, r9
+	cmp.w r6, #0
+	vmov.f32 s10, s8
 	it ne
-	vmovne.f32 s12, s10
-	cmp.w r4, #0
-	vmov.f32 s10, s12
-	it ne
-	vmovne.f32 s10, s11
+	vmovne.f32 s10, s2
+	str.w r5, [sp, #40]
 	ldr.w r5, [sp, #4]
 	cmp.w r5, #0
 	vmov.f32 s11, s10
 	it ne
 	vmovne.f32 s11, s9
-	ldr.w r6, [sp, #0]
-	cmp.w r6, #0
-	vmov.f32 s9, s11
+	cmp.w r8, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s1
+	cmp.w r4, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s10
+	str.w r11, [sp, #44]
+	ldr.w r11, [sp, #36]
+	cmp.w r11, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s11
+	vldr s9, [ip, #0]
+	str.w r7, [sp, #48]
+	ldr.w r7, [sp, #28]
+	ldr.w r10, [sp, #48]
+	and.w r7, r7, r10
+	cmp.w r7, #0
 	it ne
 	vmovne.f32 s9, s0
-	vcmp.f32 s7, s9
+	vldr s11, [ip, #0]
+	ldr.w r10, [sp, #24]
+	and.w r7, r7, r10
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s11, s0
+	cmp.w r11, #0
+	vmov.f32 s0, s11
+	it ne
+	vmovne.f32 s0, s9
+	ldr.w r7, [sp, #0]
+	eor.w r10, r7, #1
+	and.w r10, r4, r10
+	cmp.w r10, #0
+	vmov.f32 s9, s7
+	it ne
+	vmovne.f32 s9, s0
+	vcmp.f32 s10, s9
+	vmrs APSR_nzcv, fpscr
+	ite gt
+	movgt.w r10, #1
+	movle.w r10, #0
+	cmp.w r10, #0
+	vmov.f32 s0, s10
+	it ne
+	vmovne.f32 s0, s7
+	cmp.w r10, #0
+	vmov.f32 s9, s8
+	it ne
+	vmovne.f32 s9, s7
+	cmp.w r9, #0
+	vmov.f32 s8, s9
+	it ne
+	vmovne.f32 s8, s2
+	cmp.w r6, #0
+	vmov.f32 s10, s9
+	it ne
+	vmovne.f32 s10, s2
+	cmp.w r5, #0
+	vmov.f32 s11, s10
+	it ne
+	vmovne.f32 s11, s8
+	cmp.w r8, #0
+	vmov.f32 s10, s8
+	it ne
+	vmovne.f32 s10, s1
+	cmp.w r4, #0
+	vmov.f32 s8, s9
+	it ne
+	vmovne.f32 s8, s10
+	cmp.w r11, #0
+	vmov.f32 s10, s8
+	it ne
+	vmovne.f32 s10, s11
+	cmp.w r7, #0
+	vmov.f32 s8, s10
+	it ne
+	vmovne.f32 s8, s0
+	vneg.f32 s0, s7
+	vldr s7, [ip, #92]
+	cmp.w r9, #0
+	vmov.f32 s10, s0
+	it ne
+	vmovne.f32 s10, s7
+	vldr s7, [ip, #92]
+	str.w r10, [sp, #24]
+	orr.w r10, r8, r9
+	cmp.w r10, #0
+	vmov.f32 s11, s0
+	it ne
+	vmovne.f32 s11, s7
+	cmp.w r11, #0
+	vmov.f32 s7, s11
+	it ne
+	vmovne.f32 s7, s10
+	vldr s10, [ip, #92]
+	cmp.w r6, #0
+	vmov.f32 s11, s0
+	it ne
+	vmovne.f32 s11, s10
+	vldr s10, [ip, #92]
+	ldr.w r5, [sp, #8]
+	and.w r4, r10, r5
+	cmp.w r4, #0
+	vmov.f32 s12, s0
+	it ne
+	vmovne.f32 s12, s10
+	cmp.w r11, #0
+	vmov.f32 s10, s12
+	it ne
+	vmovne.f32 s10, s11
+	ldr.w r7, [sp, #4]
+	cmp.w r7, #0
+	vmov.f32 s11, s10
+	it ne
+	vmovne.f32 s11, s7
+	ldr.w r8, [sp, #0]
+	cmp.w r8, #0
+	vmov.f32 s7, s11
+	it ne
+	vmovne.f32 s7, s0
+	vcmp.f32 s8, s7
 	vmrs APSR_nzcv, fpscr
 	ite mi
 	movmi.w r8, #1
 	movpl.w r8, #0
 	cmp.w r8, #0
-	vmov.f32 s7, s2
+	vmov.f32 s7, s6
 	it ne
 	vmovne.f32 s7, s5
-	str.w r9, [sp, #28]
 	ldr.w r9, [sp, #24]
 	cmp.w r9, #0
 	vmov.f32 s5, s7
 	it ne
 	vmovne.f32 s5, s4
-	cmp.w r9, #0
-	vmov.f32 s4, s1
+	str.w r6, [sp, #0]
+	vcmp.f32 s5, s6
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r6, #1
+	moveq.w r6, #0
+	str.w r10, [sp, #28]
+	ldr.w r10, [sp, #16]
+	and.w r5, r10, r6
+	str.w r4, [sp, #48]
+	ldr.w r11, [sp, #44]
+	cmp.w r11, #0
+	mov.w r4, r5
 	it ne
-	vmovne.f32 s4, s6
-	cmp.w r8, #0
-	vmov.f32 s6, s4
+	movne.w r4, r6
+	ldr.w r7, [sp, #8]
+	str.w r8, [sp, #52]
+	and.w r8, r5, r7
+	ldr.w r10, [sp, #20]
+	cmp.w r10, #0
+	mov.w r9, r5
 	it ne
-	vmovne.f32 s6, s0
-	vldr s4, [ip, #0]
-	vldr s7, [ip, #92]
-	str.w r7, [sp, #40]
-	ldr.w r7, [sp, #20]
+	movne.w r9, r6
+	and.w r5, r7, r9
+	ldr.w r7, [sp, #36]
 	cmp.w r7, #0
-	vmov.f32 s9, s2
+	mov.w r6, r5
 	it ne
-	vmovne.f32 s9, s1
+	movne.w r6, r8
+	ldr.w r8, [sp, #4]
 	cmp.w r8, #0
-	vmov.f32 s10, s9
+	mov.w r5, r6
 	it ne
-	vmovne.f32 s10, s7
+	movne.w r5, r4
+	vldr s4, [ip, #72]
+	ldr.w r4, [sp, #16]
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s4, s3
+	vldr s5, [ip, #72]
+	ldr.w r6, [sp, #28]
+	cmp.w r6, #0
+	it ne
+	vmovne.f32 s5, s3
+	cmp.w r7, #0
+	vmov.f32 s6, s5
+	it ne
+	vmovne.f32 s6, s4
+	vldr s4, [ip, #72]
+	ldr.w r9, [sp, #0]
 	cmp.w r9, #0
-	vmov.f32 s7, s10
+	it ne
+	vmovne.f32 s4, s3
+	vldr s5, [ip, #72]
+	ldr.w r11, [sp, #48]
+	cmp.w r11, #0
+	it ne
+	vmovne.f32 s5, s3
+	cmp.w r7, #0
+	vmov.f32 s7, s5
 	it ne
 	vmovne.f32 s7, s4
-	cmp.w r6, #0
+	cmp.w r8, #0
 	vmov.f32 s4, s7
 	it ne
 	vmovne.f32 s4, s6
-	cmp.w r4, #0
-	vmov.f32 s6, s4
+	vstr s4, [r3, #4]
+	vldr s4, [ip, #0]
+	vldr s5, [ip, #92]
+	ldr.w r10, [sp, #52]
+	cmp.w r10, #0
+	vmov.f32 s6, s2
 	it ne
 	vmovne.f32 s6, s5
-	orr.w r6, r6, r7
-	eor.w r10, r4, #1
-	and.w r6, r6, r10
-	cmp.w r6, #0
-	vmov.f32 s4, s2
-	it ne
-	vmovne.f32 s4, s1
-	str.w r11, [sp, #0]
-	vcmp.f32 s6, s4
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r11, #1
-	moveq.w r11, #0
-	ldr.w r5, [sp, #16]
-	str.w r8, [sp, #44]
-	and.w r8, r5, r11
-	and.w r4, r10, r7
-	cmp.w r4, #0
-	mov.w r9, r8
-	it ne
-	movne.w r9, r11
-	ldr.w r4, [sp, #8]
-	str.w r6, [sp, #48]
-	and.w r6, r8, r4
-	cmp.w r7, #0
-	mov.w r5, r8
-	it ne
-	movne.w r5, r11
-	and.w r4, r4, r5
-	ldr.w r8, [sp, #32]
-	cmp.w r8, #0
-	mov.w r5, r4
-	it ne
-	movne.w r5, r6
-	ldr.w r6, [sp, #4]
-	cmp.w r6, #0
-	mov.w r4, r5
-	it ne
-	movne.w r4, r9
-	vldr s2, [ip, #72]
-	ldr.w r5, [sp, #16]
+	str.w r5, [sp, #8]
+	ldr.w r5, [sp, #24]
 	cmp.w r5, #0
+	vmov.f32 s2, s6
 	it ne
-	vmovne.f32 s2, s3
-	vldr s4, [ip, #72]
-	ldr.w r9, [sp, #40]
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s4, s3
-	cmp.w r8, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s2
-	vldr s2, [ip, #72]
-	ldr.w r11, [sp, #28]
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s2, s3
-	vldr s4, [ip, #72]
-	str.w r10, [sp, #8]
-	ldr.w r10, [sp, #0]
+	vmovne.f32 s2, s4
 	cmp.w r10, #0
+	vmov.f32 s4, s9
 	it ne
-	vmovne.f32 s4, s3
-	cmp.w r8, #0
-	vmov.f32 s7, s4
+	vmovne.f32 s4, s0
+	cmp.w r4, #0
+	vmov.f32 s0, s4
 	it ne
-	vmovne.f32 s7, s2
-	cmp.w r6, #0
-	vmov.f32 s2, s7
-	it ne
-	vmovne.f32 s2, s6
-	vstr s2, [r3, #4]
-	ldr.w r7, [sp, #44]
-	cmp.w r7, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s0
-	cmp.w r5, #0
-	vmov.f32 s0, s2
-	it ne
-	vmovne.f32 s0, s5
-	cmp.w r11, #0
-	vmov.f32 s4, s2
-	it ne
-	vmovne.f32 s4, s5
-	cmp.w r6, #0
+	vmovne.f32 s0, s2
+	cmp.w r9, #0
 	vmov.f32 s5, s4
 	it ne
-	vmovne.f32 s5, s0
-	vldr s4, [ip, #0]
+	vmovne.f32 s5, s2
+	cmp.w r8, #0
+	vmov.f32 s2, s5
+	it ne
+	vmovne.f32 s2, s0
+	vldr s5, [ip, #0]
 	vldr s6, [ip, #92]
-	cmp.w r7, #0
+	cmp.w r10, #0
 	vmov.f32 s7, s1
 	it ne
 	vmovne.f32 s7, s6
-	ldr.w r7, [sp, #24]
-	cmp.w r7, #0
+	cmp.w r5, #0
 	vmov.f32 s1, s7
 	it ne
-	vmovne.f32 s1, s4
-	ldr.w r7, [sp, #20]
+	vmovne.f32 s1, s5
+	ldr.w r5, [sp, #20]
+	cmp.w r5, #0
+	vmov.f32 s5, s0
+	it ne
+	vmovne.f32 s5, s1
+	ldr.w r10, [sp, #12]
+	cmp.w r10, #0
+	vmov.f32 s0, s4
+	it ne
+	vmovne.f32 s0, s5
 	cmp.w r7, #0
-	vmov.f32 s4, s0
-	it ne
-	vmovne.f32 s4, s1
-	str.w r4, [sp, #24]
-	ldr.w r4, [sp, #12]
-	cmp.w r4, #0
-	vmov.f32 s0, s2
-	it ne
-	vmovne.f32 s0, s4
-	cmp.w r8, #0
 	vmov.f32 s1, s0
 	it ne
-	vmovne.f32 s1, s5
+	vmovne.f32 s1, s2
 	vstr s1, [r3, #0]
 	vldr s0, [r0, #32]
 	vsub.f32 s0, s3, s0
 	vldr s2, [ip, #72]
-	and.w r4, r6, r7
-	ldr.w r7, [sp, #8]
-	and.w r4, r4, r7
-	cmp.w r4, #0
+	and.w r5, r8, r5
+	ldr.w r10, [sp, #40]
+	and.w r5, r5, r10
+	cmp.w r5, #0
 	it ne
 	vmovne.f32 s2, s0
 	vstr s2, [r3, #8]
 	vldr s0, [r0, #32]
-	ldr.w r4, [sp, #48]
-	cmp.w r4, #0
+	ldr.w r5, [sp, #44]
+	cmp.w r5, #0
 	vmov.f32 s2, s3
 	it ne
 	vmovne.f32 s2, s0
@@ -4540,41 +4478,41 @@ motor_law:
 	vmul.f32 s0, s0, s2
 	vsub.f32 s0, s2, s0
 	vldr s2, [r0, #32]
-	cmp.w r5, #0
+	cmp.w r4, #0
 	it ne
 	vmovne.f32 s2, s0
 	vldr s3, [r0, #32]
-	cmp.w r9, #0
+	cmp.w r6, #0
 	it ne
 	vmovne.f32 s3, s0
-	cmp.w r8, #0
+	cmp.w r7, #0
 	vmov.f32 s4, s3
 	it ne
 	vmovne.f32 s4, s2
 	vldr s2, [r0, #32]
-	cmp.w r11, #0
+	cmp.w r9, #0
 	it ne
 	vmovne.f32 s2, s0
 	vldr s3, [r0, #32]
-	cmp.w r10, #0
+	cmp.w r11, #0
 	it ne
 	vmovne.f32 s3, s0
-	cmp.w r8, #0
+	cmp.w r7, #0
 	vmov.f32 s0, s3
 	it ne
 	vmovne.f32 s0, s2
-	cmp.w r6, #0
+	cmp.w r8, #0
 	vmov.f32 s2, s0
 	it ne
 	vmovne.f32 s2, s4
 	vstr s2, [r0, #32]
 	vstr s1, [r0, #0]
 	mov.w r0, #0
-	ldr.w r4, [sp, #36]
+	ldr.w r4, [sp, #32]
 	cmp.w r4, #0
 	it ne
 	orrne.w r0, r0, #1
-	ldr.w r5, [sp, #24]
+	ldr.w r5, [sp, #8]
 	cmp.w r5, #0
 	it ne
 	orrne.w r0, r0, #2
@@ -4609,6 +4547,7 @@ motor_law:
 	.word 0x45a00000 @ 5120.0
 	.word 0xc1200000 @ -10.0
 	.word 0x3d782a02 @ 0.060586937
+	.word 0x3f800000 @ 1.0
 	.word 0x3e200000 @ 0.15625
 	.size motor_law, .-motor_law
 

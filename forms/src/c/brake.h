@@ -2,8 +2,7 @@
 static inline void @_watch_brakes(@_monitor *monitor)
 {
     monitor->braking = 1.0f;
-    monitor->most = -1.0f; /* not known before the first tick of it */
-    monitor->holds = 0.0f;
+    monitor->most = 0.0f; /* not known before the first tick of it */
     monitor->stuck = 0.0f;
     monitor->over = 0.0f;
 }
@@ -18,12 +17,12 @@ $looks$$holds$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
     if (is_short) {
         @_watch_limit(monitor, state, speed, slowing, false$overs$);
         /* Faster than at the beginning: that is no brake. */
-        if (asks > monitor->most) {
+        if (asks > @_magnitude(monitor->most)) {
             monitor->stuck = $stuck_ticks$f + 1.0f;
         }
     } else {
         @_watch_within(monitor);
-        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * monitor->most)))) {
+        if (!((speed < monitor->last_sigma) && (asks > (0.0078125f * @_magnitude(monitor->most))))) {
             monitor->braking += 1.0f;
         }
         monitor->last_sigma = speed;
@@ -46,9 +45,10 @@ $load$    const float asked = (@_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
     float slowing = (asked > u_max) ? u_max : asked;
     slowing = (slowing < u_min) ? u_min : slowing;
     const bool is_short = slowing != asked;
-    if (monitor->most < 0.0f) {
-        monitor->most = (1.25f * asks) + (0.5f * (u_max - u_min));
-$may_hold$    } else {
+    if (@_magnitude(monitor->most) <= 0.0f) {
+        const float most = (1.25f * asks) + (0.5f * ($u_max$f - ($u_min$f)));
+        monitor->most = $may_hold$-most;
+    } else {
         @_watch_brake(monitor, state, speed, asks, slowing, is_short, (told & blind) == blind);
     }
     const bool is_stuck = monitor->stuck > $stuck_ticks$f;

@@ -46,7 +46,7 @@ static inline void @_watch_limit(@_monitor *monitor, const @_state *state, float
     /* Does it speed up against the current, by what the current would do the other way round? */
     bool wrong_way = ((state->v$shaft$ * wanted) < 0.0f) && ((state->d$shaft$ * wanted) < 0.0f) &&
                      (speed > monitor->last_speed) && (found > (1.25f * @_magnitude(wanted))) &&
-                     (found < (3.0f * @_magnitude(wanted)));
+                     (found < (3.5f * @_magnitude(wanted)));
 $apart$    if (wrong_way && over$shaft$) {
         monitor->against += 1.0f;
     } else if (is_lost) {
