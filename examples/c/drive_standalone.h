@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x102e0237u
-#error "two designs with the prefix drive, 0x102e0237u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x102e0237u
+#if DRIVE_STANDALONE != 0x8e9a385fu
+#error "two designs with the prefix drive, 0x8e9a385fu here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x8e9a385fu
 #endif
 #else
-#define DRIVE_STANDALONE 0x102e0237u
+#define DRIVE_STANDALONE 0x8e9a385fu
 
 #include <float.h>
 #include <stdbool.h>
@@ -628,6 +628,8 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b2 = 7.51879730e1f; /* damping of the motor, 1/s */
     static const float full_turn = 6.28318548e0f; /* 2 pi */
+    static const float u_min = -30.0f; /* limit, A */
+    static const float u_max = 30.0f; /* limit, A */
     static const float most = 30.0f;
     static const float far_per_u = 8.01729225e-3f; /* of e_1 no more counts */
     static const float far = 2.40518764e-1f; /* of e_1 no more counts */
@@ -649,16 +651,13 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float feed_1 = 9.68818367e-1f; /* feed-forward, on the reference's change in the tick */
     static const float feed_2 = 5.97250760e-1f; /* feed-forward, on the reference's change in the tick */
     static const float feed_3 = 9.75133538e-1f; /* feed-forward, on the reference's change in the tick */
-    static const float k_offset = 1.80237554e-2f; /* law, on W where us is on sigma */
-    static const float us = -2.00241711e-2f; /* law, on sigma* */
-    static const float plausible = 15360.0f; /* a demand beyond is looked at, A */
     static const float kw = -2.00041593e-3f; /* law, on the offset W */
-    static const float u_min = -30.0f; /* limit, A */
-    static const float u_max = 30.0f; /* limit, A */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
     static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
-    const bool holds = !between->begins;
+    static const float k_offset = 1.80237554e-2f; /* law, on W where us is on sigma */
+    static const float us = -2.00241711e-2f; /* law, on sigma* */
+    static const float plausible = 15360.0f; /* a demand beyond is looked at, A */
     const float part = (unit_link * (float)drive_signed(state->at_link)) + state->p_link;
 
     /* 4. The chain. */
@@ -673,266 +672,341 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     const float v_link = state->v_link - sample->begin.r_dot;
     const float part_6 = part_4 - sample->begin.r_ddot;
     const float sigma_2 = sigma - sample->begin.r_dddot;
-    const bool holds_2 = (state->limit > (-most)) && (state->limit < most);
-    const float part_7 = holds_2 ? (far_per_u * ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
-            : far;
-    const bool holds_3 = (part_5 >= (-part_7)) && (part_5 <= part_7);
-    const bool holds_4 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
-    const bool holds_5 = holds_3 || holds_4;
-    const float part_8 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - part_7;
-    const float part_9 = 3.0f * part_7;
-    const float part_10 = part_8 - part_9;
-    const float part_11 = 0.5f * ((part_8 + part_9) - ((part_10 < 0.0f) ? (-part_10) : (part_10 + 0.0f)));
-    const float part_12 = part_8 - part_11;
-    const float part_13 = 4.0f * part_9;
-    const float part_14 = 0.5f * 3.33333343e-1f;
-    const float part_15 = part_12 - part_13;
-    const float part_16 = 0.5f * ((part_12 + part_13) - ((part_15 < 0.0f) ? (-part_15) : (part_15 + 0.0f)));
-    const float part_17 = part_12 - part_16;
-    const float part_18 = 4.0f * part_13;
-    const float part_19 = 0.5f * part_14;
-    const float part_20 = part_17 - part_18;
-    const float part_21 = 0.5f * ((part_17 + part_18) - ((part_20 < 0.0f) ? (-part_20) : (part_20 + 0.0f)));
-    const float part_22 = part_17 - part_21;
-    const float part_23 = 4.0f * part_18;
-    const float part_24 = part_22 - part_23;
-    const float part_25 = (((part_7 + (3.33333343e-1f * part_11)) + (part_14 * part_16)) + (part_19 * part_21))
-            + ((0.5f * part_19) * (0.5f * ((part_22 + part_23) - ((part_24 < 0.0f) ? (-part_24) : (part_24 + 0.0f)))));
-    float sigma_3 = sigma_2 + (c_1 * (holds_3 ? part_5 : ((part_5 > 0.0f) ? part_25 : (-part_25))));
-    sigma_3 += c_2 * v_link;
-    sigma_3 += c_3 * part_6;
-    sigma_3 += c_d_link * state->d_link;
-    sigma_3 += c_growth_link * state->d_dot_link;
-    const float part_26 = cross - between->g_cos;
+    const float part_7 = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
+    const float part_8 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
+            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
+    const bool holds = (state->limit > (-most)) && (state->limit < most);
+    const float part_9 = holds ? part_7 : u_min;
+    const float part_10 = holds ? part_8 : u_max;
+    const float part_11 = holds ? (far_per_u * ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))) : far;
+    const bool holds_2 = (part_5 >= (-part_11)) && (part_5 <= part_11);
+    if (!between->begins) {
+        if (!holds_2) {
+            const bool holds_3 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
+            if (!holds_3) {
+                const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
+                        ? state->held : 0.0f)) + fallback;
+                const float part_44 = (part_43 > part_8) ? part_8 : part_43;
+                const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+                output->u = u_2;
+                output->sigma = 0.0f;
+                output->sigma_star = 0.0f;
+                state->held = u_2;
+                return (unsigned)DRIVE_INPUT_REJECTED;
+            }
+            const float part_12 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - part_11;
+            const float part_13 = 3.0f * part_11;
+            const float part_14 = part_12 - part_13;
+            const float part_15 = 0.5f * ((part_12 + part_13) - ((part_14 < 0.0f) ? (-part_14) : (part_14 + 0.0f)));
+            const float part_16 = part_12 - part_15;
+            const float part_17 = 4.0f * part_13;
+            const float part_18 = 0.5f * 3.33333343e-1f;
+            const float part_19 = part_16 - part_17;
+            const float part_20 = 0.5f * ((part_16 + part_17) - ((part_19 < 0.0f) ? (-part_19) : (part_19 + 0.0f)));
+            const float part_21 = part_16 - part_20;
+            const float part_22 = 4.0f * part_17;
+            const float part_23 = 0.5f * part_18;
+            const float part_24 = part_21 - part_22;
+            const float part_25 = 0.5f * ((part_21 + part_22) - ((part_24 < 0.0f) ? (-part_24) : (part_24 + 0.0f)));
+            const float part_26 = part_21 - part_25;
+            const float part_27 = 4.0f * part_22;
+            const float part_28 = part_26 - part_27;
+            const float part_29 = (((part_11 + (3.33333343e-1f * part_15)) + (part_18 * part_20))
+                    + (part_23 * part_25))
+                    + ((0.5f * part_23) * (0.5f * ((part_26 + part_27)
+                    - ((part_28 < 0.0f) ? (-part_28) : (part_28 + 0.0f)))));
+            const float part_30 = (part_5 > 0.0f) ? part_29 : (-part_29);
+            float sigma_7 = sigma_2 + (c_1 * part_30);
+            const float part_31 = c_2 * v_link;
+            sigma_7 += part_31;
+            const float part_32 = c_3 * part_6;
+            sigma_7 += part_32;
+            const float part_33 = c_d_link * state->d_link;
+            sigma_7 += part_33;
+            const float part_34 = c_growth_link * state->d_dot_link;
+            sigma_7 += part_34;
+            const float part_35 = cross - between->g_cos;
+            float bare = -(per_b * (((((((between->g_sin * state->v_link) * state->v_link) - (kappa_motor * part_3))
+                    - (b2 * state->v_motor)) + (part_2 * part_4)) - (b1 * sigma))
+                    + (state->d_motor + (part_35 * state->d_link))));
+            bare += kx_2 * v_link;
+            bare += kx_3 * part_6;
+            bare += kx_4 * sigma_2;
+            bare += k_d_link * state->d_link;
+            bare += k_growth_link * state->d_dot_link;
+            bare += k_last * (state->d_dot_motor + (part_35 * state->d_dot_link));
+            const float part_36 = sample->end.r - sample->begin.r;
+            const float part_37 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
+            bare += (((feed_4 * (sample->end.r_dddot - sample->begin.r_dddot))
+                    + (feed_1 * ((part_37 != 0.0f) ? (part_36 + (full_turn * part_37)) : part_36)))
+                    + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
+                    + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
+            const float part_45 = bare + (k_offset * state->offset);
+            const float demand_2 = part_45 + (us * sigma_7);
+            if ((demand_2 >= (-plausible)) && (demand_2 <= plausible)) {
+                const float u_6 = (part_10 < demand_2) ? part_10 : ((demand_2 < part_9) ? part_9 : demand_2);
+
+                /* 6. Memory. */
+                const float offset = state->offset - (decay * state->offset);
+                const float part_42 = state->reported + 1.0f;
+                const float limit = holds
+                        ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                        + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+                        : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+                output->u = u_6;
+                output->sigma = sigma_7;
+                output->sigma_star = 0.0f;
+                state->offset = offset;
+                state->held = u_6;
+                state->limit = limit;
+                return (u_6 != demand_2) ? (unsigned)DRIVE_SATURATED : 0u;
+            }
+            const float part_47 = bare + (kw * sigma_7);
+            if (!((part_47 >= (-input_limit)) && (part_47 <= input_limit))) {
+                const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
+                        ? state->held : 0.0f)) + fallback;
+                const float part_44 = (part_43 > part_8) ? part_8 : part_43;
+                const float part_42 = state->reported + 1.0f;
+                const float limit = holds
+                        ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                        + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+                        : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+                const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+                output->u = u_2;
+                output->sigma = 0.0f;
+                output->sigma_star = 0.0f;
+                state->held = u_2;
+                state->limit = limit;
+                return (unsigned)DRIVE_INPUT_REJECTED;
+            }
+            const float u_7 = (part_10 < part_47) ? part_10 : ((part_47 < part_9) ? part_9 : part_47);
+
+            /* 6. Memory. */
+            const float sigma_8 = sigma_7 - (decay * sigma_7);
+            const float part_42 = state->reported + 1.0f;
+            const float limit = holds
+                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                    + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+            output->u = u_7;
+            output->sigma = sigma_7;
+            output->sigma_star = 0.0f;
+            state->offset = sigma_8;
+            state->held = u_7;
+            state->limit = limit;
+            return (u_7 != part_47) ? (unsigned)DRIVE_SATURATED : 0u;
+        }
+        float sigma_5 = sigma_2 + (c_1 * part_5);
+        const float part_31 = c_2 * v_link;
+        sigma_5 += part_31;
+        const float part_32 = c_3 * part_6;
+        sigma_5 += part_32;
+        const float part_33 = c_d_link * state->d_link;
+        sigma_5 += part_33;
+        const float part_34 = c_growth_link * state->d_dot_link;
+        sigma_5 += part_34;
+        const float part_35 = cross - between->g_cos;
+        float bare = -(per_b * (((((((between->g_sin * state->v_link) * state->v_link) - (kappa_motor * part_3))
+                - (b2 * state->v_motor)) + (part_2 * part_4)) - (b1 * sigma))
+                + (state->d_motor + (part_35 * state->d_link))));
+        bare += kx_2 * v_link;
+        bare += kx_3 * part_6;
+        bare += kx_4 * sigma_2;
+        bare += k_d_link * state->d_link;
+        bare += k_growth_link * state->d_dot_link;
+        bare += k_last * (state->d_dot_motor + (part_35 * state->d_dot_link));
+        const float part_36 = sample->end.r - sample->begin.r;
+        const float part_37 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
+        bare += (((feed_4 * (sample->end.r_dddot - sample->begin.r_dddot))
+                + (feed_1 * ((part_37 != 0.0f) ? (part_36 + (full_turn * part_37)) : part_36)))
+                + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
+                + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
+        const float sigma_star = sigma_5 - state->offset;
+        const float part_45 = bare + (k_offset * state->offset);
+        const float demand = part_45 + (us * sigma_5);
+        if ((demand >= (-plausible)) && (demand <= plausible)) {
+            const float u_4 = (part_10 < demand) ? part_10 : ((demand < part_9) ? part_9 : demand);
+
+            /* 6. Memory. */
+            const float offset = state->offset - (decay * state->offset);
+            const float part_42 = state->reported + 1.0f;
+            const float limit = holds
+                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                    + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+            output->u = u_4;
+            output->sigma = sigma_5;
+            output->sigma_star = sigma_star;
+            state->offset = offset;
+            state->held = u_4;
+            state->limit = limit;
+            return (u_4 != demand) ? (unsigned)DRIVE_SATURATED : 0u;
+        }
+        const float part_46 = bare + (kw * sigma_5);
+        if (!((part_46 >= (-input_limit)) && (part_46 <= input_limit))) {
+            const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
+                    ? state->held : 0.0f)) + fallback;
+            const float part_44 = (part_43 > part_8) ? part_8 : part_43;
+            const float part_42 = state->reported + 1.0f;
+            const float limit = holds
+                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                    + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+            const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+            output->u = u_2;
+            output->sigma = 0.0f;
+            output->sigma_star = 0.0f;
+            state->held = u_2;
+            state->limit = limit;
+            return (unsigned)DRIVE_INPUT_REJECTED;
+        }
+        const float u_5 = (part_10 < part_46) ? part_10 : ((part_46 < part_9) ? part_9 : part_46);
+
+        /* 6. Memory. */
+        const float sigma_6 = sigma_5 - (decay * sigma_5);
+        const float part_42 = state->reported + 1.0f;
+        const float limit = holds
+                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+                : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+        output->u = u_5;
+        output->sigma = sigma_5;
+        output->sigma_star = 0.0f;
+        state->offset = sigma_6;
+        state->held = u_5;
+        state->limit = limit;
+        return (u_5 != part_46) ? (unsigned)DRIVE_SATURATED : 0u;
+    }
+    const bool holds_3 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
+    const float part_12 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - part_11;
+    const float part_13 = 3.0f * part_11;
+    const float part_14 = part_12 - part_13;
+    const float part_15 = 0.5f * ((part_12 + part_13) - ((part_14 < 0.0f) ? (-part_14) : (part_14 + 0.0f)));
+    const float part_16 = part_12 - part_15;
+    const float part_17 = 4.0f * part_13;
+    const float part_18 = 0.5f * 3.33333343e-1f;
+    const float part_19 = part_16 - part_17;
+    const float part_20 = 0.5f * ((part_16 + part_17) - ((part_19 < 0.0f) ? (-part_19) : (part_19 + 0.0f)));
+    const float part_21 = part_16 - part_20;
+    const float part_22 = 4.0f * part_17;
+    const float part_23 = 0.5f * part_18;
+    const float part_24 = part_21 - part_22;
+    const float part_25 = 0.5f * ((part_21 + part_22) - ((part_24 < 0.0f) ? (-part_24) : (part_24 + 0.0f)));
+    const float part_26 = part_21 - part_25;
+    const float part_27 = 4.0f * part_22;
+    const float part_28 = part_26 - part_27;
+    const float part_29 = (((part_11 + (3.33333343e-1f * part_15)) + (part_18 * part_20)) + (part_23 * part_25))
+            + ((0.5f * part_23) * (0.5f * ((part_26 + part_27) - ((part_28 < 0.0f) ? (-part_28) : (part_28 + 0.0f)))));
+    const float part_30 = (part_5 > 0.0f) ? part_29 : (-part_29);
+    float sigma_3 = sigma_2 + (c_1 * (holds_2 ? part_5 : part_30));
+    const float part_31 = c_2 * v_link;
+    sigma_3 += part_31;
+    const float part_32 = c_3 * part_6;
+    sigma_3 += part_32;
+    const float part_33 = c_d_link * state->d_link;
+    sigma_3 += part_33;
+    const float part_34 = c_growth_link * state->d_dot_link;
+    sigma_3 += part_34;
+    const float part_35 = cross - between->g_cos;
     float bare = -(per_b * (((((((between->g_sin * state->v_link) * state->v_link) - (kappa_motor * part_3))
             - (b2 * state->v_motor)) + (part_2 * part_4)) - (b1 * sigma))
-            + (state->d_motor + (part_26 * state->d_link))));
+            + (state->d_motor + (part_35 * state->d_link))));
     bare += kx_2 * v_link;
     bare += kx_3 * part_6;
     bare += kx_4 * sigma_2;
     bare += k_d_link * state->d_link;
     bare += k_growth_link * state->d_dot_link;
-    bare += k_last * (state->d_dot_motor + (part_26 * state->d_dot_link));
-    const float part_27 = sample->end.r - sample->begin.r;
-    const float part_28 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
+    bare += k_last * (state->d_dot_motor + (part_35 * state->d_dot_link));
+    const float part_36 = sample->end.r - sample->begin.r;
+    const float part_37 = (float)drive_signed((uint32_t)sample->end.turn - (uint32_t)sample->begin.turn);
     bare += (((feed_4 * (sample->end.r_dddot - sample->begin.r_dddot))
-            + (feed_1 * ((part_28 != 0.0f) ? (part_27 + (full_turn * part_28)) : part_27)))
+            + (feed_1 * ((part_37 != 0.0f) ? (part_36 + (full_turn * part_37)) : part_36)))
             + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
             + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
-    const float sigma_star = sigma_3 - state->offset;
-    const float demand = (bare + (k_offset * state->offset)) + (us * sigma_3);
-    const bool holds_6 = (demand >= (-plausible)) && (demand <= plausible);
-    const bool holds_7 = holds && holds_6;
-    const bool holds_8 = holds && (holds_2 || holds_6);
-    const float part_29 = holds_8 ? state->offset : sigma_3;
-    const float part_30 = bare + (kw * sigma_3);
-    const float part_31 = holds_5 ? part_30 : state->held;
-    const float part_32 = holds_7 ? demand : part_30;
-    const bool holds_9 = (part_31 >= (-input_limit)) && (part_31 <= input_limit);
-    const bool holds_10 = holds_4 && holds_9;
-    const float part_33 = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
-            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
-    const float part_34 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
-            ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : u_max;
-    const float part_35 = (hold * (holds_5
-            ? (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held : 0.0f)
-            : (holds_9 ? state->held : 0.0f))) + fallback;
-    const float part_36 = holds_9 ? part_30 : part_35;
-    const float part_37 = between->begins ? (holds_2 ? (holds_3 ? part_36 : (holds_10 ? part_30 : part_35)) : part_35)
-            : ((holds_2 && holds_5) ? (holds_6 ? demand : part_36) : part_35);
-    const bool holds_11 = part_37 > part_34;
-    const bool holds_12 = (holds_11 ? part_34 : part_37) < part_33;
-    const float u = holds_12 ? part_33 : (holds_11 ? part_34 : demand);
-    const bool holds_13 = part_32 > u_max;
-    const bool holds_14 = part_32 < u_min;
-    const float part_38 = holds_13 ? u_max : (holds_14 ? u_min : part_30);
-    const float u_2 = between->begins ? part_38
-            : (holds_2 ? u : (holds_13 ? u_max : (holds_14 ? u_min : (holds_6 ? demand : part_30))));
-
-    /* 6. Memory. */
-    const float offset = part_29 - (decay * part_29);
-    const bool saturated = u_2 != (holds_8 ? demand : part_30);
+    const float part_38 = bare + (kw * sigma_3);
+    const float part_39 = (holds_2 || holds_3) ? part_38 : state->held;
+    const bool holds_4 = (part_39 >= (-input_limit)) && (part_39 <= input_limit);
+    const float part_40 = (hold * (holds_4 ? state->held : 0.0f)) + fallback;
+    const float part_41 = (part_40 > part_8) ? part_8 : part_40;
     if (!holds_2) {
-        const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
-        const float part_39 = holds_9 ? part_38 : u_4;
-        const float u_5 = between->begins ? (holds_3 ? part_39 : (holds_10 ? part_38 : u_4))
-                : (holds_5 ? (holds_6 ? (holds_13 ? u_max : (holds_14 ? u_min : demand)) : part_39) : u_4);
-        const bool holds_15 = holds_6 || holds_9;
-        const bool holds_16 = holds_4 && holds_15;
-        const bool holds_17 = !holds_9;
-        const bool holds_18 = (!holds_6) && holds_17;
-        const bool holds_19 = !holds_4;
-        const bool holds_20 = holds_9 && saturated;
-        output->u = u_5;
-        output->sigma = holds_3 ? (between->begins ? (holds_9 ? sigma_3 : 0.0f) : (holds_15 ? sigma_3 : 0.0f))
-                : (between->begins ? (holds_10 ? sigma_3 : 0.0f) : (holds_16 ? sigma_3 : 0.0f));
-        output->sigma_star = (holds && holds_3 && holds_6) ? sigma_star : 0.0f;
-        state->offset = holds_3
-                ? (between->begins ? (holds_9 ? offset : state->offset) : (holds_15 ? offset : state->offset))
-                : (between->begins ? (holds_10 ? offset : state->offset) : (holds_16 ? offset : state->offset));
-        state->held = u_5;
-        return ((holds_3 ? (between->begins ? holds_17 : holds_18)
-                : (between->begins ? (holds_19 || holds_17) : (holds_19 || holds_18))) ? (unsigned)DRIVE_INPUT_REJECTED
-                : 0u)
-                | ((holds_3 ? (holds_7 ? saturated : holds_20)
-                : (between->begins ? (holds_4 && holds_20) : (holds_4 && (holds_6 ? saturated : holds_20))))
-                ? (unsigned)DRIVE_SATURATED : 0u);
-    }
-    if (!holds_3) {
-        if (!holds_4) {
-            const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
-            output->u = u_4;
-            output->sigma = 0.0f;
-            output->sigma_star = 0.0f;
-            state->held = u_4;
-            return (unsigned)DRIVE_INPUT_REJECTED;
-        }
-        if (!between->begins) {
-            if (holds_6) {
-                const float limit = (state->reported >= 0.0f)
-                        ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
-                        : state->limit;
-                output->u = u;
-                output->sigma = sigma_3;
-                output->sigma_star = 0.0f;
-                state->offset = offset;
-                state->held = u;
-                state->limit = limit;
-                return saturated ? (unsigned)DRIVE_SATURATED : 0u;
-            }
-            if (!holds_9) {
-                /* 5. Law. */
-                const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
-                const float limit = (state->reported >= 0.0f)
-                        ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
-                        : state->limit;
-                output->u = u_4;
-                output->sigma = 0.0f;
-                output->sigma_star = 0.0f;
-                state->held = u_4;
-                state->limit = limit;
-                return (unsigned)DRIVE_INPUT_REJECTED;
-            }
-
-            /* 5. Law. */
-            const float u_3 = holds_12 ? part_33 : (holds_11 ? part_34 : part_30);
-
-            /* 6. Memory. */
-            const float sigma_4 = sigma_3 - (decay * sigma_3);
-            const bool saturated_2 = u_3 != part_30;
-            const float limit = (state->reported >= 0.0f)
-                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
-                    : state->limit;
+        if (!holds_3) {
+            const float u_3 = (part_41 < part_7) ? part_7 : part_41;
             output->u = u_3;
-            output->sigma = sigma_3;
+            output->sigma = 0.0f;
             output->sigma_star = 0.0f;
-            state->offset = sigma_4;
             state->held = u_3;
-            state->limit = limit;
-            return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
+            return (unsigned)DRIVE_INPUT_REJECTED;
         }
-        if (!holds_9) {
-            /* 5. Law. */
-            const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
-            const float limit = (state->reported >= 0.0f)
-                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
-                    : state->limit;
-            output->u = u_4;
+        if (!holds_4) {
+            const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
+                    ? state->held : 0.0f)) + fallback;
+            const float part_44 = (part_43 > part_8) ? part_8 : part_43;
+            const float part_42 = state->reported + 1.0f;
+            const float limit = holds
+                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                    + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+            const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+            output->u = u_2;
             output->sigma = 0.0f;
             output->sigma_star = 0.0f;
-            state->held = u_4;
+            state->held = u_2;
             state->limit = limit;
             return (unsigned)DRIVE_INPUT_REJECTED;
         }
-
-        /* 5. Law. */
-        const float u_3 = holds_12 ? part_33 : (holds_11 ? part_34 : part_30);
-
-        /* 6. Memory. */
-        const bool saturated_2 = u_3 != part_30;
-        const float limit = (state->reported >= 0.0f)
-                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
-                : state->limit;
-        output->u = u_3;
-        output->sigma = sigma_3;
-        output->sigma_star = 0.0f;
-        state->offset = offset;
-        state->held = u_3;
-        state->limit = limit;
-        return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
-    }
-    if (!between->begins) {
-        if (holds_6) {
-            const float limit = (state->reported >= 0.0f)
-                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
-                    : state->limit;
-            output->u = u;
-            output->sigma = sigma_3;
-            output->sigma_star = sigma_star;
-            state->offset = offset;
-            state->held = u;
-            state->limit = limit;
-            return saturated ? (unsigned)DRIVE_SATURATED : 0u;
-        }
-        if (!holds_9) {
-            /* 5. Law. */
-            const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
-            const float limit = (state->reported >= 0.0f)
-                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
-                    : state->limit;
-            output->u = u_4;
-            output->sigma = 0.0f;
-            output->sigma_star = 0.0f;
-            state->held = u_4;
-            state->limit = limit;
-            return (unsigned)DRIVE_INPUT_REJECTED;
-        }
-
-        /* 5. Law. */
-        const float u_3 = holds_12 ? part_33 : (holds_11 ? part_34 : part_30);
+        const float u = (part_10 < part_38) ? part_10 : ((part_38 < part_9) ? part_9 : part_38);
 
         /* 6. Memory. */
         const float sigma_4 = sigma_3 - (decay * sigma_3);
-        const bool saturated_2 = u_3 != part_30;
-        const float limit = (state->reported >= 0.0f)
-                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
-                : state->limit;
-        output->u = u_3;
+        const bool saturated = u != part_38;
+        const float part_42 = state->reported + 1.0f;
+        const float limit = holds
+                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+                : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+        output->u = u;
         output->sigma = sigma_3;
         output->sigma_star = 0.0f;
         state->offset = sigma_4;
-        state->held = u_3;
+        state->held = u;
         state->limit = limit;
-        return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
+        return saturated ? (unsigned)DRIVE_SATURATED : 0u;
     }
-    if (!holds_9) {
-        /* 5. Law. */
-        const float u_4 = holds_12 ? part_33 : (holds_11 ? part_34 : part_35);
-        const float limit = (state->reported >= 0.0f)
-                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most))
-                : state->limit;
-        output->u = u_4;
+    if (!holds_4) {
+        const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+                : 0.0f)) + fallback;
+        const float part_44 = (part_43 > part_8) ? part_8 : part_43;
+        const float part_42 = state->reported + 1.0f;
+        const float limit = holds
+                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+                : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+        const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+        output->u = u_2;
         output->sigma = 0.0f;
         output->sigma_star = 0.0f;
-        state->held = u_4;
+        state->held = u_2;
         state->limit = limit;
         return (unsigned)DRIVE_INPUT_REJECTED;
     }
-
-    /* 5. Law. */
-    const float u_3 = holds_12 ? part_33 : (holds_11 ? part_34 : part_30);
+    const float u = (part_10 < part_38) ? part_10 : ((part_38 < part_9) ? part_9 : part_38);
 
     /* 6. Memory. */
-    const bool saturated_2 = u_3 != part_30;
-    const float limit = (state->reported >= 0.0f)
-            ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) + (0.015625f * most)) : state->limit;
-    output->u = u_3;
+    const float sigma_4 = sigma_3 - (decay * sigma_3);
+    const bool saturated = u != part_38;
+    const float part_42 = state->reported + 1.0f;
+    const float limit = holds
+            ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+            + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
+            : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+    output->u = u;
     output->sigma = sigma_3;
     output->sigma_star = 0.0f;
-    state->offset = offset;
-    state->held = u_3;
+    state->offset = sigma_4;
+    state->held = u;
     state->limit = limit;
-    return saturated_2 ? (unsigned)DRIVE_SATURATED : 0u;
+    return saturated ? (unsigned)DRIVE_SATURATED : 0u;
 }
 
 /* Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again

@@ -80,171 +80,246 @@ joint_drive_tick_u:
 	vmov s30, s31, r5, r3
 	add.w r1, r1, #16
 	adr.w r5, .Ljoint_drive_tick_u_table
-	vcvt.f32.s32 s25, s25
-	vldmia r0!, {s23-s24}
-	vcvt.f32.s32 s30, s30
-	vcvt.f32.s32 s28, s28
-	vldmia r0!, {s18-s22}
-	vcvt.f32.s32 s26, s26
-	vldmia r0!, {s9-s17}
-	vldmia r5!, {s5-s8}
-	vmul.f32 s26, s5, s26
-	vadd.f32 s0, s9, s9
 	vcvt.f32.s32 s29, s29
-	vmul.f32 s30, s5, s30
+	vldmia r0!, {s23-s24}
+	vldmia r0!, {s18-s22}
+	vldmia r0!, {s9-s17}
+	vadd.f32 s8, s18, s18
+	vldmia r5!, {s6-s7}
+	vmul.f32 s6, s6, s23
+	vcvt.f32.s32 s25, s25
+	vmul.f32 s23, s7, s13
+	vcvt.f32.s32 s26, s26
+	vldmia r5!, {s0-s5}
+	vmul.f32 s25, s0, s25
+	vcvt.f32.s32 s28, s28
+	vadd.f32 s25, s25, s19
+	vmul.f32 s26, s1, s26
+	vmul.f32 s29, s0, s29
+	vmul.f32 s28, s0, s28
 	vadd.f32 s26, s26, s10
-	vmul.f32 s29, s6, s29
+	vadd.f32 s0, s9, s9
+	vadd.f32 s8, s8, s21
+	vabs.f32 s7, s29
+	vmul.f32 s25, s2, s25
+	vmul.f32 s26, s3, s26
+	vmul.f32 s1, s4, s11
+	vmul.f32 s2, s5, s22
+	vsub.f32 s8, s8, s25
+	vldmia r5!, {s3-s4}
+	vmul.f32 s25, s3, s8
 	vadd.f32 s0, s0, s12
-	vmul.f32 s26, s7, s26
-	vmul.f32 s7, s8, s29
-	vcvt.f32.s32 s31, s31
-	vsub.f32 s26, s0, s26
-	vldmia r5!, {s0-s4}
-	vmul.f32 s0, s0, s25
-	vsub.f32 s9, s7, s9
-	vmul.f32 s1, s1, s23
-	vabs.f32 s23, s29
-	vmov.f32 s25, s29
-	vcmp.f32 s23, s2
+	vmul.f32 s4, s4, s20
+	vsub.f32 s0, s0, s26
+	vadd.f32 s26, s21, s2
+	vadd.f32 s25, s4, s25
+	vmul.f32 s5, s5, s13
+	vldmia r5!, {s2-s4}
+	vcmp.f32 s7, s2
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_u_away_64_16
+	vmov.f32 s21, s29
+	vcmp.f32 s7, s3
 	vmrs APSR_nzcv, fpscr
 	bgt.w .Ljoint_drive_tick_u_mirrored
 .Ljoint_drive_tick_u_turned:
-	vadd.f32 s26, s26, s1
-	vadd.f32 s0, s0, s19
-	vmul.f32 s1, s25, s25
-	vcmp.f32 s23, s4
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_u_away_64_16
-	vmul.f32 s31, s5, s31
-	vadd.f32 s23, s26, s9
-	vldmia r5!, {s4-s6}
-	vmul.f32 s2, s4, s11
-	vmul.f32 s26, s5, s26
-	vmul.f32 s0, s6, s0
-	vadd.f32 s8, s18, s18
-	vmul.f32 s23, s4, s23
-	vadd.f32 s8, s8, s21
-	vldmia r5!, {s4-s6}
-	vmul.f32 s28, s4, s28
-	vmul.f32 s4, s5, s1
-	vadd.f32 s26, s2, s26
-	vadd.f32 s2, s4, s6
-	vldmia r5!, {s4-s6}
-	vmul.f32 s4, s4, s1
-	vsub.f32 s8, s8, s0
-	vmul.f32 s2, s2, s1
-	vmul.f32 s5, s5, s11
-	vadd.f32 s4, s4, s6
-	vadd.f32 s23, s5, s23
-	vmul.f32 s11, s4, s1
-	vldmia r5!, {s4-s6}
-	vadd.f32 s4, s2, s4
-	vadd.f32 s10, s10, s26
-	vmul.f32 s26, s4, s1
-	vmul.f32 s5, s5, s13
-	vadd.f32 s6, s11, s6
-	vadd.f32 s10, s10, s5
-	vmul.f32 s0, s6, s1
-	vldmia r5!, {s4-s6}
-	vadd.f32 s4, s26, s4
-	vmul.f32 s26, s5, s13
-	vmul.f32 s11, s1, s4
-	vsub.f32 s30, s10, s30
+	vadd.f32 s25, s19, s25
+	vcvt.f32.s32 s19, s30
 	vadd.f32 s0, s0, s6
-	vmul.f32 s11, s25, s11
-	vmul.f32 s10, s1, s0
-	vldmia r5!, {s4-s6}
-	vmul.f32 s0, s4, s20
-	vmul.f32 s1, s5, s9
-	vmul.f32 s2, s6, s8
-	vadd.f32 s26, s23, s26
-	vadd.f32 s25, s25, s11
-	vadd.f32 s23, s0, s2
-	vmul.f32 s0, s3, s10
-	vldmia r5!, {s9-s11}
-	vmul.f32 s9, s9, s22
-	vadd.f32 s23, s19, s23
-	vsub.f32 s19, s29, s25
-	vmul.f32 s10, s10, s20
-	vadd.f32 s19, s31, s19
-	vmov.f32 s20, #0.5
-	vmul.f32 s2, s20, s19
-	vadd.f32 s0, s3, s0
-	vsub.f32 s18, s2, s18
-	vabs.f32 s19, s30
-	vadd.f32 s8, s8, s18
-	vmul.f32 s18, s6, s18
-	vadd.f32 s23, s23, s9
-	vmul.f32 s9, s6, s22
-	vadd.f32 s11, s11, s14
-	vmul.f32 s8, s4, s8
-	vadd.f32 s30, s30, s1
-	vadd.f32 s1, s10, s8
-	vsub.f32 s28, s23, s28
-	vldmia r5!, {s3-s6}
-	vadd.f32 s23, s3, s14
-	vmul.f32 s3, s4, s13
-	vmul.f32 s5, s5, s30
-	vabs.f32 s8, s28
-	vcmp.f32 s8, s23
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_u_away_64_16
-	vsub.f32 s8, s30, s5
-	vadd.f32 s12, s12, s3
-	vmul.f32 s6, s6, s30
-	vadd.f32 s18, s28, s18
-	vsub.f32 s10, s12, s6
-	vmul.f32 s23, s4, s22
-	vldmia r5!, {s3-s6}
-	vmul.f32 s3, s3, s30
-	vmul.f32 s28, s4, s18
-	vmul.f32 s5, s5, s18
-	vadd.f32 s1, s1, s9
-	vadd.f32 s23, s21, s23
-	vmul.f32 s6, s6, s18
-	vsub.f32 s9, s26, s3
-	vsub.f32 s3, s18, s5
-	vabs.f32 s21, s16
-	vmov.f32 s26, #30.0
-	vcmp.f32 s26, s21
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_u_away_64_16
-	vmul.f32 s21, s3, s25
-	vcmp.f32 s19, s11
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_u_away_64_16
-	vsub.f32 s6, s22, s6
-	vldmia r5!, {s11-s12}
-	vmul.f32 s11, s11, s30
-	vmul.f32 s20, s20, s21
-	vmul.f32 s18, s12, s18
-	vsub.f32 s20, s0, s20
-	vadd.f32 s31, s31, s8
-	vsub.f32 s11, s13, s11
-	vsub.f32 s5, s23, s28
+	vmul.f32 s30, s21, s21
+	vldmia r5!, {s6-s7}
+	vmul.f32 s6, s6, s0
+	vmul.f32 s2, s7, s30
+	vadd.f32 s1, s1, s6
+	vldmia r5!, {s6-s7}
+	vmul.f32 s6, s6, s19
 	vcvt.f32.s32 s27, s27
-	vmul.f32 s30, s3, s20
-	vsub.f32 s4, s1, s18
-	vsub.f32 s28, s0, s21
-	vldmia r5!, {s18-s23}
-	vmul.f32 s12, s14, s18
+	vadd.f32 s19, s2, s7
+	vadd.f32 s5, s12, s5
+	vmul.f32 s19, s19, s30
+	vldmia r5!, {s2-s3}
+	vadd.f32 s2, s19, s2
+	vmul.f32 s3, s3, s20
+	vldmia r5!, {s19-s20}
+	vmul.f32 s19, s19, s11
+	vmul.f32 s2, s2, s30
+	vadd.f32 s10, s10, s1
+	vmul.f32 s7, s20, s29
+	vldmia r5!, {s11-s12}
+	vmul.f32 s11, s11, s22
+	vadd.f32 s20, s2, s12
+	vadd.f32 s11, s25, s11
+	vldmia r5!, {s1-s2}
+	vmul.f32 s25, s1, s30
+	vsub.f32 s28, s11, s28
+	vmul.f32 s20, s30, s20
+	vadd.f32 s25, s25, s2
+	vmul.f32 s20, s21, s20
+	vldmia r5!, {s11-s12}
+	vmul.f32 s11, s11, s13
+	vcvt.f32.s32 s31, s31
+	vadd.f32 s21, s21, s20
+	vabs.f32 s20, s28
+	vsub.f32 s2, s29, s21
+	vmul.f32 s25, s25, s30
+	vadd.f32 s1, s10, s11
+	vmul.f32 s31, s12, s31
+	vldmia r5!, {s10-s12}
+	vadd.f32 s10, s10, s14
+	vadd.f32 s25, s25, s11
+	vadd.f32 s2, s31, s2
+	vmov.f32 s11, #0.5
+	vmul.f32 s2, s11, s2
+	vcmp.f32 s20, s10
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_u_away_64_16
+	vmul.f32 s27, s12, s27
+	vsub.f32 s18, s2, s18
+	vsub.f32 s9, s7, s9
+	vadd.f32 s8, s8, s18
+	vldmia r5!, {s10-s12}
+	vmul.f32 s20, s10, s8
+	vmul.f32 s18, s11, s18
+	vadd.f32 s0, s0, s9
+	vmul.f32 s25, s25, s30
+	vmul.f32 s0, s12, s0
+	vldmia r5!, {s10-s12}
+	vadd.f32 s10, s25, s10
+	vadd.f32 s18, s28, s18
+	vmul.f32 s28, s11, s9
+	vsub.f32 s1, s1, s6
+	vmul.f32 s25, s12, s18
+	vmul.f32 s30, s30, s10
+	vadd.f32 s19, s19, s0
+	vadd.f32 s28, s1, s28
+	vabs.f32 s1, s1
+	vabs.f32 s0, s16
+	vadd.f32 s20, s3, s20
+	vmul.f32 s30, s4, s30
+	vldmia r5!, {s8-s12}
+	vmul.f32 s8, s8, s18
+	vmul.f32 s9, s9, s18
+	vsub.f32 s6, s22, s25
+	vsub.f32 s3, s18, s9
+	vadd.f32 s30, s4, s30
+	vmul.f32 s25, s3, s21
+	vmov.f32 s9, #0.5
+	vmul.f32 s9, s9, s25
+	vadd.f32 s10, s10, s14
+	vsub.f32 s25, s30, s25
+	vmul.f32 s18, s11, s18
+	vsub.f32 s30, s30, s9
+	vadd.f32 s19, s19, s23
+	vcmp.f32 s1, s10
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_u_away_64_16
+	vmul.f32 s22, s12, s22
+	vldmia r5!, {s9-s12}
+	vmul.f32 s23, s9, s28
+	vadd.f32 s20, s20, s22
 	vadd.f32 s29, s29, s3
-	vmul.f32 s13, s15, s19
+	vmul.f32 s22, s10, s28
+	vmul.f32 s11, s11, s28
+	vsub.f32 s4, s20, s8
+	vmul.f32 s20, s12, s28
+	vsub.f32 s8, s28, s23
+	vmul.f32 s30, s3, s30
+	vsub.f32 s9, s19, s20
+	vadd.f32 s31, s31, s8
+	vldmia r5!, {s19-s20}
+	vmul.f32 s23, s19, s29
+	vadd.f32 s30, s21, s30
+	vsub.f32 s31, s31, s23
+	vmul.f32 s20, s20, s4
+	vsub.f32 s11, s13, s11
+	vsub.f32 s10, s5, s22
+	vldmia r5!, {s21-s23}
+	vmul.f32 s12, s14, s21
 	vmov.f32 s14, s16
+	vmul.f32 s13, s15, s22
+	vmul.f32 s23, s23, s31
+	vmul.f32 s16, s30, s4
+	vadd.f32 s19, s19, s25
+	vsub.f32 s5, s26, s18
+	vmul.f32 s28, s16, s4
+	vldmia r5!, {s21-s22}
+	vcmp.f32 s21, s0
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_u_away_64_16
+	vmul.f32 s26, s22, s9
+	vsub.f32 s28, s28, s23
+	vsub.f32 s31, s31, s20
+	vldmia r1!, {s20-s23}
 	vmov.f32 s15, s17
-	vmul.f32 s27, s20, s27
 	vstmdb r0!, {s7-s15}
-	vldmia r1!, {s12-s20}
-	vadd.f32 s16, s21, s28
-	vmul.f32 s21, s21, s29
-	vneg.f32 s16, s16
-	vmul.f32 s0, s22, s4
-	vadd.f32 s25, s25, s30
-	vsub.f32 s21, s31, s21
-	vadd.f32 s31, s27, s12
-	vmul.f32 s27, s16, s4
-	vsub.f32 s30, s21, s0
-	vsub.f32 s23, s23, s28
+	vldmia r1!, {s14-s18}
+	vsub.f32 s31, s31, s30
+	vsub.f32 s16, s16, s21
+	vldmia r5!, {s12-s14}
+	vsub.f32 s12, s12, s25
+	vsub.f32 s26, s28, s26
+	vmul.f32 s28, s12, s5
+	vneg.f32 s19, s19
+	vmul.f32 s12, s12, s6
+	vmul.f32 s0, s19, s31
+	vmul.f32 s13, s13, s31
+	vadd.f32 s0, s26, s0
+	vmul.f32 s26, s14, s24
+	vmul.f32 s19, s19, s4
+	vadd.f32 s28, s10, s28
+	vadd.f32 s19, s9, s19
+	vsub.f32 s18, s18, s23
+	vsub.f32 s21, s4, s21
+	vadd.f32 s1, s11, s12
+	vsub.f32 s19, s19, s13
+	vldmia r5!, {s7-s14}
+	vmul.f32 s7, s7, s19
+	vmul.f32 s8, s8, s16
+	vadd.f32 s27, s27, s20
+	vsub.f32 s7, s0, s7
+	vmul.f32 s9, s9, s21
+	vsub.f32 s20, s15, s20
+	vmul.f32 s16, s10, s5
+	vsub.f32 s31, s31, s22
+	vadd.f32 s7, s7, s28
+	vmul.f32 s18, s11, s18
+	vmul.f32 s28, s12, s31
+	vsub.f32 s27, s29, s27
+	vmul.f32 s29, s13, s20
+	vsub.f32 s19, s19, s23
+	vadd.f32 s29, s18, s29
+	vmul.f32 s18, s14, s7
+	vldmia r5!, {s10-s15}
+	vmul.f32 s10, s10, s27
+	vmul.f32 s23, s11, s1
+	vneg.f32 s18, s18
+	vabs.f32 s27, s27
+	vadd.f32 s9, s18, s9
+	vmul.f32 s12, s12, s19
+	vadd.f32 s20, s19, s10
+	vadd.f32 s18, s9, s28
+	vsub.f32 s17, s17, s22
+	vmul.f32 s28, s13, s21
+	vmul.f32 s31, s14, s31
+	vmul.f32 s22, s15, s5
+	vadd.f32 s18, s18, s12
+	vadd.f32 s8, s29, s8
+	vldmia r5!, {s9-s15}
+	vmul.f32 s29, s9, s17
+	vadd.f32 s28, s20, s28
+	vmul.f32 s21, s10, s6
+	vadd.f32 s29, s8, s29
+	vadd.f32 s17, s28, s31
+	vsub.f32 s1, s24, s26
+	vadd.f32 s18, s18, s22
+	vadd.f32 s31, s17, s16
+	vadd.f32 s21, s18, s21
+	vadd.f32 s16, s31, s6
+	vadd.f32 s31, s21, s23
+	vmul.f32 s11, s11, s24
+	vadd.f32 s29, s31, s29
+	vmul.f32 s31, s12, s16
+	vadd.f32 s29, s29, s11
 	vstmdb r0!, {s2-s6}
 	str.w r2, [r0, #56]
 	str.w r4, [r0, #60]
@@ -253,91 +328,23 @@ joint_drive_tick_u:
 	mov.w r2, #0
 	str.w r2, [r0, #76]
 	str.w r2, [r0, #80]
-	vsub.f32 s20, s20, s15
-	vsub.f32 s29, s29, s31
-	vsub.f32 s31, s30, s25
-	vldmia r5!, {s0-s3}
-	vmul.f32 s30, s0, s9
-	vmul.f32 s0, s22, s31
-	vmul.f32 s7, s25, s4
-	vsub.f32 s18, s18, s13
-	vmul.f32 s1, s1, s21
-	vmul.f32 s21, s16, s31
-	vmul.f32 s7, s7, s4
-	vadd.f32 s16, s9, s27
-	vmul.f32 s27, s23, s5
-	vsub.f32 s7, s7, s1
-	vsub.f32 s16, s16, s0
-	vsub.f32 s17, s17, s12
-	vsub.f32 s4, s4, s13
-	vsub.f32 s31, s31, s14
-	vsub.f32 s30, s7, s30
-	vmul.f32 s17, s2, s17
-	vmul.f32 s23, s23, s6
-	vadd.f32 s30, s30, s21
-	vadd.f32 s23, s11, s23
-	vmul.f32 s21, s3, s29
-	vmul.f32 s22, s22, s16
-	vadd.f32 s27, s10, s27
-	vsub.f32 s22, s30, s22
-	vldmia r5!, {s7-s13}
-	vmul.f32 s20, s7, s20
-	vsub.f32 s16, s16, s15
-	vmul.f32 s8, s8, s4
-	vabs.f32 s29, s29
-	vmul.f32 s9, s9, s4
-	vsub.f32 s19, s19, s14
-	vmul.f32 s10, s10, s16
-	vadd.f32 s27, s22, s27
-	vadd.f32 s17, s20, s17
-	vmul.f32 s20, s11, s31
-	vmul.f32 s27, s12, s27
-	vmul.f32 s22, s13, s23
-	vldmia r5!, {s11-s15}
-	vmul.f32 s30, s11, s6
-	vneg.f32 s27, s27
-	vmul.f32 s23, s12, s18
-	vadd.f32 s27, s27, s9
-	vadd.f32 s16, s16, s21
-	vmul.f32 s18, s13, s5
-	vmul.f32 s31, s14, s31
-	vadd.f32 s20, s27, s20
-	vadd.f32 s16, s16, s8
-	vadd.f32 s20, s20, s10
-	vmul.f32 s27, s15, s19
-	vadd.f32 s16, s16, s31
-	vadd.f32 s23, s17, s23
-	vldmia r5!, {s10-s15}
-	vmul.f32 s10, s10, s5
-	vadd.f32 s31, s16, s18
-	vadd.f32 s21, s20, s10
-	vadd.f32 s16, s31, s6
-	vadd.f32 s21, s21, s30
-	vadd.f32 s23, s23, s27
-	vadd.f32 s31, s21, s22
-	vmul.f32 s11, s11, s16
-	vmul.f32 s16, s12, s24
-	vadd.f32 s31, s31, s23
-	vmul.f32 s17, s13, s24
-	vadd.f32 s31, s31, s16
-	vsub.f32 s1, s24, s17
-	vadd.f32 s0, s31, s11
-	vcmp.f32 s29, s14
+	vadd.f32 s0, s29, s31
+	vcmp.f32 s27, s13
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_drive_tick_u_law
-	vabs.f32 s31, s0
-	vcmp.f32 s31, s15
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_u_law
+	vabs.f32 s16, s0
 	vmov.f32 s31, #-30.0
-	vcmp.f32 s0, s26
+	vcmp.f32 s0, s14
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s0, s26
+	vmovgt.f32 s0, s14
 	vcmp.f32 s0, s31
 	vmrs APSR_nzcv, fpscr
 	it mi
 	vmovmi.f32 s0, s31
+	vcmp.f32 s16, s15
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_u_law
 	vstmdb r0!, {s0-s1}
 	vpop {s16-s31}
 	pop.w {r4-r5}
@@ -346,13 +353,13 @@ joint_drive_tick_u:
 	vcmp.f32 s29, #0.0
 	vmrs APSR_nzcv, fpscr
 	vpush {s0}
-	vldr s0, [r5, #236]
-	vsub.f32 s25, s0, s23
-	vldr s0, [r5, #240]
-	vadd.f32 s25, s25, s0
+	vldr s0, [r5, #252]
+	vsub.f32 s21, s0, s7
+	vldr s0, [r5, #256]
+	vadd.f32 s21, s21, s0
 	it mi
-	vnegmi.f32 s25, s25
-	vneg.f32 s3, s3
+	vnegmi.f32 s21, s21
+	vneg.f32 s4, s4
 	vpop {s0}
 	b.w .Ljoint_drive_tick_u_turned
 .Ljoint_drive_tick_u_law:
@@ -360,8 +367,8 @@ joint_drive_tick_u:
 	sub.w r1, r1, #52
 	push.w {r4, lr}
 	sub.w sp, sp, #40
-	vstr s25, [sp, #4]
-	vstr s28, [sp, #8]
+	vstr s30, [sp, #4]
+	vstr s25, [sp, #8]
 	mov.w ip, #0
 	strb.w ip, [sp, #0]
 	strb.w ip, [sp, #12]
@@ -394,73 +401,81 @@ joint_drive_tick_u:
 	pop {r4, pc}
 	.balign 4
 .Ljoint_drive_tick_u_table:
-	.word 0x3975dd20 @ 0.00023447396
-	.word 0x36c90fdb @ 5.9921126e-6
-	.word 0x46170c19 @ 9667.024
-	.word 0x4838b45c @ 189137.44
-	.word 0x36c90fdb @ 5.9921126e-6
 	.word 0x459c4d13 @ 5001.6343
+	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x36c90fdb @ 5.9921126e-6
+	.word 0x3975dd20 @ 0.00023447396
+	.word 0x42208591 @ 40.130436
+	.word 0x46170c19 @ 9667.024
+	.word 0x3a7c1fef @ 0.00096177956
+	.word 0x3a83126f @ 0.001
+	.word 0x35063423 @ 4.999476e-7
+	.word 0x3a830d1a @ 0.0009998411
+	.word 0x406231d6 @ 3.5342917
 	.word 0x3fc90fdb @ 1.5707964
 	.word 0x3f800000 @ 1.0
-	.word 0x406231d6 @ 3.5342917
-	.word 0x3a7c1fef @ 0.00096177956
 	.word 0x3502cfaf @ 4.8730993e-7
-	.word 0x42208591 @ 40.130436
-	.word 0x36c90fdb @ 5.9921126e-6
 	.word 0x362e7949 @ 2.5998618e-6
+	.word 0x3975dd20 @ 0.00023447396
 	.word 0xb94fafbf @ -0.00019806529
-	.word 0x37c28d4e @ 2.3192402e-5
-	.word 0x3f6c4815 @ 0.9229749
-	.word 0xbab59c80 @ -0.0013855845
 	.word 0x3c088734 @ 0.008333016
-	.word 0x2f33c5ab @ 1.6350181e-10
-	.word 0x3d2aa7d9 @ 0.04166398
-	.word 0xbe2aaaa4 @ -0.16666657
-	.word 0x3502cfaf @ 4.8730993e-7
-	.word 0xbeffffe9 @ -0.4999993
-	.word 0x3a830d1a @ 0.0009998411
-	.word 0x3502cfaf @ 4.8730993e-7
-	.word 0x35063423 @ 4.999476e-7
-	.word 0x2f373cd5 @ 1.6665365e-10
 	.word 0x3f7feabe @ 0.99967563
-	.word 0x3dc1b5f1 @ 0.09458531
+	.word 0x3f6c4815 @ 0.9229749
+	.word 0x4838b45c @ 189137.44
+	.word 0x2f373cd5 @ 1.6665365e-10
+	.word 0xbe2aaaa4 @ -0.16666657
+	.word 0x37c28d4e @ 2.3192402e-5
+	.word 0xbab59c80 @ -0.0013855845
+	.word 0x2f33c5ab @ 1.6350181e-10
+	.word 0x3975dd20 @ 0.00023447396
 	.word 0x38ff312a @ 0.00012168505
-	.word 0x3a83126f @ 0.001
+	.word 0x3d2aa7d9 @ 0.04166398
+	.word 0x40c90fdb @ 6.2831855
+	.word 0x3a830d1a @ 0.0009998411
+	.word 0x35063423 @ 4.999476e-7
+	.word 0x3a7c1fef @ 0.00096177956
+	.word 0xbeffffe9 @ -0.4999993
+	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x470d47c1 @ 36167.754
+	.word 0x41c5f1a4 @ 24.742989
+	.word 0x3e623391 @ 0.22089984
+	.word 0x3dc1b5f1 @ 0.09458531
+	.word 0x44b4fcb2 @ 1447.8967
+	.word 0x35063423 @ 4.999476e-7
 	.word 0x3f461ed1 @ 0.7739077
 	.word 0x483f7812 @ 196064.28
-	.word 0x43f408fd @ 488.07022
-	.word 0x44b4fcb2 @ 1447.8967
-	.word 0x3e623391 @ 0.22089984
-	.word 0x470d47c1 @ 36167.754
 	.word 0x4be536cc @ 30043544.0
-	.word 0x41c5f1a4 @ 24.742989
-	.word 0x3f7befc5 @ 0.98412734
-	.word 0x3f7d73e8 @ 0.99004984
-	.word 0x40c90fdb @ 6.2831855
+	.word 0x43f408fd @ 488.07022
 	.word 0x421c8591 @ 39.130436
 	.word 0x3e9bd37a @ 0.3043478
-	.word 0xc21c26b7 @ -39.037807
-	.word 0x4296603e @ 75.18797
+	.word 0x3f7befc5 @ 0.98412734
+	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x46170c19 @ 9667.024
-	.word 0x3f7a81e5 @ 0.97854453
-	.word 0x45fa0000 @ 8000.0
-	.word 0x3e548ee5 @ 0.20757635
-	.word 0x44960000 @ 1200.0
-	.word 0xbfce201e @ -1.6103551
-	.word 0xbc37d91e @ -0.011221198
-	.word 0xbe77b548 @ -0.24190247
-	.word 0x3951a58c @ 0.00019993464
-	.word 0xb3d731df @ -1.0020789e-7
-	.word 0xb8fa1f22 @ -0.00011926728
-	.word 0x3f1a6e60 @ 0.6032467
-	.word 0x426ec859 @ 59.695652
-	.word 0x42700000 @ 60.0
-	.word 0x3f7c23eb @ 0.98492306
-	.word 0xbe743606 @ -0.23848733
-	.word 0xbca50026 @ -0.020141672
-	.word 0x3c94952f @ 0.018137543
+	.word 0x41f00000 @ 30.0
+	.word 0x4296603e @ 75.18797
+	.word 0xc21c26b7 @ -39.037807
+	.word 0x3e9bd37a @ 0.3043478
 	.word 0x3c230606 @ 0.009950167
+	.word 0x3e9bd37a @ 0.3043478
+	.word 0x3f1a6e60 @ 0.6032467
+	.word 0xbfce201e @ -1.6103551
+	.word 0x426ec859 @ 59.695652
+	.word 0x3e548ee5 @ 0.20757635
+	.word 0xbe77b548 @ -0.24190247
+	.word 0x3f7a81e5 @ 0.97854453
+	.word 0x3951a58c @ 0.00019993464
+	.word 0x45fa0000 @ 8000.0
+	.word 0xb3d731df @ -1.0020789e-7
+	.word 0xbc37d91e @ -0.011221198
+	.word 0x44960000 @ 1200.0
+	.word 0x42700000 @ 60.0
+	.word 0xbe743606 @ -0.23848733
+	.word 0x3f7c23eb @ 0.98492306
+	.word 0xb8fa1f22 @ -0.00011926728
+	.word 0x3c94952f @ 0.018137543
+	.word 0xbca50026 @ -0.020141672
 	.word 0x3e764a8d @ 0.24051876
+	.word 0x41f00000 @ 30.0
 	.word 0x46700000 @ 15360.0
 	.word 0x40490fdb @ 3.1415927
 	.word 0xb3bbbd2e @ -8.742278e-8
@@ -477,7 +492,7 @@ joint_drive_tick:
 	orrs.w ip, ip, r3
 	bne.w .Ljoint_drive_tick_rest
 	push.w {r4-r7}
-	vpush {s16-s31}
+	vpush {s16-s27}
 	ldr.w ip, [r0, #72]
 	ldr.w r3, [r0, #76]
 	ldr.w r4, [r1, #12]
@@ -486,199 +501,201 @@ joint_drive_tick:
 	cmp.w r6, r4
 	bne.w .Ljoint_drive_tick_away_0_0
 	sub.w r4, r4, r5
-	vmov s25, s26, ip, r3
-	vmov s27, r4
+	vmov s21, s22, ip, r3
+	vmov s23, r4
 	ldr.w r4, [r1, #0]
 	ldr.w r5, [r0, #64]
 	sub.w r5, r4, r5
 	sbfx r5, r5, #0, #20
 	add.w ip, ip, r5
-	vmov s28, s29, r5, ip
+	vmov s24, s25, r5, ip
 	ldr.w r5, [r1, #4]
 	ldr.w r6, [r0, #68]
 	sub.w r6, r5, r6
 	sbfx r6, r6, #0, #20
 	add.w r3, r3, r6
-	vmov s30, s31, r6, r3
+	vmov s26, s27, r6, r3
 	add.w r1, r1, #16
 	adr.w r6, .Ljoint_drive_tick_table
 	mov.w r7, #0
-	vldmia r0!, {s23-s24}
-	vldmia r0!, {s18-s22}
-	vldmia r0!, {s9-s17}
-	vcvt.f32.s32 s26, s26
-	vadd.f32 s0, s9, s9
+	vldmia r0!, {s19-s20}
+	vcvt.f32.s32 s21, s21
+	vldmia r0!, {s14-s18}
+	vldmia r0!, {s5-s13}
 	vcvt.f32.s32 s25, s25
-	vcvt.f32.s32 s29, s29
-	vldmia r6!, {s1-s8}
+	vldmia r6!, {s0-s4}
+	vmul.f32 s0, s0, s19
+	vadd.f32 s19, s14, s14
+	vcvt.f32.s32 s24, s24
+	vmul.f32 s21, s1, s21
+	vmul.f32 s24, s1, s24
+	vadd.f32 s21, s21, s15
+	vcvt.f32.s32 s22, s22
+	vadd.f32 s19, s19, s17
+	vmul.f32 s21, s2, s21
+	vmul.f32 s22, s3, s22
+	vsub.f32 s19, s19, s21
+	vmul.f32 s21, s4, s16
+	vadd.f32 s22, s22, s6
+	vldmia r6!, {s2-s4}
+	vmul.f32 s22, s2, s22
+	vmul.f32 s3, s3, s19
+	vadd.f32 s2, s5, s5
 	vmul.f32 s25, s1, s25
-	vmul.f32 s2, s2, s20
-	vcvt.f32.s32 s28, s28
-	vmul.f32 s26, s3, s26
-	vadd.f32 s1, s18, s18
-	vcvt.f32.s32 s31, s31
-	vmul.f32 s23, s4, s23
-	vadd.f32 s26, s26, s10
-	vcvt.f32.s32 s30, s30
+	vcvt.f32.s32 s26, s26
+	vadd.f32 s2, s2, s8
+	vadd.f32 s21, s21, s3
+	vmul.f32 s26, s4, s26
+	vadd.f32 s21, s15, s21
+	vsub.f32 s22, s2, s22
+	vldmia r6!, {s1-s4}
+	vmul.f32 s15, s1, s7
+	vmul.f32 s16, s2, s16
+	vmul.f32 s1, s3, s18
+	vadd.f32 s22, s22, s0
+	vmul.f32 s0, s4, s7
+	vabs.f32 s7, s25
+	vadd.f32 s21, s21, s1
+	vldmia r6!, {s1-s4}
+	vmul.f32 s1, s1, s22
+	vcvt.f32.s32 s23, s23
+	vadd.f32 s1, s15, s1
+	vsub.f32 s21, s21, s24
 	vcvt.f32.s32 s27, s27
-	vadd.f32 s0, s0, s12
-	vmul.f32 s31, s3, s31
-	vadd.f32 s25, s25, s19
-	vmul.f32 s30, s3, s30
-	vmul.f32 s25, s5, s25
-	vmul.f32 s26, s6, s26
-	vmul.f32 s20, s7, s20
-	vsub.f32 s26, s0, s26
-	vadd.f32 s1, s1, s21
-	vadd.f32 s23, s26, s23
-	vsub.f32 s25, s1, s25
-	vmul.f32 s26, s8, s11
-	vldmia r6!, {s3-s7}
-	vmul.f32 s0, s3, s25
-	vmul.f32 s29, s4, s29
-	vmul.f32 s5, s5, s23
-	vmul.f32 s6, s6, s22
-	vadd.f32 s26, s26, s5
-	vmul.f32 s1, s7, s13
-	vadd.f32 s10, s10, s26
-	vldmia r6!, {s3-s5}
-	vmul.f32 s7, s3, s29
-	vmul.f32 s26, s4, s22
-	vadd.f32 s2, s2, s0
-	vadd.f32 s26, s21, s26
-	vadd.f32 s21, s10, s1
-	vmul.f32 s10, s4, s13
-	vadd.f32 s19, s19, s2
-	vsub.f32 s0, s7, s9
-	vsub.f32 s21, s21, s30
-	vadd.f32 s23, s23, s0
-	vabs.f32 s30, s29
-	vmul.f32 s28, s5, s28
-	vadd.f32 s19, s19, s6
-	vldmia r6!, {s1-s6}
-	vmul.f32 s11, s1, s11
-	vmul.f32 s27, s2, s27
-	vmul.f32 s23, s8, s23
-	vmov.f32 s9, #1.0
-	vmov.f32 s8, s29
-	vcmp.f32 s30, s3
+	vadd.f32 s24, s6, s1
+	vmul.f32 s2, s2, s9
+	vmov.f32 s15, #1.0
+	vmov.f32 s6, s25
+	vcmp.f32 s7, s3
 	vmrs APSR_nzcv, fpscr
 	bgt.w .Ljoint_drive_tick_mirrored
 .Ljoint_drive_tick_turned:
-	vcmp.f32 s30, s4
+	vmul.f32 s1, s6, s6
+	vcmp.f32 s7, s4
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_drive_tick_away_64_16
-	vmul.f32 s30, s8, s8
-	vsub.f32 s19, s19, s28
-	vmul.f32 s28, s5, s30
-	vmul.f32 s6, s6, s30
-	vldmia r6!, {s1-s5}
-	vmul.f32 s0, s1, s0
-	vadd.f32 s28, s28, s2
-	vadd.f32 s23, s11, s23
-	vmul.f32 s28, s28, s30
-	vadd.f32 s0, s21, s0
-	vadd.f32 s1, s6, s3
-	vadd.f32 s28, s28, s4
-	vmul.f32 s2, s5, s0
-	vmul.f32 s28, s28, s30
+	vadd.f32 s24, s24, s2
+	vldmia r6!, {s2-s4}
+	vmul.f32 s7, s2, s1
+	vmul.f32 s3, s3, s1
+	vsub.f32 s24, s24, s26
+	vadd.f32 s26, s3, s4
+	vldmia r6!, {s2-s4}
+	vadd.f32 s7, s7, s2
+	vmul.f32 s26, s26, s1
+	vmul.f32 s27, s3, s27
+	vadd.f32 s26, s26, s4
+	vmul.f32 s7, s7, s1
+	vmul.f32 s26, s26, s1
+	vldmia r6!, {s2-s4}
+	vadd.f32 s26, s26, s2
+	vadd.f32 s2, s7, s3
+	vmul.f32 s26, s1, s26
+	vmul.f32 s7, s4, s25
+	vmul.f32 s2, s2, s1
+	vmul.f32 s26, s6, s26
+	vsub.f32 s5, s7, s5
+	vldmia r6!, {s3-s4}
+	vadd.f32 s3, s2, s3
+	vmul.f32 s4, s4, s5
+	vabs.f32 s2, s12
+	vadd.f32 s26, s6, s26
+	vabs.f32 s6, s24
+	vadd.f32 s22, s22, s5
+	vadd.f32 s24, s24, s4
+	vmul.f32 s1, s1, s3
+	vldmia r6!, {s3-s5}
+	vadd.f32 s3, s3, s10
+	vmul.f32 s22, s4, s22
+	vcmp.f32 s6, s3
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_away_64_16
+	vsub.f32 s3, s25, s26
+	vadd.f32 s5, s5, s10
+	vabs.f32 s4, s21
+	vadd.f32 s3, s27, s3
+	vmul.f32 s1, s15, s1
+	vadd.f32 s22, s0, s22
+	vadd.f32 s0, s15, s1
+	vmov.f32 s15, #30.0
+	vcmp.f32 s15, s2
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_away_64_16
+	vcmp.f32 s4, s5
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_away_64_16
+	vmov.f32 s15, #0.5
+	vmul.f32 s2, s15, s3
+	vmov.f32 s15, s13
+	vsub.f32 s1, s2, s14
+	vmov.f32 s14, s12
+	vadd.f32 s19, s19, s1
 	vldmia r6!, {s3-s6}
-	vadd.f32 s28, s28, s3
-	vmul.f32 s4, s4, s13
-	vsub.f32 s11, s13, s2
-	vmul.f32 s1, s1, s30
-	vabs.f32 s21, s21
-	vadd.f32 s23, s23, s4
-	vadd.f32 s10, s12, s10
-	vmul.f32 s12, s14, s5
-	vmul.f32 s28, s30, s28
-	vadd.f32 s13, s1, s6
-	vldmia r6!, {s1-s6}
-	vmul.f32 s1, s1, s0
-	vmul.f32 s28, s8, s28
-	vmul.f32 s2, s2, s0
-	vadd.f32 s3, s3, s14
-	vmul.f32 s13, s13, s30
-	vadd.f32 s28, s8, s28
-	vcmp.f32 s21, s3
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_away_64_16
-	vsub.f32 s8, s0, s1
-	vadd.f32 s4, s13, s4
-	vsub.f32 s21, s29, s28
-	vmul.f32 s13, s15, s5
-	vmul.f32 s30, s30, s4
-	vmov.f32 s15, s17
-	vadd.f32 s17, s31, s21
-	vsub.f32 s10, s10, s2
-	vmov.f32 s21, #0.5
-	vmul.f32 s2, s21, s17
-	vmul.f32 s0, s6, s0
-	vsub.f32 s17, s2, s18
+	vmul.f32 s12, s3, s9
+	vmul.f32 s19, s4, s19
+	vmul.f32 s3, s3, s18
+	vmul.f32 s1, s5, s1
+	vadd.f32 s19, s16, s19
+	vadd.f32 s21, s21, s1
+	vadd.f32 s17, s17, s3
+	vmul.f32 s16, s6, s24
+	vadd.f32 s8, s8, s12
 	vldmia r6!, {s3-s6}
-	vmul.f32 s18, s3, s17
-	vadd.f32 s25, s25, s17
-	vadd.f32 s18, s19, s18
-	vabs.f32 s19, s19
-	vmul.f32 s25, s4, s25
-	vmul.f32 s17, s5, s18
-	vadd.f32 s14, s6, s14
-	vadd.f32 s20, s20, s25
+	vmul.f32 s1, s3, s24
+	vmul.f32 s12, s10, s4
+	vmul.f32 s13, s11, s5
+	vmul.f32 s6, s6, s24
+	vsub.f32 s10, s8, s1
+	vsub.f32 s8, s24, s16
+	vsub.f32 s11, s9, s6
 	vldmia r6!, {s3-s6}
-	vmul.f32 s25, s3, s18
-	vmul.f32 s30, s9, s30
-	vmul.f32 s4, s4, s18
-	vcmp.f32 s19, s14
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_away_64_16
-	vmul.f32 s19, s5, s18
-	vmov.f32 s14, s16
-	vabs.f32 s16, s16
-	vsub.f32 s3, s18, s25
-	vsub.f32 s5, s26, s19
-	vmul.f32 s6, s6, s22
-	vmul.f32 s18, s3, s28
-	vadd.f32 s9, s9, s30
-	vmul.f32 s21, s21, s18
-	vadd.f32 s31, s31, s8
-	vmov.f32 s30, #30.0
-	vcmp.f32 s30, s16
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_away_64_16
-	vadd.f32 s26, s20, s6
-	vsub.f32 s25, s9, s18
-	vsub.f32 s21, s9, s21
-	vsub.f32 s4, s26, s4
-	vadd.f32 s29, s29, s3
-	vsub.f32 s6, s22, s17
-	vmul.f32 s21, s3, s21
-	vldmia r6!, {s16-s20}
-	vsub.f32 s26, s16, s25
-	vsub.f32 s9, s23, s0
-	vmul.f32 s16, s17, s29
+	vmul.f32 s24, s3, s24
+	vmul.f32 s16, s4, s21
+	vmul.f32 s9, s5, s9
+	vsub.f32 s3, s21, s16
+	vmul.f32 s16, s6, s21
+	vldmia r6!, {s4-s6}
+	vmul.f32 s1, s4, s18
+	vadd.f32 s25, s25, s3
+	vadd.f32 s1, s19, s1
+	vmul.f32 s19, s3, s26
+	vmul.f32 s5, s5, s21
+	vsub.f32 s4, s1, s16
+	vsub.f32 s5, s17, s5
+	vadd.f32 s16, s22, s9
+	vmul.f32 s17, s6, s21
+	vldmia r6!, {s21-s22}
+	vmul.f32 s1, s21, s25
+	vsub.f32 s6, s18, s17
+	vsub.f32 s17, s0, s19
+	vadd.f32 s27, s27, s8
+	vmov.f32 s18, #0.5
+	vmul.f32 s19, s18, s19
+	vsub.f32 s9, s16, s24
+	vsub.f32 s0, s0, s19
+	vsub.f32 s1, s27, s1
+	vmul.f32 s16, s22, s23
+	vadd.f32 s18, s21, s17
+	vmul.f32 s0, s3, s0
+	vneg.f32 s18, s18
+	vldmia r6!, {s21-s24}
+	vsub.f32 s19, s21, s17
+	vmul.f32 s21, s22, s4
+	vmul.f32 s27, s23, s1
+	vsub.f32 s1, s1, s21
+	vadd.f32 s26, s26, s0
 	vstmdb r0!, {s7-s15}
-	vmul.f32 s22, s26, s5
-	vmul.f32 s23, s18, s9
-	vadd.f32 s18, s28, s21
-	vadd.f32 s22, s10, s22
-	vadd.f32 s28, s17, s25
-	vmul.f32 s17, s18, s4
-	vsub.f32 s31, s31, s16
-	vmul.f32 s16, s19, s4
-	vmul.f32 s20, s20, s31
-	vneg.f32 s28, s28
-	vsub.f32 s16, s31, s16
-	vmul.f32 s26, s26, s6
-	vmul.f32 s21, s28, s4
-	vadd.f32 s26, s11, s26
-	vsub.f32 s16, s16, s18
-	vldmia r1!, {s12-s15}
-	vsub.f32 s31, s4, s13
-	vmul.f32 s17, s17, s4
-	vmul.f32 s11, s19, s16
-	vadd.f32 s27, s27, s12
-	vadd.f32 s21, s9, s21
-	vmul.f32 s28, s28, s16
+	vmul.f32 s21, s19, s5
+	vsub.f32 s1, s1, s26
+	vmul.f32 s23, s18, s4
+	vmul.f32 s0, s26, s4
+	vmul.f32 s18, s18, s1
+	vmul.f32 s19, s19, s6
+	vmul.f32 s15, s0, s4
+	vadd.f32 s23, s9, s23
+	vsub.f32 s27, s15, s27
+	vadd.f32 s19, s11, s19
+	vadd.f32 s21, s10, s21
 	vstmdb r0!, {s2-s6}
 	str.w r4, [r0, #56]
 	str.w r5, [r0, #60]
@@ -687,103 +704,107 @@ joint_drive_tick:
 	mov.w r4, #0
 	str.w r4, [r0, #76]
 	str.w r4, [r0, #80]
-	vldmia r1!, {s0-s4}
-	vsub.f32 s27, s29, s27
-	vsub.f32 s17, s17, s20
-	vsub.f32 s29, s1, s12
-	vsub.f32 s20, s21, s11
-	vsub.f32 s23, s17, s23
-	vsub.f32 s17, s3, s14
-	vmul.f32 s19, s19, s20
-	vadd.f32 s28, s23, s28
-	vsub.f32 s20, s20, s15
-	vsub.f32 s23, s16, s14
-	vsub.f32 s2, s2, s13
-	vldmia r6!, {s7-s14}
-	vmul.f32 s21, s7, s27
-	vsub.f32 s16, s28, s19
-	vmul.f32 s28, s8, s20
-	vadd.f32 s21, s20, s21
-	vmul.f32 s19, s9, s23
-	vmul.f32 s20, s10, s5
-	vadd.f32 s16, s16, s22
-	vmul.f32 s11, s11, s31
-	vmul.f32 s22, s12, s16
-	vmul.f32 s16, s13, s23
-	vadd.f32 s23, s21, s11
-	vneg.f32 s21, s22
-	vmul.f32 s29, s14, s29
-	vldmia r6!, {s7-s14}
-	vmul.f32 s7, s7, s26
-	vmul.f32 s26, s8, s6
-	vmul.f32 s31, s9, s31
-	vmul.f32 s10, s10, s5
-	vadd.f32 s16, s23, s16
-	vsub.f32 s4, s4, s15
-	vadd.f32 s31, s21, s31
-	vmul.f32 s4, s11, s4
-	vadd.f32 s31, s31, s19
-	vmul.f32 s19, s12, s24
-	vadd.f32 s28, s31, s28
-	vmul.f32 s21, s13, s2
-	vadd.f32 s16, s16, s10
-	vadd.f32 s4, s4, s29
-	vadd.f32 s20, s28, s20
-	vmul.f32 s14, s14, s17
-	vldmia r6!, {s0-s3}
-	vmul.f32 s0, s0, s24
-	vadd.f32 s17, s4, s21
-	vadd.f32 s31, s16, s6
-	vadd.f32 s29, s20, s26
-	vabs.f32 s28, s27
-	vadd.f32 s16, s17, s14
-	vadd.f32 s29, s29, s7
-	vmul.f32 s17, s1, s31
-	vsub.f32 s20, s31, s24
-	vadd.f32 s29, s29, s16
-	vcmp.f32 s28, s2
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Ljoint_drive_tick_law
-	vadd.f32 s16, s29, s19
-	vstr s31, [r2, #4]
-	vadd.f32 s16, s16, s17
-	vstr s20, [r2, #8]
-	vsub.f32 s1, s24, s0
-	vmov.f32 s31, #-30.0
-	vmov.f32 s0, s16
-	vcmp.f32 s0, s30
+	vmul.f32 s0, s22, s1
+	vmul.f32 s24, s24, s9
+	vsub.f32 s23, s23, s0
+	vldmia r1!, {s7-s15}
+	vsub.f32 s0, s15, s10
+	vmul.f32 s22, s22, s23
+	vsub.f32 s27, s27, s24
+	vsub.f32 s24, s12, s7
+	vsub.f32 s14, s14, s9
+	vadd.f32 s27, s27, s18
+	vsub.f32 s4, s4, s8
+	vadd.f32 s18, s16, s7
+	vsub.f32 s16, s1, s9
+	vsub.f32 s13, s13, s8
+	vsub.f32 s23, s23, s10
+	vldmia r6!, {s7-s12}
+	vmul.f32 s19, s7, s19
+	vsub.f32 s18, s25, s18
+	vmul.f32 s8, s8, s4
+	vmul.f32 s25, s9, s0
+	vsub.f32 s22, s27, s22
+	vmul.f32 s27, s10, s24
+	vmul.f32 s24, s11, s13
+	vadd.f32 s22, s22, s21
+	vmul.f32 s21, s12, s14
+	vldmia r6!, {s9-s15}
+	vmul.f32 s9, s9, s4
+	vmul.f32 s10, s10, s16
+	vmul.f32 s22, s11, s22
+	vmul.f32 s12, s12, s18
+	vmul.f32 s0, s13, s20
+	vadd.f32 s1, s23, s12
+	vneg.f32 s22, s22
+	vadd.f32 s1, s1, s8
+	vmul.f32 s23, s14, s23
+	vadd.f32 s22, s22, s9
+	vmul.f32 s15, s15, s16
+	vadd.f32 s22, s22, s10
+	vldmia r6!, {s8-s14}
+	vmul.f32 s8, s8, s5
+	vadd.f32 s25, s25, s27
+	vabs.f32 s18, s18
+	vmul.f32 s9, s9, s6
+	vmul.f32 s27, s10, s5
+	vadd.f32 s16, s25, s24
+	vadd.f32 s24, s1, s15
+	vadd.f32 s25, s22, s23
+	vadd.f32 s24, s24, s27
+	vadd.f32 s25, s25, s8
+	vadd.f32 s6, s24, s6
+	vadd.f32 s9, s25, s9
+	vadd.f32 s27, s16, s21
+	vmul.f32 s25, s11, s6
+	vadd.f32 s24, s9, s19
+	vmul.f32 s16, s12, s20
+	vstr s6, [r2, #4]
+	vadd.f32 s24, s24, s27
+	vsub.f32 s19, s6, s20
+	vadd.f32 s16, s24, s16
+	vstr s19, [r2, #8]
+	vadd.f32 s25, s16, s25
+	vsub.f32 s1, s20, s0
+	vabs.f32 s16, s25
+	vmov.f32 s27, #30.0
+	vmov.f32 s15, #-30.0
+	vmov.f32 s0, s25
+	vcmp.f32 s0, s27
 	vmrs APSR_nzcv, fpscr
 	it gt
-	vmovgt.f32 s0, s30
-	vcmp.f32 s0, s31
+	vmovgt.f32 s0, s27
+	vcmp.f32 s0, s15
 	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s31
-	vabs.f32 s31, s16
-	vcmp.f32 s31, s3
+	vmovmi.f32 s0, s15
+	vcmp.f32 s18, s13
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Ljoint_drive_tick_law
-	vstr s0, [r2, #0]
-	vcmp.f32 s0, s16
+	vcmp.f32 s0, s25
 	vmrs APSR_nzcv, fpscr
 	it ne
 	addne r7, #2
+	vcmp.f32 s16, s14
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Ljoint_drive_tick_law
+	vstr s0, [r2, #0]
 	vstmdb r0!, {s0-s1}
 	mov.w r0, r7
-	vpop {s16-s31}
+	vpop {s16-s27}
 	pop.w {r4-r7}
 	bx lr
 .Ljoint_drive_tick_mirrored:
-	vcmp.f32 s29, #0.0
+	vcmp.f32 s25, #0.0
 	vmrs APSR_nzcv, fpscr
 	vpush {s0}
-	vldr s0, [r6, #192]
-	vsub.f32 s8, s0, s30
-	vldr s0, [r6, #196]
-	vadd.f32 s8, s8, s0
+	vldr s0, [r6, #220]
+	vsub.f32 s6, s0, s7
+	vldr s0, [r6, #224]
+	vadd.f32 s6, s6, s0
 	it mi
-	vnegmi.f32 s8, s8
-	vneg.f32 s9, s9
+	vnegmi.f32 s6, s6
+	vneg.f32 s15, s15
 	vpop {s0}
 	b.w .Ljoint_drive_tick_turned
 .Ljoint_drive_tick_law:
@@ -791,8 +812,8 @@ joint_drive_tick:
 	sub.w r1, r1, #52
 	push.w {r4, lr}
 	sub.w sp, sp, #40
-	vstr s18, [sp, #4]
-	vstr s25, [sp, #8]
+	vstr s26, [sp, #4]
+	vstr s17, [sp, #8]
 	mov.w ip, #0
 	strb.w ip, [sp, #0]
 	strb.w ip, [sp, #12]
@@ -802,7 +823,7 @@ joint_drive_tick:
 	bl joint_drive_law
 	add.w sp, sp, #40
 	pop.w {r4, lr}
-	vpop {s16-s31}
+	vpop {s16-s27}
 	pop.w {r4-r7}
 	bx lr
 .Ljoint_drive_tick_away_0_0:
@@ -812,80 +833,81 @@ joint_drive_tick:
 	sub.w r1, r1, #16
 	b.w .Ljoint_drive_tick_leave
 .Ljoint_drive_tick_leave:
-	vpop {s16-s31}
+	vpop {s16-s27}
 	pop.w {r4-r7}
 .Ljoint_drive_tick_rest:
 	b.w joint_drive_rest
 	.balign 4
 .Ljoint_drive_tick_table:
-	.word 0x36c90fdb @ 5.9921126e-6
-	.word 0x3a830d1a @ 0.0009998411
-	.word 0x3975dd20 @ 0.00023447396
 	.word 0x459c4d13 @ 5001.6343
+	.word 0x36c90fdb @ 5.9921126e-6
 	.word 0x42208591 @ 40.130436
+	.word 0x3975dd20 @ 0.00023447396
+	.word 0x3a830d1a @ 0.0009998411
 	.word 0x46170c19 @ 9667.024
-	.word 0x3f7feabe @ 0.99967563
-	.word 0x3a7c1fef @ 0.00096177956
 	.word 0x35063423 @ 4.999476e-7
-	.word 0x36c90fdb @ 5.9921126e-6
-	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x3975dd20 @ 0.00023447396
+	.word 0x3a7c1fef @ 0.00096177956
+	.word 0x3f7feabe @ 0.99967563
 	.word 0x2f373cd5 @ 1.6665365e-10
-	.word 0x2f33c5ab @ 1.6350181e-10
-	.word 0x4838b45c @ 189137.44
-	.word 0x3a83126f @ 0.001
-	.word 0x36c90fdb @ 5.9921126e-6
 	.word 0x3f6c4815 @ 0.9229749
-	.word 0x40c90fdb @ 6.2831855
+	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x2f33c5ab @ 1.6350181e-10
 	.word 0x3fc90fdb @ 1.5707964
 	.word 0x406231d6 @ 3.5342917
-	.word 0x362e7949 @ 2.5998618e-6
 	.word 0x37c28d4e @ 2.3192402e-5
-	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x362e7949 @ 2.5998618e-6
 	.word 0xb94fafbf @ -0.00019806529
 	.word 0xbab59c80 @ -0.0013855845
+	.word 0x3975dd20 @ 0.00023447396
 	.word 0x3c088734 @ 0.008333016
-	.word 0x4be536cc @ 30043544.0
 	.word 0xbe2aaaa4 @ -0.16666657
-	.word 0x3502cfaf @ 4.8730993e-7
-	.word 0x3f7befc5 @ 0.98412734
 	.word 0x3d2aa7d9 @ 0.04166398
+	.word 0x4838b45c @ 189137.44
+	.word 0xbeffffe9 @ -0.4999993
+	.word 0x3502cfaf @ 4.8730993e-7
+	.word 0x3dc1b5f1 @ 0.09458531
+	.word 0x3a7c1fef @ 0.00096177956
+	.word 0x38ff312a @ 0.00012168505
+	.word 0x3a83126f @ 0.001
+	.word 0x3a830d1a @ 0.0009998411
+	.word 0x35063423 @ 4.999476e-7
 	.word 0x3f461ed1 @ 0.7739077
 	.word 0x483f7812 @ 196064.28
-	.word 0x3dc1b5f1 @ 0.09458531
-	.word 0xbeffffe9 @ -0.4999993
+	.word 0x3f7befc5 @ 0.98412734
 	.word 0x3f7d73e8 @ 0.99004984
+	.word 0x4be536cc @ 30043544.0
 	.word 0x43f408fd @ 488.07022
-	.word 0x35063423 @ 4.999476e-7
-	.word 0x3a830d1a @ 0.0009998411
-	.word 0x470d47c1 @ 36167.754
-	.word 0x38ff312a @ 0.00012168505
 	.word 0x3e623391 @ 0.22089984
+	.word 0x3502cfaf @ 4.8730993e-7
 	.word 0x41c5f1a4 @ 24.742989
-	.word 0x44b4fcb2 @ 1447.8967
 	.word 0x35063423 @ 4.999476e-7
-	.word 0xc21c26b7 @ -39.037807
+	.word 0x44b4fcb2 @ 1447.8967
+	.word 0x470d47c1 @ 36167.754
 	.word 0x421c8591 @ 39.130436
-	.word 0x4296603e @ 75.18797
+	.word 0x40c90fdb @ 6.2831855
+	.word 0xc21c26b7 @ -39.037807
 	.word 0x3e9bd37a @ 0.3043478
 	.word 0x46170c19 @ 9667.024
-	.word 0x45fa0000 @ 8000.0
-	.word 0xbc37d91e @ -0.011221198
-	.word 0xbe77b548 @ -0.24190247
-	.word 0xbe743606 @ -0.23848733
-	.word 0x44960000 @ 1200.0
-	.word 0x3951a58c @ 0.00019993464
-	.word 0x42700000 @ 60.0
-	.word 0x3f7a81e5 @ 0.97854453
+	.word 0x4296603e @ 75.18797
 	.word 0xb3d731df @ -1.0020789e-7
-	.word 0xb8fa1f22 @ -0.00011926728
-	.word 0xbfce201e @ -1.6103551
-	.word 0x426ec859 @ 59.695652
+	.word 0x44960000 @ 1200.0
 	.word 0x3e548ee5 @ 0.20757635
-	.word 0x3c94952f @ 0.018137543
+	.word 0x3f7a81e5 @ 0.97854453
 	.word 0x3f1a6e60 @ 0.6032467
 	.word 0x3f7c23eb @ 0.98492306
+	.word 0xbfce201e @ -1.6103551
+	.word 0xbe77b548 @ -0.24190247
+	.word 0x3951a58c @ 0.00019993464
+	.word 0x45fa0000 @ 8000.0
 	.word 0x3c230606 @ 0.009950167
+	.word 0xbc37d91e @ -0.011221198
+	.word 0x42700000 @ 60.0
+	.word 0xbe743606 @ -0.23848733
+	.word 0xb8fa1f22 @ -0.00011926728
+	.word 0x426ec859 @ 59.695652
 	.word 0xbca50026 @ -0.020141672
+	.word 0x3c94952f @ 0.018137543
 	.word 0x3e764a8d @ 0.24051876
 	.word 0x46700000 @ 15360.0
 	.word 0x40490fdb @ 3.1415927
@@ -958,7 +980,8 @@ joint_drive_rest:
 joint_drive_begin:
 	push.w {r4-r11}
 	sub.w sp, sp, #112
-	adr.w ip, .Ljoint_drive_begin_table
+	movw ip, #:lower16:.Ljoint_drive_begin_table
+	movt ip, #:upper16:.Ljoint_drive_begin_table
 	vldr s0, [r0, #52]
 	vldr s1, [ip, #0]
 	vcmp.f32 s0, s1
@@ -1926,7 +1949,8 @@ joint_drive_observe:
 	push.w {r4-r11}
 	vpush {s16-s29}
 	sub.w sp, sp, #80
-	adr.w ip, .Ljoint_drive_observe_table
+	movw ip, #:lower16:.Ljoint_drive_observe_table
+	movt ip, #:upper16:.Ljoint_drive_observe_table
 	vldr s0, [r0, #88]
 	vabs.f32 s0, s0
 	vldr s1, [ip, #0]
@@ -2671,54 +2695,52 @@ joint_drive_observe:
 	.thumb_func
 joint_drive_law:
 	push.w {r4-r11}
-	vpush {s16-s21}
-	sub.w sp, sp, #56
-	adr.w ip, .Ljoint_drive_law_table
-	vldr s0, [r0, #56]
-	vabs.f32 s0, s0
-	vldr s1, [ip, #0]
-	vcmp.f32 s0, s1
-	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r4, #1
-	movpl.w r4, #0
+	vpush {s16-s19}
+	movw ip, #:lower16:.Ljoint_drive_law_table
+	movt ip, #:upper16:.Ljoint_drive_law_table
+	ldrb.w r4, [r2, #0]
 	cmp.w r4, #0
 	beq.w .Ljoint_drive_law_1
+	vldr s0, [ip, #0]
+	ldr.w r4, [r0, #72]
+	vmov s1, r4
+	vcvt.f32.s32 s1, s1
+	vmul.f32 s0, s0, s1
+	vldr s1, [r0, #12]
+	vadd.f32 s0, s0, s1
 	vldr s1, [ip, #4]
-	ldr.w r5, [r0, #72]
-	vmov s2, r5
+	ldr.w r5, [r1, #12]
+	ldr.w r6, [r0, #80]
+	sub.w r7, r5, r6
+	vmov s2, r7
 	vcvt.f32.s32 s2, s2
 	vmul.f32 s1, s1, s2
-	vldr s2, [r0, #12]
+	vldr s2, [r1, #16]
 	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #8]
-	ldr.w r6, [r1, #12]
-	ldr.w r7, [r0, #80]
-	sub.w r8, r6, r7
-	vmov s3, r8
-	vcvt.f32.s32 s3, s3
-	vmul.f32 s2, s2, s3
-	vldr s3, [r1, #16]
-	vadd.f32 s2, s2, s3
-	vsub.f32 s2, s1, s2
-	vabs.f32 s3, s2
-	vldr s4, [ip, #12]
-	vmul.f32 s4, s4, s0
-	vldr s5, [ip, #16]
-	cmp.w r4, #0
+	vsub.f32 s1, s0, s1
+	vabs.f32 s2, s1
+	vldr s3, [ip, #8]
+	vldr s4, [r0, #56]
+	vabs.f32 s4, s4
+	vmul.f32 s3, s3, s4
+	vldr s5, [ip, #12]
+	vldr s6, [ip, #16]
+	vcmp.f32 s4, s6
+	vmrs APSR_nzcv, fpscr
+	ite mi
+	movmi.w r7, #1
+	movpl.w r7, #0
+	cmp.w r7, #0
 	it ne
-	vmovne.f32 s5, s4
-	vcmp.f32 s3, s5
+	vmovne.f32 s5, s3
+	vcmp.f32 s2, s5
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r8, #1
 	movhi.w r8, #0
 	cmp.w r8, #0
 	beq.w .Ljoint_drive_law_2
-	ldrb.w r9, [r2, #0]
-	cmp.w r9, #0
-	beq.w .Ljoint_drive_law_3
-	vldr s4, [ip, #20]
+	vldr s3, [ip, #20]
 	vldr s6, [r2, #4]
 	vldr s7, [r0, #16]
 	vmul.f32 s6, s6, s7
@@ -2726,16 +2748,16 @@ joint_drive_law:
 	vmul.f32 s6, s6, s7
 	vldr s7, [ip, #24]
 	vldr s8, [ip, #28]
-	ldr.w r10, [r0, #76]
-	vmov s9, r10
+	ldr.w r9, [r0, #76]
+	vmov s9, r9
 	vcvt.f32.s32 s9, s9
 	vmul.f32 s8, s8, s9
 	vldr s9, [r0, #32]
 	vadd.f32 s8, s8, s9
 	vldr s9, [ip, #32]
-	vmul.f32 s1, s9, s1
-	vsub.f32 s1, s8, s1
-	vmul.f32 s7, s7, s1
+	vmul.f32 s0, s9, s0
+	vsub.f32 s0, s8, s0
+	vmul.f32 s7, s7, s0
 	vsub.f32 s6, s6, s7
 	vldr s7, [ip, #36]
 	vldr s8, [r0, #36]
@@ -2748,10 +2770,10 @@ joint_drive_law:
 	vldr s8, [ip, #40]
 	vldr s9, [r0, #16]
 	vmul.f32 s8, s8, s9
-	vsub.f32 s1, s1, s8
+	vsub.f32 s0, s0, s8
 	vldr s8, [r2, #4]
-	vsub.f32 s1, s1, s8
-	vmul.f32 s8, s7, s1
+	vsub.f32 s0, s0, s8
+	vmul.f32 s8, s7, s0
 	vadd.f32 s6, s6, s8
 	vldr s8, [ip, #40]
 	vldr s9, [r0, #36]
@@ -2759,7 +2781,7 @@ joint_drive_law:
 	vmul.f32 s7, s7, s10
 	vadd.f32 s7, s9, s7
 	vldr s9, [ip, #40]
-	vmul.f32 s9, s9, s1
+	vmul.f32 s9, s9, s0
 	vsub.f32 s7, s7, s9
 	vmul.f32 s8, s8, s7
 	vsub.f32 s6, s6, s8
@@ -2771,39 +2793,39 @@ joint_drive_law:
 	vmul.f32 s10, s9, s10
 	vadd.f32 s8, s8, s10
 	vadd.f32 s6, s6, s8
-	vmul.f32 s4, s4, s6
-	vneg.f32 s4, s4
+	vmul.f32 s3, s3, s6
+	vneg.f32 s3, s3
 	vldr s6, [ip, #48]
 	vldr s8, [r0, #16]
 	vldr s10, [r1, #20]
 	vsub.f32 s8, s8, s10
 	vmul.f32 s6, s6, s8
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #52]
 	vldr s10, [r1, #24]
-	vsub.f32 s1, s1, s10
-	vmul.f32 s6, s6, s1
-	vadd.f32 s4, s4, s6
+	vsub.f32 s0, s0, s10
+	vmul.f32 s6, s6, s0
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #56]
 	vldr s10, [r1, #28]
 	vsub.f32 s7, s7, s10
 	vmul.f32 s6, s6, s7
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #60]
 	vldr s10, [r0, #20]
 	vmul.f32 s6, s6, s10
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #64]
 	vldr s10, [r0, #24]
 	vmul.f32 s6, s6, s10
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #68]
 	vldr s10, [r0, #44]
 	vldr s11, [r0, #24]
 	vmul.f32 s9, s9, s11
 	vadd.f32 s9, s10, s9
 	vmul.f32 s6, s6, s9
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #72]
 	vldr s9, [r1, #48]
 	vldr s10, [r1, #28]
@@ -2813,10 +2835,10 @@ joint_drive_law:
 	vldr s10, [r1, #36]
 	vldr s11, [r1, #16]
 	vsub.f32 s10, s10, s11
-	vldr s11, [ip, #8]
-	ldr.w r11, [r1, #32]
-	sub.w r6, r11, r6
-	vmov s12, r6
+	vldr s11, [ip, #4]
+	ldr.w r10, [r1, #32]
+	sub.w r5, r10, r5
+	vmov s12, r5
 	vcvt.f32.s32 s12, s12
 	vmul.f32 s11, s11, s12
 	vadd.f32 s11, s10, s11
@@ -2840,12 +2862,12 @@ joint_drive_law:
 	vsub.f32 s10, s10, s11
 	vmul.f32 s9, s9, s10
 	vadd.f32 s6, s6, s9
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #92]
 	vldr s9, [ip, #96]
 	vldr s10, [ip, #100]
 	vldr s11, [ip, #104]
-	vsub.f32 s12, s3, s5
+	vsub.f32 s12, s2, s5
 	vldr s13, [ip, #108]
 	vmul.f32 s13, s13, s5
 	vadd.f32 s14, s12, s13
@@ -2893,7 +2915,7 @@ joint_drive_law:
 	vadd.f32 s5, s5, s10
 	vneg.f32 s10, s5
 	vldr s11, [ip, #80]
-	vcmp.f32 s2, s11
+	vcmp.f32 s1, s11
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s11, s10
 	it gt
@@ -2901,491 +2923,180 @@ joint_drive_law:
 	cmp.w r8, #0
 	vmov.f32 s5, s11
 	it ne
-	vmovne.f32 s5, s2
-	vmul.f32 s2, s9, s5
-	vadd.f32 s2, s7, s2
+	vmovne.f32 s5, s1
+	vmul.f32 s1, s9, s5
+	vadd.f32 s1, s7, s1
 	vldr s5, [ip, #128]
 	vmul.f32 s5, s5, s8
-	vadd.f32 s2, s2, s5
+	vadd.f32 s1, s1, s5
 	vldr s5, [ip, #132]
-	vmul.f32 s1, s5, s1
-	vadd.f32 s1, s2, s1
-	vldr s2, [ip, #136]
+	vmul.f32 s0, s5, s0
+	vadd.f32 s0, s1, s0
+	vldr s1, [ip, #136]
 	vldr s5, [r0, #20]
-	vmul.f32 s2, s2, s5
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #140]
+	vmul.f32 s1, s1, s5
+	vadd.f32 s0, s0, s1
+	vldr s1, [ip, #140]
 	vldr s5, [r0, #24]
-	vmul.f32 s2, s2, s5
-	vadd.f32 s1, s1, s2
-	vmul.f32 s2, s6, s1
-	vadd.f32 s2, s4, s2
-	vldr s5, [r0, #0]
-	vldr s6, [ip, #144]
-	vcmp.f32 s3, s6
+	vmul.f32 s1, s1, s5
+	vadd.f32 s0, s0, s1
+	vmul.f32 s1, s6, s0
+	vadd.f32 s1, s3, s1
+	vldr s3, [r0, #0]
+	vldr s5, [ip, #144]
+	vcmp.f32 s2, s5
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r6, #1
-	movhi.w r6, #0
-	orr.w r11, r8, r6
-	cmp.w r11, #0
+	movls.w r5, #1
+	movhi.w r5, #0
+	orr.w r5, r8, r5
+	cmp.w r5, #0
 	it ne
-	vmovne.f32 s5, s2
-	vabs.f32 s3, s5
-	vldr s5, [ip, #144]
-	str.w r5, [sp, #0]
-	vcmp.f32 s3, s5
+	vmovne.f32 s3, s1
+	vabs.f32 s2, s3
+	vldr s3, [ip, #144]
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r5, #1
 	movhi.w r5, #0
 	cmp.w r5, #0
-	beq.w .Ljoint_drive_law_4
-	vldr s3, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s3, s0
-	vneg.f32 s5, s3
-	vldr s6, [ip, #80]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #80]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #144]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #80]
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #80]
-	vadd.f32 s6, s6, s7
-	cmp.w r5, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	and.w r10, r6, r5
-	cmp.w r10, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	vldr s8, [ip, #148]
-	vldr s10, [r0, #4]
-	vmul.f32 s8, s8, s10
-	vadd.f32 s4, s4, s8
-	vldr s8, [ip, #152]
-	vmul.f32 s8, s8, s1
-	vadd.f32 s4, s4, s8
-	vabs.f32 s8, s4
-	vldr s10, [ip, #156]
-	str.w r4, [sp, #0]
-	vcmp.f32 s8, s10
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r4, #1
-	movhi.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r9, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r7, [sp, #4]
-	eor.w r7, r5, #1
-	str.w r6, [sp, #8]
-	ldr.w r6, [sp, #4]
-	and.w r6, r7, r6
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r7, r4, #1
-	and.w r6, r6, r7
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r9, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r6, [sp, #0]
-	eor.w r7, r6, #1
-	and.w r7, r11, r7
-	cmp.w r7, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r7, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s3
-	cmp.w r7, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r5, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r10, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r8, #0
-	vmov.f32 s10, s6
-	it ne
-	vmovne.f32 s10, s3
-	cmp.w r4, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s4
-	cmp.w r11, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s6
-	cmp.w r9, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s10
-	cmp.w r6, #0
-	vmov.f32 s3, s4
-	it ne
-	vmovne.f32 s3, s9
-	vldr s4, [ip, #160]
-	cmp.w r5, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #160]
-	orr.w r5, r4, r5
-	cmp.w r5, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r9, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	vldr s6, [ip, #160]
-	cmp.w r10, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #160]
-	ldr.w r7, [sp, #8]
-	and.w r5, r5, r7
-	cmp.w r5, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r9, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r6, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s5
+	beq.w .Ljoint_drive_law_3
+	vldr s2, [ip, #16]
+	vldr s3, [ip, #16]
 	vcmp.f32 s3, s4
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s7
+	it gt
+	vmovgt.f32 s2, s4
+	vldr s3, [ip, #16]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s3, s2
+	vneg.f32 s2, s2
+	vldr s5, [ip, #148]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s5, s2
+	vcmp.f32 s1, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
 	it mi
-	vmovmi.f32 s3, s5
-	vcmp.f32 s3, s2
+	vmovmi.f32 s2, s5
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s3
+	vcmp.f32 s5, s1
 	vmrs APSR_nzcv, fpscr
 	ite ne
-	movne.w r5, #1
-	moveq.w r5, #0
-	vstr s3, [r3, #0]
-	vstr s1, [r3, #4]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #8]
-	vstr s3, [r0, #0]
-	vldr s2, [r0, #4]
-	eor.w r6, r9, #1
-	and.w r4, r6, r4
-	cmp.w r4, #0
-	vmov.f32 s3, s1
-	it ne
-	vmovne.f32 s3, s2
-	vldr s1, [ip, #164]
-	vmul.f32 s1, s1, s3
-	vsub.f32 s1, s3, s1
-	vstr s1, [r0, #4]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
-	mov.w r0, #0
-	cmp.w r5, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s21}
-	pop.w {r4-r11}
-	bx lr
-.Ljoint_drive_law_4:
-	vldr s3, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s3, s0
-	vneg.f32 s5, s3
-	vldr s6, [ip, #80]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #80]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #144]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #80]
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #80]
-	vadd.f32 s6, s6, s7
-	cmp.w r5, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	and.w r10, r6, r5
-	cmp.w r10, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	vldr s8, [ip, #148]
-	vldr s10, [r0, #4]
-	vmul.f32 s8, s8, s10
-	vadd.f32 s4, s4, s8
-	vldr s8, [ip, #152]
-	vmul.f32 s1, s8, s1
-	vadd.f32 s1, s4, s1
-	vabs.f32 s4, s1
-	vldr s8, [ip, #156]
-	str.w r4, [sp, #0]
-	vcmp.f32 s4, s8
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r4, #1
-	movhi.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s1
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r9, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s9
-	vldr s7, [ip, #0]
-	str.w r7, [sp, #4]
-	eor.w r7, r5, #1
-	str.w r6, [sp, #8]
-	ldr.w r6, [sp, #4]
-	and.w r6, r7, r6
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s8, [ip, #0]
-	eor.w r7, r4, #1
-	and.w r6, r6, r7
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	ldr.w r6, [sp, #0]
-	eor.w r7, r6, #1
-	and.w r7, r11, r7
-	cmp.w r7, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s9
-	vcmp.f32 s4, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r7, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r5, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r10, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r8, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s3
-	cmp.w r4, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s1
-	cmp.w r11, #0
-	vmov.f32 s1, s7
-	it ne
-	vmovne.f32 s1, s4
-	cmp.w r9, #0
-	vmov.f32 s3, s1
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r6, #0
-	vmov.f32 s1, s3
-	it ne
-	vmovne.f32 s1, s6
-	vldr s2, [ip, #160]
-	cmp.w r5, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s2
-	vldr s2, [ip, #160]
-	orr.w r4, r4, r5
-	cmp.w r4, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r9, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s3
-	vldr s3, [ip, #160]
-	cmp.w r10, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s3
-	vldr s3, [ip, #160]
-	ldr.w r5, [sp, #8]
-	and.w r4, r4, r5
-	cmp.w r4, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r9, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r6, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s5
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #8]
+	vstr s5, [r0, #0]
+	vldr s1, [ip, #152]
+	vmul.f32 s1, s1, s0
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #4]
+	vldr s0, [ip, #140]
+	vldr s1, [r0, #60]
+	vldr s2, [ip, #140]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #140]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s7
-	it mi
-	vmovmi.f32 s1, s5
-	vstr s1, [r3, #0]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #8]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #4]
-	vstr s1, [r0, #0]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
+	vmov.f32 s2, s1
 	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
-	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s21}
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #156]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s4, s0
+	vldr s1, [r0, #56]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #56]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #2
+	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
 .Ljoint_drive_law_3:
-	vldr s4, [ip, #20]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
+	vcmp.f32 s1, s4
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s4
+	vneg.f32 s1, s0
+	vldr s2, [ip, #80]
+	vldr s3, [r0, #0]
+	vldr s5, [ip, #80]
+	vldr s6, [r0, #0]
+	vabs.f32 s6, s6
+	vldr s7, [ip, #144]
+	vcmp.f32 s6, s7
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s5, s3
+	vmul.f32 s2, s2, s5
+	vldr s3, [ip, #80]
+	vadd.f32 s2, s2, s3
+	vcmp.f32 s2, s0
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s0
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s3
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #4]
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #60]
+	vldr s3, [ip, #140]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #140]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #156]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s1, s4, s1
+	vldr s2, [r0, #56]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s2, s1
+	vstr s0, [r0, #0]
+	vstr s2, [r0, #56]
+	mov.w r0, #1
+	vpop {s16-s19}
+	pop.w {r4-r11}
+	bx lr
+.Ljoint_drive_law_2:
+	vldr s3, [ip, #144]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r9, #1
+	movhi.w r9, #0
+	cmp.w r9, #0
+	beq.w .Ljoint_drive_law_4
+	vldr s3, [ip, #20]
 	vldr s6, [r2, #4]
 	vldr s7, [r0, #16]
 	vmul.f32 s6, s6, s7
@@ -3400,9 +3111,9 @@ joint_drive_law:
 	vldr s9, [r0, #32]
 	vadd.f32 s8, s8, s9
 	vldr s9, [ip, #32]
-	vmul.f32 s1, s9, s1
-	vsub.f32 s1, s8, s1
-	vmul.f32 s7, s7, s1
+	vmul.f32 s0, s9, s0
+	vsub.f32 s0, s8, s0
+	vmul.f32 s7, s7, s0
 	vsub.f32 s6, s6, s7
 	vldr s7, [ip, #36]
 	vldr s8, [r0, #36]
@@ -3415,10 +3126,10 @@ joint_drive_law:
 	vldr s8, [ip, #40]
 	vldr s9, [r0, #16]
 	vmul.f32 s8, s8, s9
-	vsub.f32 s1, s1, s8
+	vsub.f32 s0, s0, s8
 	vldr s8, [r2, #4]
-	vsub.f32 s1, s1, s8
-	vmul.f32 s8, s7, s1
+	vsub.f32 s0, s0, s8
+	vmul.f32 s8, s7, s0
 	vadd.f32 s6, s6, s8
 	vldr s8, [ip, #40]
 	vldr s9, [r0, #36]
@@ -3426,7 +3137,7 @@ joint_drive_law:
 	vmul.f32 s7, s7, s10
 	vadd.f32 s7, s9, s7
 	vldr s9, [ip, #40]
-	vmul.f32 s9, s9, s1
+	vmul.f32 s9, s9, s0
 	vsub.f32 s7, s7, s9
 	vmul.f32 s8, s8, s7
 	vsub.f32 s6, s6, s8
@@ -3438,39 +3149,39 @@ joint_drive_law:
 	vmul.f32 s10, s9, s10
 	vadd.f32 s8, s8, s10
 	vadd.f32 s6, s6, s8
-	vmul.f32 s4, s4, s6
-	vneg.f32 s4, s4
+	vmul.f32 s3, s3, s6
+	vneg.f32 s3, s3
 	vldr s6, [ip, #48]
 	vldr s8, [r0, #16]
 	vldr s10, [r1, #20]
 	vsub.f32 s8, s8, s10
 	vmul.f32 s6, s6, s8
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #52]
 	vldr s10, [r1, #24]
-	vsub.f32 s1, s1, s10
-	vmul.f32 s6, s6, s1
-	vadd.f32 s4, s4, s6
+	vsub.f32 s0, s0, s10
+	vmul.f32 s6, s6, s0
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #56]
 	vldr s10, [r1, #28]
 	vsub.f32 s7, s7, s10
 	vmul.f32 s6, s6, s7
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #60]
 	vldr s10, [r0, #20]
 	vmul.f32 s6, s6, s10
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #64]
 	vldr s10, [r0, #24]
 	vmul.f32 s6, s6, s10
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #68]
 	vldr s10, [r0, #44]
 	vldr s11, [r0, #24]
 	vmul.f32 s9, s9, s11
 	vadd.f32 s9, s10, s9
 	vmul.f32 s6, s6, s9
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #72]
 	vldr s9, [r1, #48]
 	vldr s10, [r1, #28]
@@ -3480,906 +3191,9 @@ joint_drive_law:
 	vldr s10, [r1, #36]
 	vldr s11, [r1, #16]
 	vsub.f32 s10, s10, s11
-	vldr s11, [ip, #8]
+	vldr s11, [ip, #4]
 	ldr.w r11, [r1, #32]
-	sub.w r6, r11, r6
-	vmov s12, r6
-	vcvt.f32.s32 s12, s12
-	vmul.f32 s11, s11, s12
-	vadd.f32 s11, s10, s11
-	vldr s13, [ip, #80]
-	vcmp.f32 s12, s13
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s12, s10
-	it ne
-	vmovne.f32 s12, s11
-	vmul.f32 s9, s9, s12
-	vadd.f32 s6, s6, s9
-	vldr s9, [ip, #84]
-	vldr s10, [r1, #40]
-	vldr s11, [r1, #20]
-	vsub.f32 s10, s10, s11
-	vmul.f32 s9, s9, s10
-	vadd.f32 s6, s6, s9
-	vldr s9, [ip, #88]
-	vldr s10, [r1, #44]
-	vldr s11, [r1, #24]
-	vsub.f32 s10, s10, s11
-	vmul.f32 s9, s9, s10
-	vadd.f32 s6, s6, s9
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #148]
-	vldr s9, [r0, #4]
-	vmul.f32 s6, s6, s9
-	vadd.f32 s6, s4, s6
-	vldr s9, [ip, #152]
-	vldr s10, [ip, #96]
-	vldr s11, [ip, #100]
-	vldr s12, [ip, #104]
-	vsub.f32 s13, s3, s5
-	vldr s14, [ip, #108]
-	vmul.f32 s14, s14, s5
-	vadd.f32 s15, s13, s14
-	vsub.f32 s16, s13, s14
-	vabs.f32 s16, s16
-	vsub.f32 s15, s15, s16
-	vmul.f32 s12, s12, s15
-	vmul.f32 s11, s11, s12
-	vadd.f32 s5, s5, s11
-	vldr s11, [ip, #112]
-	vldr s15, [ip, #104]
-	vsub.f32 s12, s13, s12
-	vldr s13, [ip, #116]
-	vmul.f32 s13, s13, s14
-	vadd.f32 s14, s12, s13
-	vsub.f32 s16, s12, s13
-	vabs.f32 s16, s16
-	vsub.f32 s14, s14, s16
-	vmul.f32 s14, s15, s14
-	vmul.f32 s11, s11, s14
-	vadd.f32 s5, s5, s11
-	vldr s11, [ip, #120]
-	vldr s15, [ip, #104]
-	vsub.f32 s12, s12, s14
-	vldr s14, [ip, #116]
-	vmul.f32 s13, s14, s13
-	vadd.f32 s14, s12, s13
-	vsub.f32 s16, s12, s13
-	vabs.f32 s16, s16
-	vsub.f32 s14, s14, s16
-	vmul.f32 s14, s15, s14
-	vmul.f32 s11, s11, s14
-	vadd.f32 s5, s5, s11
-	vldr s11, [ip, #124]
-	vldr s15, [ip, #104]
-	vsub.f32 s12, s12, s14
-	vldr s14, [ip, #116]
-	vmul.f32 s13, s14, s13
-	vadd.f32 s14, s12, s13
-	vsub.f32 s12, s12, s13
-	vabs.f32 s12, s12
-	vsub.f32 s12, s14, s12
-	vmul.f32 s12, s15, s12
-	vmul.f32 s11, s11, s12
-	vadd.f32 s5, s5, s11
-	vneg.f32 s11, s5
-	vldr s12, [ip, #80]
-	vcmp.f32 s2, s12
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s12, s11
-	it gt
-	vmovgt.f32 s12, s5
-	cmp.w r8, #0
-	vmov.f32 s5, s12
-	it ne
-	vmovne.f32 s5, s2
-	vmul.f32 s2, s10, s5
-	vadd.f32 s2, s7, s2
-	vldr s5, [ip, #128]
-	vmul.f32 s5, s5, s8
-	vadd.f32 s2, s2, s5
-	vldr s5, [ip, #132]
-	vmul.f32 s1, s5, s1
-	vadd.f32 s1, s2, s1
-	vldr s2, [ip, #136]
-	vldr s5, [r0, #20]
-	vmul.f32 s2, s2, s5
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #140]
-	vldr s5, [r0, #24]
-	vmul.f32 s2, s2, s5
-	vadd.f32 s1, s1, s2
-	vmul.f32 s2, s9, s1
-	vadd.f32 s2, s6, s2
-	vabs.f32 s5, s2
-	vldr s6, [ip, #156]
-	vcmp.f32 s5, s6
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r6, #1
-	movhi.w r6, #0
-	cmp.w r6, #0
-	beq.w .Ljoint_drive_law_5
-	vldr s5, [ip, #0]
-	vldr s6, [ip, #0]
-	vcmp.f32 s6, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s5, s0
-	vneg.f32 s6, s5
-	vldr s7, [ip, #92]
-	vmul.f32 s7, s7, s1
-	vadd.f32 s4, s4, s7
-	vldr s7, [ip, #80]
-	vldr s8, [r0, #0]
-	vldr s9, [ip, #80]
-	vldr s10, [r0, #0]
-	vabs.f32 s10, s10
-	vldr s11, [ip, #144]
-	vcmp.f32 s10, s11
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s9, s8
-	vldr s8, [r0, #0]
-	vldr s10, [ip, #80]
-	vldr s11, [r0, #0]
-	vldr s12, [ip, #144]
-	vcmp.f32 s3, s12
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r7, #1
-	movhi.w r7, #0
-	orr.w r10, r8, r7
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s11, s4
-	vabs.f32 s3, s11
-	vldr s11, [ip, #144]
-	vcmp.f32 s3, s11
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s10, s8
-	cmp.w r10, #0
-	vmov.f32 s3, s10
-	it ne
-	vmovne.f32 s3, s9
-	vmul.f32 s3, s7, s3
-	vldr s7, [ip, #80]
-	vadd.f32 s3, s3, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s4
-	str.w r4, [sp, #0]
-	and.w r4, r7, r11
-	cmp.w r4, #0
-	vmov.f32 s8, s3
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r6, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r10, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r9, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r5, [sp, #4]
-	eor.w r5, r11, #1
-	str.w r7, [sp, #8]
-	ldr.w r7, [sp, #4]
-	and.w r5, r5, r7
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r7, r6, #1
-	and.w r5, r5, r7
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r9, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r5, [sp, #0]
-	eor.w r7, r5, #1
-	and.w r7, r10, r7
-	cmp.w r7, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s5
-	cmp.w r7, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s5
-	cmp.w r7, #0
-	vmov.f32 s8, s3
-	it ne
-	vmovne.f32 s8, s5
-	cmp.w r11, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r4, #0
-	vmov.f32 s5, s8
-	it ne
-	vmovne.f32 s5, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s3
-	cmp.w r6, #0
-	vmov.f32 s5, s3
-	it ne
-	vmovne.f32 s5, s2
-	cmp.w r10, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s5
-	cmp.w r9, #0
-	vmov.f32 s5, s3
-	it ne
-	vmovne.f32 s5, s4
-	cmp.w r5, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s9
-	vldr s4, [ip, #160]
-	cmp.w r11, #0
-	vmov.f32 s5, s6
-	it ne
-	vmovne.f32 s5, s4
-	vldr s4, [ip, #160]
-	orr.w r6, r6, r11
-	cmp.w r6, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r9, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s5
-	vldr s5, [ip, #160]
-	cmp.w r4, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s5
-	vldr s5, [ip, #160]
-	ldr.w r4, [sp, #8]
-	and.w r4, r6, r4
-	cmp.w r4, #0
-	vmov.f32 s9, s6
-	it ne
-	vmovne.f32 s9, s5
-	cmp.w r9, #0
-	vmov.f32 s5, s9
-	it ne
-	vmovne.f32 s5, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r5, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	vcmp.f32 s3, s4
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s7
-	it mi
-	vmovmi.f32 s3, s6
-	vcmp.f32 s3, s2
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r4, #1
-	moveq.w r4, #0
-	vstr s3, [r3, #0]
-	vldr s2, [r0, #4]
-	vsub.f32 s2, s1, s2
-	vstr s2, [r3, #8]
-	vstr s1, [r3, #4]
-	vstr s3, [r0, #0]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
-	vldr s0, [r0, #4]
-	vldr s1, [ip, #164]
-	vldr s2, [r0, #4]
-	vmul.f32 s1, s1, s2
-	vsub.f32 s0, s0, s1
-	vstr s0, [r0, #4]
-	mov.w r0, #0
-	cmp.w r4, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s21}
-	pop.w {r4-r11}
-	bx lr
-.Ljoint_drive_law_5:
-	vldr s5, [ip, #92]
-	vmul.f32 s5, s5, s1
-	vadd.f32 s4, s4, s5
-	vldr s5, [r0, #0]
-	vldr s6, [ip, #144]
-	vcmp.f32 s3, s6
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	str.w r5, [sp, #0]
-	orr.w r5, r8, r11
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s5, s4
-	vabs.f32 s3, s5
-	vldr s5, [ip, #144]
-	str.w r7, [sp, #4]
-	vcmp.f32 s3, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r7, #1
-	movhi.w r7, #0
-	cmp.w r7, #0
-	beq.w .Ljoint_drive_law_6
-	vldr s3, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r10, #1
-	movle.w r10, #0
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s3, s0
-	vneg.f32 s5, s3
-	vldr s6, [ip, #80]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #80]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #144]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #80]
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r5, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #80]
-	vadd.f32 s6, s6, s7
-	cmp.w r7, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s4
-	str.w r4, [sp, #0]
-	and.w r4, r11, r7
-	cmp.w r4, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r6, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r5, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r9, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r10, [sp, #4]
-	eor.w r10, r7, #1
-	str.w r11, [sp, #8]
-	ldr.w r11, [sp, #4]
-	and.w r10, r10, r11
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r11, r6, #1
-	and.w r10, r10, r11
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r9, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r10, [sp, #0]
-	eor.w r11, r10, #1
-	and.w r11, r5, r11
-	cmp.w r11, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r11, #1
-	movle.w r11, #0
-	cmp.w r11, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r11, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s3
-	cmp.w r11, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r7, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r4, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s4
-	cmp.w r8, #0
-	vmov.f32 s10, s6
-	it ne
-	vmovne.f32 s10, s3
-	cmp.w r6, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r5, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s6
-	cmp.w r9, #0
-	vmov.f32 s3, s2
-	it ne
-	vmovne.f32 s3, s10
-	cmp.w r10, #0
-	vmov.f32 s2, s3
-	it ne
-	vmovne.f32 s2, s9
-	vldr s3, [ip, #160]
-	cmp.w r7, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	vldr s3, [ip, #160]
-	orr.w r5, r6, r7
-	cmp.w r5, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r9, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s6
-	vldr s6, [ip, #160]
-	cmp.w r4, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #160]
-	ldr.w r4, [sp, #8]
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r9, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r10, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s5
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s7
-	it mi
-	vmovmi.f32 s2, s5
-	vcmp.f32 s2, s4
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r4, #1
-	moveq.w r4, #0
-	vstr s2, [r3, #0]
-	vstr s1, [r3, #4]
-	vldr s3, [ip, #80]
-	vstr s3, [r3, #8]
-	vstr s2, [r0, #0]
-	vldr s2, [ip, #164]
-	vmul.f32 s2, s2, s1
-	vsub.f32 s1, s1, s2
-	vstr s1, [r0, #4]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
-	mov.w r0, #0
-	cmp.w r4, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s21}
-	pop.w {r4-r11}
-	bx lr
-.Ljoint_drive_law_6:
-	vldr s1, [ip, #0]
-	vldr s3, [ip, #0]
-	vcmp.f32 s3, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r10, #1
-	movle.w r10, #0
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s1, s0
-	vneg.f32 s3, s1
-	vldr s5, [ip, #80]
-	vldr s6, [r0, #0]
-	vldr s7, [ip, #80]
-	vldr s8, [r0, #0]
-	vabs.f32 s8, s8
-	vldr s9, [ip, #144]
-	vcmp.f32 s8, s9
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s7, s6
-	vldr s6, [r0, #0]
-	vldr s8, [ip, #80]
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s8, s6
-	cmp.w r5, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s7
-	vmul.f32 s5, s5, s6
-	vldr s6, [ip, #80]
-	vadd.f32 s5, s5, s6
-	cmp.w r7, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	str.w r4, [sp, #0]
-	and.w r4, r11, r7
-	cmp.w r4, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r8, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s6
-	cmp.w r6, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r5, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s7
-	cmp.w r9, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	vldr s6, [ip, #0]
-	str.w r10, [sp, #4]
-	eor.w r10, r7, #1
-	str.w r11, [sp, #8]
-	ldr.w r11, [sp, #4]
-	and.w r10, r10, r11
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s6, s0
-	vldr s8, [ip, #0]
-	eor.w r11, r6, #1
-	and.w r10, r10, r11
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s6
-	ldr.w r10, [sp, #0]
-	eor.w r11, r10, #1
-	and.w r11, r5, r11
-	cmp.w r11, #0
-	vmov.f32 s6, s1
-	it ne
-	vmovne.f32 s6, s9
-	vcmp.f32 s7, s6
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r11, #1
-	movle.w r11, #0
-	cmp.w r11, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s1
-	cmp.w r11, #0
-	vmov.f32 s5, s7
-	it ne
-	vmovne.f32 s5, s1
-	cmp.w r7, #0
-	vmov.f32 s1, s6
-	it ne
-	vmovne.f32 s1, s4
-	cmp.w r4, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s1
-	cmp.w r6, #0
-	vmov.f32 s7, s1
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r5, #0
-	vmov.f32 s1, s6
-	it ne
-	vmovne.f32 s1, s7
-	cmp.w r9, #0
-	vmov.f32 s2, s1
-	it ne
-	vmovne.f32 s2, s4
-	cmp.w r10, #0
-	vmov.f32 s1, s2
-	it ne
-	vmovne.f32 s1, s5
-	vldr s2, [ip, #160]
-	cmp.w r7, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	vldr s2, [ip, #160]
-	orr.w r5, r6, r7
-	cmp.w r5, #0
-	vmov.f32 s5, s3
-	it ne
-	vmovne.f32 s5, s2
-	cmp.w r9, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s4
-	vldr s4, [ip, #160]
-	cmp.w r4, #0
-	vmov.f32 s5, s3
-	it ne
-	vmovne.f32 s5, s4
-	vldr s4, [ip, #160]
-	ldr.w r4, [sp, #8]
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r9, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s5
-	cmp.w r8, #0
-	vmov.f32 s5, s4
-	it ne
-	vmovne.f32 s5, s2
-	cmp.w r10, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s3
-	vcmp.f32 s1, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s6
-	it mi
-	vmovmi.f32 s1, s3
-	vstr s1, [r3, #0]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #8]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #4]
-	vstr s1, [r0, #0]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
-	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s21}
-	pop.w {r4-r11}
-	bx lr
-.Ljoint_drive_law_2:
-	vldr s4, [ip, #144]
-	vcmp.f32 s3, s4
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r9, #1
-	movhi.w r9, #0
-	cmp.w r9, #0
-	beq.w .Ljoint_drive_law_7
-	ldrb.w r10, [r2, #0]
-	cmp.w r10, #0
-	beq.w .Ljoint_drive_law_8
-	vldr s4, [ip, #20]
-	vldr s6, [r2, #4]
-	vldr s7, [r0, #16]
-	vmul.f32 s6, s6, s7
-	vldr s7, [r0, #16]
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #24]
-	vldr s8, [ip, #28]
-	ldr.w r11, [r0, #76]
-	vmov s9, r11
-	vcvt.f32.s32 s9, s9
-	vmul.f32 s8, s8, s9
-	vldr s9, [r0, #32]
-	vadd.f32 s8, s8, s9
-	vldr s9, [ip, #32]
-	vmul.f32 s1, s9, s1
-	vsub.f32 s1, s8, s1
-	vmul.f32 s7, s7, s1
-	vsub.f32 s6, s6, s7
-	vldr s7, [ip, #36]
-	vldr s8, [r0, #36]
-	vmul.f32 s7, s7, s8
-	vsub.f32 s6, s6, s7
-	vldr s7, [ip, #32]
-	vldr s8, [r2, #8]
-	vadd.f32 s7, s7, s8
-	vneg.f32 s7, s7
-	vldr s8, [ip, #40]
-	vldr s9, [r0, #16]
-	vmul.f32 s8, s8, s9
-	vsub.f32 s1, s1, s8
-	vldr s8, [r2, #4]
-	vsub.f32 s1, s1, s8
-	vmul.f32 s8, s7, s1
-	vadd.f32 s6, s6, s8
-	vldr s8, [ip, #40]
-	vldr s9, [r0, #36]
-	vldr s10, [r0, #16]
-	vmul.f32 s7, s7, s10
-	vadd.f32 s7, s9, s7
-	vldr s9, [ip, #40]
-	vmul.f32 s9, s9, s1
-	vsub.f32 s7, s7, s9
-	vmul.f32 s8, s8, s7
-	vsub.f32 s6, s6, s8
-	vldr s8, [r0, #40]
-	vldr s9, [ip, #44]
-	vldr s10, [r2, #8]
-	vsub.f32 s9, s9, s10
-	vldr s10, [r0, #20]
-	vmul.f32 s10, s9, s10
-	vadd.f32 s8, s8, s10
-	vadd.f32 s6, s6, s8
-	vmul.f32 s4, s4, s6
-	vneg.f32 s4, s4
-	vldr s6, [ip, #48]
-	vldr s8, [r0, #16]
-	vldr s10, [r1, #20]
-	vsub.f32 s8, s8, s10
-	vmul.f32 s6, s6, s8
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #52]
-	vldr s10, [r1, #24]
-	vsub.f32 s1, s1, s10
-	vmul.f32 s6, s6, s1
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #56]
-	vldr s10, [r1, #28]
-	vsub.f32 s7, s7, s10
-	vmul.f32 s6, s6, s7
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #60]
-	vldr s10, [r0, #20]
-	vmul.f32 s6, s6, s10
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #64]
-	vldr s10, [r0, #24]
-	vmul.f32 s6, s6, s10
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #68]
-	vldr s10, [r0, #44]
-	vldr s11, [r0, #24]
-	vmul.f32 s9, s9, s11
-	vadd.f32 s9, s10, s9
-	vmul.f32 s6, s6, s9
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #72]
-	vldr s9, [r1, #48]
-	vldr s10, [r1, #28]
-	vsub.f32 s9, s9, s10
-	vmul.f32 s6, s6, s9
-	vldr s9, [ip, #76]
-	vldr s10, [r1, #36]
-	vldr s11, [r1, #16]
-	vsub.f32 s10, s10, s11
-	vldr s11, [ip, #8]
-	str.w r5, [sp, #0]
-	ldr.w r5, [r1, #32]
-	sub.w r5, r5, r6
+	sub.w r5, r11, r5
 	vmov s12, r5
 	vcvt.f32.s32 s12, s12
 	vmul.f32 s11, s11, s12
@@ -4404,16 +3218,16 @@ joint_drive_law:
 	vsub.f32 s10, s10, s11
 	vmul.f32 s9, s9, s10
 	vadd.f32 s6, s6, s9
-	vadd.f32 s4, s4, s6
+	vadd.f32 s3, s3, s6
 	vldr s6, [ip, #92]
 	vldr s9, [ip, #96]
 	vldr s10, [ip, #100]
 	vldr s11, [ip, #104]
-	vsub.f32 s3, s3, s5
+	vsub.f32 s2, s2, s5
 	vldr s12, [ip, #108]
 	vmul.f32 s12, s12, s5
-	vadd.f32 s13, s3, s12
-	vsub.f32 s14, s3, s12
+	vadd.f32 s13, s2, s12
+	vsub.f32 s14, s2, s12
 	vabs.f32 s14, s14
 	vsub.f32 s13, s13, s14
 	vmul.f32 s11, s11, s13
@@ -4421,11 +3235,11 @@ joint_drive_law:
 	vadd.f32 s5, s5, s10
 	vldr s10, [ip, #112]
 	vldr s13, [ip, #104]
-	vsub.f32 s3, s3, s11
+	vsub.f32 s2, s2, s11
 	vldr s11, [ip, #116]
 	vmul.f32 s11, s11, s12
-	vadd.f32 s12, s3, s11
-	vsub.f32 s14, s3, s11
+	vadd.f32 s12, s2, s11
+	vsub.f32 s14, s2, s11
 	vabs.f32 s14, s14
 	vsub.f32 s12, s12, s14
 	vmul.f32 s12, s13, s12
@@ -4433,11 +3247,11 @@ joint_drive_law:
 	vadd.f32 s5, s5, s10
 	vldr s10, [ip, #120]
 	vldr s13, [ip, #104]
-	vsub.f32 s3, s3, s12
+	vsub.f32 s2, s2, s12
 	vldr s12, [ip, #116]
 	vmul.f32 s11, s12, s11
-	vadd.f32 s12, s3, s11
-	vsub.f32 s14, s3, s11
+	vadd.f32 s12, s2, s11
+	vsub.f32 s14, s2, s11
 	vabs.f32 s14, s14
 	vsub.f32 s12, s12, s14
 	vmul.f32 s12, s13, s12
@@ -4445,918 +3259,160 @@ joint_drive_law:
 	vadd.f32 s5, s5, s10
 	vldr s10, [ip, #124]
 	vldr s13, [ip, #104]
-	vsub.f32 s3, s3, s12
+	vsub.f32 s2, s2, s12
 	vldr s12, [ip, #116]
 	vmul.f32 s11, s12, s11
-	vadd.f32 s12, s3, s11
-	vsub.f32 s3, s3, s11
-	vabs.f32 s3, s3
-	vsub.f32 s3, s12, s3
-	vmul.f32 s3, s13, s3
-	vmul.f32 s3, s10, s3
-	vadd.f32 s3, s5, s3
-	vneg.f32 s5, s3
+	vadd.f32 s12, s2, s11
+	vsub.f32 s2, s2, s11
+	vabs.f32 s2, s2
+	vsub.f32 s2, s12, s2
+	vmul.f32 s2, s13, s2
+	vmul.f32 s2, s10, s2
+	vadd.f32 s2, s5, s2
+	vneg.f32 s5, s2
 	vldr s10, [ip, #80]
-	vcmp.f32 s2, s10
+	vcmp.f32 s1, s10
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s10, s5
 	it gt
-	vmovgt.f32 s10, s3
+	vmovgt.f32 s10, s2
 	cmp.w r8, #0
-	vmov.f32 s3, s10
+	vmov.f32 s2, s10
 	it ne
-	vmovne.f32 s3, s2
-	vmul.f32 s2, s9, s3
-	vadd.f32 s2, s7, s2
-	vldr s3, [ip, #128]
-	vmul.f32 s3, s3, s8
-	vadd.f32 s2, s2, s3
-	vldr s3, [ip, #132]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s1, s2, s1
-	vldr s2, [ip, #136]
-	vldr s3, [r0, #20]
-	vmul.f32 s2, s2, s3
+	vmovne.f32 s2, s1
+	vmul.f32 s1, s9, s2
+	vadd.f32 s1, s7, s1
+	vldr s2, [ip, #128]
+	vmul.f32 s2, s2, s8
 	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #140]
-	vldr s3, [r0, #24]
-	vmul.f32 s2, s2, s3
-	vadd.f32 s1, s1, s2
-	vmul.f32 s2, s6, s1
-	vadd.f32 s2, s4, s2
-	vldr s3, [r0, #0]
+	vldr s2, [ip, #132]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s1, s0
+	vldr s1, [ip, #136]
+	vldr s2, [r0, #20]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #24]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vmul.f32 s1, s6, s0
+	vadd.f32 s1, s3, s1
+	vldr s2, [r0, #0]
 	orr.w r5, r8, r9
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s3, s2
-	vabs.f32 s3, s3
-	vldr s5, [ip, #144]
-	vcmp.f32 s3, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r6, #1
-	movhi.w r6, #0
-	cmp.w r6, #0
-	beq.w .Ljoint_drive_law_9
-	vldr s3, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s3, s0
-	vneg.f32 s5, s3
-	vldr s6, [ip, #80]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #80]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #144]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #80]
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r5, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #80]
-	vadd.f32 s6, s6, s7
-	cmp.w r6, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	and.w r11, r9, r6
-	cmp.w r11, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	vldr s8, [ip, #148]
-	vldr s10, [r0, #4]
-	vmul.f32 s8, s8, s10
-	vadd.f32 s4, s4, s8
-	vldr s8, [ip, #152]
-	vmul.f32 s8, s8, s1
-	vadd.f32 s4, s4, s8
-	vabs.f32 s8, s4
-	vldr s10, [ip, #156]
-	str.w r4, [sp, #0]
-	vcmp.f32 s8, s10
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r4, #1
-	movhi.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r5, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r10, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r7, [sp, #4]
-	eor.w r7, r6, #1
-	str.w r9, [sp, #8]
-	ldr.w r9, [sp, #4]
-	and.w r7, r7, r9
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r9, r4, #1
-	and.w r7, r7, r9
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r10, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r7, [sp, #0]
-	eor.w r9, r7, #1
-	and.w r9, r5, r9
-	cmp.w r9, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r9, #1
-	movle.w r9, #0
-	cmp.w r9, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s3
-	cmp.w r9, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r6, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r11, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r8, #0
-	vmov.f32 s10, s6
-	it ne
-	vmovne.f32 s10, s3
-	cmp.w r4, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s4
-	cmp.w r5, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s6
-	cmp.w r10, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s10
-	cmp.w r7, #0
-	vmov.f32 s3, s4
-	it ne
-	vmovne.f32 s3, s9
-	vldr s4, [ip, #160]
-	cmp.w r6, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #160]
-	orr.w r5, r4, r6
-	cmp.w r5, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r10, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	vldr s6, [ip, #160]
-	cmp.w r11, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #160]
-	ldr.w r6, [sp, #8]
-	and.w r5, r5, r6
-	cmp.w r5, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r10, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r7, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s5
-	vcmp.f32 s3, s4
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s7
-	it mi
-	vmovmi.f32 s3, s5
-	vcmp.f32 s3, s2
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r5, #1
-	moveq.w r5, #0
-	vstr s3, [r3, #0]
-	vstr s1, [r3, #4]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #8]
-	vstr s3, [r0, #0]
-	vldr s2, [r0, #4]
-	eor.w r6, r10, #1
-	and.w r4, r6, r4
-	cmp.w r4, #0
-	vmov.f32 s3, s1
-	it ne
-	vmovne.f32 s3, s2
-	vldr s1, [ip, #164]
-	vmul.f32 s1, s1, s3
-	vsub.f32 s1, s3, s1
-	vstr s1, [r0, #4]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
+	vmovne.f32 s2, s1
 	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
+	vldr s3, [ip, #144]
 	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
-	mov.w r0, #0
-	cmp.w r5, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s21}
-	pop.w {r4-r11}
-	bx lr
-.Ljoint_drive_law_9:
-	vldr s3, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s3, s0
-	vneg.f32 s5, s3
-	vldr s6, [ip, #80]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #80]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #144]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #80]
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r5, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #80]
-	vadd.f32 s6, s6, s7
-	cmp.w r6, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	and.w r11, r9, r6
-	cmp.w r11, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	vldr s8, [ip, #148]
-	vldr s10, [r0, #4]
-	vmul.f32 s8, s8, s10
-	vadd.f32 s4, s4, s8
-	vldr s8, [ip, #152]
-	vmul.f32 s1, s8, s1
-	vadd.f32 s1, s4, s1
-	vabs.f32 s4, s1
-	vldr s8, [ip, #156]
-	str.w r4, [sp, #0]
-	vcmp.f32 s4, s8
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r4, #1
-	movhi.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s1
-	cmp.w r5, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r10, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s9
-	vldr s7, [ip, #0]
-	str.w r7, [sp, #4]
-	eor.w r7, r6, #1
-	str.w r9, [sp, #8]
-	ldr.w r9, [sp, #4]
-	and.w r7, r7, r9
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s8, [ip, #0]
-	eor.w r9, r4, #1
-	and.w r7, r7, r9
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r10, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	ldr.w r7, [sp, #0]
-	eor.w r9, r7, #1
-	and.w r9, r5, r9
-	cmp.w r9, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s9
-	vcmp.f32 s4, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r9, #1
-	movle.w r9, #0
-	cmp.w r9, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r9, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r6, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r11, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r8, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s3
-	cmp.w r4, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s1
-	cmp.w r5, #0
-	vmov.f32 s1, s7
-	it ne
-	vmovne.f32 s1, s4
-	cmp.w r10, #0
-	vmov.f32 s3, s1
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r7, #0
-	vmov.f32 s1, s3
-	it ne
-	vmovne.f32 s1, s6
-	vldr s2, [ip, #160]
-	cmp.w r6, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s2
-	vldr s2, [ip, #160]
-	orr.w r4, r4, r6
-	cmp.w r4, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r10, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s3
-	vldr s3, [ip, #160]
-	cmp.w r11, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s3
-	vldr s3, [ip, #160]
-	ldr.w r5, [sp, #8]
-	and.w r4, r4, r5
-	cmp.w r4, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r10, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r7, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s5
-	vcmp.f32 s1, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s7
-	it mi
-	vmovmi.f32 s1, s5
-	vstr s1, [r3, #0]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #8]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #4]
-	vstr s1, [r0, #0]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
-	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s21}
-	pop.w {r4-r11}
-	bx lr
-.Ljoint_drive_law_8:
-	vldr s4, [ip, #20]
-	vldr s6, [r2, #4]
-	vldr s7, [r0, #16]
-	vmul.f32 s6, s6, s7
-	vldr s7, [r0, #16]
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #24]
-	vldr s8, [ip, #28]
-	ldr.w r11, [r0, #76]
-	vmov s9, r11
-	vcvt.f32.s32 s9, s9
-	vmul.f32 s8, s8, s9
-	vldr s9, [r0, #32]
-	vadd.f32 s8, s8, s9
-	vldr s9, [ip, #32]
-	vmul.f32 s1, s9, s1
-	vsub.f32 s1, s8, s1
-	vmul.f32 s7, s7, s1
-	vsub.f32 s6, s6, s7
-	vldr s7, [ip, #36]
-	vldr s8, [r0, #36]
-	vmul.f32 s7, s7, s8
-	vsub.f32 s6, s6, s7
-	vldr s7, [ip, #32]
-	vldr s8, [r2, #8]
-	vadd.f32 s7, s7, s8
-	vneg.f32 s7, s7
-	vldr s8, [ip, #40]
-	vldr s9, [r0, #16]
-	vmul.f32 s8, s8, s9
-	vsub.f32 s1, s1, s8
-	vldr s8, [r2, #4]
-	vsub.f32 s1, s1, s8
-	vmul.f32 s8, s7, s1
-	vadd.f32 s6, s6, s8
-	vldr s8, [ip, #40]
-	vldr s9, [r0, #36]
-	vldr s10, [r0, #16]
-	vmul.f32 s7, s7, s10
-	vadd.f32 s7, s9, s7
-	vldr s9, [ip, #40]
-	vmul.f32 s9, s9, s1
-	vsub.f32 s7, s7, s9
-	vmul.f32 s8, s8, s7
-	vsub.f32 s6, s6, s8
-	vldr s8, [r0, #40]
-	vldr s9, [ip, #44]
-	vldr s10, [r2, #8]
-	vsub.f32 s9, s9, s10
-	vldr s10, [r0, #20]
-	vmul.f32 s10, s9, s10
-	vadd.f32 s8, s8, s10
-	vadd.f32 s6, s6, s8
-	vmul.f32 s4, s4, s6
-	vneg.f32 s4, s4
-	vldr s6, [ip, #48]
-	vldr s8, [r0, #16]
-	vldr s10, [r1, #20]
-	vsub.f32 s8, s8, s10
-	vmul.f32 s6, s6, s8
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #52]
-	vldr s10, [r1, #24]
-	vsub.f32 s1, s1, s10
-	vmul.f32 s6, s6, s1
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #56]
-	vldr s10, [r1, #28]
-	vsub.f32 s7, s7, s10
-	vmul.f32 s6, s6, s7
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #60]
-	vldr s10, [r0, #20]
-	vmul.f32 s6, s6, s10
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #64]
-	vldr s10, [r0, #24]
-	vmul.f32 s6, s6, s10
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #68]
-	vldr s10, [r0, #44]
-	vldr s11, [r0, #24]
-	vmul.f32 s9, s9, s11
-	vadd.f32 s9, s10, s9
-	vmul.f32 s6, s6, s9
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #72]
-	vldr s9, [r1, #48]
-	vldr s10, [r1, #28]
-	vsub.f32 s9, s9, s10
-	vmul.f32 s6, s6, s9
-	vldr s9, [ip, #76]
-	vldr s10, [r1, #36]
-	vldr s11, [r1, #16]
-	vsub.f32 s10, s10, s11
-	vldr s11, [ip, #8]
-	str.w r5, [sp, #0]
-	ldr.w r5, [r1, #32]
-	sub.w r5, r5, r6
-	vmov s12, r5
-	vcvt.f32.s32 s12, s12
-	vmul.f32 s11, s11, s12
-	vadd.f32 s11, s10, s11
-	vldr s13, [ip, #80]
-	vcmp.f32 s12, s13
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s12, s10
-	it ne
-	vmovne.f32 s12, s11
-	vmul.f32 s9, s9, s12
-	vadd.f32 s6, s6, s9
-	vldr s9, [ip, #84]
-	vldr s10, [r1, #40]
-	vldr s11, [r1, #20]
-	vsub.f32 s10, s10, s11
-	vmul.f32 s9, s9, s10
-	vadd.f32 s6, s6, s9
-	vldr s9, [ip, #88]
-	vldr s10, [r1, #44]
-	vldr s11, [r1, #24]
-	vsub.f32 s10, s10, s11
-	vmul.f32 s9, s9, s10
-	vadd.f32 s6, s6, s9
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #148]
-	vldr s9, [r0, #4]
-	vmul.f32 s6, s6, s9
-	vadd.f32 s6, s4, s6
-	vldr s9, [ip, #152]
-	vldr s10, [ip, #96]
-	vldr s11, [ip, #100]
-	vldr s12, [ip, #104]
-	vsub.f32 s3, s3, s5
-	vldr s13, [ip, #108]
-	vmul.f32 s13, s13, s5
-	vadd.f32 s14, s3, s13
-	vsub.f32 s15, s3, s13
-	vabs.f32 s15, s15
-	vsub.f32 s14, s14, s15
-	vmul.f32 s12, s12, s14
-	vmul.f32 s11, s11, s12
-	vadd.f32 s5, s5, s11
-	vldr s11, [ip, #112]
-	vldr s14, [ip, #104]
-	vsub.f32 s3, s3, s12
-	vldr s12, [ip, #116]
-	vmul.f32 s12, s12, s13
-	vadd.f32 s13, s3, s12
-	vsub.f32 s15, s3, s12
-	vabs.f32 s15, s15
-	vsub.f32 s13, s13, s15
-	vmul.f32 s13, s14, s13
-	vmul.f32 s11, s11, s13
-	vadd.f32 s5, s5, s11
-	vldr s11, [ip, #120]
-	vldr s14, [ip, #104]
-	vsub.f32 s3, s3, s13
-	vldr s13, [ip, #116]
-	vmul.f32 s12, s13, s12
-	vadd.f32 s13, s3, s12
-	vsub.f32 s15, s3, s12
-	vabs.f32 s15, s15
-	vsub.f32 s13, s13, s15
-	vmul.f32 s13, s14, s13
-	vmul.f32 s11, s11, s13
-	vadd.f32 s5, s5, s11
-	vldr s11, [ip, #124]
-	vldr s14, [ip, #104]
-	vsub.f32 s3, s3, s13
-	vldr s13, [ip, #116]
-	vmul.f32 s12, s13, s12
-	vadd.f32 s13, s3, s12
-	vsub.f32 s3, s3, s12
-	vabs.f32 s3, s3
-	vsub.f32 s3, s13, s3
-	vmul.f32 s3, s14, s3
-	vmul.f32 s3, s11, s3
-	vadd.f32 s3, s5, s3
-	vneg.f32 s5, s3
-	vldr s11, [ip, #80]
-	vcmp.f32 s2, s11
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s11, s5
-	it gt
-	vmovgt.f32 s11, s3
-	cmp.w r8, #0
-	vmov.f32 s3, s11
-	it ne
-	vmovne.f32 s3, s2
-	vmul.f32 s2, s10, s3
-	vadd.f32 s2, s7, s2
-	vldr s3, [ip, #128]
-	vmul.f32 s3, s3, s8
-	vadd.f32 s2, s2, s3
-	vldr s3, [ip, #132]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s1, s2, s1
-	vldr s2, [ip, #136]
-	vldr s3, [r0, #20]
-	vmul.f32 s2, s2, s3
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #140]
-	vldr s3, [r0, #24]
-	vmul.f32 s2, s2, s3
-	vadd.f32 s1, s1, s2
-	vmul.f32 s2, s9, s1
-	vadd.f32 s2, s6, s2
-	vabs.f32 s3, s2
-	vldr s5, [ip, #156]
-	vcmp.f32 s3, s5
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r5, #1
 	movhi.w r5, #0
 	cmp.w r5, #0
-	beq.w .Ljoint_drive_law_10
-	vldr s3, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r6, #1
-	movle.w r6, #0
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s3, s0
-	vneg.f32 s5, s3
-	vldr s6, [ip, #92]
-	vmul.f32 s6, s6, s1
-	vadd.f32 s4, s4, s6
-	vldr s6, [ip, #80]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #80]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #144]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #80]
-	vldr s10, [r0, #0]
-	orr.w r7, r8, r9
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s10, s4
-	vabs.f32 s10, s10
-	vldr s11, [ip, #144]
-	vcmp.f32 s10, s11
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r7, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #80]
-	vadd.f32 s6, s6, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s4
-	str.w r4, [sp, #0]
-	and.w r4, r9, r11
-	cmp.w r4, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r5, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r7, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r10, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r6, [sp, #4]
-	eor.w r6, r11, #1
-	str.w r9, [sp, #8]
-	ldr.w r9, [sp, #4]
-	and.w r6, r6, r9
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r9, r5, #1
-	and.w r6, r6, r9
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r10, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r6, [sp, #0]
-	eor.w r9, r6, #1
-	and.w r9, r7, r9
-	cmp.w r9, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r9, #1
-	movle.w r9, #0
-	cmp.w r9, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s3
-	cmp.w r9, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r11, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r4, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s6
-	it ne
-	vmovne.f32 s4, s3
-	cmp.w r5, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r7, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s6
-	cmp.w r10, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s4
-	cmp.w r6, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s9
-	vldr s4, [ip, #160]
-	cmp.w r11, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #160]
-	orr.w r5, r5, r11
-	cmp.w r5, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r10, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	vldr s6, [ip, #160]
-	cmp.w r4, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #160]
-	ldr.w r4, [sp, #8]
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r10, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r6, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s5
+	beq.w .Ljoint_drive_law_5
+	vldr s2, [ip, #16]
+	vldr s3, [ip, #16]
 	vcmp.f32 s3, s4
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s7
+	it gt
+	vmovgt.f32 s2, s4
+	vldr s3, [ip, #16]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s3, s2
+	vneg.f32 s2, s2
+	vldr s5, [ip, #148]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s5, s2
+	vcmp.f32 s1, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
 	it mi
-	vmovmi.f32 s3, s5
-	vcmp.f32 s3, s2
+	vmovmi.f32 s2, s5
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s3
+	vcmp.f32 s5, s1
 	vmrs APSR_nzcv, fpscr
 	ite ne
 	movne.w r4, #1
 	moveq.w r4, #0
-	vstr s3, [r3, #0]
-	vstr s1, [r3, #4]
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
 	vldr s1, [ip, #80]
 	vstr s1, [r3, #8]
-	vstr s3, [r0, #0]
+	vstr s5, [r0, #0]
+	vldr s1, [ip, #152]
+	vmul.f32 s1, s1, s0
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #4]
+	vldr s0, [ip, #140]
+	vldr s1, [r0, #60]
+	vldr s2, [ip, #140]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #140]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it gt
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #156]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s4, s0
+	vldr s1, [r0, #56]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #56]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #2
+	vpop {s16-s19}
+	pop.w {r4-r11}
+	bx lr
+.Ljoint_drive_law_5:
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
+	vcmp.f32 s1, s4
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s4
+	vneg.f32 s1, s0
+	vldr s2, [ip, #80]
+	vldr s3, [r0, #0]
+	vldr s5, [ip, #80]
+	vldr s6, [r0, #0]
+	vabs.f32 s6, s6
+	vldr s7, [ip, #144]
+	vcmp.f32 s6, s7
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s5, s3
+	vmul.f32 s2, s2, s5
+	vldr s3, [ip, #80]
+	vadd.f32 s2, s2, s3
+	vcmp.f32 s2, s0
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s0
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s3
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #4]
 	vldr s1, [ip, #140]
 	vldr s2, [r0, #60]
 	vldr s3, [ip, #140]
@@ -5368,969 +3424,404 @@ joint_drive_law:
 	vmov.f32 s3, s2
 	it gt
 	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
+	vldr s1, [ip, #156]
 	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
-	vldr s0, [r0, #4]
-	vldr s1, [ip, #164]
-	vldr s2, [r0, #4]
-	vmul.f32 s1, s1, s2
-	vsub.f32 s0, s0, s1
-	vstr s0, [r0, #4]
-	mov.w r0, #0
-	cmp.w r4, #0
+	vadd.f32 s1, s4, s1
+	vldr s2, [r0, #56]
+	cmp.w r7, #0
 	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s21}
+	vmovne.f32 s2, s1
+	vstr s0, [r0, #0]
+	vstr s2, [r0, #56]
+	mov.w r0, #1
+	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
-.Ljoint_drive_law_10:
-	vldr s3, [ip, #92]
-	vmul.f32 s3, s3, s1
-	vadd.f32 s3, s4, s3
-	vldr s4, [r0, #0]
-	orr.w r6, r8, r9
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s4, s3
-	vabs.f32 s4, s4
-	vldr s5, [ip, #144]
-	str.w r7, [sp, #4]
-	vcmp.f32 s4, s5
+.Ljoint_drive_law_4:
+	vldr s3, [ip, #16]
+	vldr s6, [ip, #16]
+	vcmp.f32 s6, s4
 	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r7, #1
-	movhi.w r7, #0
-	cmp.w r7, #0
-	beq.w .Ljoint_drive_law_11
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r11, #1
-	movle.w r11, #0
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s4, s0
-	vneg.f32 s5, s4
+	it gt
+	vmovgt.f32 s3, s4
+	vneg.f32 s4, s3
 	vldr s6, [ip, #80]
 	vldr s7, [r0, #0]
 	vldr s8, [ip, #80]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #144]
-	vcmp.f32 s9, s10
+	vldr s9, [ip, #20]
+	vldr s10, [r2, #4]
+	vldr s11, [r0, #16]
+	vmul.f32 s10, s10, s11
+	vldr s11, [r0, #16]
+	vmul.f32 s10, s10, s11
+	vldr s11, [ip, #24]
+	vldr s12, [ip, #28]
+	ldr.w r4, [r0, #76]
+	vmov s13, r4
+	vcvt.f32.s32 s13, s13
+	vmul.f32 s12, s12, s13
+	vldr s13, [r0, #32]
+	vadd.f32 s12, s12, s13
+	vldr s13, [ip, #32]
+	vmul.f32 s0, s13, s0
+	vsub.f32 s0, s12, s0
+	vmul.f32 s11, s11, s0
+	vsub.f32 s10, s10, s11
+	vldr s11, [ip, #36]
+	vldr s12, [r0, #36]
+	vmul.f32 s11, s11, s12
+	vsub.f32 s10, s10, s11
+	vldr s11, [ip, #32]
+	vldr s12, [r2, #8]
+	vadd.f32 s11, s11, s12
+	vneg.f32 s11, s11
+	vldr s12, [ip, #40]
+	vldr s13, [r0, #16]
+	vmul.f32 s12, s12, s13
+	vsub.f32 s0, s0, s12
+	vldr s12, [r2, #4]
+	vsub.f32 s0, s0, s12
+	vmul.f32 s12, s11, s0
+	vadd.f32 s10, s10, s12
+	vldr s12, [ip, #40]
+	vldr s13, [r0, #36]
+	vldr s14, [r0, #16]
+	vmul.f32 s11, s11, s14
+	vadd.f32 s11, s13, s11
+	vldr s13, [ip, #40]
+	vmul.f32 s13, s13, s0
+	vsub.f32 s11, s11, s13
+	vmul.f32 s12, s12, s11
+	vsub.f32 s10, s10, s12
+	vldr s12, [r0, #40]
+	vldr s13, [ip, #44]
+	vldr s14, [r2, #8]
+	vsub.f32 s13, s13, s14
+	vldr s14, [r0, #20]
+	vmul.f32 s14, s13, s14
+	vadd.f32 s12, s12, s14
+	vadd.f32 s10, s10, s12
+	vmul.f32 s9, s9, s10
+	vneg.f32 s9, s9
+	vldr s10, [ip, #48]
+	vldr s12, [r0, #16]
+	vldr s14, [r1, #20]
+	vsub.f32 s12, s12, s14
+	vmul.f32 s10, s10, s12
+	vadd.f32 s9, s9, s10
+	vldr s10, [ip, #52]
+	vldr s14, [r1, #24]
+	vsub.f32 s0, s0, s14
+	vmul.f32 s10, s10, s0
+	vadd.f32 s9, s9, s10
+	vldr s10, [ip, #56]
+	vldr s14, [r1, #28]
+	vsub.f32 s11, s11, s14
+	vmul.f32 s10, s10, s11
+	vadd.f32 s9, s9, s10
+	vldr s10, [ip, #60]
+	vldr s14, [r0, #20]
+	vmul.f32 s10, s10, s14
+	vadd.f32 s9, s9, s10
+	vldr s10, [ip, #64]
+	vldr s14, [r0, #24]
+	vmul.f32 s10, s10, s14
+	vadd.f32 s9, s9, s10
+	vldr s10, [ip, #68]
+	vldr s14, [r0, #44]
+	vldr s15, [r0, #24]
+	vmul.f32 s13, s13, s15
+	vadd.f32 s13, s14, s13
+	vmul.f32 s10, s10, s13
+	vadd.f32 s9, s9, s10
+	vldr s10, [ip, #72]
+	vldr s13, [r1, #48]
+	vldr s14, [r1, #28]
+	vsub.f32 s13, s13, s14
+	vmul.f32 s10, s10, s13
+	vldr s13, [ip, #76]
+	vldr s14, [r1, #36]
+	vldr s15, [r1, #16]
+	vsub.f32 s14, s14, s15
+	vldr s15, [ip, #4]
+	ldr.w r4, [r1, #32]
+	sub.w r4, r4, r5
+	vmov s16, r4
+	vcvt.f32.s32 s16, s16
+	vmul.f32 s15, s15, s16
+	vadd.f32 s15, s14, s15
+	vldr s17, [ip, #80]
+	vcmp.f32 s16, s17
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s16, s14
+	it ne
+	vmovne.f32 s16, s15
+	vmul.f32 s13, s13, s16
+	vadd.f32 s10, s10, s13
+	vldr s13, [ip, #84]
+	vldr s14, [r1, #40]
+	vldr s15, [r1, #20]
+	vsub.f32 s14, s14, s15
+	vmul.f32 s13, s13, s14
+	vadd.f32 s10, s10, s13
+	vldr s13, [ip, #88]
+	vldr s14, [r1, #44]
+	vldr s15, [r1, #24]
+	vsub.f32 s14, s14, s15
+	vmul.f32 s13, s13, s14
+	vadd.f32 s10, s10, s13
+	vadd.f32 s9, s9, s10
+	vldr s10, [ip, #92]
+	vldr s13, [ip, #96]
+	vldr s14, [ip, #100]
+	vldr s15, [ip, #104]
+	vsub.f32 s2, s2, s5
+	vldr s16, [ip, #108]
+	vmul.f32 s16, s16, s5
+	vadd.f32 s17, s2, s16
+	vsub.f32 s18, s2, s16
+	vabs.f32 s18, s18
+	vsub.f32 s17, s17, s18
+	vmul.f32 s15, s15, s17
+	vmul.f32 s14, s14, s15
+	vadd.f32 s5, s5, s14
+	vldr s14, [ip, #112]
+	vldr s17, [ip, #104]
+	vsub.f32 s2, s2, s15
+	vldr s15, [ip, #116]
+	vmul.f32 s15, s15, s16
+	vadd.f32 s16, s2, s15
+	vsub.f32 s18, s2, s15
+	vabs.f32 s18, s18
+	vsub.f32 s16, s16, s18
+	vmul.f32 s16, s17, s16
+	vmul.f32 s14, s14, s16
+	vadd.f32 s5, s5, s14
+	vldr s14, [ip, #120]
+	vldr s17, [ip, #104]
+	vsub.f32 s2, s2, s16
+	vldr s16, [ip, #116]
+	vmul.f32 s15, s16, s15
+	vadd.f32 s16, s2, s15
+	vsub.f32 s18, s2, s15
+	vabs.f32 s18, s18
+	vsub.f32 s16, s16, s18
+	vmul.f32 s16, s17, s16
+	vmul.f32 s14, s14, s16
+	vadd.f32 s5, s5, s14
+	vldr s14, [ip, #124]
+	vldr s17, [ip, #104]
+	vsub.f32 s2, s2, s16
+	vldr s16, [ip, #116]
+	vmul.f32 s15, s16, s15
+	vadd.f32 s16, s2, s15
+	vsub.f32 s2, s2, s15
+	vabs.f32 s2, s2
+	vsub.f32 s2, s16, s2
+	vmul.f32 s2, s17, s2
+	vmul.f32 s2, s14, s2
+	vadd.f32 s2, s5, s2
+	vneg.f32 s5, s2
+	vldr s14, [ip, #80]
+	vcmp.f32 s1, s14
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s14, s5
+	it gt
+	vmovgt.f32 s14, s2
+	cmp.w r8, #0
+	vmov.f32 s2, s14
+	it ne
+	vmovne.f32 s2, s1
+	vmul.f32 s1, s13, s2
+	vadd.f32 s1, s11, s1
+	vldr s2, [ip, #128]
+	vmul.f32 s2, s2, s12
+	vadd.f32 s1, s1, s2
+	vldr s2, [ip, #132]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s1, s0
+	vldr s1, [ip, #136]
+	vldr s2, [r0, #20]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #24]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vmul.f32 s0, s10, s0
+	vadd.f32 s0, s9, s0
+	vldr s1, [r0, #0]
+	orr.w r4, r8, r9
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vabs.f32 s0, s1
+	vldr s1, [ip, #144]
+	vcmp.f32 s0, s1
 	vmrs APSR_nzcv, fpscr
 	it ls
 	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #80]
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r6, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #80]
-	vadd.f32 s6, s6, s7
-	cmp.w r7, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	str.w r4, [sp, #0]
-	and.w r4, r9, r7
-	cmp.w r4, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r5, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r6, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r10, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r11, [sp, #4]
-	eor.w r11, r7, #1
-	str.w r9, [sp, #8]
-	ldr.w r9, [sp, #4]
-	and.w r9, r11, r9
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r11, r5, #1
-	and.w r9, r9, r11
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r10, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r9, [sp, #0]
-	eor.w r11, r9, #1
-	and.w r11, r6, r11
-	cmp.w r11, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
+	vmul.f32 s0, s6, s8
+	vldr s1, [ip, #80]
+	vadd.f32 s0, s0, s1
+	vcmp.f32 s0, s3
 	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r11, #1
-	movle.w r11, #0
-	cmp.w r11, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r11, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s4
-	cmp.w r11, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r7, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s3
-	cmp.w r4, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r8, #0
-	vmov.f32 s10, s6
-	it ne
-	vmovne.f32 s10, s4
-	cmp.w r5, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r6, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s6
-	cmp.w r10, #0
-	vmov.f32 s4, s2
-	it ne
-	vmovne.f32 s4, s10
-	cmp.w r9, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s9
-	vldr s4, [ip, #160]
-	cmp.w r7, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #160]
-	orr.w r5, r5, r7
-	cmp.w r5, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r10, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	vldr s6, [ip, #160]
-	cmp.w r4, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #160]
-	ldr.w r4, [sp, #8]
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r10, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r9, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s5
-	vcmp.f32 s2, s4
+	vmov.f32 s1, s0
+	it gt
+	vmovgt.f32 s1, s3
+	vcmp.f32 s1, s4
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s7
+	vmov.f32 s0, s1
 	it mi
-	vmovmi.f32 s2, s5
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r4, #1
-	moveq.w r4, #0
-	vstr s2, [r3, #0]
+	vmovmi.f32 s0, s4
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #80]
 	vstr s1, [r3, #4]
-	vldr s3, [ip, #80]
-	vstr s3, [r3, #8]
-	vstr s2, [r0, #0]
-	vldr s2, [ip, #164]
-	vmul.f32 s2, s2, s1
-	vsub.f32 s1, s1, s2
-	vstr s1, [r0, #4]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
-	mov.w r0, #0
-	cmp.w r4, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s21}
-	pop.w {r4-r11}
-	bx lr
-.Ljoint_drive_law_11:
-	vldr s1, [ip, #0]
-	vldr s4, [ip, #0]
-	vcmp.f32 s4, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r11, #1
-	movle.w r11, #0
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s1, s0
-	vneg.f32 s4, s1
-	vldr s5, [ip, #80]
-	vldr s6, [r0, #0]
-	vldr s7, [ip, #80]
-	vldr s8, [r0, #0]
-	vabs.f32 s8, s8
-	vldr s9, [ip, #144]
-	vcmp.f32 s8, s9
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s7, s6
-	vldr s6, [r0, #0]
-	vldr s8, [ip, #80]
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s8, s6
-	cmp.w r6, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s7
-	vmul.f32 s5, s5, s6
-	vldr s6, [ip, #80]
-	vadd.f32 s5, s5, s6
-	cmp.w r7, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	str.w r4, [sp, #0]
-	and.w r4, r9, r7
-	cmp.w r4, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r8, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s6
-	cmp.w r5, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r6, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s7
-	cmp.w r10, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	vldr s6, [ip, #0]
-	str.w r11, [sp, #4]
-	eor.w r11, r7, #1
-	str.w r9, [sp, #8]
-	ldr.w r9, [sp, #4]
-	and.w r9, r11, r9
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s6, s0
-	vldr s8, [ip, #0]
-	eor.w r11, r5, #1
-	and.w r9, r9, r11
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r10, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s6
-	ldr.w r9, [sp, #0]
-	eor.w r11, r9, #1
-	and.w r11, r6, r11
-	cmp.w r11, #0
-	vmov.f32 s6, s1
-	it ne
-	vmovne.f32 s6, s9
-	vcmp.f32 s7, s6
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r11, #1
-	movle.w r11, #0
-	cmp.w r11, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s1
-	cmp.w r11, #0
-	vmov.f32 s5, s7
-	it ne
-	vmovne.f32 s5, s1
-	cmp.w r7, #0
-	vmov.f32 s1, s6
-	it ne
-	vmovne.f32 s1, s3
-	cmp.w r4, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r8, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s1
-	cmp.w r5, #0
-	vmov.f32 s7, s1
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r6, #0
-	vmov.f32 s1, s6
-	it ne
-	vmovne.f32 s1, s7
-	cmp.w r10, #0
-	vmov.f32 s2, s1
-	it ne
-	vmovne.f32 s2, s3
-	cmp.w r9, #0
-	vmov.f32 s1, s2
-	it ne
-	vmovne.f32 s1, s5
-	vldr s2, [ip, #160]
-	cmp.w r7, #0
-	vmov.f32 s3, s4
-	it ne
-	vmovne.f32 s3, s2
-	vldr s2, [ip, #160]
-	orr.w r5, r5, r7
-	cmp.w r5, #0
-	vmov.f32 s5, s4
-	it ne
-	vmovne.f32 s5, s2
-	cmp.w r10, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s3
-	vldr s3, [ip, #160]
-	cmp.w r4, #0
-	vmov.f32 s5, s4
-	it ne
-	vmovne.f32 s5, s3
-	vldr s3, [ip, #160]
-	ldr.w r4, [sp, #8]
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r10, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s5
-	cmp.w r8, #0
-	vmov.f32 s5, s3
-	it ne
-	vmovne.f32 s5, s2
-	cmp.w r9, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s4
-	vcmp.f32 s1, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s6
-	it mi
-	vmovmi.f32 s1, s4
-	vstr s1, [r3, #0]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #8]
-	vldr s2, [ip, #80]
-	vstr s2, [r3, #4]
-	vstr s1, [r0, #0]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #168]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #56]
+	vstr s0, [r0, #0]
 	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s21}
-	pop.w {r4-r11}
-	bx lr
-.Ljoint_drive_law_7:
-	vldr s4, [ip, #0]
-	vldr s6, [ip, #0]
-	vcmp.f32 s6, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s4, s0
-	vneg.f32 s6, s4
-	vldr s7, [ip, #80]
-	vldr s8, [r0, #0]
-	vldr s9, [ip, #80]
-	vldr s10, [r0, #0]
-	vabs.f32 s10, s10
-	vldr s11, [ip, #144]
-	vcmp.f32 s10, s11
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s9, s8
-	vldr s8, [r0, #0]
-	vldr s10, [ip, #80]
-	vldr s11, [ip, #20]
-	vldr s12, [r2, #4]
-	vldr s13, [r0, #16]
-	vmul.f32 s12, s12, s13
-	vldr s13, [r0, #16]
-	vmul.f32 s12, s12, s13
-	vldr s13, [ip, #24]
-	vldr s14, [ip, #28]
-	ldr.w r7, [r0, #76]
-	vmov s15, r7
-	vcvt.f32.s32 s15, s15
-	vmul.f32 s14, s14, s15
-	vldr s15, [r0, #32]
-	vadd.f32 s14, s14, s15
-	vldr s15, [ip, #32]
-	vmul.f32 s1, s15, s1
-	vsub.f32 s1, s14, s1
-	vmul.f32 s13, s13, s1
-	vsub.f32 s12, s12, s13
-	vldr s13, [ip, #36]
-	vldr s14, [r0, #36]
-	vmul.f32 s13, s13, s14
-	vsub.f32 s12, s12, s13
-	vldr s13, [ip, #32]
-	vldr s14, [r2, #8]
-	vadd.f32 s13, s13, s14
-	vneg.f32 s13, s13
-	vldr s14, [ip, #40]
-	vldr s15, [r0, #16]
-	vmul.f32 s14, s14, s15
-	vsub.f32 s1, s1, s14
-	vldr s14, [r2, #4]
-	vsub.f32 s1, s1, s14
-	vmul.f32 s14, s13, s1
-	vadd.f32 s12, s12, s14
-	vldr s14, [ip, #40]
-	vldr s15, [r0, #36]
-	vldr s16, [r0, #16]
-	vmul.f32 s13, s13, s16
-	vadd.f32 s13, s15, s13
-	vldr s15, [ip, #40]
-	vmul.f32 s15, s15, s1
-	vsub.f32 s13, s13, s15
-	vmul.f32 s14, s14, s13
-	vsub.f32 s12, s12, s14
-	vldr s14, [r0, #40]
-	vldr s15, [ip, #44]
-	vldr s16, [r2, #8]
-	vsub.f32 s15, s15, s16
-	vldr s16, [r0, #20]
-	vmul.f32 s16, s15, s16
-	vadd.f32 s14, s14, s16
-	vadd.f32 s12, s12, s14
-	vmul.f32 s11, s11, s12
-	vneg.f32 s11, s11
-	vldr s12, [ip, #48]
-	vldr s14, [r0, #16]
-	vldr s16, [r1, #20]
-	vsub.f32 s14, s14, s16
-	vmul.f32 s12, s12, s14
-	vadd.f32 s11, s11, s12
-	vldr s12, [ip, #52]
-	vldr s16, [r1, #24]
-	vsub.f32 s1, s1, s16
-	vmul.f32 s12, s12, s1
-	vadd.f32 s11, s11, s12
-	vldr s12, [ip, #56]
-	vldr s16, [r1, #28]
-	vsub.f32 s13, s13, s16
-	vmul.f32 s12, s12, s13
-	vadd.f32 s11, s11, s12
-	vldr s12, [ip, #60]
-	vldr s16, [r0, #20]
-	vmul.f32 s12, s12, s16
-	vadd.f32 s11, s11, s12
-	vldr s12, [ip, #64]
-	vldr s16, [r0, #24]
-	vmul.f32 s12, s12, s16
-	vadd.f32 s11, s11, s12
-	vldr s12, [ip, #68]
-	vldr s16, [r0, #44]
-	vldr s17, [r0, #24]
-	vmul.f32 s15, s15, s17
-	vadd.f32 s15, s16, s15
-	vmul.f32 s12, s12, s15
-	vadd.f32 s11, s11, s12
-	vldr s12, [ip, #72]
-	vldr s15, [r1, #48]
-	vldr s16, [r1, #28]
-	vsub.f32 s15, s15, s16
-	vmul.f32 s12, s12, s15
-	vldr s15, [ip, #76]
-	vldr s16, [r1, #36]
-	vldr s17, [r1, #16]
-	vsub.f32 s16, s16, s17
-	vldr s17, [ip, #8]
-	ldr.w r7, [r1, #32]
-	sub.w r6, r7, r6
-	vmov s18, r6
-	vcvt.f32.s32 s18, s18
-	vmul.f32 s17, s17, s18
-	vadd.f32 s17, s16, s17
-	vldr s19, [ip, #80]
-	vcmp.f32 s18, s19
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s18, s16
-	it ne
-	vmovne.f32 s18, s17
-	vmul.f32 s15, s15, s18
-	vadd.f32 s12, s12, s15
-	vldr s15, [ip, #84]
-	vldr s16, [r1, #40]
-	vldr s17, [r1, #20]
-	vsub.f32 s16, s16, s17
-	vmul.f32 s15, s15, s16
-	vadd.f32 s12, s12, s15
-	vldr s15, [ip, #88]
-	vldr s16, [r1, #44]
-	vldr s17, [r1, #24]
-	vsub.f32 s16, s16, s17
-	vmul.f32 s15, s15, s16
-	vadd.f32 s12, s12, s15
-	vadd.f32 s11, s11, s12
-	vldr s12, [ip, #92]
-	vldr s15, [ip, #96]
-	vldr s16, [ip, #100]
-	vldr s17, [ip, #104]
-	vsub.f32 s3, s3, s5
-	vldr s18, [ip, #108]
-	vmul.f32 s18, s18, s5
-	vadd.f32 s19, s3, s18
-	vsub.f32 s20, s3, s18
-	vabs.f32 s20, s20
-	vsub.f32 s19, s19, s20
-	vmul.f32 s17, s17, s19
-	vmul.f32 s16, s16, s17
-	vadd.f32 s5, s5, s16
-	vldr s16, [ip, #112]
-	vldr s19, [ip, #104]
-	vsub.f32 s3, s3, s17
-	vldr s17, [ip, #116]
-	vmul.f32 s17, s17, s18
-	vadd.f32 s18, s3, s17
-	vsub.f32 s20, s3, s17
-	vabs.f32 s20, s20
-	vsub.f32 s18, s18, s20
-	vmul.f32 s18, s19, s18
-	vmul.f32 s16, s16, s18
-	vadd.f32 s5, s5, s16
-	vldr s16, [ip, #120]
-	vldr s19, [ip, #104]
-	vsub.f32 s3, s3, s18
-	vldr s18, [ip, #116]
-	vmul.f32 s17, s18, s17
-	vadd.f32 s18, s3, s17
-	vsub.f32 s20, s3, s17
-	vabs.f32 s20, s20
-	vsub.f32 s18, s18, s20
-	vmul.f32 s18, s19, s18
-	vmul.f32 s16, s16, s18
-	vadd.f32 s5, s5, s16
-	vldr s16, [ip, #124]
-	vldr s19, [ip, #104]
-	vsub.f32 s3, s3, s18
-	vldr s18, [ip, #116]
-	vmul.f32 s17, s18, s17
-	vadd.f32 s18, s3, s17
-	vsub.f32 s3, s3, s17
-	vabs.f32 s3, s3
-	vsub.f32 s3, s18, s3
-	vmul.f32 s3, s19, s3
-	vmul.f32 s3, s16, s3
-	vadd.f32 s3, s5, s3
-	vneg.f32 s5, s3
-	vldr s16, [ip, #80]
-	vcmp.f32 s2, s16
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s16, s5
-	it gt
-	vmovgt.f32 s16, s3
-	cmp.w r8, #0
-	vmov.f32 s3, s16
-	it ne
-	vmovne.f32 s3, s2
-	vmul.f32 s2, s15, s3
-	vadd.f32 s2, s13, s2
-	vldr s3, [ip, #128]
-	vmul.f32 s3, s3, s14
-	vadd.f32 s2, s2, s3
-	vldr s3, [ip, #132]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s1, s2, s1
-	vldr s2, [ip, #136]
-	vldr s3, [r0, #20]
-	vmul.f32 s2, s2, s3
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #140]
-	vldr s3, [r0, #24]
-	vmul.f32 s2, s2, s3
-	vadd.f32 s1, s1, s2
-	vmul.f32 s2, s12, s1
-	vadd.f32 s2, s11, s2
-	vldr s3, [r0, #0]
-	orr.w r6, r8, r9
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s3, s2
-	vabs.f32 s3, s3
-	vldr s5, [ip, #144]
-	vcmp.f32 s3, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r7, #1
-	movhi.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s10, s8
-	cmp.w r6, #0
-	vmov.f32 s3, s10
-	it ne
-	vmovne.f32 s3, s9
-	vmul.f32 s3, s7, s3
-	vldr s5, [ip, #80]
-	vadd.f32 s3, s3, s5
-	cmp.w r7, #0
-	vmov.f32 s5, s3
-	it ne
-	vmovne.f32 s5, s2
-	and.w r10, r9, r7
-	cmp.w r10, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r8, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s5
-	vldr s7, [ip, #148]
-	vldr s9, [r0, #4]
-	vmul.f32 s7, s7, s9
-	vadd.f32 s7, s11, s7
-	vldr s9, [ip, #152]
-	vmul.f32 s1, s9, s1
-	vadd.f32 s1, s7, s1
-	vabs.f32 s7, s1
-	vldr s9, [ip, #156]
-	vcmp.f32 s7, s9
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	cmp.w r11, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s1
-	cmp.w r6, #0
-	vmov.f32 s5, s3
-	it ne
-	vmovne.f32 s5, s7
-	str.w r4, [sp, #0]
-	ldrb.w r4, [r2, #0]
-	cmp.w r4, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s8
-	vldr s5, [ip, #0]
-	str.w r5, [sp, #4]
-	eor.w r5, r7, #1
-	str.w r9, [sp, #8]
-	ldr.w r9, [sp, #4]
-	and.w r5, r5, r9
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s5, s0
-	vldr s8, [ip, #0]
-	eor.w r9, r11, #1
-	and.w r5, r5, r9
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r4, #0
-	vmov.f32 s0, s8
-	it ne
-	vmovne.f32 s0, s5
-	ldr.w r5, [sp, #0]
-	eor.w r9, r5, #1
-	and.w r9, r6, r9
-	cmp.w r9, #0
-	vmov.f32 s5, s4
-	it ne
-	vmovne.f32 s5, s0
-	vcmp.f32 s7, s5
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r9, #1
-	movle.w r9, #0
-	cmp.w r9, #0
-	vmov.f32 s0, s3
-	it ne
-	vmovne.f32 s0, s4
-	cmp.w r9, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r7, #0
-	vmov.f32 s4, s0
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r10, #0
-	vmov.f32 s5, s0
-	it ne
-	vmovne.f32 s5, s2
-	cmp.w r8, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s4
-	cmp.w r11, #0
-	vmov.f32 s5, s4
-	it ne
-	vmovne.f32 s5, s1
-	cmp.w r6, #0
-	vmov.f32 s1, s0
-	it ne
-	vmovne.f32 s1, s5
-	cmp.w r4, #0
-	vmov.f32 s4, s1
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r5, #0
-	vmov.f32 s1, s4
-	it ne
-	vmovne.f32 s1, s3
-	vldr s2, [ip, #160]
-	cmp.w r7, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s2
-	vldr s2, [ip, #160]
-	orr.w r6, r11, r7
-	cmp.w r6, #0
-	vmov.f32 s4, s6
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r4, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s3
-	vldr s3, [ip, #160]
-	cmp.w r10, #0
-	vmov.f32 s4, s6
-	it ne
-	vmovne.f32 s4, s3
-	vldr s3, [ip, #160]
-	ldr.w r7, [sp, #8]
-	and.w r6, r6, r7
-	cmp.w r6, #0
-	vmov.f32 s5, s6
-	it ne
-	vmovne.f32 s5, s3
-	cmp.w r4, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r5, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s6
-	vcmp.f32 s1, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s0
-	it mi
-	vmovmi.f32 s1, s6
-	vstr s1, [r3, #0]
-	vldr s0, [ip, #80]
-	vstr s0, [r3, #8]
-	vldr s0, [ip, #80]
-	vstr s0, [r3, #4]
-	vstr s1, [r0, #0]
-	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s21}
+	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
 .Ljoint_drive_law_1:
-	vldr s1, [ip, #20]
-	vldr s2, [r2, #4]
-	vldr s3, [r0, #16]
-	vmul.f32 s2, s2, s3
-	vldr s3, [r0, #16]
-	vmul.f32 s2, s2, s3
-	vldr s3, [ip, #24]
-	vldr s4, [ip, #28]
-	ldr.w r5, [r0, #76]
-	vmov s5, r5
-	vcvt.f32.s32 s5, s5
-	vmul.f32 s4, s4, s5
-	vldr s5, [r0, #32]
-	vadd.f32 s4, s4, s5
-	vldr s5, [ip, #32]
-	vldr s6, [ip, #4]
-	ldr.w r5, [r0, #72]
-	vmov s7, r5
+	vldr s0, [ip, #0]
+	ldr.w r4, [r0, #72]
+	vmov s1, r4
+	vcvt.f32.s32 s1, s1
+	vmul.f32 s0, s0, s1
+	vldr s1, [r0, #12]
+	vadd.f32 s0, s0, s1
+	vldr s1, [ip, #4]
+	ldr.w r5, [r1, #12]
+	ldr.w r6, [r0, #80]
+	sub.w r7, r5, r6
+	vmov s2, r7
+	vcvt.f32.s32 s2, s2
+	vmul.f32 s1, s1, s2
+	vldr s2, [r1, #16]
+	vadd.f32 s1, s1, s2
+	vsub.f32 s1, s0, s1
+	vabs.f32 s2, s1
+	vldr s3, [ip, #8]
+	vldr s4, [r0, #56]
+	vabs.f32 s4, s4
+	vmul.f32 s3, s3, s4
+	vldr s5, [ip, #12]
+	vldr s6, [ip, #16]
+	vcmp.f32 s4, s6
+	vmrs APSR_nzcv, fpscr
+	ite mi
+	movmi.w r7, #1
+	movpl.w r7, #0
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s5, s3
+	vcmp.f32 s2, s5
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r8, #1
+	movhi.w r8, #0
+	cmp.w r8, #0
+	beq.w .Ljoint_drive_law_6
+	vldr s2, [ip, #20]
+	vldr s3, [r2, #4]
+	vldr s5, [r0, #16]
+	vmul.f32 s3, s3, s5
+	vldr s5, [r0, #16]
+	vmul.f32 s3, s3, s5
+	vldr s5, [ip, #24]
+	vldr s6, [ip, #28]
+	ldr.w r8, [r0, #76]
+	vmov s7, r8
 	vcvt.f32.s32 s7, s7
 	vmul.f32 s6, s6, s7
-	vldr s7, [r0, #12]
+	vldr s7, [r0, #32]
 	vadd.f32 s6, s6, s7
+	vldr s7, [ip, #32]
+	vmul.f32 s0, s7, s0
+	vsub.f32 s0, s6, s0
+	vmul.f32 s5, s5, s0
+	vsub.f32 s3, s3, s5
+	vldr s5, [ip, #36]
+	vldr s6, [r0, #36]
 	vmul.f32 s5, s5, s6
-	vsub.f32 s4, s4, s5
-	vmul.f32 s3, s3, s4
-	vsub.f32 s2, s2, s3
-	vldr s3, [ip, #36]
-	vldr s5, [r0, #36]
-	vmul.f32 s3, s3, s5
-	vsub.f32 s2, s2, s3
-	vldr s3, [ip, #32]
-	vldr s5, [r2, #8]
-	vadd.f32 s3, s3, s5
-	vneg.f32 s3, s3
-	vldr s5, [ip, #40]
+	vsub.f32 s3, s3, s5
+	vldr s5, [ip, #32]
+	vldr s6, [r2, #8]
+	vadd.f32 s5, s5, s6
+	vneg.f32 s5, s5
+	vldr s6, [ip, #40]
 	vldr s7, [r0, #16]
-	vmul.f32 s5, s5, s7
-	vsub.f32 s4, s4, s5
-	vldr s5, [r2, #4]
-	vsub.f32 s4, s4, s5
-	vmul.f32 s5, s3, s4
-	vadd.f32 s2, s2, s5
-	vldr s5, [ip, #40]
+	vmul.f32 s6, s6, s7
+	vsub.f32 s0, s0, s6
+	vldr s6, [r2, #4]
+	vsub.f32 s0, s0, s6
+	vmul.f32 s6, s5, s0
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #40]
 	vldr s7, [r0, #36]
 	vldr s8, [r0, #16]
-	vmul.f32 s3, s3, s8
-	vadd.f32 s3, s7, s3
+	vmul.f32 s5, s5, s8
+	vadd.f32 s5, s7, s5
 	vldr s7, [ip, #40]
-	vmul.f32 s7, s7, s4
-	vsub.f32 s3, s3, s7
-	vmul.f32 s5, s5, s3
-	vsub.f32 s2, s2, s5
-	vldr s5, [r0, #40]
+	vmul.f32 s7, s7, s0
+	vsub.f32 s5, s5, s7
+	vmul.f32 s6, s6, s5
+	vsub.f32 s3, s3, s6
+	vldr s6, [r0, #40]
 	vldr s7, [ip, #44]
 	vldr s8, [r2, #8]
 	vsub.f32 s7, s7, s8
 	vldr s8, [r0, #20]
 	vmul.f32 s8, s7, s8
-	vadd.f32 s5, s5, s8
-	vadd.f32 s2, s2, s5
-	vmul.f32 s1, s1, s2
-	vneg.f32 s1, s1
-	vldr s2, [ip, #48]
-	vldr s5, [r0, #16]
-	vldr s8, [r1, #20]
-	vsub.f32 s5, s5, s8
-	vmul.f32 s2, s2, s5
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #52]
-	vldr s8, [r1, #24]
-	vsub.f32 s4, s4, s8
-	vmul.f32 s2, s2, s4
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #56]
-	vldr s8, [r1, #28]
-	vsub.f32 s3, s3, s8
+	vadd.f32 s6, s6, s8
+	vadd.f32 s3, s3, s6
 	vmul.f32 s2, s2, s3
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #60]
+	vneg.f32 s2, s2
+	vldr s3, [ip, #48]
+	vldr s6, [r0, #16]
+	vldr s8, [r1, #20]
+	vsub.f32 s6, s6, s8
+	vmul.f32 s3, s3, s6
+	vadd.f32 s2, s2, s3
+	vldr s3, [ip, #52]
+	vldr s8, [r1, #24]
+	vsub.f32 s0, s0, s8
+	vmul.f32 s3, s3, s0
+	vadd.f32 s2, s2, s3
+	vldr s3, [ip, #56]
+	vldr s8, [r1, #28]
+	vsub.f32 s5, s5, s8
+	vmul.f32 s3, s3, s5
+	vadd.f32 s2, s2, s3
+	vldr s3, [ip, #60]
 	vldr s8, [r0, #20]
-	vmul.f32 s2, s2, s8
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #64]
+	vmul.f32 s3, s3, s8
+	vadd.f32 s2, s2, s3
+	vldr s3, [ip, #64]
 	vldr s8, [r0, #24]
-	vmul.f32 s2, s2, s8
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #68]
+	vmul.f32 s3, s3, s8
+	vadd.f32 s2, s2, s3
+	vldr s3, [ip, #68]
 	vldr s8, [r0, #44]
 	vldr s9, [r0, #24]
 	vmul.f32 s7, s7, s9
 	vadd.f32 s7, s8, s7
-	vmul.f32 s2, s2, s7
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #72]
+	vmul.f32 s3, s3, s7
+	vadd.f32 s2, s2, s3
+	vldr s3, [ip, #72]
 	vldr s7, [r1, #48]
 	vldr s8, [r1, #28]
 	vsub.f32 s7, s7, s8
-	vmul.f32 s2, s2, s7
+	vmul.f32 s3, s3, s7
 	vldr s7, [ip, #76]
 	vldr s8, [r1, #36]
 	vldr s9, [r1, #16]
 	vsub.f32 s8, s8, s9
-	vldr s9, [ip, #8]
-	ldr.w r5, [r1, #32]
-	ldr.w r6, [r1, #12]
-	sub.w r5, r5, r6
+	vldr s9, [ip, #4]
+	ldr.w r9, [r1, #32]
+	sub.w r5, r9, r5
 	vmov s10, r5
 	vcvt.f32.s32 s10, s10
 	vmul.f32 s9, s9, s10
@@ -6342,569 +3833,732 @@ joint_drive_law:
 	it ne
 	vmovne.f32 s10, s9
 	vmul.f32 s7, s7, s10
-	vadd.f32 s2, s2, s7
+	vadd.f32 s3, s3, s7
 	vldr s7, [ip, #84]
 	vldr s8, [r1, #40]
 	vldr s9, [r1, #20]
 	vsub.f32 s8, s8, s9
 	vmul.f32 s7, s7, s8
-	vadd.f32 s2, s2, s7
+	vadd.f32 s3, s3, s7
 	vldr s7, [ip, #88]
 	vldr s8, [r1, #44]
 	vldr s9, [r1, #24]
 	vsub.f32 s8, s8, s9
 	vmul.f32 s7, s7, s8
-	vadd.f32 s2, s2, s7
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #92]
-	vldr s7, [ip, #96]
-	vldr s8, [ip, #8]
-	ldr.w r5, [r0, #80]
-	sub.w r5, r6, r5
-	vmov s9, r5
-	vcvt.f32.s32 s9, s9
-	vmul.f32 s8, s8, s9
-	vldr s9, [r1, #16]
-	vadd.f32 s8, s8, s9
-	vsub.f32 s6, s6, s8
-	vldr s8, [ip, #12]
-	vmul.f32 s8, s8, s0
-	vldr s9, [ip, #16]
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s9, s8
-	vldr s8, [ip, #100]
-	vldr s10, [ip, #104]
-	vabs.f32 s11, s6
-	vsub.f32 s12, s11, s9
-	vldr s13, [ip, #108]
-	vmul.f32 s13, s13, s9
-	vadd.f32 s14, s12, s13
-	vsub.f32 s15, s12, s13
-	vabs.f32 s15, s15
-	vsub.f32 s14, s14, s15
-	vmul.f32 s10, s10, s14
-	vmul.f32 s8, s8, s10
-	vadd.f32 s8, s9, s8
-	vldr s14, [ip, #112]
-	vldr s15, [ip, #104]
-	vsub.f32 s10, s12, s10
-	vldr s12, [ip, #116]
-	vmul.f32 s12, s12, s13
-	vadd.f32 s13, s10, s12
-	vsub.f32 s16, s10, s12
-	vabs.f32 s16, s16
-	vsub.f32 s13, s13, s16
-	vmul.f32 s13, s15, s13
-	vmul.f32 s14, s14, s13
-	vadd.f32 s8, s8, s14
-	vldr s14, [ip, #120]
-	vldr s15, [ip, #104]
-	vsub.f32 s10, s10, s13
-	vldr s13, [ip, #116]
-	vmul.f32 s12, s13, s12
-	vadd.f32 s13, s10, s12
-	vsub.f32 s16, s10, s12
-	vabs.f32 s16, s16
-	vsub.f32 s13, s13, s16
-	vmul.f32 s13, s15, s13
-	vmul.f32 s14, s14, s13
-	vadd.f32 s8, s8, s14
-	vldr s14, [ip, #124]
-	vldr s15, [ip, #104]
-	vsub.f32 s10, s10, s13
-	vldr s13, [ip, #116]
-	vmul.f32 s12, s13, s12
-	vadd.f32 s13, s10, s12
-	vsub.f32 s10, s10, s12
-	vabs.f32 s10, s10
-	vsub.f32 s10, s13, s10
-	vmul.f32 s10, s15, s10
-	vmul.f32 s10, s14, s10
-	vadd.f32 s8, s8, s10
-	vneg.f32 s10, s8
-	vldr s12, [ip, #80]
-	vcmp.f32 s6, s12
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s12, s10
-	it gt
-	vmovgt.f32 s12, s8
-	vcmp.f32 s11, s9
+	vadd.f32 s3, s3, s7
+	vadd.f32 s2, s2, s3
+	vldr s3, [ip, #160]
+	vldr s7, [r0, #4]
+	vmul.f32 s3, s3, s7
+	vadd.f32 s3, s2, s3
+	vldr s7, [ip, #164]
+	vldr s8, [ip, #96]
+	vmul.f32 s1, s8, s1
+	vadd.f32 s1, s5, s1
+	vldr s5, [ip, #128]
+	vmul.f32 s5, s5, s6
+	vadd.f32 s1, s1, s5
+	vldr s5, [ip, #132]
+	vmul.f32 s0, s5, s0
+	vadd.f32 s0, s1, s0
+	vldr s1, [ip, #136]
+	vldr s5, [r0, #20]
+	vmul.f32 s1, s1, s5
+	vadd.f32 s0, s0, s1
+	vldr s1, [ip, #140]
+	vldr s5, [r0, #24]
+	vmul.f32 s1, s1, s5
+	vadd.f32 s0, s0, s1
+	vmul.f32 s1, s7, s0
+	vadd.f32 s1, s3, s1
+	vabs.f32 s3, s1
+	vldr s5, [ip, #168]
+	vcmp.f32 s3, s5
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r5, #1
 	movhi.w r5, #0
 	cmp.w r5, #0
-	vmov.f32 s8, s12
-	it ne
-	vmovne.f32 s8, s6
-	vmul.f32 s6, s7, s8
-	vadd.f32 s3, s3, s6
-	vldr s6, [ip, #128]
-	vmul.f32 s5, s6, s5
-	vadd.f32 s3, s3, s5
-	vldr s5, [ip, #132]
-	vmul.f32 s4, s5, s4
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #136]
-	vldr s5, [r0, #20]
-	vmul.f32 s4, s4, s5
-	vadd.f32 s3, s3, s4
-	vldr s4, [ip, #140]
-	vldr s5, [r0, #24]
-	vmul.f32 s4, s4, s5
-	vadd.f32 s3, s3, s4
-	vmul.f32 s2, s2, s3
-	vadd.f32 s2, s1, s2
-	vldr s4, [r0, #0]
-	vldr s5, [ip, #144]
-	vcmp.f32 s11, s5
+	beq.w .Ljoint_drive_law_7
+	vldr s2, [ip, #16]
+	vldr s3, [ip, #16]
+	vcmp.f32 s3, s4
 	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r6, #1
-	movhi.w r6, #0
-	orr.w r7, r5, r6
+	it gt
+	vmovgt.f32 s2, s4
+	vldr s3, [ip, #16]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s4, s2
-	vabs.f32 s4, s4
-	vldr s5, [ip, #144]
-	vcmp.f32 s4, s5
+	vmovne.f32 s3, s2
+	vneg.f32 s2, s2
+	vldr s5, [ip, #148]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s5, s2
+	vcmp.f32 s1, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it mi
+	vmovmi.f32 s2, s5
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s3
+	vcmp.f32 s5, s1
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s5, [r3, #0]
+	vldr s1, [r0, #4]
+	vsub.f32 s1, s0, s1
+	vstr s1, [r3, #8]
+	vstr s0, [r3, #4]
+	vstr s5, [r0, #0]
+	vldr s0, [ip, #140]
+	vldr s1, [r0, #60]
+	vldr s2, [ip, #140]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #140]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it gt
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #156]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s4, s0
+	vldr s1, [r0, #56]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #56]
+	vldr s0, [r0, #4]
+	vldr s1, [ip, #152]
+	vldr s2, [r0, #4]
+	vmul.f32 s1, s1, s2
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #4]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #2
+	vpop {s16-s19}
+	pop.w {r4-r11}
+	bx lr
+.Ljoint_drive_law_7:
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s1, s0
+	vadd.f32 s1, s2, s1
+	vabs.f32 s2, s1
+	vldr s3, [ip, #144]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	cmp.w r5, #0
+	beq.w .Ljoint_drive_law_8
+	vldr s2, [ip, #16]
+	vldr s3, [ip, #16]
+	vcmp.f32 s3, s4
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s2, s4
+	vldr s3, [ip, #16]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s3, s2
+	vneg.f32 s2, s2
+	vldr s5, [ip, #148]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s5, s2
+	vcmp.f32 s1, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it mi
+	vmovmi.f32 s2, s5
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s3
+	vcmp.f32 s5, s1
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #8]
+	vstr s5, [r0, #0]
+	vldr s1, [ip, #152]
+	vmul.f32 s1, s1, s0
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #4]
+	vldr s0, [ip, #140]
+	vldr s1, [r0, #60]
+	vldr s2, [ip, #140]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #140]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it gt
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #156]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s4, s0
+	vldr s1, [r0, #56]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #56]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #2
+	vpop {s16-s19}
+	pop.w {r4-r11}
+	bx lr
+.Ljoint_drive_law_8:
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
+	vcmp.f32 s1, s4
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s4
+	vneg.f32 s1, s0
+	vldr s2, [ip, #80]
+	vldr s3, [r0, #0]
+	vldr s5, [ip, #80]
+	vldr s6, [r0, #0]
+	vabs.f32 s6, s6
+	vldr s7, [ip, #144]
+	vcmp.f32 s6, s7
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s5, s3
+	vmul.f32 s2, s2, s5
+	vldr s3, [ip, #80]
+	vadd.f32 s2, s2, s3
+	vcmp.f32 s2, s0
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s0
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s3
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #4]
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #60]
+	vldr s3, [ip, #140]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #140]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #156]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s1, s4, s1
+	vldr s2, [r0, #56]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s2, s1
+	vstr s0, [r0, #0]
+	vstr s2, [r0, #56]
+	mov.w r0, #1
+	vpop {s16-s19}
+	pop.w {r4-r11}
+	bx lr
+.Ljoint_drive_law_6:
+	vldr s3, [ip, #144]
+	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r8, #1
 	movhi.w r8, #0
-	eor.w r9, r8, #1
-	vldr s4, [ip, #148]
-	vldr s5, [r0, #4]
-	vmul.f32 s4, s4, s5
-	vadd.f32 s1, s1, s4
-	vldr s4, [ip, #152]
-	vmul.f32 s4, s4, s3
-	vadd.f32 s1, s1, s4
-	vabs.f32 s4, s1
-	vldr s5, [ip, #156]
-	vcmp.f32 s4, s5
+	cmp.w r8, #0
+	beq.w .Ljoint_drive_law_9
+	vldr s3, [ip, #20]
+	vldr s6, [r2, #4]
+	vldr s7, [r0, #16]
+	vmul.f32 s6, s6, s7
+	vldr s7, [r0, #16]
+	vmul.f32 s6, s6, s7
+	vldr s7, [ip, #24]
+	vldr s8, [ip, #28]
+	ldr.w r8, [r0, #76]
+	vmov s9, r8
+	vcvt.f32.s32 s9, s9
+	vmul.f32 s8, s8, s9
+	vldr s9, [r0, #32]
+	vadd.f32 s8, s8, s9
+	vldr s9, [ip, #32]
+	vmul.f32 s0, s9, s0
+	vsub.f32 s0, s8, s0
+	vmul.f32 s7, s7, s0
+	vsub.f32 s6, s6, s7
+	vldr s7, [ip, #36]
+	vldr s8, [r0, #36]
+	vmul.f32 s7, s7, s8
+	vsub.f32 s6, s6, s7
+	vldr s7, [ip, #32]
+	vldr s8, [r2, #8]
+	vadd.f32 s7, s7, s8
+	vneg.f32 s7, s7
+	vldr s8, [ip, #40]
+	vldr s9, [r0, #16]
+	vmul.f32 s8, s8, s9
+	vsub.f32 s0, s0, s8
+	vldr s8, [r2, #4]
+	vsub.f32 s0, s0, s8
+	vmul.f32 s8, s7, s0
+	vadd.f32 s6, s6, s8
+	vldr s8, [ip, #40]
+	vldr s9, [r0, #36]
+	vldr s10, [r0, #16]
+	vmul.f32 s7, s7, s10
+	vadd.f32 s7, s9, s7
+	vldr s9, [ip, #40]
+	vmul.f32 s9, s9, s0
+	vsub.f32 s7, s7, s9
+	vmul.f32 s8, s8, s7
+	vsub.f32 s6, s6, s8
+	vldr s8, [r0, #40]
+	vldr s9, [ip, #44]
+	vldr s10, [r2, #8]
+	vsub.f32 s9, s9, s10
+	vldr s10, [r0, #20]
+	vmul.f32 s10, s9, s10
+	vadd.f32 s8, s8, s10
+	vadd.f32 s6, s6, s8
+	vmul.f32 s3, s3, s6
+	vneg.f32 s3, s3
+	vldr s6, [ip, #48]
+	vldr s8, [r0, #16]
+	vldr s10, [r1, #20]
+	vsub.f32 s8, s8, s10
+	vmul.f32 s6, s6, s8
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #52]
+	vldr s10, [r1, #24]
+	vsub.f32 s0, s0, s10
+	vmul.f32 s6, s6, s0
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #56]
+	vldr s10, [r1, #28]
+	vsub.f32 s7, s7, s10
+	vmul.f32 s6, s6, s7
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #60]
+	vldr s10, [r0, #20]
+	vmul.f32 s6, s6, s10
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #64]
+	vldr s10, [r0, #24]
+	vmul.f32 s6, s6, s10
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #68]
+	vldr s10, [r0, #44]
+	vldr s11, [r0, #24]
+	vmul.f32 s9, s9, s11
+	vadd.f32 s9, s10, s9
+	vmul.f32 s6, s6, s9
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #72]
+	vldr s9, [r1, #48]
+	vldr s10, [r1, #28]
+	vsub.f32 s9, s9, s10
+	vmul.f32 s6, s6, s9
+	vldr s9, [ip, #76]
+	vldr s10, [r1, #36]
+	vldr s11, [r1, #16]
+	vsub.f32 s10, s10, s11
+	vldr s11, [ip, #4]
+	ldr.w r9, [r1, #32]
+	sub.w r5, r9, r5
+	vmov s12, r5
+	vcvt.f32.s32 s12, s12
+	vmul.f32 s11, s11, s12
+	vadd.f32 s11, s10, s11
+	vldr s13, [ip, #80]
+	vcmp.f32 s12, s13
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s12, s10
+	it ne
+	vmovne.f32 s12, s11
+	vmul.f32 s9, s9, s12
+	vadd.f32 s6, s6, s9
+	vldr s9, [ip, #84]
+	vldr s10, [r1, #40]
+	vldr s11, [r1, #20]
+	vsub.f32 s10, s10, s11
+	vmul.f32 s9, s9, s10
+	vadd.f32 s6, s6, s9
+	vldr s9, [ip, #88]
+	vldr s10, [r1, #44]
+	vldr s11, [r1, #24]
+	vsub.f32 s10, s10, s11
+	vmul.f32 s9, s9, s10
+	vadd.f32 s6, s6, s9
+	vadd.f32 s3, s3, s6
+	vldr s6, [ip, #160]
+	vldr s9, [r0, #4]
+	vmul.f32 s6, s6, s9
+	vadd.f32 s6, s3, s6
+	vldr s9, [ip, #164]
+	vldr s10, [ip, #96]
+	vldr s11, [ip, #100]
+	vldr s12, [ip, #104]
+	vsub.f32 s2, s2, s5
+	vldr s13, [ip, #108]
+	vmul.f32 s13, s13, s5
+	vadd.f32 s14, s2, s13
+	vsub.f32 s15, s2, s13
+	vabs.f32 s15, s15
+	vsub.f32 s14, s14, s15
+	vmul.f32 s12, s12, s14
+	vmul.f32 s11, s11, s12
+	vadd.f32 s5, s5, s11
+	vldr s11, [ip, #112]
+	vldr s14, [ip, #104]
+	vsub.f32 s2, s2, s12
+	vldr s12, [ip, #116]
+	vmul.f32 s12, s12, s13
+	vadd.f32 s13, s2, s12
+	vsub.f32 s15, s2, s12
+	vabs.f32 s15, s15
+	vsub.f32 s13, s13, s15
+	vmul.f32 s13, s14, s13
+	vmul.f32 s11, s11, s13
+	vadd.f32 s5, s5, s11
+	vldr s11, [ip, #120]
+	vldr s14, [ip, #104]
+	vsub.f32 s2, s2, s13
+	vldr s13, [ip, #116]
+	vmul.f32 s12, s13, s12
+	vadd.f32 s13, s2, s12
+	vsub.f32 s15, s2, s12
+	vabs.f32 s15, s15
+	vsub.f32 s13, s13, s15
+	vmul.f32 s13, s14, s13
+	vmul.f32 s11, s11, s13
+	vadd.f32 s5, s5, s11
+	vldr s11, [ip, #124]
+	vldr s14, [ip, #104]
+	vsub.f32 s2, s2, s13
+	vldr s13, [ip, #116]
+	vmul.f32 s12, s13, s12
+	vadd.f32 s13, s2, s12
+	vsub.f32 s2, s2, s12
+	vabs.f32 s2, s2
+	vsub.f32 s2, s13, s2
+	vmul.f32 s2, s14, s2
+	vmul.f32 s2, s11, s2
+	vadd.f32 s2, s5, s2
+	vneg.f32 s5, s2
+	vldr s11, [ip, #80]
+	vcmp.f32 s1, s11
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s1, s5
+	it gt
+	vmovgt.f32 s1, s2
+	vmul.f32 s1, s10, s1
+	vadd.f32 s1, s7, s1
+	vldr s2, [ip, #128]
+	vmul.f32 s2, s2, s8
+	vadd.f32 s1, s1, s2
+	vldr s2, [ip, #132]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s1, s0
+	vldr s1, [ip, #136]
+	vldr s2, [r0, #20]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #24]
+	vmul.f32 s1, s1, s2
+	vadd.f32 s0, s0, s1
+	vmul.f32 s1, s9, s0
+	vadd.f32 s1, s6, s1
+	vabs.f32 s2, s1
+	vldr s5, [ip, #168]
+	vcmp.f32 s2, s5
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r10, #1
-	movhi.w r10, #0
-	eor.w r11, r10, #1
-	str.w r4, [sp, #0]
-	and.w r4, r11, r9
-	str.w r5, [sp, #4]
-	str.w r6, [sp, #8]
-	ldrb.w r6, [r2, #0]
-	cmp.w r6, #0
-	mov.w r5, r4
-	it ne
-	movne.w r5, r9
-	str.w r7, [sp, #12]
-	ldr.w r7, [sp, #8]
-	str.w r8, [sp, #16]
-	eor.w r8, r7, #1
-	str.w r10, [sp, #20]
-	orr.w r10, r8, r9
-	orr.w r4, r4, r8
-	cmp.w r6, #0
-	mov.w r8, r4
-	it ne
-	movne.w r8, r10
-	ldr.w r10, [sp, #4]
-	cmp.w r10, #0
-	mov.w r4, r8
-	it ne
-	movne.w r4, r5
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #160]
-	eor.w r5, r6, #1
-	ldr.w r8, [sp, #20]
-	str.w r11, [sp, #24]
-	and.w r11, r5, r8
-	cmp.w r11, #0
-	vmov.f32 s6, s2
-	it ne
-	vmovne.f32 s6, s1
-	vldr s7, [ip, #0]
-	vldr s8, [ip, #0]
-	vcmp.f32 s8, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s8, [ip, #80]
-	vldr s9, [r0, #0]
-	vldr s10, [ip, #80]
-	vldr s11, [r0, #0]
-	vabs.f32 s11, s11
-	vldr s12, [ip, #144]
-	vcmp.f32 s11, s12
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s10, s9
-	vldr s9, [r0, #0]
-	vldr s11, [ip, #80]
-	str.w r9, [sp, #28]
-	ldr.w r9, [sp, #16]
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s11, s9
-	str.w r4, [sp, #32]
-	ldr.w r4, [sp, #12]
-	cmp.w r4, #0
-	vmov.f32 s9, s11
-	it ne
-	vmovne.f32 s9, s10
-	vmul.f32 s8, s8, s9
-	vldr s9, [ip, #80]
-	vadd.f32 s8, s8, s9
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s2
-	ldr.w r10, [sp, #8]
-	str.w r6, [sp, #36]
-	and.w r6, r10, r9
-	cmp.w r6, #0
-	vmov.f32 s10, s8
-	it ne
-	vmovne.f32 s10, s2
-	str.w r5, [sp, #40]
-	ldr.w r5, [sp, #4]
+	movls.w r5, #1
+	movhi.w r5, #0
 	cmp.w r5, #0
-	vmov.f32 s11, s10
-	it ne
-	vmovne.f32 s11, s9
-	cmp.w r8, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s1
-	cmp.w r4, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s10
-	str.w r11, [sp, #44]
-	ldr.w r11, [sp, #36]
-	cmp.w r11, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s11
-	vldr s9, [ip, #0]
-	str.w r7, [sp, #48]
-	ldr.w r7, [sp, #28]
-	ldr.w r10, [sp, #48]
-	and.w r7, r7, r10
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s9, s0
-	vldr s11, [ip, #0]
-	ldr.w r10, [sp, #24]
-	and.w r7, r7, r10
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s11, s0
-	cmp.w r11, #0
-	vmov.f32 s0, s11
-	it ne
-	vmovne.f32 s0, s9
-	ldr.w r7, [sp, #0]
-	eor.w r10, r7, #1
-	and.w r10, r4, r10
-	cmp.w r10, #0
-	vmov.f32 s9, s7
-	it ne
-	vmovne.f32 s9, s0
-	vcmp.f32 s10, s9
+	beq.w .Ljoint_drive_law_10
+	vldr s2, [ip, #16]
+	vldr s3, [ip, #16]
+	vcmp.f32 s3, s4
 	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r10, #1
-	movle.w r10, #0
-	cmp.w r10, #0
-	vmov.f32 s0, s10
-	it ne
-	vmovne.f32 s0, s7
-	cmp.w r10, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r9, #0
-	vmov.f32 s8, s9
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r6, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s2
-	cmp.w r5, #0
-	vmov.f32 s11, s10
-	it ne
-	vmovne.f32 s11, s8
-	cmp.w r8, #0
-	vmov.f32 s10, s8
-	it ne
-	vmovne.f32 s10, s1
-	cmp.w r4, #0
-	vmov.f32 s8, s9
-	it ne
-	vmovne.f32 s8, s10
-	cmp.w r11, #0
-	vmov.f32 s10, s8
-	it ne
-	vmovne.f32 s10, s11
+	it gt
+	vmovgt.f32 s2, s4
+	vldr s3, [ip, #16]
 	cmp.w r7, #0
-	vmov.f32 s8, s10
 	it ne
-	vmovne.f32 s8, s0
-	vneg.f32 s0, s7
-	vldr s7, [ip, #160]
-	cmp.w r9, #0
-	vmov.f32 s10, s0
-	it ne
-	vmovne.f32 s10, s7
-	vldr s7, [ip, #160]
-	str.w r10, [sp, #24]
-	orr.w r10, r8, r9
-	cmp.w r10, #0
-	vmov.f32 s11, s0
-	it ne
-	vmovne.f32 s11, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s11
-	it ne
-	vmovne.f32 s7, s10
-	vldr s10, [ip, #160]
-	cmp.w r6, #0
-	vmov.f32 s11, s0
-	it ne
-	vmovne.f32 s11, s10
-	vldr s10, [ip, #160]
-	ldr.w r5, [sp, #8]
-	and.w r4, r10, r5
-	cmp.w r4, #0
-	vmov.f32 s12, s0
-	it ne
-	vmovne.f32 s12, s10
-	cmp.w r11, #0
-	vmov.f32 s10, s12
-	it ne
-	vmovne.f32 s10, s11
-	ldr.w r7, [sp, #4]
+	vmovne.f32 s3, s2
+	vneg.f32 s2, s2
+	vldr s5, [ip, #148]
 	cmp.w r7, #0
-	vmov.f32 s11, s10
-	it ne
-	vmovne.f32 s11, s7
-	ldr.w r8, [sp, #0]
-	cmp.w r8, #0
-	vmov.f32 s7, s11
-	it ne
-	vmovne.f32 s7, s0
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r8, #1
-	movpl.w r8, #0
-	cmp.w r8, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s5
-	ldr.w r9, [sp, #24]
-	cmp.w r9, #0
-	vmov.f32 s5, s7
-	it ne
-	vmovne.f32 s5, s4
-	str.w r6, [sp, #0]
-	vcmp.f32 s5, s6
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r6, #1
-	moveq.w r6, #0
-	str.w r10, [sp, #28]
-	ldr.w r10, [sp, #16]
-	and.w r5, r10, r6
-	str.w r4, [sp, #48]
-	ldr.w r11, [sp, #44]
-	cmp.w r11, #0
-	mov.w r4, r5
-	it ne
-	movne.w r4, r6
-	ldr.w r7, [sp, #8]
-	str.w r8, [sp, #52]
-	and.w r8, r5, r7
-	ldr.w r10, [sp, #20]
-	cmp.w r10, #0
-	mov.w r9, r5
-	it ne
-	movne.w r9, r6
-	and.w r5, r7, r9
-	ldr.w r7, [sp, #36]
-	cmp.w r7, #0
-	mov.w r6, r5
-	it ne
-	movne.w r6, r8
-	ldr.w r8, [sp, #4]
-	cmp.w r8, #0
-	mov.w r5, r6
-	it ne
-	movne.w r5, r4
-	vldr s4, [ip, #80]
-	ldr.w r4, [sp, #16]
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s4, s3
-	vldr s5, [ip, #80]
-	ldr.w r6, [sp, #28]
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s5, s3
-	cmp.w r7, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #80]
-	ldr.w r9, [sp, #0]
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s4, s3
-	vldr s5, [ip, #80]
-	ldr.w r11, [sp, #48]
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s5, s3
-	cmp.w r7, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s6
-	vstr s4, [r3, #4]
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #160]
-	ldr.w r10, [sp, #52]
-	cmp.w r10, #0
-	vmov.f32 s6, s2
-	it ne
-	vmovne.f32 s6, s5
-	str.w r5, [sp, #8]
-	ldr.w r5, [sp, #24]
-	cmp.w r5, #0
-	vmov.f32 s2, s6
-	it ne
-	vmovne.f32 s2, s4
-	cmp.w r10, #0
-	vmov.f32 s4, s9
-	it ne
-	vmovne.f32 s4, s0
-	cmp.w r4, #0
-	vmov.f32 s0, s4
-	it ne
-	vmovne.f32 s0, s2
-	cmp.w r9, #0
-	vmov.f32 s5, s4
 	it ne
 	vmovne.f32 s5, s2
-	cmp.w r8, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s0
-	vldr s5, [ip, #0]
-	vldr s6, [ip, #160]
-	cmp.w r10, #0
-	vmov.f32 s7, s1
-	it ne
-	vmovne.f32 s7, s6
-	cmp.w r5, #0
-	vmov.f32 s1, s7
-	it ne
-	vmovne.f32 s1, s5
-	ldr.w r5, [sp, #20]
-	cmp.w r5, #0
-	vmov.f32 s5, s0
-	it ne
-	vmovne.f32 s5, s1
-	ldr.w r10, [sp, #12]
-	cmp.w r10, #0
-	vmov.f32 s0, s4
-	it ne
-	vmovne.f32 s0, s5
+	vcmp.f32 s1, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it mi
+	vmovmi.f32 s2, s5
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s3
+	vcmp.f32 s5, s1
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
+	vldr s0, [ip, #80]
+	vstr s0, [r3, #8]
+	vstr s5, [r0, #0]
+	vldr s0, [ip, #140]
+	vldr s1, [r0, #60]
+	vldr s2, [ip, #140]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #140]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it gt
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #156]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s4, s0
+	vldr s1, [r0, #56]
 	cmp.w r7, #0
-	vmov.f32 s1, s0
 	it ne
-	vmovne.f32 s1, s2
-	vstr s1, [r3, #0]
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #56]
 	vldr s0, [r0, #4]
-	vsub.f32 s0, s3, s0
-	vldr s2, [ip, #80]
-	and.w r5, r8, r5
-	ldr.w r10, [sp, #40]
-	and.w r5, r5, r10
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s2, s0
-	vstr s2, [r3, #8]
-	vldr s0, [r0, #4]
-	ldr.w r5, [sp, #44]
-	cmp.w r5, #0
-	vmov.f32 s2, s3
-	it ne
-	vmovne.f32 s2, s0
-	vldr s0, [ip, #164]
-	vmul.f32 s0, s0, s2
-	vsub.f32 s0, s2, s0
+	vldr s1, [ip, #152]
 	vldr s2, [r0, #4]
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s2, s0
-	vldr s3, [r0, #4]
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s3, s0
-	cmp.w r7, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	vldr s2, [r0, #4]
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s2, s0
-	vldr s3, [r0, #4]
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s3, s0
-	cmp.w r7, #0
-	vmov.f32 s0, s3
-	it ne
-	vmovne.f32 s0, s2
-	cmp.w r8, #0
-	vmov.f32 s2, s0
-	it ne
-	vmovne.f32 s2, s4
-	vstr s2, [r0, #4]
-	vstr s1, [r0, #0]
+	vmul.f32 s1, s1, s2
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #4]
 	mov.w r0, #0
-	ldr.w r4, [sp, #32]
 	cmp.w r4, #0
-	it ne
-	orrne.w r0, r0, #1
-	ldr.w r5, [sp, #8]
-	cmp.w r5, #0
 	it ne
 	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s21}
+	vpop {s16-s19}
+	pop.w {r4-r11}
+	bx lr
+.Ljoint_drive_law_10:
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s1, s0
+	vadd.f32 s1, s3, s1
+	vabs.f32 s2, s1
+	vldr s3, [ip, #144]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r5, #1
+	movhi.w r5, #0
+	cmp.w r5, #0
+	beq.w .Ljoint_drive_law_11
+	vldr s2, [ip, #16]
+	vldr s3, [ip, #16]
+	vcmp.f32 s3, s4
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s2, s4
+	vldr s3, [ip, #16]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s3, s2
+	vneg.f32 s2, s2
+	vldr s5, [ip, #148]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s5, s2
+	vcmp.f32 s1, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it mi
+	vmovmi.f32 s2, s5
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s3
+	vcmp.f32 s5, s1
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #8]
+	vstr s5, [r0, #0]
+	vldr s1, [ip, #152]
+	vmul.f32 s1, s1, s0
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #4]
+	vldr s0, [ip, #140]
+	vldr s1, [r0, #60]
+	vldr s2, [ip, #140]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #140]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it gt
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #156]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s4, s0
+	vldr s1, [r0, #56]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #56]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #2
+	vpop {s16-s19}
+	pop.w {r4-r11}
+	bx lr
+.Ljoint_drive_law_11:
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
+	vcmp.f32 s1, s4
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s4
+	vneg.f32 s1, s0
+	vldr s2, [ip, #80]
+	vldr s3, [r0, #0]
+	vldr s5, [ip, #80]
+	vldr s6, [r0, #0]
+	vabs.f32 s6, s6
+	vldr s7, [ip, #144]
+	vcmp.f32 s6, s7
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s5, s3
+	vmul.f32 s2, s2, s5
+	vldr s3, [ip, #80]
+	vadd.f32 s2, s2, s3
+	vcmp.f32 s2, s0
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s0
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s3
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #4]
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #60]
+	vldr s3, [ip, #140]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #140]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #156]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s1, s4, s1
+	vldr s2, [r0, #56]
+	cmp.w r7, #0
+	it ne
+	vmovne.f32 s2, s1
+	vstr s0, [r0, #0]
+	vstr s2, [r0, #56]
+	mov.w r0, #1
+	vpop {s16-s19}
+	pop.w {r4-r11}
+	bx lr
+.Ljoint_drive_law_9:
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
+	vcmp.f32 s1, s4
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s4
+	vneg.f32 s1, s0
+	vldr s2, [ip, #80]
+	vldr s3, [r0, #0]
+	vldr s4, [ip, #80]
+	vldr s5, [r0, #0]
+	vabs.f32 s5, s5
+	vldr s6, [ip, #144]
+	vcmp.f32 s5, s6
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s4, s3
+	vmul.f32 s2, s2, s4
+	vldr s3, [ip, #80]
+	vadd.f32 s2, s2, s3
+	vcmp.f32 s2, s0
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s0
+	vcmp.f32 s3, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s3
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #80]
+	vstr s1, [r3, #4]
+	vstr s0, [r0, #0]
+	mov.w r0, #1
+	vpop {s16-s19}
 	pop.w {r4-r11}
 	bx lr
 	.balign 4
 .Ljoint_drive_law_table:
-	.word 0x41f00000 @ 30.0
 	.word 0x36c90fdb @ 5.9921126e-6
 	.word 0x40c90fdb @ 6.2831855
 	.word 0x3c035af6 @ 0.008017292
 	.word 0x3e764a8d @ 0.24051876
+	.word 0x41f00000 @ 30.0
 	.word 0x3951a58c @ 0.00019993464
 	.word 0x46170c19 @ 9667.024
 	.word 0x3975dd20 @ 0.00023447396
@@ -6937,12 +4591,12 @@ joint_drive_law:
 	.word 0x426ec859 @ 59.695652
 	.word 0x3f800000 @ 1.0
 	.word 0x5368d4a5 @ 1000000000000.0
-	.word 0x3c94952f @ 0.018137543
-	.word 0xbca50026 @ -0.020141672
-	.word 0x46700000 @ 15360.0
 	.word 0xc1f00000 @ -30.0
 	.word 0x3c230606 @ 0.009950167
 	.word 0x3ef00000 @ 0.46875
+	.word 0x3c94952f @ 0.018137543
+	.word 0xbca50026 @ -0.020141672
+	.word 0x46700000 @ 15360.0
 	.size joint_drive_law, .-joint_drive_law
 
 	.section .text.joint_drive_give_up, "ax", %progbits
@@ -6952,7 +4606,8 @@ joint_drive_law:
 	.thumb_func
 joint_drive_give_up:
 	push.w {r4-r7}
-	adr.w ip, .Ljoint_drive_give_up_table
+	movw ip, #:lower16:.Ljoint_drive_give_up_table
+	movt ip, #:upper16:.Ljoint_drive_give_up_table
 	ldrb.w r4, [r1, #8]
 	eor.w r5, r4, #1
 	ldrb.w r6, [r1, #9]
@@ -7040,7 +4695,8 @@ joint_drive_give_up:
 	.type joint_drive_refuse, %function
 	.thumb_func
 joint_drive_refuse:
-	adr.w ip, .Ljoint_drive_refuse_table
+	movw ip, #:lower16:.Ljoint_drive_refuse_table
+	movt ip, #:upper16:.Ljoint_drive_refuse_table
 	vldr s0, [r0, #56]
 	vabs.f32 s0, s0
 	vldr s1, [ip, #0]
@@ -7096,7 +4752,8 @@ joint_drive_refuse:
 joint_drive_pass:
 	push.w {r4-r5}
 	vpush {s16-s17}
-	adr.w ip, .Ljoint_drive_pass_table
+	movw ip, #:lower16:.Ljoint_drive_pass_table
+	movt ip, #:upper16:.Ljoint_drive_pass_table
 	vldr s0, [r0, #84]
 	vabs.f32 s0, s0
 	vldr s1, [ip, #0]
@@ -7342,7 +4999,8 @@ joint_drive_pass:
 	.thumb_func
 joint_drive_follow:
 	push.w {r4-r11}
-	adr.w ip, .Ljoint_drive_follow_table
+	movw ip, #:lower16:.Ljoint_drive_follow_table
+	movt ip, #:upper16:.Ljoint_drive_follow_table
 	vldr s0, [ip, #0]
 	ldr.w r4, [r0, #72]
 	vmov s1, r4
@@ -7434,7 +5092,8 @@ joint_drive_follow:
 	.thumb_func
 joint_drive_carry:
 	push.w {r4-r11}
-	adr.w ip, .Ljoint_drive_carry_table
+	movw ip, #:lower16:.Ljoint_drive_carry_table
+	movt ip, #:upper16:.Ljoint_drive_carry_table
 	vldr s0, [r0, #32]
 	vabs.f32 s0, s0
 	vldr s1, [ip, #0]
@@ -7696,7 +5355,8 @@ joint_drive_carry:
 joint_drive_start:
 	push.w {r4-r11}
 	sub.w sp, sp, #8
-	adr.w ip, .Ljoint_drive_start_table
+	movw ip, #:lower16:.Ljoint_drive_start_table
+	movt ip, #:upper16:.Ljoint_drive_start_table
 	ldrb.w r4, [r1, #8]
 	ldrb.w r5, [r1, #9]
 	orr.w r4, r4, r5
@@ -8174,7 +5834,8 @@ joint_drive_start:
 	.type joint_drive_not_started, %function
 	.thumb_func
 joint_drive_not_started:
-	adr.w ip, .Ljoint_drive_not_started_table
+	movw ip, #:lower16:.Ljoint_drive_not_started_table
+	movt ip, #:upper16:.Ljoint_drive_not_started_table
 	vldr s0, [ip, #0]
 	vstr s0, [r0, #8]
 	vldr s0, [ip, #0]
@@ -8195,7 +5856,8 @@ joint_drive_not_started:
 	.thumb_func
 joint_drive_report_applied:
 	push.w {r4-r11}
-	adr.w ip, .Ljoint_drive_report_applied_table
+	movw ip, #:lower16:.Ljoint_drive_report_applied_table
+	movt ip, #:upper16:.Ljoint_drive_report_applied_table
 	ldrb.w r4, [r0, #101]
 	vabs.f32 s1, s0
 	vldr s2, [ip, #0]
@@ -8285,7 +5947,8 @@ joint_drive_report_applied:
 	.thumb_func
 joint_drive_estimates:
 	push.w {r4-r5}
-	adr.w ip, .Ljoint_drive_estimates_table
+	movw ip, #:lower16:.Ljoint_drive_estimates_table
+	movt ip, #:upper16:.Ljoint_drive_estimates_table
 	ldrb.w r4, [r0, #101]
 	cmp.w r4, #0
 	beq.w .Ljoint_drive_estimates_1
@@ -8376,7 +6039,8 @@ joint_drive_estimates:
 	.thumb_func
 joint_drive_reset:
 	push.w {r4-r7}
-	adr.w ip, .Ljoint_drive_reset_table
+	movw ip, #:lower16:.Ljoint_drive_reset_table
+	movt ip, #:upper16:.Ljoint_drive_reset_table
 	vldr s0, [ip, #0]
 	vldr s1, [r0, #60]
 	ldrb.w r4, [r0, #101]

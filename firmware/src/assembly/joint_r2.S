@@ -637,7 +637,8 @@ joint_r2_tick:
 	.thumb_func
 joint_r2_start:
 	push.w {r4-r5}
-	adr.w r3, .Ljoint_r2_start_table
+	movw r3, #:lower16:.Ljoint_r2_start_table
+	movt r3, #:upper16:.Ljoint_r2_start_table
 	vldr s0, [r1, #12]
 	vabs.f32 s0, s0
 	vldr s1, [r3, #0]
@@ -784,7 +785,8 @@ joint_r2_start:
 	.type joint_r2_not_started, %function
 	.thumb_func
 joint_r2_not_started:
-	adr.w r3, .Ljoint_r2_not_started_table
+	movw r3, #:lower16:.Ljoint_r2_not_started_table
+	movt r3, #:upper16:.Ljoint_r2_not_started_table
 	vldr s0, [r3, #0]
 	vstr s0, [r0, #8]
 	vldr s0, [r3, #0]
@@ -805,7 +807,8 @@ joint_r2_not_started:
 	.thumb_func
 joint_r2_report_applied:
 	push.w {r4-r5}
-	adr.w r3, .Ljoint_r2_report_applied_table
+	movw r3, #:lower16:.Ljoint_r2_report_applied_table
+	movt r3, #:upper16:.Ljoint_r2_report_applied_table
 	ldrb.w r4, [r0, #41]
 	vabs.f32 s1, s0
 	vldr s2, [r3, #0]
@@ -838,7 +841,8 @@ joint_r2_report_applied:
 	.thumb_func
 joint_r2_estimates:
 	push.w {r4-r5}
-	adr.w r3, .Ljoint_r2_estimates_table
+	movw r3, #:lower16:.Ljoint_r2_estimates_table
+	movt r3, #:upper16:.Ljoint_r2_estimates_table
 	ldrb.w r4, [r0, #41]
 	cmp.w r4, #0
 	beq.w .Ljoint_r2_estimates_1
@@ -918,7 +922,8 @@ joint_r2_estimates:
 	.thumb_func
 joint_r2_reset:
 	push.w {r4-r5}
-	adr.w r3, .Ljoint_r2_reset_table
+	movw r3, #:lower16:.Ljoint_r2_reset_table
+	movt r3, #:upper16:.Ljoint_r2_reset_table
 	vldr s0, [r3, #0]
 	vldr s1, [r0, #0]
 	ldrb.w r4, [r0, #41]

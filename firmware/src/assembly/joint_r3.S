@@ -704,7 +704,8 @@ joint_r3_tick:
 	.thumb_func
 joint_r3_start:
 	push.w {r4-r5}
-	adr.w r3, .Ljoint_r3_start_table
+	movw r3, #:lower16:.Ljoint_r3_start_table
+	movt r3, #:upper16:.Ljoint_r3_start_table
 	vldr s0, [r1, #12]
 	vabs.f32 s0, s0
 	vldr s1, [r3, #0]
@@ -863,7 +864,8 @@ joint_r3_start:
 	.type joint_r3_not_started, %function
 	.thumb_func
 joint_r3_not_started:
-	adr.w r3, .Ljoint_r3_not_started_table
+	movw r3, #:lower16:.Ljoint_r3_not_started_table
+	movt r3, #:upper16:.Ljoint_r3_not_started_table
 	vldr s0, [r3, #0]
 	vstr s0, [r0, #8]
 	vldr s0, [r3, #0]
@@ -884,7 +886,8 @@ joint_r3_not_started:
 	.thumb_func
 joint_r3_report_applied:
 	push.w {r4-r5}
-	adr.w r3, .Ljoint_r3_report_applied_table
+	movw r3, #:lower16:.Ljoint_r3_report_applied_table
+	movt r3, #:upper16:.Ljoint_r3_report_applied_table
 	ldrb.w r4, [r0, #49]
 	vabs.f32 s1, s0
 	vldr s2, [r3, #0]
@@ -917,7 +920,8 @@ joint_r3_report_applied:
 	.thumb_func
 joint_r3_estimates:
 	push.w {r4-r5}
-	adr.w r3, .Ljoint_r3_estimates_table
+	movw r3, #:lower16:.Ljoint_r3_estimates_table
+	movt r3, #:upper16:.Ljoint_r3_estimates_table
 	ldrb.w r4, [r0, #49]
 	cmp.w r4, #0
 	beq.w .Ljoint_r3_estimates_1
@@ -1046,7 +1050,8 @@ joint_r3_estimates:
 	.thumb_func
 joint_r3_reset:
 	push.w {r4-r5}
-	adr.w r3, .Ljoint_r3_reset_table
+	movw r3, #:lower16:.Ljoint_r3_reset_table
+	movt r3, #:upper16:.Ljoint_r3_reset_table
 	vldr s0, [r3, #0]
 	vldr s1, [r0, #0]
 	ldrb.w r4, [r0, #49]

@@ -58,101 +58,105 @@ motor_tick_u:
 	vmov s14, s15, r3, r2
 	add.w r1, r1, #12
 	adr.w r3, .Lmotor_tick_u_table
+	vldmia r0!, {s5-s12}
+	vldmia r3!, {s0-s4}
+	vmul.f32 s0, s0, s5
 	vcvt.f32.s32 s14, s14
-	vldmia r3!, {s6-s12}
-	vldmia r0!, {s0-s5}
-	vmul.f32 s6, s6, s2
-	vmul.f32 s7, s7, s0
-	vmul.f32 s2, s8, s2
+	vadd.f32 s0, s8, s0
 	vcvt.f32.s32 s15, s15
-	vadd.f32 s7, s3, s7
+	vmul.f32 s5, s1, s7
+	vmul.f32 s15, s2, s15
+	vmul.f32 s7, s3, s7
+	vmul.f32 s4, s4, s0
+	vmul.f32 s3, s1, s0
+	vadd.f32 s4, s5, s4
+	vmul.f32 s14, s2, s14
+	vadd.f32 s0, s6, s4
 	vcvt.f32.s32 s13, s13
-	vmul.f32 s9, s9, s7
-	vmul.f32 s13, s10, s13
-	vmul.f32 s14, s11, s14
-	vmul.f32 s10, s8, s7
-	vadd.f32 s9, s2, s9
-	vadd.f32 s6, s6, s10
-	vadd.f32 s9, s1, s9
-	vldmia r1!, {s7-s8}
-	vmul.f32 s15, s11, s15
-	vsub.f32 s14, s9, s14
-	vadd.f32 s7, s13, s7
-	vmul.f32 s13, s12, s14
-	vldmia r3!, {s9-s12}
-	vmul.f32 s9, s9, s14
-	vadd.f32 s10, s10, s4
-	vldmia r1!, {s0-s2}
-	vmul.f32 s11, s11, s14
-	vsub.f32 s0, s2, s8
-	vsub.f32 s1, s14, s11
-	vsub.f32 s2, s6, s13
-	vsub.f32 s3, s3, s9
-	vmul.f32 s12, s12, s2
-	vabs.f32 s9, s14
-	vadd.f32 s11, s15, s1
-	vsub.f32 s13, s2, s8
-	vcmp.f32 s9, s10
+	vadd.f32 s7, s7, s3
+	vsub.f32 s14, s0, s14
+	vldmia r3!, {s2-s6}
+	vmul.f32 s2, s2, s14
+	vmul.f32 s3, s3, s14
+	vabs.f32 s0, s14
+	vsub.f32 s1, s14, s3
+	vadd.f32 s3, s4, s9
+	vmul.f32 s5, s5, s14
+	vcmp.f32 s0, s3
 	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_24_32
-	vsub.f32 s7, s11, s7
-	vadd.f32 s14, s12, s3
-	vldmia r3!, {s8-s12}
-	vmul.f32 s14, s8, s14
-	vabs.f32 s6, s7
-	vmul.f32 s7, s9, s7
-	vneg.f32 s14, s14
-	vmul.f32 s0, s10, s0
-	vmul.f32 s11, s11, s13
-	vcmp.f32 s6, s12
+	bhi.w .Lmotor_tick_u_away_32_12
+	vmul.f32 s13, s6, s13
+	vsub.f32 s2, s7, s2
+	vadd.f32 s14, s15, s1
+	vldmia r1!, {s6-s7}
+	vsub.f32 s3, s8, s5
+	vsub.f32 s0, s2, s7
+	vadd.f32 s13, s13, s6
+	vldmia r1!, {s4-s6}
+	vsub.f32 s14, s14, s13
+	vabs.f32 s13, s15
+	vsub.f32 s15, s6, s7
+	vldmia r3!, {s4-s8}
+	vmul.f32 s4, s4, s2
+	vmul.f32 s15, s5, s15
+	vadd.f32 s4, s4, s3
+	vcmp.f32 s13, s6
 	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_24_32
-	vadd.f32 s9, s14, s11
-	vadd.f32 s14, s13, s7
-	vadd.f32 s0, s9, s0
-	vldmia r3!, {s9-s13}
-	vmul.f32 s5, s5, s9
-	vmul.f32 s14, s10, s14
-	vldmia r0!, {s8-s10}
-	vmov.f32 s7, s9
-	vmul.f32 s11, s11, s10
-	vmul.f32 s4, s4, s12
-	vadd.f32 s0, s0, s11
-	vmov.f32 s6, s8
-	vabs.f32 s12, s8
-	vmul.f32 s13, s13, s10
-	vmov.f32 s11, #10.0
-	vcmp.f32 s11, s12
+	bhi.w .Lmotor_tick_u_away_32_32
+	vmul.f32 s7, s7, s14
+	vldmia r0!, {s13}
+	vmul.f32 s8, s8, s4
+	vldmia r3!, {s4-s6}
+	vmul.f32 s4, s4, s0
+	vneg.f32 s8, s8
+	vadd.f32 s8, s8, s4
+	vabs.f32 s14, s14
+	vmul.f32 s5, s10, s5
+	vadd.f32 s15, s8, s15
+	vadd.f32 s0, s0, s7
+	vmul.f32 s4, s9, s6
+	vldmia r3!, {s6-s10}
+	vmul.f32 s6, s6, s13
+	vmul.f32 s0, s7, s0
+	vadd.f32 s15, s15, s6
+	vcmp.f32 s14, s8
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_u_away_36_32
-	vadd.f32 s0, s0, s14
-	vabs.f32 s15, s15
+	vmul.f32 s9, s9, s13
+	vabs.f32 s14, s11
+	vsub.f32 s8, s13, s9
+	vadd.f32 s0, s15, s0
+	vmov.f32 s6, s11
 	vabs.f32 s9, s0
-	vsub.f32 s8, s10, s13
-	vldmia r3!, {s13-s14}
-	vcmp.f32 s9, s13
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_u_away_36_32
-	vmov.f32 s13, #-10.0
-	vcmp.f32 s0, s11
-	vmrs APSR_nzcv, fpscr
-	it gt
-	vmovgt.f32 s0, s11
-	vcmp.f32 s0, s13
-	vmrs APSR_nzcv, fpscr
-	it mi
-	vmovmi.f32 s0, s13
+	vmov.f32 s15, #10.0
 	vcmp.f32 s15, s14
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_u_away_36_32
+	vcmp.f32 s9, s10
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_u_away_36_32
+	vmov.f32 s7, #-10.0
+	vcmp.f32 s0, s15
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s15
+	vcmp.f32 s0, s7
+	vmrs APSR_nzcv, fpscr
+	it mi
+	vmovmi.f32 s0, s7
+	vmov.f32 s7, s12
 	vstmdb r0!, {s0-s8}
 	str.w ip, [r0, #36]
 	str.w r2, [r0, #40]
 	mov.w ip, #0
 	str.w ip, [r0, #48]
 	bx lr
-.Lmotor_tick_u_away_24_32:
-	sub.w r0, r0, #24
+.Lmotor_tick_u_away_32_12:
+	sub.w r0, r0, #32
+	sub.w r1, r1, #12
+	b.w .Lmotor_tick_u_leave
+.Lmotor_tick_u_away_32_32:
+	sub.w r0, r0, #32
 	sub.w r1, r1, #32
 	b.w .Lmotor_tick_u_leave
 .Lmotor_tick_u_away_36_32:
@@ -170,29 +174,29 @@ motor_tick_u:
 	pop {r4, pc}
 	.balign 4
 .Lmotor_tick_u_table:
-	.word 0x3f7ffcb9 @ 0.99995
 	.word 0x437a0000 @ 250.0
 	.word 0x3a831198 @ 0.000999975
-	.word 0x3506372a @ 4.9999164e-7
-	.word 0x40c90fdb @ 6.2831855
 	.word 0x39c90fdb @ 0.0003834952
+	.word 0x3f7ffcb9 @ 0.99995
+	.word 0x3506372a @ 4.9999164e-7
 	.word 0x428a9a62 @ 69.30153
-	.word 0x45a4393b @ 5255.154
-	.word 0x3d939607 @ 0.0720635
 	.word 0x3ebb850f @ 0.36624953
+	.word 0x3d939607 @ 0.0720635
+	.word 0x45a4393b @ 5255.154
+	.word 0x40c90fdb @ 6.2831855
 	.word 0xbd4ccccd @ -0.05
-	.word 0x3b83126f @ 0.004
-	.word 0x42fa0000 @ 125.0
 	.word 0x408000d2 @ 4.0001
+	.word 0x406231d6 @ 3.5342917
+	.word 0x42fa0000 @ 125.0
+	.word 0x3b83126f @ 0.004
 	.word 0xbef0f274 @ -0.47059977
-	.word 0x3dc49ba6 @ 0.096
 	.word 0x3f7d73e8 @ 0.99004984
-	.word 0xc070f274 @ -3.7647982
-	.word 0x4062594d @ 3.5367005
 	.word 0x3f7693e9 @ 0.96319443
+	.word 0x4062594d @ 3.5367005
+	.word 0xc070f274 @ -3.7647982
+	.word 0x3dc49ba6 @ 0.096
 	.word 0x3d782a02 @ 0.060586937
 	.word 0x45a00000 @ 5120.0
-	.word 0x406231d6 @ 3.5342917
 	.size motor_tick_u, .-motor_tick_u
 
 	.section .text.motor_tick, "ax", %progbits
@@ -222,100 +226,99 @@ motor_tick:
 	mov.w r5, #0
 	vldmia r3!, {s5-s12}
 	vldmia r0!, {s0-s4}
-	vmul.f32 s5, s5, s2
-	vmul.f32 s0, s6, s0
-	vadd.f32 s7, s7, s4
-	vmul.f32 s2, s8, s2
-	vcvt.f32.s32 s15, s15
-	vadd.f32 s0, s3, s0
+	vmul.f32 s0, s5, s0
 	vcvt.f32.s32 s13, s13
-	vmul.f32 s15, s9, s15
-	vmul.f32 s10, s10, s0
+	vadd.f32 s5, s3, s0
+	vcvt.f32.s32 s15, s15
+	vmul.f32 s0, s6, s2
+	vmul.f32 s15, s7, s15
+	vmul.f32 s8, s8, s5
+	vmul.f32 s9, s9, s13
+	vadd.f32 s0, s0, s8
 	vcvt.f32.s32 s14, s14
-	vabs.f32 s6, s15
-	vmul.f32 s8, s8, s0
-	vadd.f32 s10, s2, s10
-	vcmp.f32 s6, s11
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_away_20_12
-	vmul.f32 s14, s9, s14
-	vadd.f32 s9, s1, s10
-	vmul.f32 s13, s12, s13
-	vldmia r1!, {s11-s12}
-	vsub.f32 s14, s9, s14
-	vldmia r3!, {s0-s2}
-	vmul.f32 s9, s0, s14
-	vadd.f32 s5, s5, s8
-	vmul.f32 s1, s1, s14
-	vmul.f32 s10, s2, s14
-	vabs.f32 s0, s14
-	vsub.f32 s1, s14, s1
-	vcmp.f32 s0, s7
+	vadd.f32 s0, s1, s0
+	vmul.f32 s7, s7, s14
+	vldmia r1!, {s13-s14}
+	vsub.f32 s0, s0, s7
+	vmul.f32 s8, s6, s5
+	vabs.f32 s1, s15
+	vadd.f32 s13, s9, s13
+	vabs.f32 s9, s0
+	vmul.f32 s10, s10, s0
+	vmul.f32 s11, s11, s0
+	vmul.f32 s12, s12, s2
+	vldmia r3!, {s5-s7}
+	vcmp.f32 s1, s5
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_away_20_20
+	vadd.f32 s6, s6, s4
+	vsub.f32 s1, s0, s10
+	vmul.f32 s10, s7, s0
+	vadd.f32 s12, s12, s8
+	vcmp.f32 s9, s6
+	vmrs APSR_nzcv, fpscr
+	bhi.w .Lmotor_tick_away_20_20
+	vadd.f32 s9, s15, s1
+	vsub.f32 s2, s12, s11
+	vsub.f32 s15, s9, s13
 	vsub.f32 s3, s3, s10
-	vsub.f32 s2, s5, s9
-	vldmia r3!, {s9-s10}
-	vmul.f32 s14, s9, s2
-	vldmia r1!, {s7-s9}
-	vadd.f32 s15, s15, s1
-	vsub.f32 s9, s9, s12
-	vadd.f32 s14, s14, s3
-	vadd.f32 s13, s13, s11
-	vsub.f32 s12, s2, s12
-	vmul.f32 s11, s10, s9
-	vldmia r3!, {s6-s10}
-	vmul.f32 s14, s6, s14
-	vmul.f32 s0, s7, s12
-	vneg.f32 s14, s14
-	vsub.f32 s15, s15, s13
-	vadd.f32 s14, s14, s0
-	vabs.f32 s13, s15
-	vcmp.f32 s13, s8
+	vldmia r1!, {s11-s13}
+	vldmia r3!, {s6-s12}
+	vmul.f32 s0, s6, s2
+	vabs.f32 s5, s15
+	vmul.f32 s15, s7, s15
+	vadd.f32 s0, s0, s3
+	vcmp.f32 s5, s8
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_away_20_32
-	vmul.f32 s4, s4, s9
-	vmul.f32 s15, s10, s15
+	vmul.f32 s0, s9, s0
+	vmul.f32 s4, s4, s10
+	vsub.f32 s9, s2, s14
+	vneg.f32 s10, s0
+	vmul.f32 s11, s11, s9
 	vldmia r0!, {s5-s8}
-	vmov.f32 s7, s7
-	vadd.f32 s9, s14, s11
-	vadd.f32 s15, s12, s15
-	vldmia r3!, {s10-s14}
-	vmul.f32 s5, s5, s10
-	vsub.f32 s10, s15, s8
 	vabs.f32 s0, s6
+	vsub.f32 s14, s13, s14
+	vadd.f32 s11, s10, s11
+	vmul.f32 s14, s12, s14
+	vadd.f32 s15, s9, s15
+	vadd.f32 s9, s11, s14
+	vldmia r3!, {s10-s14}
+	vmul.f32 s10, s10, s15
 	vmul.f32 s11, s11, s8
-	vstr s15, [r2, #4]
 	vmul.f32 s12, s12, s8
-	vadd.f32 s9, s9, s11
-	vmul.f32 s11, s13, s15
-	vstr s10, [r2, #8]
-	vmov.f32 s15, #10.0
-	vcmp.f32 s15, s0
+	vmov.f32 s7, s7
+	vadd.f32 s9, s9, s12
+	vmul.f32 s5, s5, s13
+	vadd.f32 s9, s9, s10
+	vsub.f32 s10, s15, s8
+	vmov.f32 s13, #10.0
+	vcmp.f32 s13, s0
 	vmrs APSR_nzcv, fpscr
 	bhi.w .Lmotor_tick_away_36_32
-	vadd.f32 s9, s9, s11
 	vmov.f32 s6, s6
-	vabs.f32 s10, s9
-	vmov.f32 s13, #-10.0
-	vmov.f32 s0, s9
-	vcmp.f32 s0, s15
+	vsub.f32 s8, s8, s11
+	vabs.f32 s11, s9
+	vcmp.f32 s11, s14
 	vmrs APSR_nzcv, fpscr
-	it gt
-	vmovgt.f32 s0, s15
+	bhi.w .Lmotor_tick_away_36_32
+	vmov.f32 s14, #-10.0
+	vmov.f32 s0, s9
 	vcmp.f32 s0, s13
 	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s13
+	vcmp.f32 s0, s14
+	vmrs APSR_nzcv, fpscr
 	it mi
-	vmovmi.f32 s0, s13
-	vsub.f32 s8, s8, s12
+	vmovmi.f32 s0, s14
 	vcmp.f32 s0, s9
 	vmrs APSR_nzcv, fpscr
 	it ne
 	addne r5, #2
-	vcmp.f32 s10, s14
-	vmrs APSR_nzcv, fpscr
-	bhi.w .Lmotor_tick_away_36_32
+	vstr s10, [r2, #8]
 	vstr s0, [r2, #0]
+	vstr s15, [r2, #4]
 	vstmdb r0!, {s0-s8}
 	str.w ip, [r0, #36]
 	str.w r4, [r0, #40]
@@ -324,10 +327,6 @@ motor_tick:
 	mov.w r0, r5
 	pop.w {r4-r5}
 	bx lr
-.Lmotor_tick_away_20_12:
-	sub.w r0, r0, #20
-	sub.w r1, r1, #12
-	b.w .Lmotor_tick_leave
 .Lmotor_tick_away_20_20:
 	sub.w r0, r0, #20
 	sub.w r1, r1, #20
@@ -346,28 +345,28 @@ motor_tick:
 	b.w motor_rest
 	.balign 4
 .Lmotor_tick_table:
-	.word 0x3f7ffcb9 @ 0.99995
 	.word 0x437a0000 @ 250.0
-	.word 0x3d939607 @ 0.0720635
 	.word 0x3a831198 @ 0.000999975
 	.word 0x39c90fdb @ 0.0003834952
 	.word 0x3506372a @ 4.9999164e-7
-	.word 0x406231d6 @ 3.5342917
 	.word 0x40c90fdb @ 6.2831855
-	.word 0x428a9a62 @ 69.30153
 	.word 0x3ebb850f @ 0.36624953
+	.word 0x428a9a62 @ 69.30153
+	.word 0x3f7ffcb9 @ 0.99995
+	.word 0x406231d6 @ 3.5342917
+	.word 0x3d939607 @ 0.0720635
 	.word 0x45a4393b @ 5255.154
 	.word 0xbd4ccccd @ -0.05
-	.word 0x408000d2 @ 4.0001
-	.word 0x3b83126f @ 0.004
-	.word 0xbef0f274 @ -0.47059977
-	.word 0x3dc49ba6 @ 0.096
-	.word 0x3f7693e9 @ 0.96319443
 	.word 0x42fa0000 @ 125.0
-	.word 0x3f7d73e8 @ 0.99004984
-	.word 0x4062594d @ 3.5367005
-	.word 0x3d782a02 @ 0.060586937
+	.word 0x3dc49ba6 @ 0.096
+	.word 0x3b83126f @ 0.004
+	.word 0x3f7693e9 @ 0.96319443
+	.word 0xbef0f274 @ -0.47059977
+	.word 0x408000d2 @ 4.0001
 	.word 0xc070f274 @ -3.7647982
+	.word 0x3d782a02 @ 0.060586937
+	.word 0x4062594d @ 3.5367005
+	.word 0x3f7d73e8 @ 0.99004984
 	.word 0x45a00000 @ 5120.0
 	.size motor_tick, .-motor_tick
 
@@ -437,7 +436,8 @@ motor_rest:
 motor_begin:
 	push.w {r4-r11}
 	sub.w sp, sp, #56
-	adr.w ip, .Lmotor_begin_table
+	movw ip, #:lower16:.Lmotor_begin_table
+	movt ip, #:upper16:.Lmotor_begin_table
 	vldr s0, [r0, #20]
 	vldr s1, [ip, #0]
 	vcmp.f32 s0, s1
@@ -751,7 +751,8 @@ motor_begin:
 motor_observe:
 	push.w {r4-r11}
 	sub.w sp, sp, #24
-	adr.w ip, .Lmotor_observe_table
+	movw ip, #:lower16:.Lmotor_observe_table
+	movt ip, #:upper16:.Lmotor_observe_table
 	vldr s0, [r0, #48]
 	vabs.f32 s0, s0
 	vldr s1, [ip, #0]
@@ -998,79 +999,77 @@ motor_observe:
 	.type motor_law, %function
 	.thumb_func
 motor_law:
-	push.w {r4-r11}
-	vpush {s16-s19}
-	sub.w sp, sp, #56
-	adr.w ip, .Lmotor_law_table
-	vldr s0, [r0, #24]
-	vabs.f32 s0, s0
-	vldr s1, [ip, #0]
-	vcmp.f32 s0, s1
-	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r4, #1
-	movpl.w r4, #0
+	push.w {r4-r9}
+	vpush {s16-s17}
+	movw ip, #:lower16:.Lmotor_law_table
+	movt ip, #:upper16:.Lmotor_law_table
+	ldrb.w r4, [r2, #0]
 	cmp.w r4, #0
 	beq.w .Lmotor_law_1
+	vldr s0, [ip, #0]
+	ldr.w r4, [r0, #40]
+	vmov s1, r4
+	vcvt.f32.s32 s1, s1
+	vmul.f32 s0, s0, s1
+	vldr s1, [r0, #4]
+	vadd.f32 s0, s0, s1
 	vldr s1, [ip, #4]
-	ldr.w r5, [r0, #40]
+	ldr.w r5, [r1, #8]
+	ldr.w r6, [r0, #44]
+	sub.w r5, r5, r6
 	vmov s2, r5
 	vcvt.f32.s32 s2, s2
 	vmul.f32 s1, s1, s2
-	vldr s2, [r0, #4]
+	vldr s2, [r1, #12]
 	vadd.f32 s1, s1, s2
+	vsub.f32 s0, s0, s1
+	vabs.f32 s1, s0
 	vldr s2, [ip, #8]
-	ldr.w r6, [r1, #8]
-	ldr.w r7, [r0, #44]
-	sub.w r6, r6, r7
-	vmov s3, r6
-	vcvt.f32.s32 s3, s3
+	vldr s3, [r0, #24]
+	vabs.f32 s3, s3
 	vmul.f32 s2, s2, s3
-	vldr s3, [r1, #12]
-	vadd.f32 s2, s2, s3
-	vsub.f32 s1, s1, s2
-	vabs.f32 s2, s1
-	vldr s3, [ip, #12]
-	vmul.f32 s3, s3, s0
-	vldr s4, [ip, #16]
-	cmp.w r4, #0
+	vldr s4, [ip, #12]
+	vldr s5, [ip, #16]
+	vcmp.f32 s3, s5
+	vmrs APSR_nzcv, fpscr
+	ite mi
+	movmi.w r5, #1
+	movpl.w r5, #0
+	cmp.w r5, #0
 	it ne
-	vmovne.f32 s4, s3
-	vcmp.f32 s2, s4
+	vmovne.f32 s4, s2
+	vcmp.f32 s1, s4
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r6, #1
-	movhi.w r6, #0
-	cmp.w r6, #0
+	movls.w r7, #1
+	movhi.w r7, #0
+	cmp.w r7, #0
 	beq.w .Lmotor_law_2
-	ldrb.w r8, [r2, #0]
-	cmp.w r8, #0
-	beq.w .Lmotor_law_3
-	vldr s3, [ip, #20]
+	vldr s2, [ip, #20]
 	vldr s5, [ip, #24]
 	vldr s6, [r0, #8]
 	vmul.f32 s5, s5, s6
 	vldr s6, [r0, #12]
 	vadd.f32 s5, s5, s6
-	vmul.f32 s3, s3, s5
-	vneg.f32 s3, s3
+	vmul.f32 s2, s2, s5
+	vneg.f32 s2, s2
 	vldr s5, [ip, #28]
 	vldr s6, [r0, #8]
 	vldr s7, [r1, #16]
 	vsub.f32 s6, s6, s7
 	vmul.f32 s5, s5, s6
-	vadd.f32 s3, s3, s5
+	vadd.f32 s2, s2, s5
 	vldr s5, [ip, #32]
 	vldr s7, [r1, #28]
 	vldr s8, [r1, #16]
 	vsub.f32 s7, s7, s8
 	vmul.f32 s5, s5, s7
-	vadd.f32 s3, s3, s5
+	vadd.f32 s2, s2, s5
 	vldr s5, [ip, #36]
 	vldr s7, [ip, #40]
 	vldr s8, [ip, #44]
 	vldr s9, [ip, #48]
-	vsub.f32 s10, s2, s4
+	vsub.f32 s10, s1, s4
 	vldr s11, [ip, #52]
 	vmul.f32 s11, s11, s4
 	vadd.f32 s12, s10, s11
@@ -1118,1290 +1117,202 @@ motor_law:
 	vadd.f32 s4, s4, s8
 	vneg.f32 s8, s4
 	vldr s9, [ip, #72]
-	vcmp.f32 s1, s9
+	vcmp.f32 s0, s9
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s9, s8
 	it gt
 	vmovgt.f32 s9, s4
-	cmp.w r6, #0
+	cmp.w r7, #0
 	vmov.f32 s4, s9
 	it ne
-	vmovne.f32 s4, s1
-	vmul.f32 s1, s7, s4
-	vadd.f32 s1, s6, s1
-	vmul.f32 s4, s5, s1
-	vadd.f32 s4, s3, s4
-	vldr s5, [r0, #0]
-	vldr s6, [ip, #76]
-	vcmp.f32 s2, s6
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r9, #1
-	movhi.w r9, #0
-	orr.w r10, r6, r9
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s5, s4
-	vabs.f32 s2, s5
+	vmovne.f32 s4, s0
+	vmul.f32 s0, s7, s4
+	vadd.f32 s0, s6, s0
+	vmul.f32 s4, s5, s0
+	vadd.f32 s2, s2, s4
+	vldr s4, [r0, #0]
 	vldr s5, [ip, #76]
-	vcmp.f32 s2, s5
+	vcmp.f32 s1, s5
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	cmp.w r11, #0
-	beq.w .Lmotor_law_4
-	vldr s2, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s2, s0
-	vneg.f32 s5, s2
-	vldr s6, [ip, #72]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #76]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #72]
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r10, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #72]
-	vadd.f32 s6, s6, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s4
-	and.w r7, r9, r11
+	movls.w r8, #1
+	movhi.w r8, #0
+	orr.w r7, r7, r8
 	cmp.w r7, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r6, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	vldr s8, [ip, #80]
-	vldr s10, [r0, #32]
-	vmul.f32 s8, s8, s10
-	vadd.f32 s3, s3, s8
-	vldr s8, [ip, #84]
-	vmul.f32 s8, s8, s1
-	vadd.f32 s3, s3, s8
-	vabs.f32 s8, s3
-	vldr s10, [ip, #88]
-	str.w r4, [sp, #0]
-	vcmp.f32 s8, s10
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r4, #1
-	movhi.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r10, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r5, [sp, #4]
-	eor.w r5, r11, #1
-	str.w r9, [sp, #8]
-	ldr.w r9, [sp, #4]
-	and.w r5, r5, r9
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r9, r4, #1
-	and.w r5, r5, r9
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r8, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r5, [sp, #0]
-	eor.w r9, r5, #1
-	and.w r9, r10, r9
-	cmp.w r9, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r9, #1
-	movle.w r9, #0
-	cmp.w r9, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s2
-	cmp.w r9, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r11, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s4
-	cmp.w r7, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s4
-	cmp.w r6, #0
-	vmov.f32 s10, s6
-	it ne
-	vmovne.f32 s10, s2
-	cmp.w r4, #0
-	vmov.f32 s6, s2
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r10, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s6
-	cmp.w r8, #0
-	vmov.f32 s3, s2
-	it ne
-	vmovne.f32 s3, s10
-	cmp.w r5, #0
-	vmov.f32 s2, s3
-	it ne
-	vmovne.f32 s2, s9
-	vldr s3, [ip, #92]
-	cmp.w r11, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	vldr s3, [ip, #92]
-	orr.w r9, r4, r11
-	cmp.w r9, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r8, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s6
-	vldr s6, [ip, #92]
-	cmp.w r7, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #92]
-	ldr.w r7, [sp, #8]
-	and.w r7, r9, r7
-	cmp.w r7, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r8, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r6, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r5, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s5
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s7
-	it mi
-	vmovmi.f32 s2, s5
-	vcmp.f32 s2, s4
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r5, #1
-	moveq.w r5, #0
-	vstr s2, [r3, #0]
-	vstr s1, [r3, #4]
-	vldr s3, [ip, #72]
-	vstr s3, [r3, #8]
-	vstr s2, [r0, #0]
-	vldr s2, [r0, #32]
-	eor.w r6, r8, #1
-	and.w r4, r6, r4
-	cmp.w r4, #0
-	vmov.f32 s3, s1
-	it ne
-	vmovne.f32 s3, s2
-	vldr s1, [ip, #96]
-	vmul.f32 s1, s1, s3
-	vsub.f32 s1, s3, s1
-	vstr s1, [r0, #32]
-	vldr s1, [ip, #100]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
-	mov.w r0, #0
-	cmp.w r5, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
-	bx lr
-.Lmotor_law_4:
-	vldr s2, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s2, s0
-	vneg.f32 s5, s2
-	vldr s6, [ip, #72]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #76]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #72]
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r10, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #72]
-	vadd.f32 s6, s6, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s4
-	and.w r7, r9, r11
-	cmp.w r7, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r6, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	vldr s8, [ip, #80]
-	vldr s10, [r0, #32]
-	vmul.f32 s8, s8, s10
-	vadd.f32 s3, s3, s8
-	vldr s8, [ip, #84]
-	vmul.f32 s1, s8, s1
-	vadd.f32 s1, s3, s1
-	vabs.f32 s3, s1
-	vldr s8, [ip, #88]
-	str.w r4, [sp, #0]
-	vcmp.f32 s3, s8
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r4, #1
-	movhi.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s1
-	cmp.w r10, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r8, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s9
-	vldr s7, [ip, #0]
-	str.w r5, [sp, #4]
-	eor.w r5, r11, #1
-	str.w r9, [sp, #8]
-	ldr.w r9, [sp, #4]
-	and.w r5, r5, r9
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s8, [ip, #0]
-	eor.w r9, r4, #1
-	and.w r5, r5, r9
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	ldr.w r5, [sp, #0]
-	eor.w r9, r5, #1
-	and.w r9, r10, r9
-	cmp.w r9, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s9
-	vcmp.f32 s3, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r9, #1
-	movle.w r9, #0
-	cmp.w r9, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r9, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r11, #0
-	vmov.f32 s2, s7
-	it ne
-	vmovne.f32 s2, s4
-	cmp.w r7, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r6, #0
-	vmov.f32 s4, s3
 	it ne
 	vmovne.f32 s4, s2
-	cmp.w r4, #0
-	vmov.f32 s3, s2
-	it ne
-	vmovne.f32 s3, s1
-	cmp.w r10, #0
-	vmov.f32 s1, s7
-	it ne
-	vmovne.f32 s1, s3
-	cmp.w r8, #0
-	vmov.f32 s2, s1
-	it ne
-	vmovne.f32 s2, s4
-	cmp.w r5, #0
-	vmov.f32 s1, s2
-	it ne
-	vmovne.f32 s1, s6
-	vldr s2, [ip, #92]
-	cmp.w r11, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s2
-	vldr s2, [ip, #92]
-	orr.w r4, r4, r11
-	cmp.w r4, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r8, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s3
-	vldr s3, [ip, #92]
-	cmp.w r7, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s3
-	vldr s3, [ip, #92]
-	ldr.w r7, [sp, #8]
-	and.w r4, r4, r7
-	cmp.w r4, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r8, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r6, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r5, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s5
-	vcmp.f32 s1, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s7
-	it mi
-	vmovmi.f32 s1, s5
-	vstr s1, [r3, #0]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #8]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #4]
-	vstr s1, [r0, #0]
-	vldr s1, [ip, #100]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
-	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
-	bx lr
-.Lmotor_law_3:
-	vldr s3, [ip, #20]
-	vldr s5, [ip, #24]
-	vldr s6, [r0, #8]
-	vmul.f32 s5, s5, s6
-	vldr s6, [r0, #12]
-	vadd.f32 s5, s5, s6
-	vmul.f32 s3, s3, s5
-	vneg.f32 s3, s3
-	vldr s5, [ip, #28]
-	vldr s6, [r0, #8]
-	vldr s7, [r1, #16]
-	vsub.f32 s6, s6, s7
-	vmul.f32 s5, s5, s6
-	vadd.f32 s3, s3, s5
-	vldr s5, [ip, #32]
-	vldr s7, [r1, #28]
-	vldr s8, [r1, #16]
-	vsub.f32 s7, s7, s8
-	vmul.f32 s5, s5, s7
-	vadd.f32 s3, s3, s5
-	vldr s5, [ip, #80]
-	vldr s7, [r0, #32]
-	vmul.f32 s5, s5, s7
-	vadd.f32 s5, s3, s5
-	vldr s7, [ip, #84]
-	vldr s8, [ip, #40]
-	vldr s9, [ip, #44]
-	vldr s10, [ip, #48]
-	vsub.f32 s11, s2, s4
-	vldr s12, [ip, #52]
-	vmul.f32 s12, s12, s4
-	vadd.f32 s13, s11, s12
-	vsub.f32 s14, s11, s12
-	vabs.f32 s14, s14
-	vsub.f32 s13, s13, s14
-	vmul.f32 s10, s10, s13
-	vmul.f32 s9, s9, s10
-	vadd.f32 s4, s4, s9
-	vldr s9, [ip, #56]
-	vldr s13, [ip, #48]
-	vsub.f32 s10, s11, s10
-	vldr s11, [ip, #60]
-	vmul.f32 s11, s11, s12
-	vadd.f32 s12, s10, s11
-	vsub.f32 s14, s10, s11
-	vabs.f32 s14, s14
-	vsub.f32 s12, s12, s14
-	vmul.f32 s12, s13, s12
-	vmul.f32 s9, s9, s12
-	vadd.f32 s4, s4, s9
-	vldr s9, [ip, #64]
-	vldr s13, [ip, #48]
-	vsub.f32 s10, s10, s12
-	vldr s12, [ip, #60]
-	vmul.f32 s11, s12, s11
-	vadd.f32 s12, s10, s11
-	vsub.f32 s14, s10, s11
-	vabs.f32 s14, s14
-	vsub.f32 s12, s12, s14
-	vmul.f32 s12, s13, s12
-	vmul.f32 s9, s9, s12
-	vadd.f32 s4, s4, s9
-	vldr s9, [ip, #68]
-	vldr s13, [ip, #48]
-	vsub.f32 s10, s10, s12
-	vldr s12, [ip, #60]
-	vmul.f32 s11, s12, s11
-	vadd.f32 s12, s10, s11
-	vsub.f32 s10, s10, s11
-	vabs.f32 s10, s10
-	vsub.f32 s10, s12, s10
-	vmul.f32 s10, s13, s10
-	vmul.f32 s9, s9, s10
-	vadd.f32 s4, s4, s9
-	vneg.f32 s9, s4
-	vldr s10, [ip, #72]
-	vcmp.f32 s1, s10
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s10, s9
-	it gt
-	vmovgt.f32 s10, s4
-	cmp.w r6, #0
-	vmov.f32 s4, s10
-	it ne
-	vmovne.f32 s4, s1
-	vmul.f32 s1, s8, s4
-	vadd.f32 s1, s6, s1
-	vmul.f32 s4, s7, s1
-	vadd.f32 s4, s5, s4
-	vabs.f32 s5, s4
-	vldr s6, [ip, #88]
-	vcmp.f32 s5, s6
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r9, #1
-	movhi.w r9, #0
-	cmp.w r9, #0
-	beq.w .Lmotor_law_5
-	vldr s5, [ip, #0]
-	vldr s6, [ip, #0]
-	vcmp.f32 s6, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s5, s0
-	vneg.f32 s6, s5
-	vldr s7, [ip, #36]
-	vmul.f32 s7, s7, s1
-	vadd.f32 s3, s3, s7
-	vldr s7, [ip, #72]
-	vldr s8, [r0, #0]
-	vldr s9, [ip, #72]
-	vldr s10, [r0, #0]
-	vabs.f32 s10, s10
-	vldr s11, [ip, #76]
-	vcmp.f32 s10, s11
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s9, s8
-	vldr s8, [r0, #0]
-	vldr s10, [ip, #72]
-	vldr s11, [r0, #0]
-	vldr s12, [ip, #76]
-	vcmp.f32 s2, s12
+	vabs.f32 s1, s4
+	vldr s4, [ip, #76]
+	vcmp.f32 s1, s4
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r7, #1
 	movhi.w r7, #0
-	orr.w r10, r6, r7
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s11, s3
-	vabs.f32 s2, s11
-	vldr s11, [ip, #76]
-	vcmp.f32 s2, s11
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s10, s8
-	cmp.w r10, #0
-	vmov.f32 s2, s10
-	it ne
-	vmovne.f32 s2, s9
-	vmul.f32 s2, s7, s2
-	vldr s7, [ip, #72]
-	vadd.f32 s2, s2, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s3
-	str.w r4, [sp, #0]
-	and.w r4, r7, r11
-	cmp.w r4, #0
-	vmov.f32 s8, s2
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r6, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r9, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r10, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r5, [sp, #4]
-	eor.w r5, r11, #1
-	str.w r7, [sp, #8]
-	ldr.w r7, [sp, #4]
-	and.w r5, r5, r7
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r7, r9, #1
-	and.w r5, r5, r7
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r8, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r5, [sp, #0]
-	eor.w r7, r5, #1
-	and.w r7, r10, r7
 	cmp.w r7, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
+	beq.w .Lmotor_law_3
+	vldr s1, [ip, #16]
+	vldr s4, [ip, #16]
+	vcmp.f32 s4, s3
 	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s5
-	cmp.w r7, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s5
-	cmp.w r7, #0
-	vmov.f32 s8, s2
-	it ne
-	vmovne.f32 s8, s5
-	cmp.w r11, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s3
-	cmp.w r4, #0
-	vmov.f32 s5, s8
-	it ne
-	vmovne.f32 s5, s3
-	cmp.w r6, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r9, #0
-	vmov.f32 s5, s2
-	it ne
-	vmovne.f32 s5, s4
-	cmp.w r10, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s5
-	cmp.w r8, #0
-	vmov.f32 s5, s2
-	it ne
-	vmovne.f32 s5, s3
-	cmp.w r5, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s9
-	vldr s3, [ip, #92]
-	cmp.w r11, #0
-	vmov.f32 s5, s6
-	it ne
-	vmovne.f32 s5, s3
-	vldr s3, [ip, #92]
-	orr.w r7, r9, r11
-	cmp.w r7, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r8, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s5
-	vldr s5, [ip, #92]
-	cmp.w r4, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s5
-	vldr s5, [ip, #92]
-	ldr.w r4, [sp, #8]
-	and.w r4, r7, r4
-	cmp.w r4, #0
-	vmov.f32 s9, s6
-	it ne
-	vmovne.f32 s9, s5
-	cmp.w r8, #0
-	vmov.f32 s5, s9
-	it ne
-	vmovne.f32 s5, s8
-	cmp.w r6, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r5, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s6
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s7
-	it mi
-	vmovmi.f32 s2, s6
-	vcmp.f32 s2, s4
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r4, #1
-	moveq.w r4, #0
-	vstr s2, [r3, #0]
-	vldr s3, [r0, #32]
-	vsub.f32 s3, s1, s3
-	vstr s3, [r3, #8]
-	vstr s1, [r3, #4]
-	vstr s2, [r0, #0]
-	vldr s1, [ip, #100]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
 	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
-	vldr s0, [r0, #32]
-	vldr s1, [ip, #96]
-	vldr s2, [r0, #32]
-	vmul.f32 s1, s1, s2
-	vsub.f32 s0, s0, s1
-	vstr s0, [r0, #32]
-	mov.w r0, #0
-	cmp.w r4, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
-	bx lr
-.Lmotor_law_5:
-	vldr s5, [ip, #36]
-	vmul.f32 s5, s5, s1
-	vadd.f32 s3, s3, s5
-	vldr s5, [r0, #0]
-	vldr s6, [ip, #76]
-	vcmp.f32 s2, s6
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r10, #1
-	movhi.w r10, #0
-	orr.w r11, r6, r10
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s5, s3
-	vabs.f32 s2, s5
-	vldr s5, [ip, #76]
-	str.w r5, [sp, #0]
-	vcmp.f32 s2, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r5, #1
-	movhi.w r5, #0
-	cmp.w r5, #0
-	beq.w .Lmotor_law_6
-	vldr s2, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s2, s0
-	vneg.f32 s5, s2
-	vldr s6, [ip, #72]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #76]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #72]
+	vmovgt.f32 s1, s3
+	vldr s4, [ip, #16]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s9, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #72]
-	vadd.f32 s6, s6, s7
+	vmovne.f32 s4, s1
+	vneg.f32 s1, s1
+	vldr s5, [ip, #80]
 	cmp.w r5, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	str.w r4, [sp, #0]
-	and.w r4, r10, r5
-	cmp.w r4, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r6, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r9, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r8, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r7, [sp, #4]
-	eor.w r7, r5, #1
-	str.w r10, [sp, #8]
-	ldr.w r10, [sp, #4]
-	and.w r7, r7, r10
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r10, r9, #1
-	and.w r7, r7, r10
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r8, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r7, [sp, #0]
-	eor.w r10, r7, #1
-	and.w r10, r11, r10
-	cmp.w r10, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r10, #1
-	movle.w r10, #0
-	cmp.w r10, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r10, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s2
-	cmp.w r10, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r5, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s3
-	cmp.w r4, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r6, #0
-	vmov.f32 s10, s6
-	it ne
-	vmovne.f32 s10, s2
-	cmp.w r9, #0
-	vmov.f32 s6, s2
-	it ne
-	vmovne.f32 s6, s4
-	cmp.w r11, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s6
-	cmp.w r8, #0
-	vmov.f32 s4, s2
-	it ne
-	vmovne.f32 s4, s10
-	cmp.w r7, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s9
-	vldr s4, [ip, #92]
-	cmp.w r5, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #92]
-	orr.w r5, r9, r5
-	cmp.w r5, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	vldr s6, [ip, #92]
-	cmp.w r4, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #92]
-	ldr.w r4, [sp, #8]
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r8, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r6, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r7, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s5
-	vcmp.f32 s2, s4
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s7
-	it mi
-	vmovmi.f32 s2, s5
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r4, #1
-	moveq.w r4, #0
-	vstr s2, [r3, #0]
-	vstr s1, [r3, #4]
-	vldr s3, [ip, #72]
-	vstr s3, [r3, #8]
-	vstr s2, [r0, #0]
-	vldr s2, [ip, #96]
-	vmul.f32 s2, s2, s1
-	vsub.f32 s1, s1, s2
-	vstr s1, [r0, #32]
-	vldr s1, [ip, #100]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
-	mov.w r0, #0
-	cmp.w r4, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
-	bx lr
-.Lmotor_law_6:
-	vldr s1, [ip, #0]
-	vldr s2, [ip, #0]
-	vcmp.f32 s2, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s1, s0
-	vneg.f32 s2, s1
-	vldr s5, [ip, #72]
-	vldr s6, [r0, #0]
-	vldr s7, [ip, #72]
-	vldr s8, [r0, #0]
-	vabs.f32 s8, s8
-	vldr s9, [ip, #76]
-	vcmp.f32 s8, s9
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s7, s6
-	vldr s6, [r0, #0]
-	vldr s8, [ip, #72]
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s8, s6
-	cmp.w r11, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s7
-	vmul.f32 s5, s5, s6
-	vldr s6, [ip, #72]
-	vadd.f32 s5, s5, s6
-	cmp.w r5, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	str.w r4, [sp, #0]
-	and.w r4, r10, r5
-	cmp.w r4, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r6, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s6
-	cmp.w r9, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r11, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s7
-	cmp.w r8, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	vldr s6, [ip, #0]
-	str.w r7, [sp, #4]
-	eor.w r7, r5, #1
-	str.w r10, [sp, #8]
-	ldr.w r10, [sp, #4]
-	and.w r7, r7, r10
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s6, s0
-	vldr s8, [ip, #0]
-	eor.w r10, r9, #1
-	and.w r7, r7, r10
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s6
-	ldr.w r7, [sp, #0]
-	eor.w r10, r7, #1
-	and.w r10, r11, r10
-	cmp.w r10, #0
-	vmov.f32 s6, s1
-	it ne
-	vmovne.f32 s6, s9
-	vcmp.f32 s7, s6
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r10, #1
-	movle.w r10, #0
-	cmp.w r10, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s1
-	cmp.w r10, #0
-	vmov.f32 s5, s7
 	it ne
 	vmovne.f32 s5, s1
+	vcmp.f32 s2, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s1, s2
+	it mi
+	vmovmi.f32 s1, s5
+	vcmp.f32 s4, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s1
+	it mi
+	vmovmi.f32 s5, s4
+	vcmp.f32 s5, s2
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vstr s5, [r0, #0]
+	vldr s1, [ip, #84]
+	vmul.f32 s1, s1, s0
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #32]
+	vldr s0, [ip, #88]
+	vldr s1, [r0, #28]
+	vldr s2, [ip, #88]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #88]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it gt
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #92]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s3, s0
+	vldr s1, [r0, #24]
 	cmp.w r5, #0
-	vmov.f32 s1, s6
 	it ne
-	vmovne.f32 s1, s3
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #24]
+	mov.w r0, #0
 	cmp.w r4, #0
-	vmov.f32 s7, s6
 	it ne
-	vmovne.f32 s7, s3
-	cmp.w r6, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s1
-	cmp.w r9, #0
-	vmov.f32 s7, s1
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r11, #0
-	vmov.f32 s1, s6
-	it ne
-	vmovne.f32 s1, s7
-	cmp.w r8, #0
-	vmov.f32 s4, s1
-	it ne
-	vmovne.f32 s4, s3
-	cmp.w r7, #0
-	vmov.f32 s1, s4
-	it ne
-	vmovne.f32 s1, s5
-	vldr s3, [ip, #92]
-	cmp.w r5, #0
-	vmov.f32 s4, s2
-	it ne
-	vmovne.f32 s4, s3
-	vldr s3, [ip, #92]
-	orr.w r5, r9, r5
-	cmp.w r5, #0
-	vmov.f32 s5, s2
-	it ne
-	vmovne.f32 s5, s3
-	cmp.w r8, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s4
-	vldr s4, [ip, #92]
-	cmp.w r4, #0
-	vmov.f32 s5, s2
-	it ne
-	vmovne.f32 s5, s4
-	vldr s4, [ip, #92]
-	ldr.w r4, [sp, #8]
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s5
-	cmp.w r6, #0
-	vmov.f32 s5, s4
-	it ne
-	vmovne.f32 s5, s3
-	cmp.w r7, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s2
+	orrne.w r0, r0, #2
+	vpop {s16-s17}
+	pop.w {r4-r9}
+	bx lr
+.Lmotor_law_3:
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
 	vcmp.f32 s1, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s6
-	it mi
-	vmovmi.f32 s1, s2
-	vstr s1, [r3, #0]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #8]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #4]
-	vstr s1, [r0, #0]
-	vldr s1, [ip, #100]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
 	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
+	vmovgt.f32 s0, s3
+	vneg.f32 s1, s0
+	vldr s2, [ip, #72]
+	vldr s4, [r0, #0]
+	vldr s5, [ip, #72]
+	vldr s6, [r0, #0]
+	vabs.f32 s6, s6
+	vldr s7, [ip, #76]
+	vcmp.f32 s6, s7
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s5, s4
+	vmul.f32 s2, s2, s5
+	vldr s4, [ip, #72]
+	vadd.f32 s2, s2, s4
+	vcmp.f32 s2, s0
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s0
+	vcmp.f32 s4, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s4
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #4]
+	vldr s1, [ip, #88]
+	vldr s2, [r0, #28]
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [r0, #24]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s2, s1
+	vstr s0, [r0, #0]
+	vstr s2, [r0, #24]
 	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
+	vpop {s16-s17}
+	pop.w {r4-r9}
 	bx lr
 .Lmotor_law_2:
-	vldr s3, [ip, #76]
-	vcmp.f32 s2, s3
+	vldr s2, [ip, #76]
+	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	ite ls
 	movls.w r8, #1
 	movhi.w r8, #0
 	cmp.w r8, #0
-	beq.w .Lmotor_law_7
-	ldrb.w r9, [r2, #0]
-	cmp.w r9, #0
-	beq.w .Lmotor_law_8
-	vldr s3, [ip, #20]
+	beq.w .Lmotor_law_4
+	vldr s2, [ip, #20]
 	vldr s5, [ip, #24]
 	vldr s6, [r0, #8]
 	vmul.f32 s5, s5, s6
 	vldr s6, [r0, #12]
 	vadd.f32 s5, s5, s6
-	vmul.f32 s3, s3, s5
-	vneg.f32 s3, s3
+	vmul.f32 s2, s2, s5
+	vneg.f32 s2, s2
 	vldr s5, [ip, #28]
 	vldr s6, [r0, #8]
 	vldr s7, [r1, #16]
 	vsub.f32 s6, s6, s7
 	vmul.f32 s5, s5, s6
-	vadd.f32 s3, s3, s5
+	vadd.f32 s2, s2, s5
 	vldr s5, [ip, #32]
 	vldr s7, [r1, #28]
 	vldr s8, [r1, #16]
 	vsub.f32 s7, s7, s8
 	vmul.f32 s5, s5, s7
-	vadd.f32 s3, s3, s5
+	vadd.f32 s2, s2, s5
 	vldr s5, [ip, #36]
 	vldr s7, [ip, #40]
 	vldr s8, [ip, #44]
 	vldr s9, [ip, #48]
-	vsub.f32 s2, s2, s4
+	vsub.f32 s1, s1, s4
 	vldr s10, [ip, #52]
 	vmul.f32 s10, s10, s4
-	vadd.f32 s11, s2, s10
-	vsub.f32 s12, s2, s10
+	vadd.f32 s11, s1, s10
+	vsub.f32 s12, s1, s10
 	vabs.f32 s12, s12
 	vsub.f32 s11, s11, s12
 	vmul.f32 s9, s9, s11
@@ -2409,11 +1320,11 @@ motor_law:
 	vadd.f32 s4, s4, s8
 	vldr s8, [ip, #56]
 	vldr s11, [ip, #48]
-	vsub.f32 s2, s2, s9
+	vsub.f32 s1, s1, s9
 	vldr s9, [ip, #60]
 	vmul.f32 s9, s9, s10
-	vadd.f32 s10, s2, s9
-	vsub.f32 s12, s2, s9
+	vadd.f32 s10, s1, s9
+	vsub.f32 s12, s1, s9
 	vabs.f32 s12, s12
 	vsub.f32 s10, s10, s12
 	vmul.f32 s10, s11, s10
@@ -2421,11 +1332,11 @@ motor_law:
 	vadd.f32 s4, s4, s8
 	vldr s8, [ip, #64]
 	vldr s11, [ip, #48]
-	vsub.f32 s2, s2, s10
+	vsub.f32 s1, s1, s10
 	vldr s10, [ip, #60]
 	vmul.f32 s9, s10, s9
-	vadd.f32 s10, s2, s9
-	vsub.f32 s12, s2, s9
+	vadd.f32 s10, s1, s9
+	vsub.f32 s12, s1, s9
 	vabs.f32 s12, s12
 	vsub.f32 s10, s10, s12
 	vmul.f32 s10, s11, s10
@@ -2433,803 +1344,436 @@ motor_law:
 	vadd.f32 s4, s4, s8
 	vldr s8, [ip, #68]
 	vldr s11, [ip, #48]
-	vsub.f32 s2, s2, s10
+	vsub.f32 s1, s1, s10
 	vldr s10, [ip, #60]
 	vmul.f32 s9, s10, s9
-	vadd.f32 s10, s2, s9
-	vsub.f32 s2, s2, s9
-	vabs.f32 s2, s2
-	vsub.f32 s2, s10, s2
-	vmul.f32 s2, s11, s2
-	vmul.f32 s2, s8, s2
-	vadd.f32 s2, s4, s2
-	vneg.f32 s4, s2
+	vadd.f32 s10, s1, s9
+	vsub.f32 s1, s1, s9
+	vabs.f32 s1, s1
+	vsub.f32 s1, s10, s1
+	vmul.f32 s1, s11, s1
+	vmul.f32 s1, s8, s1
+	vadd.f32 s1, s4, s1
+	vneg.f32 s4, s1
 	vldr s8, [ip, #72]
-	vcmp.f32 s1, s8
+	vcmp.f32 s0, s8
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s8, s4
 	it gt
-	vmovgt.f32 s8, s2
-	cmp.w r6, #0
-	vmov.f32 s2, s8
+	vmovgt.f32 s8, s1
+	cmp.w r7, #0
+	vmov.f32 s1, s8
+	it ne
+	vmovne.f32 s1, s0
+	vmul.f32 s0, s7, s1
+	vadd.f32 s0, s6, s0
+	vmul.f32 s1, s5, s0
+	vadd.f32 s1, s2, s1
+	vldr s2, [r0, #0]
+	orr.w r7, r7, r8
+	cmp.w r7, #0
 	it ne
 	vmovne.f32 s2, s1
-	vmul.f32 s1, s7, s2
-	vadd.f32 s1, s6, s1
-	vmul.f32 s2, s5, s1
-	vadd.f32 s2, s3, s2
-	vldr s4, [r0, #0]
-	orr.w r10, r6, r8
-	cmp.w r10, #0
-	it ne
-	vmovne.f32 s4, s2
-	vabs.f32 s4, s4
-	vldr s5, [ip, #76]
-	vcmp.f32 s4, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	cmp.w r11, #0
-	beq.w .Lmotor_law_9
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s4, s0
-	vneg.f32 s5, s4
-	vldr s6, [ip, #72]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #76]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #72]
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r10, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #72]
-	vadd.f32 s6, s6, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	and.w r7, r8, r11
-	cmp.w r7, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r6, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	vldr s8, [ip, #80]
-	vldr s10, [r0, #32]
-	vmul.f32 s8, s8, s10
-	vadd.f32 s3, s3, s8
-	vldr s8, [ip, #84]
-	vmul.f32 s8, s8, s1
-	vadd.f32 s3, s3, s8
-	vabs.f32 s8, s3
-	vldr s10, [ip, #88]
-	str.w r4, [sp, #0]
-	vcmp.f32 s8, s10
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r4, #1
-	movhi.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r10, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r9, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r5, [sp, #4]
-	eor.w r5, r11, #1
-	str.w r8, [sp, #8]
-	ldr.w r8, [sp, #4]
-	and.w r5, r5, r8
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r8, r4, #1
-	and.w r5, r5, r8
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r9, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r5, [sp, #0]
-	eor.w r8, r5, #1
-	and.w r8, r10, r8
-	cmp.w r8, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	cmp.w r8, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s4
-	cmp.w r8, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r11, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r7, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r6, #0
-	vmov.f32 s10, s6
-	it ne
-	vmovne.f32 s10, s4
-	cmp.w r4, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r10, #0
-	vmov.f32 s3, s8
-	it ne
-	vmovne.f32 s3, s6
-	cmp.w r9, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s10
-	cmp.w r5, #0
-	vmov.f32 s3, s4
-	it ne
-	vmovne.f32 s3, s9
-	vldr s4, [ip, #92]
-	cmp.w r11, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #92]
-	orr.w r8, r4, r11
-	cmp.w r8, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r9, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	vldr s6, [ip, #92]
-	cmp.w r7, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #92]
-	ldr.w r7, [sp, #8]
-	and.w r7, r8, r7
-	cmp.w r7, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r9, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r6, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r5, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s5
-	vcmp.f32 s3, s4
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s7
-	it mi
-	vmovmi.f32 s3, s5
-	vcmp.f32 s3, s2
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r5, #1
-	moveq.w r5, #0
-	vstr s3, [r3, #0]
-	vstr s1, [r3, #4]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #8]
-	vstr s3, [r0, #0]
-	vldr s2, [r0, #32]
-	eor.w r6, r9, #1
-	and.w r4, r6, r4
-	cmp.w r4, #0
-	vmov.f32 s3, s1
-	it ne
-	vmovne.f32 s3, s2
-	vldr s1, [ip, #96]
-	vmul.f32 s1, s1, s3
-	vsub.f32 s1, s3, s1
-	vstr s1, [r0, #32]
-	vldr s1, [ip, #100]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
 	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
-	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
-	mov.w r0, #0
-	cmp.w r5, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
-	bx lr
-.Lmotor_law_9:
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s4, s0
-	vneg.f32 s5, s4
-	vldr s6, [ip, #72]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #76]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #72]
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r10, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #72]
-	vadd.f32 s6, s6, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	and.w r7, r8, r11
-	cmp.w r7, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r6, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	vldr s8, [ip, #80]
-	vldr s10, [r0, #32]
-	vmul.f32 s8, s8, s10
-	vadd.f32 s3, s3, s8
-	vldr s8, [ip, #84]
-	vmul.f32 s1, s8, s1
-	vadd.f32 s1, s3, s1
-	vabs.f32 s3, s1
-	vldr s8, [ip, #88]
-	str.w r4, [sp, #0]
-	vcmp.f32 s3, s8
+	vldr s4, [ip, #76]
+	vcmp.f32 s2, s4
 	vmrs APSR_nzcv, fpscr
 	ite ls
-	movls.w r4, #1
-	movhi.w r4, #0
-	cmp.w r4, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s1
-	cmp.w r10, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r9, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s9
-	vldr s7, [ip, #0]
-	str.w r5, [sp, #4]
-	eor.w r5, r11, #1
-	str.w r8, [sp, #8]
-	ldr.w r8, [sp, #4]
-	and.w r5, r5, r8
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s8, [ip, #0]
-	eor.w r8, r4, #1
-	and.w r5, r5, r8
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	ldr.w r5, [sp, #0]
-	eor.w r8, r5, #1
-	and.w r8, r10, r8
-	cmp.w r8, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s9
-	vcmp.f32 s3, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	cmp.w r8, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r8, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s4
-	cmp.w r11, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s2
+	movls.w r7, #1
+	movhi.w r7, #0
 	cmp.w r7, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r6, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s3
-	cmp.w r4, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s1
-	cmp.w r10, #0
-	vmov.f32 s1, s7
-	it ne
-	vmovne.f32 s1, s4
-	cmp.w r9, #0
-	vmov.f32 s3, s1
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r5, #0
-	vmov.f32 s1, s3
-	it ne
-	vmovne.f32 s1, s6
-	vldr s2, [ip, #92]
-	cmp.w r11, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s2
-	vldr s2, [ip, #92]
-	orr.w r4, r4, r11
-	cmp.w r4, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r9, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s3
-	vldr s3, [ip, #92]
-	cmp.w r7, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s3
-	vldr s3, [ip, #92]
-	ldr.w r7, [sp, #8]
-	and.w r4, r4, r7
-	cmp.w r4, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r9, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r6, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r5, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s5
-	vcmp.f32 s1, s2
+	beq.w .Lmotor_law_5
+	vldr s2, [ip, #16]
+	vldr s4, [ip, #16]
+	vcmp.f32 s4, s3
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s7
-	it mi
-	vmovmi.f32 s1, s5
-	vstr s1, [r3, #0]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #8]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #4]
-	vstr s1, [r0, #0]
-	vldr s1, [ip, #100]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
 	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
-	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
-	bx lr
-.Lmotor_law_8:
-	vldr s3, [ip, #20]
-	vldr s5, [ip, #24]
-	vldr s6, [r0, #8]
-	vmul.f32 s5, s5, s6
-	vldr s6, [r0, #12]
-	vadd.f32 s5, s5, s6
-	vmul.f32 s3, s3, s5
-	vneg.f32 s3, s3
-	vldr s5, [ip, #28]
-	vldr s6, [r0, #8]
-	vldr s7, [r1, #16]
-	vsub.f32 s6, s6, s7
-	vmul.f32 s5, s5, s6
-	vadd.f32 s3, s3, s5
-	vldr s5, [ip, #32]
-	vldr s7, [r1, #28]
-	vldr s8, [r1, #16]
-	vsub.f32 s7, s7, s8
-	vmul.f32 s5, s5, s7
-	vadd.f32 s3, s3, s5
+	vmovgt.f32 s2, s3
+	vldr s4, [ip, #16]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s4, s2
+	vneg.f32 s2, s2
 	vldr s5, [ip, #80]
-	vldr s7, [r0, #32]
-	vmul.f32 s5, s5, s7
-	vadd.f32 s5, s3, s5
-	vldr s7, [ip, #84]
-	vldr s8, [ip, #40]
-	vldr s9, [ip, #44]
-	vldr s10, [ip, #48]
-	vsub.f32 s2, s2, s4
-	vldr s11, [ip, #52]
-	vmul.f32 s11, s11, s4
-	vadd.f32 s12, s2, s11
-	vsub.f32 s13, s2, s11
-	vabs.f32 s13, s13
-	vsub.f32 s12, s12, s13
-	vmul.f32 s10, s10, s12
-	vmul.f32 s9, s9, s10
-	vadd.f32 s4, s4, s9
-	vldr s9, [ip, #56]
-	vldr s12, [ip, #48]
-	vsub.f32 s2, s2, s10
-	vldr s10, [ip, #60]
-	vmul.f32 s10, s10, s11
-	vadd.f32 s11, s2, s10
-	vsub.f32 s13, s2, s10
-	vabs.f32 s13, s13
-	vsub.f32 s11, s11, s13
-	vmul.f32 s11, s12, s11
-	vmul.f32 s9, s9, s11
-	vadd.f32 s4, s4, s9
-	vldr s9, [ip, #64]
-	vldr s12, [ip, #48]
-	vsub.f32 s2, s2, s11
-	vldr s11, [ip, #60]
-	vmul.f32 s10, s11, s10
-	vadd.f32 s11, s2, s10
-	vsub.f32 s13, s2, s10
-	vabs.f32 s13, s13
-	vsub.f32 s11, s11, s13
-	vmul.f32 s11, s12, s11
-	vmul.f32 s9, s9, s11
-	vadd.f32 s4, s4, s9
-	vldr s9, [ip, #68]
-	vldr s12, [ip, #48]
-	vsub.f32 s2, s2, s11
-	vldr s11, [ip, #60]
-	vmul.f32 s10, s11, s10
-	vadd.f32 s11, s2, s10
-	vsub.f32 s2, s2, s10
-	vabs.f32 s2, s2
-	vsub.f32 s2, s11, s2
-	vmul.f32 s2, s12, s2
-	vmul.f32 s2, s9, s2
-	vadd.f32 s2, s4, s2
-	vneg.f32 s4, s2
-	vldr s9, [ip, #72]
-	vcmp.f32 s1, s9
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s9, s4
-	it gt
-	vmovgt.f32 s9, s2
-	cmp.w r6, #0
-	vmov.f32 s2, s9
-	it ne
-	vmovne.f32 s2, s1
-	vmul.f32 s1, s8, s2
-	vadd.f32 s1, s6, s1
-	vmul.f32 s2, s7, s1
-	vadd.f32 s2, s5, s2
-	vabs.f32 s4, s2
-	vldr s5, [ip, #88]
-	vcmp.f32 s4, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r10, #1
-	movhi.w r10, #0
-	cmp.w r10, #0
-	beq.w .Lmotor_law_10
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s4, s0
-	vneg.f32 s5, s4
-	vldr s6, [ip, #36]
-	vmul.f32 s6, s6, s1
-	vadd.f32 s3, s3, s6
-	vldr s6, [ip, #72]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #76]
-	vcmp.f32 s9, s10
+	vmovne.f32 s5, s2
+	vcmp.f32 s1, s5
 	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #72]
-	vldr s10, [r0, #0]
-	orr.w r7, r6, r8
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s10, s3
-	vabs.f32 s10, s10
-	vldr s11, [ip, #76]
-	vcmp.f32 s10, s11
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r7, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #72]
-	vadd.f32 s6, s6, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	str.w r4, [sp, #0]
-	and.w r4, r8, r11
-	cmp.w r4, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r6, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r10, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r7, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r9, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r5, [sp, #4]
-	eor.w r5, r11, #1
-	str.w r8, [sp, #8]
-	ldr.w r8, [sp, #4]
-	and.w r5, r5, r8
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r8, r10, #1
-	and.w r5, r5, r8
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r9, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r5, [sp, #0]
-	eor.w r8, r5, #1
-	and.w r8, r7, r8
-	cmp.w r8, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	cmp.w r8, #0
-	vmov.f32 s7, s2
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s4
-	cmp.w r8, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r11, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s3
-	cmp.w r4, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r6, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r10, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r7, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	cmp.w r9, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r5, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s9
-	vldr s4, [ip, #92]
-	cmp.w r11, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #92]
-	orr.w r7, r10, r11
-	cmp.w r7, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r9, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	vldr s6, [ip, #92]
-	cmp.w r4, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #92]
-	ldr.w r4, [sp, #8]
-	and.w r4, r7, r4
-	cmp.w r4, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r9, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r6, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r5, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s5
-	vcmp.f32 s3, s4
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s7
+	vmov.f32 s2, s1
 	it mi
-	vmovmi.f32 s3, s5
-	vcmp.f32 s3, s2
+	vmovmi.f32 s2, s5
+	vcmp.f32 s4, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s4
+	vcmp.f32 s5, s1
 	vmrs APSR_nzcv, fpscr
 	ite ne
 	movne.w r4, #1
 	moveq.w r4, #0
-	vstr s3, [r3, #0]
-	vstr s1, [r3, #4]
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
 	vldr s1, [ip, #72]
 	vstr s1, [r3, #8]
-	vstr s3, [r0, #0]
-	vldr s1, [ip, #100]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
+	vstr s5, [r0, #0]
+	vldr s1, [ip, #84]
+	vmul.f32 s1, s1, s0
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #32]
+	vldr s0, [ip, #88]
+	vldr s1, [r0, #28]
+	vldr s2, [ip, #88]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #88]
+	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
+	vmov.f32 s2, s1
 	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #92]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s3, s0
+	vldr s1, [r0, #24]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #24]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #2
+	vpop {s16-s17}
+	pop.w {r4-r9}
+	bx lr
+.Lmotor_law_5:
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
+	vcmp.f32 s1, s3
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s3
+	vneg.f32 s1, s0
+	vldr s2, [ip, #72]
+	vldr s4, [r0, #0]
+	vldr s5, [ip, #72]
+	vldr s6, [r0, #0]
+	vabs.f32 s6, s6
+	vldr s7, [ip, #76]
+	vcmp.f32 s6, s7
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s5, s4
+	vmul.f32 s2, s2, s5
+	vldr s4, [ip, #72]
+	vadd.f32 s2, s2, s4
+	vcmp.f32 s2, s0
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s0
+	vcmp.f32 s4, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s4
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #4]
+	vldr s1, [ip, #88]
+	vldr s2, [r0, #28]
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [r0, #24]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s2, s1
+	vstr s0, [r0, #0]
+	vstr s2, [r0, #24]
+	mov.w r0, #1
+	vpop {s16-s17}
+	pop.w {r4-r9}
+	bx lr
+.Lmotor_law_4:
+	vldr s2, [ip, #16]
+	vldr s5, [ip, #16]
+	vcmp.f32 s5, s3
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s2, s3
+	vneg.f32 s3, s2
+	vldr s5, [ip, #72]
+	vldr s6, [r0, #0]
+	vldr s7, [ip, #72]
+	vldr s8, [ip, #20]
+	vldr s9, [ip, #24]
+	vldr s10, [r0, #8]
+	vmul.f32 s9, s9, s10
+	vldr s10, [r0, #12]
+	vadd.f32 s9, s9, s10
+	vmul.f32 s8, s8, s9
+	vneg.f32 s8, s8
+	vldr s9, [ip, #28]
+	vldr s10, [r0, #8]
+	vldr s11, [r1, #16]
+	vsub.f32 s10, s10, s11
+	vmul.f32 s9, s9, s10
+	vadd.f32 s8, s8, s9
+	vldr s9, [ip, #32]
+	vldr s11, [r1, #28]
+	vldr s12, [r1, #16]
+	vsub.f32 s11, s11, s12
+	vmul.f32 s9, s9, s11
+	vadd.f32 s8, s8, s9
+	vldr s9, [ip, #36]
+	vldr s11, [ip, #40]
+	vldr s12, [ip, #44]
+	vldr s13, [ip, #48]
+	vsub.f32 s1, s1, s4
+	vldr s14, [ip, #52]
+	vmul.f32 s14, s14, s4
+	vadd.f32 s15, s1, s14
+	vsub.f32 s16, s1, s14
+	vabs.f32 s16, s16
+	vsub.f32 s15, s15, s16
+	vmul.f32 s13, s13, s15
+	vmul.f32 s12, s12, s13
+	vadd.f32 s4, s4, s12
+	vldr s12, [ip, #56]
+	vldr s15, [ip, #48]
+	vsub.f32 s1, s1, s13
+	vldr s13, [ip, #60]
+	vmul.f32 s13, s13, s14
+	vadd.f32 s14, s1, s13
+	vsub.f32 s16, s1, s13
+	vabs.f32 s16, s16
+	vsub.f32 s14, s14, s16
+	vmul.f32 s14, s15, s14
+	vmul.f32 s12, s12, s14
+	vadd.f32 s4, s4, s12
+	vldr s12, [ip, #64]
+	vldr s15, [ip, #48]
+	vsub.f32 s1, s1, s14
+	vldr s14, [ip, #60]
+	vmul.f32 s13, s14, s13
+	vadd.f32 s14, s1, s13
+	vsub.f32 s16, s1, s13
+	vabs.f32 s16, s16
+	vsub.f32 s14, s14, s16
+	vmul.f32 s14, s15, s14
+	vmul.f32 s12, s12, s14
+	vadd.f32 s4, s4, s12
+	vldr s12, [ip, #68]
+	vldr s15, [ip, #48]
+	vsub.f32 s1, s1, s14
+	vldr s14, [ip, #60]
+	vmul.f32 s13, s14, s13
+	vadd.f32 s14, s1, s13
+	vsub.f32 s1, s1, s13
+	vabs.f32 s1, s1
+	vsub.f32 s1, s14, s1
+	vmul.f32 s1, s15, s1
+	vmul.f32 s1, s12, s1
+	vadd.f32 s1, s4, s1
+	vneg.f32 s4, s1
+	vldr s12, [ip, #72]
+	vcmp.f32 s0, s12
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s12, s4
+	it gt
+	vmovgt.f32 s12, s1
+	cmp.w r7, #0
+	vmov.f32 s1, s12
+	it ne
+	vmovne.f32 s1, s0
+	vmul.f32 s0, s11, s1
+	vadd.f32 s0, s10, s0
+	vmul.f32 s0, s9, s0
+	vadd.f32 s0, s8, s0
+	vldr s1, [r0, #0]
+	orr.w r4, r7, r8
+	cmp.w r4, #0
+	it ne
+	vmovne.f32 s1, s0
+	vabs.f32 s0, s1
+	vldr s1, [ip, #76]
+	vcmp.f32 s0, s1
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s7, s6
+	vmul.f32 s0, s5, s7
+	vldr s1, [ip, #72]
 	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
+	vcmp.f32 s0, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s1, s0
+	it gt
+	vmovgt.f32 s1, s2
+	vcmp.f32 s1, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s1
+	it mi
+	vmovmi.f32 s0, s3
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #4]
+	vstr s0, [r0, #0]
+	mov.w r0, #1
+	vpop {s16-s17}
+	pop.w {r4-r9}
+	bx lr
+.Lmotor_law_1:
+	vldr s0, [ip, #0]
+	ldr.w r4, [r0, #40]
+	vmov s1, r4
+	vcvt.f32.s32 s1, s1
+	vmul.f32 s0, s0, s1
+	vldr s1, [r0, #4]
+	vadd.f32 s0, s0, s1
+	vldr s1, [ip, #4]
+	ldr.w r5, [r1, #8]
+	ldr.w r6, [r0, #44]
+	sub.w r5, r5, r6
+	vmov s2, r5
+	vcvt.f32.s32 s2, s2
+	vmul.f32 s1, s1, s2
+	vldr s2, [r1, #12]
+	vadd.f32 s1, s1, s2
+	vsub.f32 s0, s0, s1
+	vabs.f32 s1, s0
+	vldr s2, [ip, #8]
+	vldr s3, [r0, #24]
+	vabs.f32 s3, s3
+	vmul.f32 s2, s2, s3
+	vldr s4, [ip, #12]
+	vldr s5, [ip, #16]
+	vcmp.f32 s3, s5
+	vmrs APSR_nzcv, fpscr
+	ite mi
+	movmi.w r5, #1
+	movpl.w r5, #0
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s4, s2
+	vcmp.f32 s1, s4
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r7, #1
+	movhi.w r7, #0
+	cmp.w r7, #0
+	beq.w .Lmotor_law_6
+	vldr s1, [ip, #20]
+	vldr s2, [ip, #24]
+	vldr s4, [r0, #8]
+	vmul.f32 s2, s2, s4
+	vldr s4, [r0, #12]
+	vadd.f32 s2, s2, s4
+	vmul.f32 s1, s1, s2
+	vneg.f32 s1, s1
+	vldr s2, [ip, #28]
+	vldr s4, [r0, #8]
+	vldr s5, [r1, #16]
+	vsub.f32 s4, s4, s5
+	vmul.f32 s2, s2, s4
+	vadd.f32 s1, s1, s2
+	vldr s2, [ip, #32]
+	vldr s5, [r1, #28]
+	vldr s6, [r1, #16]
+	vsub.f32 s5, s5, s6
+	vmul.f32 s2, s2, s5
+	vadd.f32 s1, s1, s2
+	vldr s2, [ip, #96]
+	vldr s5, [r0, #32]
+	vmul.f32 s2, s2, s5
+	vadd.f32 s2, s1, s2
+	vldr s5, [ip, #100]
+	vldr s6, [ip, #40]
+	vmul.f32 s0, s6, s0
+	vadd.f32 s0, s4, s0
+	vmul.f32 s4, s5, s0
+	vadd.f32 s2, s2, s4
+	vabs.f32 s4, s2
+	vldr s5, [ip, #104]
+	vcmp.f32 s4, s5
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r7, #1
+	movhi.w r7, #0
+	cmp.w r7, #0
+	beq.w .Lmotor_law_7
+	vldr s1, [ip, #16]
+	vldr s4, [ip, #16]
+	vcmp.f32 s4, s3
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s1, s3
+	vldr s4, [ip, #16]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s4, s1
+	vneg.f32 s1, s1
+	vldr s5, [ip, #80]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s5, s1
+	vcmp.f32 s2, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s1, s2
+	it mi
+	vmovmi.f32 s1, s5
+	vcmp.f32 s4, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s1
+	it mi
+	vmovmi.f32 s5, s4
+	vcmp.f32 s5, s2
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s5, [r3, #0]
+	vldr s1, [r0, #32]
+	vsub.f32 s1, s0, s1
+	vstr s1, [r3, #8]
+	vstr s0, [r3, #4]
+	vstr s5, [r0, #0]
+	vldr s0, [ip, #88]
+	vldr s1, [r0, #28]
+	vldr s2, [ip, #88]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #88]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it gt
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #92]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s3, s0
+	vldr s1, [r0, #24]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #24]
 	vldr s0, [r0, #32]
-	vldr s1, [ip, #96]
+	vldr s1, [ip, #84]
 	vldr s2, [r0, #32]
 	vmul.f32 s1, s1, s2
 	vsub.f32 s0, s0, s1
@@ -3238,1295 +1782,503 @@ motor_law:
 	cmp.w r4, #0
 	it ne
 	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
+	vpop {s16-s17}
+	pop.w {r4-r9}
 	bx lr
-.Lmotor_law_10:
-	vldr s4, [ip, #36]
-	vmul.f32 s4, s4, s1
-	vadd.f32 s3, s3, s4
-	vldr s4, [r0, #0]
-	orr.w r11, r6, r8
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s4, s3
-	vabs.f32 s4, s4
-	vldr s5, [ip, #76]
-	str.w r5, [sp, #0]
-	vcmp.f32 s4, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r5, #1
-	movhi.w r5, #0
-	cmp.w r5, #0
-	beq.w .Lmotor_law_11
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s4, s0
-	vneg.f32 s5, s4
-	vldr s6, [ip, #72]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #76]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #72]
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s9
-	it ne
-	vmovne.f32 s7, s8
-	vmul.f32 s6, s6, s7
-	vldr s7, [ip, #72]
-	vadd.f32 s6, s6, s7
-	cmp.w r5, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	str.w r4, [sp, #0]
-	and.w r4, r8, r5
-	cmp.w r4, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s3
-	cmp.w r6, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r10, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	cmp.w r9, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s9
-	vldr s7, [ip, #0]
-	str.w r7, [sp, #4]
-	eor.w r7, r5, #1
-	str.w r8, [sp, #8]
-	ldr.w r8, [sp, #4]
-	and.w r7, r7, r8
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s9, [ip, #0]
-	eor.w r8, r10, #1
-	and.w r7, r7, r8
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s9, s0
-	cmp.w r9, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s7
-	ldr.w r7, [sp, #0]
-	eor.w r8, r7, #1
-	and.w r8, r11, r8
-	cmp.w r8, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s10
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	cmp.w r8, #0
-	vmov.f32 s7, s3
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r8, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s4
-	cmp.w r8, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r5, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s3
-	cmp.w r4, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r6, #0
-	vmov.f32 s10, s6
-	it ne
-	vmovne.f32 s10, s4
-	cmp.w r10, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r11, #0
-	vmov.f32 s2, s8
-	it ne
-	vmovne.f32 s2, s6
-	cmp.w r9, #0
-	vmov.f32 s4, s2
-	it ne
-	vmovne.f32 s4, s10
-	cmp.w r7, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s9
-	vldr s4, [ip, #92]
-	cmp.w r5, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #92]
-	orr.w r5, r10, r5
-	cmp.w r5, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r9, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s6
-	vldr s6, [ip, #92]
-	cmp.w r4, #0
-	vmov.f32 s8, s5
-	it ne
-	vmovne.f32 s8, s6
-	vldr s6, [ip, #92]
-	ldr.w r4, [sp, #8]
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	vmov.f32 s9, s5
-	it ne
-	vmovne.f32 s9, s6
-	cmp.w r9, #0
-	vmov.f32 s6, s9
-	it ne
-	vmovne.f32 s6, s8
-	cmp.w r6, #0
-	vmov.f32 s8, s6
-	it ne
-	vmovne.f32 s8, s4
-	cmp.w r7, #0
-	vmov.f32 s4, s8
-	it ne
-	vmovne.f32 s4, s5
+.Lmotor_law_7:
+	vldr s2, [ip, #36]
+	vmul.f32 s2, s2, s0
+	vadd.f32 s1, s1, s2
+	vabs.f32 s2, s1
+	vldr s4, [ip, #76]
 	vcmp.f32 s2, s4
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s2, s7
+	ite ls
+	movls.w r7, #1
+	movhi.w r7, #0
+	cmp.w r7, #0
+	beq.w .Lmotor_law_8
+	vldr s2, [ip, #16]
+	vldr s4, [ip, #16]
+	vcmp.f32 s4, s3
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s2, s3
+	vldr s4, [ip, #16]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s4, s2
+	vneg.f32 s2, s2
+	vldr s5, [ip, #80]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s5, s2
+	vcmp.f32 s1, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
 	it mi
 	vmovmi.f32 s2, s5
-	vcmp.f32 s2, s3
+	vcmp.f32 s4, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s4
+	vcmp.f32 s5, s1
 	vmrs APSR_nzcv, fpscr
 	ite ne
 	movne.w r4, #1
 	moveq.w r4, #0
-	vstr s2, [r3, #0]
-	vstr s1, [r3, #4]
-	vldr s3, [ip, #72]
-	vstr s3, [r3, #8]
-	vstr s2, [r0, #0]
-	vldr s2, [ip, #96]
-	vmul.f32 s2, s2, s1
-	vsub.f32 s1, s1, s2
-	vstr s1, [r0, #32]
-	vldr s1, [ip, #100]
-	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vstr s5, [r0, #0]
+	vldr s1, [ip, #84]
+	vmul.f32 s1, s1, s0
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #32]
+	vldr s0, [ip, #88]
+	vldr s1, [r0, #28]
+	vldr s2, [ip, #88]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #88]
+	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s3, s2
+	vmov.f32 s2, s1
 	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
-	mov.w r0, #0
-	cmp.w r4, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
-	bx lr
-.Lmotor_law_11:
-	vldr s1, [ip, #0]
-	vldr s4, [ip, #0]
-	vcmp.f32 s4, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #92]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s3, s0
+	vldr s1, [r0, #24]
+	cmp.w r5, #0
 	it ne
 	vmovne.f32 s1, s0
-	vneg.f32 s4, s1
+	vstr s1, [r0, #24]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #2
+	vpop {s16-s17}
+	pop.w {r4-r9}
+	bx lr
+.Lmotor_law_8:
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
+	vcmp.f32 s1, s3
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s3
+	vneg.f32 s1, s0
+	vldr s2, [ip, #72]
+	vldr s4, [r0, #0]
 	vldr s5, [ip, #72]
 	vldr s6, [r0, #0]
-	vldr s7, [ip, #72]
-	vldr s8, [r0, #0]
-	vabs.f32 s8, s8
-	vldr s9, [ip, #76]
-	vcmp.f32 s8, s9
+	vabs.f32 s6, s6
+	vldr s7, [ip, #76]
+	vcmp.f32 s6, s7
 	vmrs APSR_nzcv, fpscr
 	it ls
-	vmovls.f32 s7, s6
-	vldr s6, [r0, #0]
-	vldr s8, [ip, #72]
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s8, s6
-	cmp.w r11, #0
-	vmov.f32 s6, s8
-	it ne
-	vmovne.f32 s6, s7
-	vmul.f32 s5, s5, s6
-	vldr s6, [ip, #72]
-	vadd.f32 s5, s5, s6
-	cmp.w r5, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	str.w r4, [sp, #0]
-	and.w r4, r8, r5
-	cmp.w r4, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r6, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s6
-	cmp.w r10, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r11, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s7
-	cmp.w r9, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	vldr s6, [ip, #0]
-	str.w r7, [sp, #4]
-	eor.w r7, r5, #1
-	str.w r8, [sp, #8]
-	ldr.w r8, [sp, #4]
-	and.w r7, r7, r8
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s6, s0
-	vldr s8, [ip, #0]
-	eor.w r8, r10, #1
-	and.w r7, r7, r8
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s6
-	ldr.w r7, [sp, #0]
-	eor.w r8, r7, #1
-	and.w r8, r11, r8
-	cmp.w r8, #0
-	vmov.f32 s6, s1
-	it ne
-	vmovne.f32 s6, s9
-	vcmp.f32 s7, s6
+	vmovls.f32 s5, s4
+	vmul.f32 s2, s2, s5
+	vldr s4, [ip, #72]
+	vadd.f32 s2, s2, s4
+	vcmp.f32 s2, s0
 	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	cmp.w r8, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s1
-	cmp.w r8, #0
-	vmov.f32 s5, s7
-	it ne
-	vmovne.f32 s5, s1
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s0
+	vcmp.f32 s4, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s4
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #4]
+	vldr s1, [ip, #88]
+	vldr s2, [r0, #28]
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [r0, #24]
 	cmp.w r5, #0
-	vmov.f32 s1, s6
 	it ne
-	vmovne.f32 s1, s3
-	cmp.w r4, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r6, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s1
-	cmp.w r10, #0
-	vmov.f32 s7, s1
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r11, #0
-	vmov.f32 s1, s6
-	it ne
-	vmovne.f32 s1, s7
-	cmp.w r9, #0
-	vmov.f32 s2, s1
-	it ne
-	vmovne.f32 s2, s3
-	cmp.w r7, #0
-	vmov.f32 s1, s2
-	it ne
-	vmovne.f32 s1, s5
-	vldr s2, [ip, #92]
-	cmp.w r5, #0
-	vmov.f32 s3, s4
-	it ne
-	vmovne.f32 s3, s2
-	vldr s2, [ip, #92]
-	orr.w r5, r10, r5
-	cmp.w r5, #0
-	vmov.f32 s5, s4
-	it ne
-	vmovne.f32 s5, s2
-	cmp.w r9, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s3
-	vldr s3, [ip, #92]
-	cmp.w r4, #0
-	vmov.f32 s5, s4
-	it ne
-	vmovne.f32 s5, s3
-	vldr s3, [ip, #92]
-	ldr.w r4, [sp, #8]
-	and.w r4, r5, r4
-	cmp.w r4, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s3
-	cmp.w r9, #0
-	vmov.f32 s3, s7
-	it ne
-	vmovne.f32 s3, s5
-	cmp.w r6, #0
-	vmov.f32 s5, s3
-	it ne
-	vmovne.f32 s5, s2
-	cmp.w r7, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s4
+	vmovne.f32 s2, s1
+	vstr s0, [r0, #0]
+	vstr s2, [r0, #24]
+	mov.w r0, #1
+	vpop {s16-s17}
+	pop.w {r4-r9}
+	bx lr
+.Lmotor_law_6:
+	vldr s2, [ip, #76]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s6
+	ite ls
+	movls.w r7, #1
+	movhi.w r7, #0
+	cmp.w r7, #0
+	beq.w .Lmotor_law_9
+	vldr s2, [ip, #20]
+	vldr s5, [ip, #24]
+	vldr s6, [r0, #8]
+	vmul.f32 s5, s5, s6
+	vldr s6, [r0, #12]
+	vadd.f32 s5, s5, s6
+	vmul.f32 s2, s2, s5
+	vneg.f32 s2, s2
+	vldr s5, [ip, #28]
+	vldr s6, [r0, #8]
+	vldr s7, [r1, #16]
+	vsub.f32 s6, s6, s7
+	vmul.f32 s5, s5, s6
+	vadd.f32 s2, s2, s5
+	vldr s5, [ip, #32]
+	vldr s7, [r1, #28]
+	vldr s8, [r1, #16]
+	vsub.f32 s7, s7, s8
+	vmul.f32 s5, s5, s7
+	vadd.f32 s2, s2, s5
+	vldr s5, [ip, #96]
+	vldr s7, [r0, #32]
+	vmul.f32 s5, s5, s7
+	vadd.f32 s5, s2, s5
+	vldr s7, [ip, #100]
+	vldr s8, [ip, #40]
+	vldr s9, [ip, #44]
+	vldr s10, [ip, #48]
+	vsub.f32 s1, s1, s4
+	vldr s11, [ip, #52]
+	vmul.f32 s11, s11, s4
+	vadd.f32 s12, s1, s11
+	vsub.f32 s13, s1, s11
+	vabs.f32 s13, s13
+	vsub.f32 s12, s12, s13
+	vmul.f32 s10, s10, s12
+	vmul.f32 s9, s9, s10
+	vadd.f32 s4, s4, s9
+	vldr s9, [ip, #56]
+	vldr s12, [ip, #48]
+	vsub.f32 s1, s1, s10
+	vldr s10, [ip, #60]
+	vmul.f32 s10, s10, s11
+	vadd.f32 s11, s1, s10
+	vsub.f32 s13, s1, s10
+	vabs.f32 s13, s13
+	vsub.f32 s11, s11, s13
+	vmul.f32 s11, s12, s11
+	vmul.f32 s9, s9, s11
+	vadd.f32 s4, s4, s9
+	vldr s9, [ip, #64]
+	vldr s12, [ip, #48]
+	vsub.f32 s1, s1, s11
+	vldr s11, [ip, #60]
+	vmul.f32 s10, s11, s10
+	vadd.f32 s11, s1, s10
+	vsub.f32 s13, s1, s10
+	vabs.f32 s13, s13
+	vsub.f32 s11, s11, s13
+	vmul.f32 s11, s12, s11
+	vmul.f32 s9, s9, s11
+	vadd.f32 s4, s4, s9
+	vldr s9, [ip, #68]
+	vldr s12, [ip, #48]
+	vsub.f32 s1, s1, s11
+	vldr s11, [ip, #60]
+	vmul.f32 s10, s11, s10
+	vadd.f32 s11, s1, s10
+	vsub.f32 s1, s1, s10
+	vabs.f32 s1, s1
+	vsub.f32 s1, s11, s1
+	vmul.f32 s1, s12, s1
+	vmul.f32 s1, s9, s1
+	vadd.f32 s1, s4, s1
+	vneg.f32 s4, s1
+	vldr s9, [ip, #72]
+	vcmp.f32 s0, s9
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s4
+	it gt
+	vmovgt.f32 s0, s1
+	vmul.f32 s0, s8, s0
+	vadd.f32 s0, s6, s0
+	vmul.f32 s1, s7, s0
+	vadd.f32 s1, s5, s1
+	vabs.f32 s4, s1
+	vldr s5, [ip, #104]
+	vcmp.f32 s4, s5
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r7, #1
+	movhi.w r7, #0
+	cmp.w r7, #0
+	beq.w .Lmotor_law_10
+	vldr s2, [ip, #16]
+	vldr s4, [ip, #16]
+	vcmp.f32 s4, s3
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s2, s3
+	vldr s4, [ip, #16]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s4, s2
+	vneg.f32 s2, s2
+	vldr s5, [ip, #80]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s5, s2
+	vcmp.f32 s1, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
 	it mi
-	vmovmi.f32 s1, s4
-	vstr s1, [r3, #0]
+	vmovmi.f32 s2, s5
+	vcmp.f32 s4, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s4
+	vcmp.f32 s5, s1
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
+	vldr s0, [ip, #72]
+	vstr s0, [r3, #8]
+	vstr s5, [r0, #0]
+	vldr s0, [ip, #88]
+	vldr s1, [r0, #28]
+	vldr s2, [ip, #88]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #88]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it gt
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #92]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s3, s0
+	vldr s1, [r0, #24]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #24]
+	vldr s0, [r0, #32]
+	vldr s1, [ip, #84]
+	vldr s2, [r0, #32]
+	vmul.f32 s1, s1, s2
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #32]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #2
+	vpop {s16-s17}
+	pop.w {r4-r9}
+	bx lr
+.Lmotor_law_10:
+	vldr s1, [ip, #36]
+	vmul.f32 s1, s1, s0
+	vadd.f32 s1, s2, s1
+	vabs.f32 s2, s1
+	vldr s4, [ip, #76]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	ite ls
+	movls.w r7, #1
+	movhi.w r7, #0
+	cmp.w r7, #0
+	beq.w .Lmotor_law_11
+	vldr s2, [ip, #16]
+	vldr s4, [ip, #16]
+	vcmp.f32 s4, s3
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s2, s3
+	vldr s4, [ip, #16]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s4, s2
+	vneg.f32 s2, s2
+	vldr s5, [ip, #80]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s5, s2
+	vcmp.f32 s1, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it mi
+	vmovmi.f32 s2, s5
+	vcmp.f32 s4, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s2
+	it mi
+	vmovmi.f32 s5, s4
+	vcmp.f32 s5, s1
+	vmrs APSR_nzcv, fpscr
+	ite ne
+	movne.w r4, #1
+	moveq.w r4, #0
+	vstr s5, [r3, #0]
+	vstr s0, [r3, #4]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vstr s5, [r0, #0]
+	vldr s1, [ip, #84]
+	vmul.f32 s1, s1, s0
+	vsub.f32 s0, s0, s1
+	vstr s0, [r0, #32]
+	vldr s0, [ip, #88]
+	vldr s1, [r0, #28]
+	vldr s2, [ip, #88]
+	vadd.f32 s1, s1, s2
+	vabs.f32 s1, s1
+	vldr s2, [ip, #88]
+	vcmp.f32 s1, s2
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s2, s1
+	it gt
+	vmovgt.f32 s2, s0
+	vldr s0, [ip, #92]
+	vmul.f32 s0, s2, s0
+	vadd.f32 s0, s3, s0
+	vldr s1, [r0, #24]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s1, s0
+	vstr s1, [r0, #24]
+	mov.w r0, #0
+	cmp.w r4, #0
+	it ne
+	orrne.w r0, r0, #2
+	vpop {s16-s17}
+	pop.w {r4-r9}
+	bx lr
+.Lmotor_law_11:
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
+	vcmp.f32 s1, s3
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s3
+	vneg.f32 s1, s0
 	vldr s2, [ip, #72]
-	vstr s2, [r3, #8]
-	vldr s2, [ip, #72]
-	vstr s2, [r3, #4]
-	vstr s1, [r0, #0]
-	vldr s1, [ip, #100]
+	vldr s4, [r0, #0]
+	vldr s5, [ip, #72]
+	vldr s6, [r0, #0]
+	vabs.f32 s6, s6
+	vldr s7, [ip, #76]
+	vcmp.f32 s6, s7
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s5, s4
+	vmul.f32 s2, s2, s5
+	vldr s4, [ip, #72]
+	vadd.f32 s2, s2, s4
+	vcmp.f32 s2, s0
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s0
+	vcmp.f32 s4, s1
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s0, s4
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #4]
+	vldr s1, [ip, #88]
 	vldr s2, [r0, #28]
-	vldr s3, [ip, #100]
-	vadd.f32 s2, s2, s3
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
 	vabs.f32 s2, s2
-	vldr s3, [ip, #100]
-	vcmp.f32 s2, s3
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [r0, #24]
+	cmp.w r5, #0
+	it ne
+	vmovne.f32 s2, s1
+	vstr s0, [r0, #0]
+	vstr s2, [r0, #24]
+	mov.w r0, #1
+	vpop {s16-s17}
+	pop.w {r4-r9}
+	bx lr
+.Lmotor_law_9:
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #16]
+	vcmp.f32 s1, s3
+	vmrs APSR_nzcv, fpscr
+	it gt
+	vmovgt.f32 s0, s3
+	vneg.f32 s1, s0
+	vldr s2, [ip, #72]
+	vldr s3, [r0, #0]
+	vldr s4, [ip, #72]
+	vldr s5, [r0, #0]
+	vabs.f32 s5, s5
+	vldr s6, [ip, #76]
+	vcmp.f32 s5, s6
+	vmrs APSR_nzcv, fpscr
+	it ls
+	vmovls.f32 s4, s3
+	vmul.f32 s2, s2, s4
+	vldr s3, [ip, #72]
+	vadd.f32 s2, s2, s3
+	vcmp.f32 s2, s0
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s3, s2
 	it gt
-	vmovgt.f32 s3, s1
-	vldr s1, [ip, #104]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s0, s0, s1
-	vstr s0, [r0, #24]
-	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
-	bx lr
-.Lmotor_law_7:
-	vldr s3, [ip, #0]
-	vldr s5, [ip, #0]
-	vcmp.f32 s5, s0
+	vmovgt.f32 s3, s0
+	vcmp.f32 s3, s1
 	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r5, #1
-	movle.w r5, #0
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s3, s0
-	vneg.f32 s5, s3
-	vldr s6, [ip, #72]
-	vldr s7, [r0, #0]
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vabs.f32 s9, s9
-	vldr s10, [ip, #76]
-	vcmp.f32 s9, s10
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s8, s7
-	vldr s7, [r0, #0]
-	vldr s9, [ip, #72]
-	vldr s10, [ip, #20]
-	vldr s11, [ip, #24]
-	vldr s12, [r0, #8]
-	vmul.f32 s11, s11, s12
-	vldr s12, [r0, #12]
-	vadd.f32 s11, s11, s12
-	vmul.f32 s10, s10, s11
-	vneg.f32 s10, s10
-	vldr s11, [ip, #28]
-	vldr s12, [r0, #8]
-	vldr s13, [r1, #16]
-	vsub.f32 s12, s12, s13
-	vmul.f32 s11, s11, s12
-	vadd.f32 s10, s10, s11
-	vldr s11, [ip, #32]
-	vldr s13, [r1, #28]
-	vldr s14, [r1, #16]
-	vsub.f32 s13, s13, s14
-	vmul.f32 s11, s11, s13
-	vadd.f32 s10, s10, s11
-	vldr s11, [ip, #36]
-	vldr s13, [ip, #40]
-	vldr s14, [ip, #44]
-	vldr s15, [ip, #48]
-	vsub.f32 s2, s2, s4
-	vldr s16, [ip, #52]
-	vmul.f32 s16, s16, s4
-	vadd.f32 s17, s2, s16
-	vsub.f32 s18, s2, s16
-	vabs.f32 s18, s18
-	vsub.f32 s17, s17, s18
-	vmul.f32 s15, s15, s17
-	vmul.f32 s14, s14, s15
-	vadd.f32 s4, s4, s14
-	vldr s14, [ip, #56]
-	vldr s17, [ip, #48]
-	vsub.f32 s2, s2, s15
-	vldr s15, [ip, #60]
-	vmul.f32 s15, s15, s16
-	vadd.f32 s16, s2, s15
-	vsub.f32 s18, s2, s15
-	vabs.f32 s18, s18
-	vsub.f32 s16, s16, s18
-	vmul.f32 s16, s17, s16
-	vmul.f32 s14, s14, s16
-	vadd.f32 s4, s4, s14
-	vldr s14, [ip, #64]
-	vldr s17, [ip, #48]
-	vsub.f32 s2, s2, s16
-	vldr s16, [ip, #60]
-	vmul.f32 s15, s16, s15
-	vadd.f32 s16, s2, s15
-	vsub.f32 s18, s2, s15
-	vabs.f32 s18, s18
-	vsub.f32 s16, s16, s18
-	vmul.f32 s16, s17, s16
-	vmul.f32 s14, s14, s16
-	vadd.f32 s4, s4, s14
-	vldr s14, [ip, #68]
-	vldr s17, [ip, #48]
-	vsub.f32 s2, s2, s16
-	vldr s16, [ip, #60]
-	vmul.f32 s15, s16, s15
-	vadd.f32 s16, s2, s15
-	vsub.f32 s2, s2, s15
-	vabs.f32 s2, s2
-	vsub.f32 s2, s16, s2
-	vmul.f32 s2, s17, s2
-	vmul.f32 s2, s14, s2
-	vadd.f32 s2, s4, s2
-	vneg.f32 s4, s2
-	vldr s14, [ip, #72]
-	vcmp.f32 s1, s14
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s14, s4
-	it gt
-	vmovgt.f32 s14, s2
-	cmp.w r6, #0
-	vmov.f32 s2, s14
-	it ne
-	vmovne.f32 s2, s1
-	vmul.f32 s1, s13, s2
-	vadd.f32 s1, s12, s1
-	vmul.f32 s2, s11, s1
-	vadd.f32 s2, s10, s2
-	vldr s4, [r0, #0]
-	orr.w r7, r6, r8
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s4, s2
-	vabs.f32 s4, s4
-	vldr s11, [ip, #76]
-	vcmp.f32 s4, s11
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r9, #1
-	movhi.w r9, #0
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r7, #0
-	vmov.f32 s4, s9
-	it ne
-	vmovne.f32 s4, s8
-	vmul.f32 s4, s6, s4
-	vldr s6, [ip, #72]
-	vadd.f32 s4, s4, s6
-	cmp.w r9, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s2
-	and.w r10, r8, r9
-	cmp.w r10, #0
-	vmov.f32 s7, s4
-	it ne
-	vmovne.f32 s7, s2
-	cmp.w r6, #0
-	vmov.f32 s8, s7
-	it ne
-	vmovne.f32 s8, s6
-	vldr s7, [ip, #80]
-	vldr s9, [r0, #32]
-	vmul.f32 s7, s7, s9
-	vadd.f32 s7, s10, s7
-	vldr s9, [ip, #84]
-	vmul.f32 s1, s9, s1
-	vadd.f32 s1, s7, s1
-	vabs.f32 s7, s1
-	vldr s9, [ip, #88]
-	vcmp.f32 s7, s9
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r11, #1
-	movhi.w r11, #0
-	cmp.w r11, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s1
-	cmp.w r7, #0
-	vmov.f32 s6, s4
-	it ne
-	vmovne.f32 s6, s7
-	str.w r4, [sp, #0]
-	ldrb.w r4, [r2, #0]
-	cmp.w r4, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s8
-	vldr s6, [ip, #0]
-	str.w r5, [sp, #4]
-	eor.w r5, r9, #1
-	str.w r8, [sp, #8]
-	ldr.w r8, [sp, #4]
-	and.w r5, r5, r8
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s6, s0
-	vldr s8, [ip, #0]
-	eor.w r8, r11, #1
-	and.w r5, r5, r8
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s8, s0
-	cmp.w r4, #0
-	vmov.f32 s0, s8
-	it ne
-	vmovne.f32 s0, s6
-	ldr.w r5, [sp, #0]
-	eor.w r8, r5, #1
-	and.w r8, r7, r8
-	cmp.w r8, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s0
-	vcmp.f32 s7, s6
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r8, #1
-	movle.w r8, #0
-	cmp.w r8, #0
-	vmov.f32 s0, s4
-	it ne
-	vmovne.f32 s0, s3
-	cmp.w r8, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s3
-	cmp.w r9, #0
-	vmov.f32 s3, s0
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r10, #0
-	vmov.f32 s6, s0
-	it ne
-	vmovne.f32 s6, s2
-	cmp.w r6, #0
-	vmov.f32 s2, s6
-	it ne
-	vmovne.f32 s2, s3
-	cmp.w r11, #0
-	vmov.f32 s6, s3
-	it ne
-	vmovne.f32 s6, s1
-	cmp.w r7, #0
-	vmov.f32 s1, s0
-	it ne
-	vmovne.f32 s1, s6
-	cmp.w r4, #0
-	vmov.f32 s3, s1
-	it ne
-	vmovne.f32 s3, s2
-	cmp.w r5, #0
-	vmov.f32 s1, s3
-	it ne
-	vmovne.f32 s1, s4
-	vldr s2, [ip, #92]
-	cmp.w r9, #0
-	vmov.f32 s3, s5
-	it ne
-	vmovne.f32 s3, s2
-	vldr s2, [ip, #92]
-	orr.w r7, r11, r9
-	cmp.w r7, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r4, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s3
-	vldr s3, [ip, #92]
-	cmp.w r10, #0
-	vmov.f32 s4, s5
-	it ne
-	vmovne.f32 s4, s3
-	vldr s3, [ip, #92]
-	ldr.w r8, [sp, #8]
-	and.w r7, r7, r8
-	cmp.w r7, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s3
-	cmp.w r4, #0
-	vmov.f32 s3, s6
-	it ne
-	vmovne.f32 s3, s4
-	cmp.w r6, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	cmp.w r5, #0
-	vmov.f32 s2, s4
-	it ne
-	vmovne.f32 s2, s5
-	vcmp.f32 s1, s2
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s1, s0
-	it mi
-	vmovmi.f32 s1, s5
-	vstr s1, [r3, #0]
-	vldr s0, [ip, #72]
-	vstr s0, [r3, #8]
-	vldr s0, [ip, #72]
-	vstr s0, [r3, #4]
-	vstr s1, [r0, #0]
-	mov.w r0, #1
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
-	bx lr
-.Lmotor_law_1:
-	vldr s1, [ip, #20]
-	vldr s2, [ip, #24]
-	vldr s3, [r0, #8]
-	vmul.f32 s2, s2, s3
-	vldr s3, [r0, #12]
-	vadd.f32 s2, s2, s3
-	vmul.f32 s1, s1, s2
-	vneg.f32 s1, s1
-	vldr s2, [ip, #28]
-	vldr s3, [r0, #8]
-	vldr s4, [r1, #16]
-	vsub.f32 s3, s3, s4
-	vmul.f32 s2, s2, s3
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #32]
-	vldr s4, [r1, #28]
-	vldr s5, [r1, #16]
-	vsub.f32 s4, s4, s5
-	vmul.f32 s2, s2, s4
-	vadd.f32 s1, s1, s2
-	vldr s2, [ip, #36]
-	vldr s4, [ip, #40]
-	vldr s5, [ip, #4]
-	ldr.w r5, [r0, #40]
-	vmov s6, r5
-	vcvt.f32.s32 s6, s6
-	vmul.f32 s5, s5, s6
-	vldr s6, [r0, #4]
-	vadd.f32 s5, s5, s6
-	vldr s6, [ip, #8]
-	ldr.w r5, [r1, #8]
-	ldr.w r6, [r0, #44]
-	sub.w r5, r5, r6
-	vmov s7, r5
-	vcvt.f32.s32 s7, s7
-	vmul.f32 s6, s6, s7
-	vldr s7, [r1, #12]
-	vadd.f32 s6, s6, s7
-	vsub.f32 s5, s5, s6
-	vldr s6, [ip, #12]
-	vmul.f32 s6, s6, s0
-	vldr s7, [ip, #16]
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s7, s6
-	vldr s6, [ip, #44]
-	vldr s8, [ip, #48]
-	vabs.f32 s9, s5
-	vsub.f32 s10, s9, s7
-	vldr s11, [ip, #52]
-	vmul.f32 s11, s11, s7
-	vadd.f32 s12, s10, s11
-	vsub.f32 s13, s10, s11
-	vabs.f32 s13, s13
-	vsub.f32 s12, s12, s13
-	vmul.f32 s8, s8, s12
-	vmul.f32 s6, s6, s8
-	vadd.f32 s6, s7, s6
-	vldr s12, [ip, #56]
-	vldr s13, [ip, #48]
-	vsub.f32 s8, s10, s8
-	vldr s10, [ip, #60]
-	vmul.f32 s10, s10, s11
-	vadd.f32 s11, s8, s10
-	vsub.f32 s14, s8, s10
-	vabs.f32 s14, s14
-	vsub.f32 s11, s11, s14
-	vmul.f32 s11, s13, s11
-	vmul.f32 s12, s12, s11
-	vadd.f32 s6, s6, s12
-	vldr s12, [ip, #64]
-	vldr s13, [ip, #48]
-	vsub.f32 s8, s8, s11
-	vldr s11, [ip, #60]
-	vmul.f32 s10, s11, s10
-	vadd.f32 s11, s8, s10
-	vsub.f32 s14, s8, s10
-	vabs.f32 s14, s14
-	vsub.f32 s11, s11, s14
-	vmul.f32 s11, s13, s11
-	vmul.f32 s12, s12, s11
-	vadd.f32 s6, s6, s12
-	vldr s12, [ip, #68]
-	vldr s13, [ip, #48]
-	vsub.f32 s8, s8, s11
-	vldr s11, [ip, #60]
-	vmul.f32 s10, s11, s10
-	vadd.f32 s11, s8, s10
-	vsub.f32 s8, s8, s10
-	vabs.f32 s8, s8
-	vsub.f32 s8, s11, s8
-	vmul.f32 s8, s13, s8
-	vmul.f32 s8, s12, s8
-	vadd.f32 s6, s6, s8
-	vneg.f32 s8, s6
-	vldr s10, [ip, #72]
-	vcmp.f32 s5, s10
-	vmrs APSR_nzcv, fpscr
-	vmov.f32 s10, s8
-	it gt
-	vmovgt.f32 s10, s6
-	vcmp.f32 s9, s7
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r5, #1
-	movhi.w r5, #0
-	cmp.w r5, #0
-	vmov.f32 s6, s10
-	it ne
-	vmovne.f32 s6, s5
-	vmul.f32 s4, s4, s6
-	vadd.f32 s3, s3, s4
-	vmul.f32 s2, s2, s3
-	vadd.f32 s2, s1, s2
-	vldr s4, [r0, #0]
-	vldr s5, [ip, #76]
-	vcmp.f32 s9, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r6, #1
-	movhi.w r6, #0
-	orr.w r7, r5, r6
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s4, s2
-	vabs.f32 s4, s4
-	vldr s5, [ip, #76]
-	vcmp.f32 s4, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r8, #1
-	movhi.w r8, #0
-	eor.w r9, r8, #1
-	vldr s4, [ip, #80]
-	vldr s5, [r0, #32]
-	vmul.f32 s4, s4, s5
-	vadd.f32 s1, s1, s4
-	vldr s4, [ip, #84]
-	vmul.f32 s4, s4, s3
-	vadd.f32 s1, s1, s4
-	vabs.f32 s4, s1
-	vldr s5, [ip, #88]
-	vcmp.f32 s4, s5
-	vmrs APSR_nzcv, fpscr
-	ite ls
-	movls.w r10, #1
-	movhi.w r10, #0
-	eor.w r11, r10, #1
-	str.w r4, [sp, #0]
-	and.w r4, r11, r9
-	str.w r5, [sp, #4]
-	str.w r6, [sp, #8]
-	ldrb.w r6, [r2, #0]
-	cmp.w r6, #0
-	mov.w r5, r4
-	it ne
-	movne.w r5, r9
-	str.w r7, [sp, #12]
-	ldr.w r7, [sp, #8]
-	str.w r8, [sp, #16]
-	eor.w r8, r7, #1
-	str.w r10, [sp, #20]
-	orr.w r10, r8, r9
-	orr.w r4, r4, r8
-	cmp.w r6, #0
-	mov.w r8, r4
-	it ne
-	movne.w r8, r10
-	ldr.w r10, [sp, #4]
-	cmp.w r10, #0
-	mov.w r4, r8
-	it ne
-	movne.w r4, r5
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #92]
-	eor.w r5, r6, #1
-	ldr.w r8, [sp, #20]
-	str.w r11, [sp, #24]
-	and.w r11, r5, r8
-	cmp.w r11, #0
-	vmov.f32 s6, s2
-	it ne
-	vmovne.f32 s6, s1
-	vldr s7, [ip, #0]
-	vldr s8, [ip, #0]
-	vcmp.f32 s8, s0
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r7, #1
-	movle.w r7, #0
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s7, s0
-	vldr s8, [ip, #72]
-	vldr s9, [r0, #0]
-	vldr s10, [ip, #72]
-	vldr s11, [r0, #0]
-	vabs.f32 s11, s11
-	vldr s12, [ip, #76]
-	vcmp.f32 s11, s12
-	vmrs APSR_nzcv, fpscr
-	it ls
-	vmovls.f32 s10, s9
-	vldr s9, [r0, #0]
-	vldr s11, [ip, #72]
-	str.w r9, [sp, #28]
-	ldr.w r9, [sp, #16]
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s11, s9
-	str.w r4, [sp, #32]
-	ldr.w r4, [sp, #12]
-	cmp.w r4, #0
-	vmov.f32 s9, s11
-	it ne
-	vmovne.f32 s9, s10
-	vmul.f32 s8, s8, s9
-	vldr s9, [ip, #72]
-	vadd.f32 s8, s8, s9
-	cmp.w r9, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s2
-	ldr.w r10, [sp, #8]
-	str.w r6, [sp, #36]
-	and.w r6, r10, r9
-	cmp.w r6, #0
-	vmov.f32 s10, s8
-	it ne
-	vmovne.f32 s10, s2
-	str.w r5, [sp, #40]
-	ldr.w r5, [sp, #4]
-	cmp.w r5, #0
-	vmov.f32 s11, s10
-	it ne
-	vmovne.f32 s11, s9
-	cmp.w r8, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s1
-	cmp.w r4, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s10
-	str.w r11, [sp, #44]
-	ldr.w r11, [sp, #36]
-	cmp.w r11, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s11
-	vldr s9, [ip, #0]
-	str.w r7, [sp, #48]
-	ldr.w r7, [sp, #28]
-	ldr.w r10, [sp, #48]
-	and.w r7, r7, r10
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s9, s0
-	vldr s11, [ip, #0]
-	ldr.w r10, [sp, #24]
-	and.w r7, r7, r10
-	cmp.w r7, #0
-	it ne
-	vmovne.f32 s11, s0
-	cmp.w r11, #0
-	vmov.f32 s0, s11
-	it ne
-	vmovne.f32 s0, s9
-	ldr.w r7, [sp, #0]
-	eor.w r10, r7, #1
-	and.w r10, r4, r10
-	cmp.w r10, #0
-	vmov.f32 s9, s7
-	it ne
-	vmovne.f32 s9, s0
-	vcmp.f32 s10, s9
-	vmrs APSR_nzcv, fpscr
-	ite gt
-	movgt.w r10, #1
-	movle.w r10, #0
-	cmp.w r10, #0
-	vmov.f32 s0, s10
-	it ne
-	vmovne.f32 s0, s7
-	cmp.w r10, #0
-	vmov.f32 s9, s8
-	it ne
-	vmovne.f32 s9, s7
-	cmp.w r9, #0
-	vmov.f32 s8, s9
-	it ne
-	vmovne.f32 s8, s2
-	cmp.w r6, #0
-	vmov.f32 s10, s9
-	it ne
-	vmovne.f32 s10, s2
-	cmp.w r5, #0
-	vmov.f32 s11, s10
-	it ne
-	vmovne.f32 s11, s8
-	cmp.w r8, #0
-	vmov.f32 s10, s8
-	it ne
-	vmovne.f32 s10, s1
-	cmp.w r4, #0
-	vmov.f32 s8, s9
-	it ne
-	vmovne.f32 s8, s10
-	cmp.w r11, #0
-	vmov.f32 s10, s8
-	it ne
-	vmovne.f32 s10, s11
-	cmp.w r7, #0
-	vmov.f32 s8, s10
-	it ne
-	vmovne.f32 s8, s0
-	vneg.f32 s0, s7
-	vldr s7, [ip, #92]
-	cmp.w r9, #0
-	vmov.f32 s10, s0
-	it ne
-	vmovne.f32 s10, s7
-	vldr s7, [ip, #92]
-	str.w r10, [sp, #24]
-	orr.w r10, r8, r9
-	cmp.w r10, #0
-	vmov.f32 s11, s0
-	it ne
-	vmovne.f32 s11, s7
-	cmp.w r11, #0
-	vmov.f32 s7, s11
-	it ne
-	vmovne.f32 s7, s10
-	vldr s10, [ip, #92]
-	cmp.w r6, #0
-	vmov.f32 s11, s0
-	it ne
-	vmovne.f32 s11, s10
-	vldr s10, [ip, #92]
-	ldr.w r5, [sp, #8]
-	and.w r4, r10, r5
-	cmp.w r4, #0
-	vmov.f32 s12, s0
-	it ne
-	vmovne.f32 s12, s10
-	cmp.w r11, #0
-	vmov.f32 s10, s12
-	it ne
-	vmovne.f32 s10, s11
-	ldr.w r7, [sp, #4]
-	cmp.w r7, #0
-	vmov.f32 s11, s10
-	it ne
-	vmovne.f32 s11, s7
-	ldr.w r8, [sp, #0]
-	cmp.w r8, #0
-	vmov.f32 s7, s11
-	it ne
-	vmovne.f32 s7, s0
-	vcmp.f32 s8, s7
-	vmrs APSR_nzcv, fpscr
-	ite mi
-	movmi.w r8, #1
-	movpl.w r8, #0
-	cmp.w r8, #0
-	vmov.f32 s7, s6
-	it ne
-	vmovne.f32 s7, s5
-	ldr.w r9, [sp, #24]
-	cmp.w r9, #0
-	vmov.f32 s5, s7
-	it ne
-	vmovne.f32 s5, s4
-	str.w r6, [sp, #0]
-	vcmp.f32 s5, s6
-	vmrs APSR_nzcv, fpscr
-	ite ne
-	movne.w r6, #1
-	moveq.w r6, #0
-	str.w r10, [sp, #28]
-	ldr.w r10, [sp, #16]
-	and.w r5, r10, r6
-	str.w r4, [sp, #48]
-	ldr.w r11, [sp, #44]
-	cmp.w r11, #0
-	mov.w r4, r5
-	it ne
-	movne.w r4, r6
-	ldr.w r7, [sp, #8]
-	str.w r8, [sp, #52]
-	and.w r8, r5, r7
-	ldr.w r10, [sp, #20]
-	cmp.w r10, #0
-	mov.w r9, r5
-	it ne
-	movne.w r9, r6
-	and.w r5, r7, r9
-	ldr.w r7, [sp, #36]
-	cmp.w r7, #0
-	mov.w r6, r5
-	it ne
-	movne.w r6, r8
-	ldr.w r8, [sp, #4]
-	cmp.w r8, #0
-	mov.w r5, r6
-	it ne
-	movne.w r5, r4
-	vldr s4, [ip, #72]
-	ldr.w r4, [sp, #16]
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s4, s3
-	vldr s5, [ip, #72]
-	ldr.w r6, [sp, #28]
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s5, s3
-	cmp.w r7, #0
-	vmov.f32 s6, s5
-	it ne
-	vmovne.f32 s6, s4
-	vldr s4, [ip, #72]
-	ldr.w r9, [sp, #0]
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s4, s3
-	vldr s5, [ip, #72]
-	ldr.w r11, [sp, #48]
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s5, s3
-	cmp.w r7, #0
-	vmov.f32 s7, s5
-	it ne
-	vmovne.f32 s7, s4
-	cmp.w r8, #0
-	vmov.f32 s4, s7
-	it ne
-	vmovne.f32 s4, s6
-	vstr s4, [r3, #4]
-	vldr s4, [ip, #0]
-	vldr s5, [ip, #92]
-	ldr.w r10, [sp, #52]
-	cmp.w r10, #0
-	vmov.f32 s6, s2
-	it ne
-	vmovne.f32 s6, s5
-	str.w r5, [sp, #8]
-	ldr.w r5, [sp, #24]
-	cmp.w r5, #0
-	vmov.f32 s2, s6
-	it ne
-	vmovne.f32 s2, s4
-	cmp.w r10, #0
-	vmov.f32 s4, s9
-	it ne
-	vmovne.f32 s4, s0
-	cmp.w r4, #0
-	vmov.f32 s0, s4
-	it ne
-	vmovne.f32 s0, s2
-	cmp.w r9, #0
-	vmov.f32 s5, s4
-	it ne
-	vmovne.f32 s5, s2
-	cmp.w r8, #0
-	vmov.f32 s2, s5
-	it ne
-	vmovne.f32 s2, s0
-	vldr s5, [ip, #0]
-	vldr s6, [ip, #92]
-	cmp.w r10, #0
-	vmov.f32 s7, s1
-	it ne
-	vmovne.f32 s7, s6
-	cmp.w r5, #0
-	vmov.f32 s1, s7
-	it ne
-	vmovne.f32 s1, s5
-	ldr.w r5, [sp, #20]
-	cmp.w r5, #0
-	vmov.f32 s5, s0
-	it ne
-	vmovne.f32 s5, s1
-	ldr.w r10, [sp, #12]
-	cmp.w r10, #0
-	vmov.f32 s0, s4
-	it ne
-	vmovne.f32 s0, s5
-	cmp.w r7, #0
-	vmov.f32 s1, s0
-	it ne
-	vmovne.f32 s1, s2
-	vstr s1, [r3, #0]
-	vldr s0, [r0, #32]
-	vsub.f32 s0, s3, s0
-	vldr s2, [ip, #72]
-	and.w r5, r8, r5
-	ldr.w r10, [sp, #40]
-	and.w r5, r5, r10
-	cmp.w r5, #0
-	it ne
-	vmovne.f32 s2, s0
-	vstr s2, [r3, #8]
-	vldr s0, [r0, #32]
-	ldr.w r5, [sp, #44]
-	cmp.w r5, #0
-	vmov.f32 s2, s3
-	it ne
-	vmovne.f32 s2, s0
-	vldr s0, [ip, #96]
-	vmul.f32 s0, s0, s2
-	vsub.f32 s0, s2, s0
-	vldr s2, [r0, #32]
-	cmp.w r4, #0
-	it ne
-	vmovne.f32 s2, s0
-	vldr s3, [r0, #32]
-	cmp.w r6, #0
-	it ne
-	vmovne.f32 s3, s0
-	cmp.w r7, #0
-	vmov.f32 s4, s3
-	it ne
-	vmovne.f32 s4, s2
-	vldr s2, [r0, #32]
-	cmp.w r9, #0
-	it ne
-	vmovne.f32 s2, s0
-	vldr s3, [r0, #32]
-	cmp.w r11, #0
-	it ne
-	vmovne.f32 s3, s0
-	cmp.w r7, #0
 	vmov.f32 s0, s3
-	it ne
-	vmovne.f32 s0, s2
-	cmp.w r8, #0
-	vmov.f32 s2, s0
-	it ne
-	vmovne.f32 s2, s4
-	vstr s2, [r0, #32]
-	vstr s1, [r0, #0]
-	mov.w r0, #0
-	ldr.w r4, [sp, #32]
-	cmp.w r4, #0
-	it ne
-	orrne.w r0, r0, #1
-	ldr.w r5, [sp, #8]
-	cmp.w r5, #0
-	it ne
-	orrne.w r0, r0, #2
-	add.w sp, sp, #56
-	vpop {s16-s19}
-	pop.w {r4-r11}
+	it mi
+	vmovmi.f32 s0, s1
+	vstr s0, [r3, #0]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #8]
+	vldr s1, [ip, #72]
+	vstr s1, [r3, #4]
+	vstr s0, [r0, #0]
+	mov.w r0, #1
+	vpop {s16-s17}
+	pop.w {r4-r9}
 	bx lr
 	.balign 4
 .Lmotor_law_table:
-	.word 0x41200000 @ 10.0
 	.word 0x39c90fdb @ 0.0003834952
 	.word 0x40c90fdb @ 6.2831855
 	.word 0x3c1d4952 @ 0.0096
 	.word 0x3dc49ba6 @ 0.096
+	.word 0x41200000 @ 10.0
 	.word 0x3b83126f @ 0.004
 	.word 0xbd4ccccd @ -0.05
 	.word 0xbef0f274 @ -0.47059977
@@ -4542,13 +2294,13 @@ motor_law:
 	.word 0x3d2aaaab @ 0.041666668
 	.word 0x00000000 @ 0.0
 	.word 0x5368d4a5 @ 1000000000000.0
-	.word 0x4062594d @ 3.5367005
-	.word 0xc070f274 @ -3.7647982
-	.word 0x45a00000 @ 5120.0
 	.word 0xc1200000 @ -10.0
 	.word 0x3d782a02 @ 0.060586937
 	.word 0x3f800000 @ 1.0
 	.word 0x3e200000 @ 0.15625
+	.word 0x4062594d @ 3.5367005
+	.word 0xc070f274 @ -3.7647982
+	.word 0x45a00000 @ 5120.0
 	.size motor_law, .-motor_law
 
 	.section .text.motor_give_up, "ax", %progbits
@@ -4558,7 +2310,8 @@ motor_law:
 	.thumb_func
 motor_give_up:
 	push.w {r4-r5}
-	adr.w ip, .Lmotor_give_up_table
+	movw ip, #:lower16:.Lmotor_give_up_table
+	movt ip, #:upper16:.Lmotor_give_up_table
 	ldrb.w r4, [r1, #4]
 	eor.w r5, r4, #1
 	vldr s0, [r0, #24]
@@ -4635,7 +2388,8 @@ motor_give_up:
 	.type motor_refuse, %function
 	.thumb_func
 motor_refuse:
-	adr.w ip, .Lmotor_refuse_table
+	movw ip, #:lower16:.Lmotor_refuse_table
+	movt ip, #:upper16:.Lmotor_refuse_table
 	vldr s0, [r0, #24]
 	vabs.f32 s0, s0
 	vldr s1, [ip, #0]
@@ -4690,7 +2444,8 @@ motor_refuse:
 	.thumb_func
 motor_pass:
 	push.w {r4-r5}
-	adr.w ip, .Lmotor_pass_table
+	movw ip, #:lower16:.Lmotor_pass_table
+	movt ip, #:upper16:.Lmotor_pass_table
 	vldr s0, [r0, #48]
 	vabs.f32 s0, s0
 	vldr s1, [ip, #0]
@@ -4766,7 +2521,8 @@ motor_pass:
 	.thumb_func
 motor_follow:
 	push.w {r4-r9}
-	adr.w ip, .Lmotor_follow_table
+	movw ip, #:lower16:.Lmotor_follow_table
+	movt ip, #:upper16:.Lmotor_follow_table
 	vldr s0, [ip, #0]
 	ldr.w r4, [r0, #40]
 	vmov s1, r4
@@ -4826,7 +2582,8 @@ motor_follow:
 	.thumb_func
 motor_carry:
 	push.w {r4-r5}
-	adr.w ip, .Lmotor_carry_table
+	movw ip, #:lower16:.Lmotor_carry_table
+	movt ip, #:upper16:.Lmotor_carry_table
 	vldr s0, [r0, #4]
 	vabs.f32 s0, s0
 	vldr s1, [ip, #0]
@@ -4898,7 +2655,8 @@ motor_carry:
 	.thumb_func
 motor_start:
 	push.w {r4-r9}
-	adr.w ip, .Lmotor_start_table
+	movw ip, #:lower16:.Lmotor_start_table
+	movt ip, #:upper16:.Lmotor_start_table
 	ldrb.w r4, [r1, #4]
 	cmp.w r4, #0
 	beq.w .Lmotor_start_1
@@ -5152,7 +2910,8 @@ motor_start:
 	.type motor_not_started, %function
 	.thumb_func
 motor_not_started:
-	adr.w ip, .Lmotor_not_started_table
+	movw ip, #:lower16:.Lmotor_not_started_table
+	movt ip, #:upper16:.Lmotor_not_started_table
 	vldr s0, [ip, #0]
 	vstr s0, [r0, #8]
 	vldr s0, [ip, #0]
@@ -5173,7 +2932,8 @@ motor_not_started:
 	.thumb_func
 motor_report_applied:
 	push.w {r4-r11}
-	adr.w ip, .Lmotor_report_applied_table
+	movw ip, #:lower16:.Lmotor_report_applied_table
+	movt ip, #:upper16:.Lmotor_report_applied_table
 	ldrb.w r4, [r0, #57]
 	vabs.f32 s1, s0
 	vldr s2, [ip, #0]
@@ -5263,7 +3023,8 @@ motor_report_applied:
 	.thumb_func
 motor_estimates:
 	push.w {r4-r5}
-	adr.w ip, .Lmotor_estimates_table
+	movw ip, #:lower16:.Lmotor_estimates_table
+	movt ip, #:upper16:.Lmotor_estimates_table
 	ldrb.w r4, [r0, #57]
 	cmp.w r4, #0
 	beq.w .Lmotor_estimates_1
@@ -5322,7 +3083,8 @@ motor_estimates:
 	.thumb_func
 motor_reset:
 	push.w {r4-r7}
-	adr.w ip, .Lmotor_reset_table
+	movw ip, #:lower16:.Lmotor_reset_table
+	movt ip, #:upper16:.Lmotor_reset_table
 	vldr s0, [ip, #0]
 	vldr s1, [r0, #28]
 	ldrb.w r4, [r0, #57]

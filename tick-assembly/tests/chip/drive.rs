@@ -390,7 +390,7 @@ fn motor_plant() -> Plant {
 fn the_drive_of_a_motor_is_its_parts_to_the_bit() {
     let functions = motor::<Position, 0, 0, 3>(&motor_design(), Mounting::UPRIGHT).expect("a design");
     let motor = holds("motor", &functions, &motor_plant(), &QUICK, 1_000_000);
-    assert!((motor.floor..=153).contains(&motor.cycles), "{} of {}", motor.cycles, motor.floor);
+    assert!((motor.floor..=166).contains(&motor.cycles), "{} of {}", motor.cycles, motor.floor);
 }
 
 /// Two encoders, and a sine: more numbers than registers at once, so that what the observers know is stored early.
@@ -435,7 +435,10 @@ fn a_drive_that_was_tampered_with_is_noticed() {
         ("\tvsub.f32", "\tvadd.f32"),
         ("\tbne.w .Ls_tick_u_rest", "\tnop.w @"),
     ] {
-        let tampered = assembly.text.replacen(line, instead, 1);
+        // The first test of a size is that of the stage's limit: without it every tick takes the rare way, to the same bits.
+        let at = if line.contains("bhi") { assembly.text.match_indices(line).nth(1) } else { None };
+        let at = at.map_or_else(|| assembly.text.find(line).unwrap_or_default(), |(at, _)| at);
+        let tampered = assembly.text[..at].to_string() + &assembly.text[at..].replacen(line, instead, 1);
         assert_ne!(tampered, assembly.text, "no `{line}`");
         let (good, told) = said("drive_tampered", &tampered, &program);
         assert!(!good && told.contains("differs at"), "{line}: {told}");
