@@ -635,7 +635,8 @@ paper_tick:
 	.thumb_func
 paper_start:
 	push.w {r4-r5}
-	adr.w r3, .Lpaper_start_table
+	movw r3, #:lower16:.Lpaper_start_table
+	movt r3, #:upper16:.Lpaper_start_table
 	vldr s0, [r1, #12]
 	vabs.f32 s0, s0
 	vldr s1, [r3, #0]
@@ -782,7 +783,8 @@ paper_start:
 	.type paper_not_started, %function
 	.thumb_func
 paper_not_started:
-	adr.w r3, .Lpaper_not_started_table
+	movw r3, #:lower16:.Lpaper_not_started_table
+	movt r3, #:upper16:.Lpaper_not_started_table
 	vldr s0, [r3, #0]
 	vstr s0, [r0, #8]
 	vldr s0, [r3, #0]
@@ -803,7 +805,8 @@ paper_not_started:
 	.thumb_func
 paper_report_applied:
 	push.w {r4-r5}
-	adr.w r3, .Lpaper_report_applied_table
+	movw r3, #:lower16:.Lpaper_report_applied_table
+	movt r3, #:upper16:.Lpaper_report_applied_table
 	ldrb.w r4, [r0, #41]
 	vabs.f32 s1, s0
 	vldr s2, [r3, #0]
@@ -836,7 +839,8 @@ paper_report_applied:
 	.thumb_func
 paper_estimates:
 	push.w {r4-r5}
-	adr.w r3, .Lpaper_estimates_table
+	movw r3, #:lower16:.Lpaper_estimates_table
+	movt r3, #:upper16:.Lpaper_estimates_table
 	ldrb.w r4, [r0, #41]
 	cmp.w r4, #0
 	beq.w .Lpaper_estimates_1
@@ -916,7 +920,8 @@ paper_estimates:
 	.thumb_func
 paper_reset:
 	push.w {r4-r5}
-	adr.w r3, .Lpaper_reset_table
+	movw r3, #:lower16:.Lpaper_reset_table
+	movt r3, #:upper16:.Lpaper_reset_table
 	vldr s0, [r3, #0]
 	vldr s1, [r0, #0]
 	ldrb.w r4, [r0, #41]

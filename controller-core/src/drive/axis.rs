@@ -432,7 +432,7 @@ mod tests {
                 differs += then.filter(|(output, frame)| output.u.to_bits() != frame.u.to_bits()).count();
             }
             assert!(again.state.as_ref().expect("started").words().eq(after[2..after.len() - 1].iter().copied()));
-            assert!(differs > 100, "{differs}");
+            assert!(differs > 30, "{differs}");
         }
     }
 

@@ -1144,7 +1144,7 @@ where
             // A limit that was found from reports rises again tick by tick; one that was set does not.
             let one = T::from_f64(1.0);
             let is_found = (state.reported + one).abs().at_most(one);
-            let higher = state.limit.abs() + is_found * (T::from_f64(RISE) * k.most);
+            let higher = (state.limit.abs() + is_found * (T::from_f64(RISE) * k.most)).at_most(k.most);
             state.limit = self.limited_or::<STAGE>(state, higher, state.limit);
         }
         if is_far { Self::without_sigma_star(output) } else { output }
