@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x8e9a385fu
-#error "two designs with the prefix drive, 0x8e9a385fu here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x8e9a385fu
+#if DRIVE_STANDALONE != 0xe045b555u
+#error "two designs with the prefix drive, 0xe045b555u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xe045b555u
 #endif
 #else
-#define DRIVE_STANDALONE 0x8e9a385fu
+#define DRIVE_STANDALONE 0xe045b555u
 
 #include <float.h>
 #include <stdbool.h>
@@ -685,10 +685,10 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
         if (!holds_2) {
             const bool holds_3 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
             if (!holds_3) {
-                const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
+                const float part_44 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
                         ? state->held : 0.0f)) + fallback;
-                const float part_44 = (part_43 > part_8) ? part_8 : part_43;
-                const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+                const float part_45 = (part_44 > part_8) ? part_8 : part_44;
+                const float u_2 = (part_45 < part_7) ? part_7 : part_45;
                 output->u = u_2;
                 output->sigma = 0.0f;
                 output->sigma_star = 0.0f;
@@ -742,18 +742,18 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
                     + (feed_1 * ((part_37 != 0.0f) ? (part_36 + (full_turn * part_37)) : part_36)))
                     + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
                     + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
-            const float part_45 = bare + (k_offset * state->offset);
-            const float demand_2 = part_45 + (us * sigma_7);
+            const float part_46 = bare + (k_offset * state->offset);
+            const float demand_2 = part_46 + (us * sigma_7);
             if ((demand_2 >= (-plausible)) && (demand_2 <= plausible)) {
                 const float u_6 = (part_10 < demand_2) ? part_10 : ((demand_2 < part_9) ? part_9 : demand_2);
 
                 /* 6. Memory. */
                 const float offset = state->offset - (decay * state->offset);
                 const float part_42 = state->reported + 1.0f;
-                const float limit = holds
-                        ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
                         + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-                        : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+                        : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+                const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
                 output->u = u_6;
                 output->sigma = sigma_7;
                 output->sigma_star = 0.0f;
@@ -762,17 +762,17 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
                 state->limit = limit;
                 return (u_6 != demand_2) ? (unsigned)DRIVE_SATURATED : 0u;
             }
-            const float part_47 = bare + (kw * sigma_7);
-            if (!((part_47 >= (-input_limit)) && (part_47 <= input_limit))) {
-                const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
+            const float part_48 = bare + (kw * sigma_7);
+            if (!((part_48 >= (-input_limit)) && (part_48 <= input_limit))) {
+                const float part_44 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
                         ? state->held : 0.0f)) + fallback;
-                const float part_44 = (part_43 > part_8) ? part_8 : part_43;
+                const float part_45 = (part_44 > part_8) ? part_8 : part_44;
                 const float part_42 = state->reported + 1.0f;
-                const float limit = holds
-                        ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+                const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
                         + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-                        : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
-                const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+                        : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+                const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
+                const float u_2 = (part_45 < part_7) ? part_7 : part_45;
                 output->u = u_2;
                 output->sigma = 0.0f;
                 output->sigma_star = 0.0f;
@@ -780,22 +780,22 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
                 state->limit = limit;
                 return (unsigned)DRIVE_INPUT_REJECTED;
             }
-            const float u_7 = (part_10 < part_47) ? part_10 : ((part_47 < part_9) ? part_9 : part_47);
+            const float u_7 = (part_10 < part_48) ? part_10 : ((part_48 < part_9) ? part_9 : part_48);
 
             /* 6. Memory. */
             const float sigma_8 = sigma_7 - (decay * sigma_7);
             const float part_42 = state->reported + 1.0f;
-            const float limit = holds
-                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+            const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
                     + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+            const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
             output->u = u_7;
             output->sigma = sigma_7;
             output->sigma_star = 0.0f;
             state->offset = sigma_8;
             state->held = u_7;
             state->limit = limit;
-            return (u_7 != part_47) ? (unsigned)DRIVE_SATURATED : 0u;
+            return (u_7 != part_48) ? (unsigned)DRIVE_SATURATED : 0u;
         }
         float sigma_5 = sigma_2 + (c_1 * part_5);
         const float part_31 = c_2 * v_link;
@@ -823,18 +823,18 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
                 + (feed_2 * (sample->end.r_dot - sample->begin.r_dot)))
                 + (feed_3 * (sample->end.r_ddot - sample->begin.r_ddot));
         const float sigma_star = sigma_5 - state->offset;
-        const float part_45 = bare + (k_offset * state->offset);
-        const float demand = part_45 + (us * sigma_5);
+        const float part_46 = bare + (k_offset * state->offset);
+        const float demand = part_46 + (us * sigma_5);
         if ((demand >= (-plausible)) && (demand <= plausible)) {
             const float u_4 = (part_10 < demand) ? part_10 : ((demand < part_9) ? part_9 : demand);
 
             /* 6. Memory. */
             const float offset = state->offset - (decay * state->offset);
             const float part_42 = state->reported + 1.0f;
-            const float limit = holds
-                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+            const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
                     + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+            const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
             output->u = u_4;
             output->sigma = sigma_5;
             output->sigma_star = sigma_star;
@@ -843,17 +843,17 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
             state->limit = limit;
             return (u_4 != demand) ? (unsigned)DRIVE_SATURATED : 0u;
         }
-        const float part_46 = bare + (kw * sigma_5);
-        if (!((part_46 >= (-input_limit)) && (part_46 <= input_limit))) {
-            const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
+        const float part_47 = bare + (kw * sigma_5);
+        if (!((part_47 >= (-input_limit)) && (part_47 <= input_limit))) {
+            const float part_44 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
                     ? state->held : 0.0f)) + fallback;
-            const float part_44 = (part_43 > part_8) ? part_8 : part_43;
+            const float part_45 = (part_44 > part_8) ? part_8 : part_44;
             const float part_42 = state->reported + 1.0f;
-            const float limit = holds
-                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+            const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
                     + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
-            const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+            const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
+            const float u_2 = (part_45 < part_7) ? part_7 : part_45;
             output->u = u_2;
             output->sigma = 0.0f;
             output->sigma_star = 0.0f;
@@ -861,22 +861,22 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
             state->limit = limit;
             return (unsigned)DRIVE_INPUT_REJECTED;
         }
-        const float u_5 = (part_10 < part_46) ? part_10 : ((part_46 < part_9) ? part_9 : part_46);
+        const float u_5 = (part_10 < part_47) ? part_10 : ((part_47 < part_9) ? part_9 : part_47);
 
         /* 6. Memory. */
         const float sigma_6 = sigma_5 - (decay * sigma_5);
         const float part_42 = state->reported + 1.0f;
-        const float limit = holds
-                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+        const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
                 + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-                : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+                : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+        const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
         output->u = u_5;
         output->sigma = sigma_5;
         output->sigma_star = 0.0f;
         state->offset = sigma_6;
         state->held = u_5;
         state->limit = limit;
-        return (u_5 != part_46) ? (unsigned)DRIVE_SATURATED : 0u;
+        return (u_5 != part_47) ? (unsigned)DRIVE_SATURATED : 0u;
     }
     const bool holds_3 = (part_5 >= (-input_limit)) && (part_5 <= input_limit);
     const float part_12 = ((part_5 < 0.0f) ? (-part_5) : (part_5 + 0.0f)) - part_11;
@@ -939,15 +939,15 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
             return (unsigned)DRIVE_INPUT_REJECTED;
         }
         if (!holds_4) {
-            const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
+            const float part_44 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit))
                     ? state->held : 0.0f)) + fallback;
-            const float part_44 = (part_43 > part_8) ? part_8 : part_43;
+            const float part_45 = (part_44 > part_8) ? part_8 : part_44;
             const float part_42 = state->reported + 1.0f;
-            const float limit = holds
-                    ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+            const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
                     + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
-            const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+                    : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+            const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
+            const float u_2 = (part_45 < part_7) ? part_7 : part_45;
             output->u = u_2;
             output->sigma = 0.0f;
             output->sigma_star = 0.0f;
@@ -961,10 +961,10 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
         const float sigma_4 = sigma_3 - (decay * sigma_3);
         const bool saturated = u != part_38;
         const float part_42 = state->reported + 1.0f;
-        const float limit = holds
-                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+        const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
                 + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-                : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+                : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+        const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
         output->u = u;
         output->sigma = sigma_3;
         output->sigma_star = 0.0f;
@@ -974,15 +974,15 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
         return saturated ? (unsigned)DRIVE_SATURATED : 0u;
     }
     if (!holds_4) {
-        const float part_43 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
+        const float part_44 = (hold * (((state->held >= (-input_limit)) && (state->held <= input_limit)) ? state->held
                 : 0.0f)) + fallback;
-        const float part_44 = (part_43 > part_8) ? part_8 : part_43;
+        const float part_45 = (part_44 > part_8) ? part_8 : part_44;
         const float part_42 = state->reported + 1.0f;
-        const float limit = holds
-                ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+        const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
                 + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-                : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
-        const float u_2 = (part_44 < part_7) ? part_7 : part_44;
+                : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+        const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
+        const float u_2 = (part_45 < part_7) ? part_7 : part_45;
         output->u = u_2;
         output->sigma = 0.0f;
         output->sigma_star = 0.0f;
@@ -996,10 +996,10 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     const float sigma_4 = sigma_3 - (decay * sigma_3);
     const bool saturated = u != part_38;
     const float part_42 = state->reported + 1.0f;
-    const float limit = holds
-            ? (((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
+    const float part_43 = ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f))
             + ((((part_42 < (-1.0f)) || (part_42 > 1.0f)) ? 1.0f
-            : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most))) : state->limit;
+            : ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f))) * (0.015625f * most));
+    const float limit = holds ? ((part_43 > most) ? most : part_43) : state->limit;
     output->u = u;
     output->sigma = sigma_3;
     output->sigma_star = 0.0f;

@@ -3001,25 +3001,32 @@ joint_drive_law:
 	vmul.f32 s1, s1, s0
 	vsub.f32 s0, s0, s1
 	vstr s0, [r0, #4]
-	vldr s0, [ip, #140]
-	vldr s1, [r0, #60]
-	vldr s2, [ip, #140]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #140]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #60]
+	vldr s3, [ip, #140]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #140]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #156]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s1, s4, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #156]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s4, s0
-	vldr s1, [r0, #56]
+	vldr s0, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #56]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #56]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -3063,26 +3070,33 @@ joint_drive_law:
 	vstr s1, [r3, #8]
 	vldr s1, [ip, #80]
 	vstr s1, [r3, #4]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
+	vldr s1, [ip, #16]
+	vldr s2, [ip, #140]
+	vldr s3, [r0, #60]
+	vldr s5, [ip, #140]
+	vadd.f32 s3, s3, s5
+	vabs.f32 s3, s3
+	vldr s5, [ip, #140]
+	vcmp.f32 s3, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s3
+	it gt
+	vmovgt.f32 s5, s2
+	vldr s2, [ip, #156]
+	vmul.f32 s2, s5, s2
+	vadd.f32 s2, s4, s2
+	vldr s3, [ip, #16]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s3, s2
 	it gt
 	vmovgt.f32 s3, s1
-	vldr s1, [ip, #156]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s1, s4, s1
-	vldr s2, [r0, #56]
+	vldr s1, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s2, s1
+	vmovne.f32 s1, s3
 	vstr s0, [r0, #0]
-	vstr s2, [r0, #56]
+	vstr s1, [r0, #56]
 	mov.w r0, #1
 	vpop {s16-s19}
 	pop.w {r4-r11}
@@ -3351,25 +3365,32 @@ joint_drive_law:
 	vmul.f32 s1, s1, s0
 	vsub.f32 s0, s0, s1
 	vstr s0, [r0, #4]
-	vldr s0, [ip, #140]
-	vldr s1, [r0, #60]
-	vldr s2, [ip, #140]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #140]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #60]
+	vldr s3, [ip, #140]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #140]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #156]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s1, s4, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #156]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s4, s0
-	vldr s1, [r0, #56]
+	vldr s0, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #56]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #56]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -3413,26 +3434,33 @@ joint_drive_law:
 	vstr s1, [r3, #8]
 	vldr s1, [ip, #80]
 	vstr s1, [r3, #4]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
+	vldr s1, [ip, #16]
+	vldr s2, [ip, #140]
+	vldr s3, [r0, #60]
+	vldr s5, [ip, #140]
+	vadd.f32 s3, s3, s5
+	vabs.f32 s3, s3
+	vldr s5, [ip, #140]
+	vcmp.f32 s3, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s3
+	it gt
+	vmovgt.f32 s5, s2
+	vldr s2, [ip, #156]
+	vmul.f32 s2, s5, s2
+	vadd.f32 s2, s4, s2
+	vldr s3, [ip, #16]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s3, s2
 	it gt
 	vmovgt.f32 s3, s1
-	vldr s1, [ip, #156]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s1, s4, s1
-	vldr s2, [r0, #56]
+	vldr s1, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s2, s1
+	vmovne.f32 s1, s3
 	vstr s0, [r0, #0]
-	vstr s2, [r0, #56]
+	vstr s1, [r0, #56]
 	mov.w r0, #1
 	vpop {s16-s19}
 	pop.w {r4-r11}
@@ -3916,25 +3944,32 @@ joint_drive_law:
 	vstr s1, [r3, #8]
 	vstr s0, [r3, #4]
 	vstr s5, [r0, #0]
-	vldr s0, [ip, #140]
-	vldr s1, [r0, #60]
-	vldr s2, [ip, #140]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #140]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #60]
+	vldr s3, [ip, #140]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #140]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #156]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s1, s4, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #156]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s4, s0
-	vldr s1, [r0, #56]
+	vldr s0, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #56]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #56]
 	vldr s0, [r0, #4]
 	vldr s1, [ip, #152]
 	vldr s2, [r0, #4]
@@ -4000,25 +4035,32 @@ joint_drive_law:
 	vmul.f32 s1, s1, s0
 	vsub.f32 s0, s0, s1
 	vstr s0, [r0, #4]
-	vldr s0, [ip, #140]
-	vldr s1, [r0, #60]
-	vldr s2, [ip, #140]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #140]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #60]
+	vldr s3, [ip, #140]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #140]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #156]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s1, s4, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #156]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s4, s0
-	vldr s1, [r0, #56]
+	vldr s0, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #56]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #56]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -4062,26 +4104,33 @@ joint_drive_law:
 	vstr s1, [r3, #8]
 	vldr s1, [ip, #80]
 	vstr s1, [r3, #4]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
+	vldr s1, [ip, #16]
+	vldr s2, [ip, #140]
+	vldr s3, [r0, #60]
+	vldr s5, [ip, #140]
+	vadd.f32 s3, s3, s5
+	vabs.f32 s3, s3
+	vldr s5, [ip, #140]
+	vcmp.f32 s3, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s3
+	it gt
+	vmovgt.f32 s5, s2
+	vldr s2, [ip, #156]
+	vmul.f32 s2, s5, s2
+	vadd.f32 s2, s4, s2
+	vldr s3, [ip, #16]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s3, s2
 	it gt
 	vmovgt.f32 s3, s1
-	vldr s1, [ip, #156]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s1, s4, s1
-	vldr s2, [r0, #56]
+	vldr s1, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s2, s1
+	vmovne.f32 s1, s3
 	vstr s0, [r0, #0]
-	vstr s2, [r0, #56]
+	vstr s1, [r0, #56]
 	mov.w r0, #1
 	vpop {s16-s19}
 	pop.w {r4-r11}
@@ -4341,25 +4390,32 @@ joint_drive_law:
 	vldr s0, [ip, #80]
 	vstr s0, [r3, #8]
 	vstr s5, [r0, #0]
-	vldr s0, [ip, #140]
-	vldr s1, [r0, #60]
-	vldr s2, [ip, #140]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #140]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #60]
+	vldr s3, [ip, #140]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #140]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #156]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s1, s4, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #156]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s4, s0
-	vldr s1, [r0, #56]
+	vldr s0, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #56]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #56]
 	vldr s0, [r0, #4]
 	vldr s1, [ip, #152]
 	vldr s2, [r0, #4]
@@ -4425,25 +4481,32 @@ joint_drive_law:
 	vmul.f32 s1, s1, s0
 	vsub.f32 s0, s0, s1
 	vstr s0, [r0, #4]
-	vldr s0, [ip, #140]
-	vldr s1, [r0, #60]
-	vldr s2, [ip, #140]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #140]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #140]
+	vldr s2, [r0, #60]
+	vldr s3, [ip, #140]
+	vadd.f32 s2, s2, s3
+	vabs.f32 s2, s2
+	vldr s3, [ip, #140]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [ip, #156]
+	vmul.f32 s1, s3, s1
+	vadd.f32 s1, s4, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #156]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s4, s0
-	vldr s1, [r0, #56]
+	vldr s0, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #56]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #56]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -4487,26 +4550,33 @@ joint_drive_law:
 	vstr s1, [r3, #8]
 	vldr s1, [ip, #80]
 	vstr s1, [r3, #4]
-	vldr s1, [ip, #140]
-	vldr s2, [r0, #60]
-	vldr s3, [ip, #140]
-	vadd.f32 s2, s2, s3
-	vabs.f32 s2, s2
-	vldr s3, [ip, #140]
+	vldr s1, [ip, #16]
+	vldr s2, [ip, #140]
+	vldr s3, [r0, #60]
+	vldr s5, [ip, #140]
+	vadd.f32 s3, s3, s5
+	vabs.f32 s3, s3
+	vldr s5, [ip, #140]
+	vcmp.f32 s3, s5
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s5, s3
+	it gt
+	vmovgt.f32 s5, s2
+	vldr s2, [ip, #156]
+	vmul.f32 s2, s5, s2
+	vadd.f32 s2, s4, s2
+	vldr s3, [ip, #16]
 	vcmp.f32 s2, s3
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s3, s2
 	it gt
 	vmovgt.f32 s3, s1
-	vldr s1, [ip, #156]
-	vmul.f32 s1, s3, s1
-	vadd.f32 s1, s4, s1
-	vldr s2, [r0, #56]
+	vldr s1, [r0, #56]
 	cmp.w r7, #0
 	it ne
-	vmovne.f32 s2, s1
+	vmovne.f32 s1, s3
 	vstr s0, [r0, #0]
-	vstr s2, [r0, #56]
+	vstr s1, [r0, #56]
 	mov.w r0, #1
 	vpop {s16-s19}
 	pop.w {r4-r11}

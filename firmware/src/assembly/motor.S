@@ -1189,25 +1189,32 @@ motor_law:
 	vmul.f32 s1, s1, s0
 	vsub.f32 s0, s0, s1
 	vstr s0, [r0, #32]
-	vldr s0, [ip, #88]
-	vldr s1, [r0, #28]
-	vldr s2, [ip, #88]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #88]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #88]
+	vldr s2, [r0, #28]
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #92]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s3, s0
-	vldr s1, [r0, #24]
+	vldr s0, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #24]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -1251,26 +1258,33 @@ motor_law:
 	vstr s1, [r3, #8]
 	vldr s1, [ip, #72]
 	vstr s1, [r3, #4]
-	vldr s1, [ip, #88]
-	vldr s2, [r0, #28]
-	vldr s4, [ip, #88]
-	vadd.f32 s2, s2, s4
-	vabs.f32 s2, s2
-	vldr s4, [ip, #88]
-	vcmp.f32 s2, s4
+	vldr s1, [ip, #16]
+	vldr s2, [ip, #88]
+	vldr s4, [r0, #28]
+	vldr s5, [ip, #88]
+	vadd.f32 s4, s4, s5
+	vabs.f32 s4, s4
+	vldr s5, [ip, #88]
+	vcmp.f32 s4, s5
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s2
+	vmov.f32 s5, s4
 	it gt
-	vmovgt.f32 s4, s1
-	vldr s1, [ip, #92]
-	vmul.f32 s1, s4, s1
-	vadd.f32 s1, s3, s1
-	vldr s2, [r0, #24]
+	vmovgt.f32 s5, s2
+	vldr s2, [ip, #92]
+	vmul.f32 s2, s5, s2
+	vadd.f32 s2, s3, s2
+	vldr s3, [ip, #16]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s2, s1
+	vmovne.f32 s1, s3
 	vstr s0, [r0, #0]
-	vstr s2, [r0, #24]
+	vstr s1, [r0, #24]
 	mov.w r0, #1
 	vpop {s16-s17}
 	pop.w {r4-r9}
@@ -1422,25 +1436,32 @@ motor_law:
 	vmul.f32 s1, s1, s0
 	vsub.f32 s0, s0, s1
 	vstr s0, [r0, #32]
-	vldr s0, [ip, #88]
-	vldr s1, [r0, #28]
-	vldr s2, [ip, #88]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #88]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #88]
+	vldr s2, [r0, #28]
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #92]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s3, s0
-	vldr s1, [r0, #24]
+	vldr s0, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #24]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -1484,26 +1505,33 @@ motor_law:
 	vstr s1, [r3, #8]
 	vldr s1, [ip, #72]
 	vstr s1, [r3, #4]
-	vldr s1, [ip, #88]
-	vldr s2, [r0, #28]
-	vldr s4, [ip, #88]
-	vadd.f32 s2, s2, s4
-	vabs.f32 s2, s2
-	vldr s4, [ip, #88]
-	vcmp.f32 s2, s4
+	vldr s1, [ip, #16]
+	vldr s2, [ip, #88]
+	vldr s4, [r0, #28]
+	vldr s5, [ip, #88]
+	vadd.f32 s4, s4, s5
+	vabs.f32 s4, s4
+	vldr s5, [ip, #88]
+	vcmp.f32 s4, s5
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s2
+	vmov.f32 s5, s4
 	it gt
-	vmovgt.f32 s4, s1
-	vldr s1, [ip, #92]
-	vmul.f32 s1, s4, s1
-	vadd.f32 s1, s3, s1
-	vldr s2, [r0, #24]
+	vmovgt.f32 s5, s2
+	vldr s2, [ip, #92]
+	vmul.f32 s2, s5, s2
+	vadd.f32 s2, s3, s2
+	vldr s3, [ip, #16]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s2, s1
+	vmovne.f32 s1, s3
 	vstr s0, [r0, #0]
-	vstr s2, [r0, #24]
+	vstr s1, [r0, #24]
 	mov.w r0, #1
 	vpop {s16-s17}
 	pop.w {r4-r9}
@@ -1753,25 +1781,32 @@ motor_law:
 	vstr s1, [r3, #8]
 	vstr s0, [r3, #4]
 	vstr s5, [r0, #0]
-	vldr s0, [ip, #88]
-	vldr s1, [r0, #28]
-	vldr s2, [ip, #88]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #88]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #88]
+	vldr s2, [r0, #28]
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #92]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s3, s0
-	vldr s1, [r0, #24]
+	vldr s0, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #24]
 	vldr s0, [r0, #32]
 	vldr s1, [ip, #84]
 	vldr s2, [r0, #32]
@@ -1837,25 +1872,32 @@ motor_law:
 	vmul.f32 s1, s1, s0
 	vsub.f32 s0, s0, s1
 	vstr s0, [r0, #32]
-	vldr s0, [ip, #88]
-	vldr s1, [r0, #28]
-	vldr s2, [ip, #88]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #88]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #88]
+	vldr s2, [r0, #28]
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #92]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s3, s0
-	vldr s1, [r0, #24]
+	vldr s0, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #24]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -1899,26 +1941,33 @@ motor_law:
 	vstr s1, [r3, #8]
 	vldr s1, [ip, #72]
 	vstr s1, [r3, #4]
-	vldr s1, [ip, #88]
-	vldr s2, [r0, #28]
-	vldr s4, [ip, #88]
-	vadd.f32 s2, s2, s4
-	vabs.f32 s2, s2
-	vldr s4, [ip, #88]
-	vcmp.f32 s2, s4
+	vldr s1, [ip, #16]
+	vldr s2, [ip, #88]
+	vldr s4, [r0, #28]
+	vldr s5, [ip, #88]
+	vadd.f32 s4, s4, s5
+	vabs.f32 s4, s4
+	vldr s5, [ip, #88]
+	vcmp.f32 s4, s5
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s2
+	vmov.f32 s5, s4
 	it gt
-	vmovgt.f32 s4, s1
-	vldr s1, [ip, #92]
-	vmul.f32 s1, s4, s1
-	vadd.f32 s1, s3, s1
-	vldr s2, [r0, #24]
+	vmovgt.f32 s5, s2
+	vldr s2, [ip, #92]
+	vmul.f32 s2, s5, s2
+	vadd.f32 s2, s3, s2
+	vldr s3, [ip, #16]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s2, s1
+	vmovne.f32 s1, s3
 	vstr s0, [r0, #0]
-	vstr s2, [r0, #24]
+	vstr s1, [r0, #24]
 	mov.w r0, #1
 	vpop {s16-s17}
 	pop.w {r4-r9}
@@ -2061,25 +2110,32 @@ motor_law:
 	vldr s0, [ip, #72]
 	vstr s0, [r3, #8]
 	vstr s5, [r0, #0]
-	vldr s0, [ip, #88]
-	vldr s1, [r0, #28]
-	vldr s2, [ip, #88]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #88]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #88]
+	vldr s2, [r0, #28]
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #92]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s3, s0
-	vldr s1, [r0, #24]
+	vldr s0, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #24]
 	vldr s0, [r0, #32]
 	vldr s1, [ip, #84]
 	vldr s2, [r0, #32]
@@ -2145,25 +2201,32 @@ motor_law:
 	vmul.f32 s1, s1, s0
 	vsub.f32 s0, s0, s1
 	vstr s0, [r0, #32]
-	vldr s0, [ip, #88]
-	vldr s1, [r0, #28]
-	vldr s2, [ip, #88]
-	vadd.f32 s1, s1, s2
-	vabs.f32 s1, s1
-	vldr s2, [ip, #88]
+	vldr s0, [ip, #16]
+	vldr s1, [ip, #88]
+	vldr s2, [r0, #28]
+	vldr s4, [ip, #88]
+	vadd.f32 s2, s2, s4
+	vabs.f32 s2, s2
+	vldr s4, [ip, #88]
+	vcmp.f32 s2, s4
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s4, s2
+	it gt
+	vmovgt.f32 s4, s1
+	vldr s1, [ip, #92]
+	vmul.f32 s1, s4, s1
+	vadd.f32 s1, s3, s1
+	vldr s2, [ip, #16]
 	vcmp.f32 s1, s2
 	vmrs APSR_nzcv, fpscr
 	vmov.f32 s2, s1
 	it gt
 	vmovgt.f32 s2, s0
-	vldr s0, [ip, #92]
-	vmul.f32 s0, s2, s0
-	vadd.f32 s0, s3, s0
-	vldr s1, [r0, #24]
+	vldr s0, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s1, s0
-	vstr s1, [r0, #24]
+	vmovne.f32 s0, s2
+	vstr s0, [r0, #24]
 	mov.w r0, #0
 	cmp.w r4, #0
 	it ne
@@ -2207,26 +2270,33 @@ motor_law:
 	vstr s1, [r3, #8]
 	vldr s1, [ip, #72]
 	vstr s1, [r3, #4]
-	vldr s1, [ip, #88]
-	vldr s2, [r0, #28]
-	vldr s4, [ip, #88]
-	vadd.f32 s2, s2, s4
-	vabs.f32 s2, s2
-	vldr s4, [ip, #88]
-	vcmp.f32 s2, s4
+	vldr s1, [ip, #16]
+	vldr s2, [ip, #88]
+	vldr s4, [r0, #28]
+	vldr s5, [ip, #88]
+	vadd.f32 s4, s4, s5
+	vabs.f32 s4, s4
+	vldr s5, [ip, #88]
+	vcmp.f32 s4, s5
 	vmrs APSR_nzcv, fpscr
-	vmov.f32 s4, s2
+	vmov.f32 s5, s4
 	it gt
-	vmovgt.f32 s4, s1
-	vldr s1, [ip, #92]
-	vmul.f32 s1, s4, s1
-	vadd.f32 s1, s3, s1
-	vldr s2, [r0, #24]
+	vmovgt.f32 s5, s2
+	vldr s2, [ip, #92]
+	vmul.f32 s2, s5, s2
+	vadd.f32 s2, s3, s2
+	vldr s3, [ip, #16]
+	vcmp.f32 s2, s3
+	vmrs APSR_nzcv, fpscr
+	vmov.f32 s3, s2
+	it gt
+	vmovgt.f32 s3, s1
+	vldr s1, [r0, #24]
 	cmp.w r5, #0
 	it ne
-	vmovne.f32 s2, s1
+	vmovne.f32 s1, s3
 	vstr s0, [r0, #0]
-	vstr s2, [r0, #24]
+	vstr s1, [r0, #24]
 	mov.w r0, #1
 	vpop {s16-s17}
 	pop.w {r4-r9}
