@@ -47,9 +47,9 @@
 //! ```
 //!
 //! # What it does not do
-//! Backlash, resonances beyond the one spring, more than three ticks of delay, identification. With one gain set it is a
-//! linear law: a well tuned cascade is as good. What it adds is gains by rule from a data sheet, load torque and speed,
-//! a smaller peak under a load with two sets, one code for motor and joint.
+//! Backlash, resonances beyond the one spring, more than three ticks of delay, identification. With one gain set it is
+//! a linear law: a well tuned cascade is as good. What it adds is gains by rule from a data sheet, load torque and
+//! speed, a smaller peak under a load with two sets, one code for motor and joint.
 
 mod axis;
 mod block;
@@ -81,6 +81,8 @@ pub use error::DriveError;
 pub use fence::{FENCED, Fence, FenceLimits, Slowing};
 pub use full_state::{FullState, FullStateMemory, Measured};
 pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
+#[doc(hidden)]
+pub use law::ANY_STAGE;
 pub use law::{DriveEstimates, DriveLaw, EncoderForm, MOST_DELAY_TICKS, Sample};
 pub use monitor::{
     ALARMS, ANSWERED, BEYOND_CONTROL, BRAKING, Bounds, Monitored, MonitoredState, RUNAWAY, WatchTicks, Watched,

@@ -427,10 +427,10 @@ impl<D: ControlLaw> Running<D> {
         }
     }
 
-    /// From now on the power stage gives at most this |u|: it is hot, its supply is low, its brake resistor is full. The
-    /// law keeps to it and slows a far motion down by it. `u` over the limits of the design: no other limit than those.
-    /// The answer is `false` for a number below 0 or NaN, before the start, and of laws without such a limit. A start
-    /// forgets it, so call it before each tick.
+    /// From now on the power stage gives at most this |u|: it is hot, its supply is low, its brake resistor is full.
+    /// The law keeps to it and slows a far motion down by it. `u` over the limits of the design: no other limit than
+    /// those. The answer is `false` for a number below 0 or NaN, before the start, and of laws without such a limit. A
+    /// start forgets it, so call it before each tick.
     #[inline]
     pub fn limit(&mut self, u: D::Scalar) -> bool {
         match &mut self.state {

@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0xe045b555u
-#error "two designs with the prefix drive, 0xe045b555u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0xe045b555u
+#if DRIVE_STANDALONE != 0xee3102cfu
+#error "two designs with the prefix drive, 0xee3102cfu here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xee3102cfu
 #endif
 #else
-#define DRIVE_STANDALONE 0xe045b555u
+#define DRIVE_STANDALONE 0xee3102cfu
 
 #include <float.h>
 #include <stdbool.h>
@@ -1795,14 +1795,13 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
     const bool over_motor =
         drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
     monitor->swings += has_changed ? 1000.0f : 0.0f;
-    const bool is_any_over = over_link || over_motor;
     if ((told & DRIVE_SATURATED) != 0u) {
         drive_watch_limit(monitor, state, drive_magnitude(output->sigma), output->u, is_lost, over_link, over_motor);
     } else {
         drive_watch_within(monitor);
         is_star_over = !(drive_magnitude(output->sigma_star) <= 2224.5945f);
-        monitor->stuck += (is_any_over && is_lost) ? 0.5f : 0.0f; /* it may be a count that lies */
     }
+    const bool is_any_over = over_link || over_motor;
     drive_watch_over(monitor, is_any_over || is_star_over || is_rejected);
     const bool is_late = monitor->over > 40.0f;
     unsigned health = told;
@@ -1811,9 +1810,8 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
         health |= is_any_over ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
         health |= is_star_over ? (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND : 0u;
     }
-    /* A sample that is missing is an alarm after a while, and a load that the loop holds is none. */
-    unsigned alarms = is_late ? health : (health & ~(unsigned)DRIVE_INPUT_REJECTED);
-    alarms &= ((1.5f * monitor->stuck) > 40.0f) ? alarms : ~(unsigned)DRIVE_DISTURBANCE_OVER_BOUND;
+    /* A sample that is missing is an alarm after a while. */
+    const unsigned alarms = is_late ? health : (health & ~(unsigned)DRIVE_INPUT_REJECTED);
     if ((alarms & 1589u) != 0u) {
         if (is_rejected && is_lost) {
             health |= drive_watch_stop(monitor, output);

@@ -53,8 +53,8 @@ fn too_late_for_assembly(drive: &Drive) -> Option<String> {
     let delay_ticks = drive.designed.form().delay_ticks;
     (delay_ticks > 1).then(|| {
         format!(
-            "drive.delay_ticks = {delay_ticks} is not scheduled as assembly, 0 and 1 are: take --lang c --standalone, or \
-             --lang rust"
+            "drive.delay_ticks = {delay_ticks} is not scheduled as assembly, 0 and 1 are: take --lang c --standalone, \
+             or --lang rust"
         )
     })
 }
@@ -738,10 +738,7 @@ impl C<'_> {
         } else {
             let gave_up = "        if (is_lost) { /* what was believed is given up */\n            \
                            return told | @_watch_stop(monitor, output);\n        }\n";
-            let stops = filled(
-                include_str!("c/stops.h"),
-                &[("bits", &bits), ("then", &then), ("patience_ticks", &patience_ticks)],
-            );
+            let stops = filled(include_str!("c/stops.h"), &[("bits", &bits), ("then", &then)]);
             [include_str!("c/stop.h").into(), gave_up.into(), stops]
         };
         let [brake_text, brakes, braking, braking_zero] = if does_brake {
@@ -785,8 +782,10 @@ impl C<'_> {
             );
             let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, \
                           output);\n    }\n";
-            let member = "    float braking; /* 1 and the ticks of braking within the limits without becoming slower */\n    \
-                          float most; /* the most that a brake asks for; 0 before its first tick, below 0 where it holds no load */\n";
+            let member = "    float braking; /* 1 and the ticks of braking within the limits without becoming \
+                          slower */\n\
+                          \x20   float most; /* the most that a brake asks for; 0 before its first tick, below 0 \
+                          where it holds no load */\n";
             let zeros = "    monitor->braking = 0.0f;\n    monitor->most = 0.0f;\n";
             [text, brakes.into(), member.into(), zeros.into()]
         } else {

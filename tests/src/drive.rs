@@ -504,11 +504,14 @@ impl<const E: usize> LinearLaw<E> {
             .map(|(column, step)| column.iter().zip(&rest).map(|(moved, rest)| (moved - rest) / step).collect())
             .collect();
         let mut rows: Matrix = (0..rest.len()).map(|row| columns.iter().map(|column| column[row]).collect()).collect();
-        // What a tick leaves as it is, but for the rounding of a large number, and nothing reads is no part of the loop.
-        for number in 0..rest.len() - 1 {
+        // What a tick leaves as it is and nothing reads is no part of the loop; nor is the limit of the power stage
+        // with its last report, large numbers before those that are queued.
+        let numbers = rest.len() - 1;
+        let of_the_stage = numbers - LATE - 2..numbers - LATE;
+        for number in 0..numbers {
             let column = 2 * E + number;
             let is_read = (0..rest.len()).any(|row| row != number && rows[row][column] != 0.0);
-            if !is_read && (rows[number][column] - 1.0).abs() < 1e-3 {
+            if !is_read && (of_the_stage.contains(&number) || (rows[number][column] - 1.0).abs() < 1e-9) {
                 rows[number][column] = 0.0;
             }
         }

@@ -152,7 +152,7 @@ where
             50..=299 if stopped => RESET,
             0 if rng.chance(0.2) => RESET,
             5..=24 => REPORT,
-            45..=49 => RETUNE,
+            40..=49 => RETUNE,
             _ => TICK,
         };
         if what == RESET {

@@ -1,5 +1,5 @@
-//! A power stage that gives less than the design supposes: hot, on a low supply, with a full brake resistor. It tells the
-//! law its limit, or the law finds it from reports. Plants are the suite's own.
+//! A power stage that gives less than the design supposes: hot, on a low supply, with a full brake resistor. It tells
+//! the law its limit, or the law finds it from reports. Plants are the suite's own.
 
 use controller_core::drive::{
     Encoder, Joint, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position, Sample, Target,

@@ -112,6 +112,7 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &["load=[{ kind=\"ramp\", slope=0.01 }]"],
             &["fault=[{ kind=\"jump\", at_s=1, counts=1000 }]"],
             &["fault=[{ kind=\"lost\", at_s=1, for_s=0.02 }]"],
+            &["fault=[{ kind=\"derated\", at_s=1, current_a=2.0 }]"],
         ],
     ),
     (
@@ -132,6 +133,7 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &["load=[{ kind=\"ramp\", slope=0.01 }]"],
             &["fault=[{ kind=\"jump\", encoder=\"link\", at_s=1, counts=1000 }]"],
             &["fault=[{ kind=\"lost\", at_s=1, for_s=0.02 }]"],
+            &["fault=[{ kind=\"derated\", at_s=1, current_a=2.0 }]"],
         ],
     ),
     (

@@ -103,11 +103,11 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
         each(
             "an alarm stops the drive, or makes it brake, if alarms are to; the wrong way, oscillation and counts that \
              are given up stop it; nothing else does",
-            &|part, step| follows(telling, part, step),
+            &follows,
         ),
         each(
-            "a brake ends: each tick within the limits is slower than the one before or counts, and where the speed does \
-             not fall at a limit",
+            "a brake ends: each tick within the limits is slower than the one before or counts, and where the speed \
+             does not fall at a limit",
             &ends,
         ),
         each("what the law says is handed on", &|_, step| {
@@ -197,16 +197,12 @@ fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
 }
 
 /// What follows an alarm.
-fn follows(telling: &Record, part: &str, step: &Step) -> Claims {
+fn follows(part: &str, step: &Step) -> Claims {
     let after = |name: &str| step.after(name).to_string();
     let runaway = either(RUNAWAY.iter().map(|alarm| after(alarm)));
     let rejected = all(["law_rejected".into(), late()]);
-    // A load that the loop holds is only reported.
-    let disturbed = all([
-        after("disturbance_over_bound"),
-        format!("(fp.gt (fp.mul RNE {} {}) patience_ticks)", number(1.5), stuck_now(telling)),
-    ]);
-    let acts = either([disturbed, after("sigma_star_over_bound"), after("stuck_at_limit"), rejected]);
+    let answered = ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit"].map(after);
+    let acts = either(answered.into_iter().chain([rejected]));
     let given_up = all(["law_waits", "law_lost"].map(String::from));
     let blind = all(["law_rejected", "law_lost"].map(String::from));
     let stops = |stops: String| {
@@ -238,19 +234,6 @@ fn follows(telling: &Record, part: &str, step: &Step) -> Claims {
             ]
         }
     }
-}
-
-/// Ticks at a limit after this one of a drive that does not brake.
-fn stuck_now(telling: &Record) -> String {
-    let (zero, one) = ("(_ +zero 8 24)", number(1.0));
-    let less = format!("(fp.sub RNE stuck {})", number(0.1));
-    let less = format!("(ite (fp.gt {less} {zero}) {less} {zero})");
-    let more = either(["(fp.isZero stuck)".into(), "(fp.leq last_sigma (fp.abs law_sigma))".into()]);
-    let over = either(disturbances(telling).map(|d| not(&format!("(fp.leq (fp.abs {d}) {d}_bound)"))));
-    // A count that is lost while a disturbance is over its bound is half a tick of it.
-    let lies = all([over, "law_lost".into()]);
-    let within = format!("(ite {lies} (fp.add RNE {less} {}) {less})", number(0.5));
-    format!("(ite law_saturated (ite {more} (fp.add RNE stuck {one}) stuck) {within})")
 }
 
 /// Has it been braking before this tick?

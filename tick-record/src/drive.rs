@@ -12,8 +12,9 @@
 //! (sines, cosines, couplings, whether a sample was lost) goes from the one to the other by its name.
 
 use controller_core::drive::{
-    Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, FullState, Hold, JointDesign, JointDrive, JointModel,
-    Measured, MotorDesign, MotorDrive, MotorModel, Mounting, NumberName, Position, Sample, Speed, Target, Watched,
+    ANY_STAGE, Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, FullState, Hold, JointDesign, JointDrive,
+    JointModel, Measured, MotorDesign, MotorDrive, MotorModel, Mounting, NumberName, Position, Sample, Speed, Target,
+    Watched,
 };
 use controller_core::{ControlLaw, Controller, Health, Linear, Output, Real, Words as _, as_within};
 
@@ -151,7 +152,7 @@ where
         let push = recorder.silently(|| M::Push::from_words(&mut push.into_iter())).expect("the words of couplings");
         let [begin, end] = ["begin", "end"].map(|when| A::target(recorder, when));
         let sample = Sample { counts: [None; E], begin, end };
-        Self::put_output(recorder, &self.law.ask_rest(state, &sample, seen, &push, begins));
+        Self::put_output(recorder, &self.law.ask_rest::<ANY_STAGE>(state, &sample, seen, &push, begins));
     }
 }
 

@@ -101,10 +101,10 @@ impl<const E: usize> Watched<E> for AnyLaw<E> {
         argument("per_gain")
     }
     fn nominal_limits(&self) -> [Symbol; 2] {
-        ["u_min", "u_max"].map(argument)
+        ["nominal_min", "nominal_max"].map(argument)
     }
     fn range(&self, _: &Seen<E>) -> [Symbol; 2] {
-        self.nominal_limits()
+        ["u_min", "u_max"].map(argument)
     }
     fn put_instead(_: &mut Seen<E>, _: Symbol) {}
     fn per_rad(&self, _: usize) -> Symbol {
@@ -160,9 +160,10 @@ impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {
 }
 
 /// Records what the monitors of E shafts make of what a law put out (`law_u`, `law_sigma`, `law_saturated`, ..), of the
-/// disturbances `d1`, .. and the speed `v` that it sees, of the `gain` and the limits `u_min`, `u_max` of its input,
-/// and of the thresholds `d1_bound`, .., `sigma_star_bound`, [`TICKS`] and of `brake`, the u per unit of speed while it
-/// brakes. The alarms `stops_at` stop the drive. A tick with a sample and one without are the same to them.
+/// disturbances `d1`, .. and the speed `v` that it sees, of the `gain`, of 1/gain as `per_gain`, of the
+/// present limits `u_min`, `u_max` of its input and those of the design, `nominal_min`, `nominal_max`, and of the
+/// thresholds `d1_bound`, .., `sigma_star_bound`, [`TICKS`] and of `brake`, the u per unit of speed while it brakes.
+/// The alarms `stops_at` stop the drive. A tick with a sample and one without are the same to them.
 ///
 /// # Panics
 /// Never: each part has the results that are asked for.
@@ -274,8 +275,8 @@ pub fn state(shafts: usize) -> Vec<Port> {
 }
 
 /// Joins the tick of a drive with its monitors, of the records of its `tick`, of what it puts out before it has
-/// started, of its `limits`, and of the monitors ([`monitor`]). `before` is the state that it begins with, of all words of it; `shafts`
-/// is what the name of each disturbance ends with.
+/// started, of its `limits`, and of the monitors ([`monitor`]). `before` is the state that it begins with, of all words
+/// of it; `shafts` is what the name of each disturbance ends with.
 ///
 /// # Panics
 /// If the records are not those of a drive and of monitors for so many shafts.
@@ -293,7 +294,7 @@ pub fn watched(
         let port = tick.inputs.iter().find(|port| port.name == name);
         port.map(|port| joined.input(&port.name, port.role, port.kind))
     };
-    let [gain, per_gain] = ["model_b", "per_b"].map(&mut of_law);
+    let [gain, per_gain, nominal_min, nominal_max] = ["model_b", "per_b", "u_min", "u_max"].map(&mut of_law);
     let limits =
         joined.call(limits, &|port| if port.role == Role::State { told.get(&port.name, port.role) } else { None });
     let [u_min, u_max] = ["u_low", "u_high"].map(|name| limits.get(name, Role::Between));
@@ -302,6 +303,8 @@ pub fn watched(
         ("fallback", _) => fallback,
         ("gain", _) => gain,
         ("per_gain", _) => per_gain,
+        ("nominal_min", _) => nominal_min,
+        ("nominal_max", _) => nominal_max,
         ("u_min", _) => u_min,
         ("u_max", _) => u_max,
         ("v", Role::State) => told.get(&driven, Role::State),

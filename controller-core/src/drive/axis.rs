@@ -400,7 +400,7 @@ mod tests {
         for stuck in [300, 511, 512, 513, 700] {
             let mut axis = axis::<256>();
             let mut shaft = Shaft { x: [0.0; 2], stuck: false, count: 0 };
-            let (mut tripped, mut after) = (None, Vec::new());
+            let (mut tripped, mut after, mut last) = (None, Vec::new(), 0.0);
             for tick in 0..1500_u32 {
                 if tick % 150 == 20 {
                     axis.play_at(tick + 10, to(if tick % 300 == 20 { 1.0 } else { 0.0 }, axis.plan(), tick + 10));
@@ -408,13 +408,15 @@ mod tests {
                 shaft.stuck = tick >= stuck;
                 let counts = shaft.count();
                 let before: Vec<u32> = axis.running().words().collect();
-                let output = axis.tick(counts, (tick % 7 == 0).then_some(0.01));
+                // Almost all of it: twice the same, far below, would be the limit of the power stage.
+                let output = axis.tick(counts, (tick % 7 == 0).then_some(0.97 * last));
                 if axis.is_frozen() && tripped.is_none() {
                     tripped = Some(tick);
                     after = axis.running().words().collect();
                     assert_ne!(before, after);
                 }
-                shaft.advance(output.u);
+                last = output.u;
+                shaft.advance(last);
             }
             let tripped = tripped.expect("an alarm");
             let [older, newer] = axis.black_box();
@@ -432,7 +434,7 @@ mod tests {
                 differs += then.filter(|(output, frame)| output.u.to_bits() != frame.u.to_bits()).count();
             }
             assert!(again.state.as_ref().expect("started").words().eq(after[2..after.len() - 1].iter().copied()));
-            assert!(differs > 30, "{differs}");
+            assert!(differs > 100, "{differs}");
         }
     }
 

@@ -23,9 +23,10 @@
 //! Within these the loop was stable in every corner of ±50 % of all parameters with one gain set. With a tick of delay,
 //! and at 2 ms (motor's observer at 300 rad/s), it was within ±20 %; at ±50 % four of 32 corners are not: K_t/J_m -50 %
 //! with K/J_l and the motor's damping +50 %, slowly (radius 1.001 and 1.01 per tick; test
-//! `drive_joint::corners_of_the_joint_are_stable`). With two and three ticks the default set, slowed for them, is stable
-//! within ±20 % as well (radius 0.991 and 0.993 at 1 ms), and at ±50 % it is not, in 8 and 9 of 32 corners (radius 1.005
-//! and 1.012; test `drive_joint::with_two_and_three_ticks_of_delay_a_joint_is_stable_within_20_percent`).
+//! `drive_joint::corners_of_the_joint_are_stable`). With two and three ticks the default set, slowed for them, is
+//! stable within ±20 % as well (radius 0.991 and 0.993 at 1 ms), and at ±50 % it is not, in 8 and 9 of 32 corners
+//! (radius 1.005 and 1.012; test
+//! `drive_joint::with_two_and_three_ticks_of_delay_a_joint_is_stable_within_20_percent`).
 //!
 //! ```
 //! use controller_core::drive::{Encoder, Joint, JointDesign, JointDrive, Position};
@@ -321,9 +322,9 @@ impl JointBandwidths {
         Self { motor_rad_s: if self.motor_rad_s < most { self.motor_rad_s } else { most }, ..self }
     }
 
-    /// All in the same proportions, slowed to a surface that two or three ticks of delay bear, 0.048 over the delay: with
-    /// these and [`within`](Self::within) the default set is stable for inertias, stiffness and torque constant within
-    /// ±20 % each, under a current loop of 0.2 ms at 1 ms. `FIRM` is not, from 1 ms of delay on.
+    /// All in the same proportions, slowed to a surface that two or three ticks of delay bear, 0.048 over the delay:
+    /// with these and [`within`](Self::within) the default set is stable for inertias, stiffness and torque constant
+    /// within ±20 % each, under a current loop of 0.2 ms at 1 ms. `FIRM` is not, from 1 ms of delay on.
     #[must_use]
     pub const fn slowed_for(self, period_s: f64, delay_ticks: usize) -> Self {
         if delay_ticks < 2 {

@@ -46,8 +46,8 @@
 //!
 //! # Limits that change
 //! A power stage may give less than the design supposes ([`Running::limit`](crate::Running::limit)): u stays within
-//! that, and `far` is as much smaller, so the speed along σ = 0 is one that the present current brakes. Such a tick goes
-//! the rare way.
+//! that, and `far` is as much smaller, so the speed along σ = 0 is one that the present current brakes. Such a tick
+//! goes the rare way.
 
 use core::marker::PhantomData;
 
@@ -180,7 +180,8 @@ pub(crate) const QUARTER_TURN: f64 = core::f64::consts::FRAC_PI_2;
 /// Of a tick: the power stage gives all, or less, or that is to be looked up.
 const UNLIMITED: u8 = 0;
 const LIMITED: u8 = 1;
-const ANY: u8 = 2;
+#[doc(hidden)]
+pub const ANY_STAGE: u8 = 2;
 
 /// A limit of the power stage that was found from reports rises by this part of that of the design in a tick.
 const RISE: f64 = 1.0 / 64.0;
@@ -837,8 +838,8 @@ where
 
     /// `far` for that.
     #[inline(always)]
-    fn present_far(&self, state: &StateOf<Self>) -> T {
-        if self.is_limited(state) { self.row.far_per_u * state.limit.abs() } else { self.row.far }
+    fn present_far<const STAGE: u8>(&self, state: &StateOf<Self>) -> T {
+        self.limited_or::<STAGE>(state, self.row.far_per_u * state.limit.abs(), self.row.far)
     }
 
     /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed.
@@ -992,7 +993,7 @@ where
             }
             (seen, false, Health::SAMPLE_LOST.when(missing).union(Health::POSITION_STEPPED.when(stepped)))
         };
-        let output = self.ask_within::<STAGE>(state, sample, seen, &before, begins);
+        let output = self.ask_rest::<STAGE>(state, sample, seen, &before, begins);
         self.follow(state);
         if missing {
             self.carry(state);
@@ -1092,19 +1093,6 @@ where
         known
     }
 
-    /// Steps 4 to 6 of any tick.
-    #[doc(hidden)]
-    pub fn ask_rest(
-        &self,
-        state: &mut StateOf<Self>,
-        sample: &Sample<T::Count, A::Target, E>,
-        seen: M::Seen,
-        before: &M::Push,
-        begins: bool,
-    ) -> Output<T> {
-        self.ask_within::<ANY>(state, sample, seen, before, begins)
-    }
-
     /// One number where the power stage is limited, else the other: in a tick of which that is known or not.
     #[inline(always)]
     fn limited_or<const STAGE: u8>(&self, state: &StateOf<Self>, limited: T, unlimited: T) -> T {
@@ -1115,9 +1103,11 @@ where
         }
     }
 
-    /// The same, where it may be known whether the power stage is limited: one way through the tick for each.
+    /// Steps 4 to 6 of any tick, of a power stage of which it may be known whether it is limited: one way through the
+    /// tick for each.
+    #[doc(hidden)]
     #[inline(always)]
-    fn ask_within<const STAGE: u8>(
+    pub fn ask_rest<const STAGE: u8>(
         &self,
         state: &mut StateOf<Self>,
         sample: &Sample<T::Count, A::Target, E>,
@@ -1129,7 +1119,7 @@ where
         let errors = self.errors(&known, state.turn, &sample.begin);
         let (k, [u_min, u_max]) = (&self.row, self.present_limits(state));
         let limits = [self.limited_or::<STAGE>(state, u_min, k.u_min), self.limited_or::<STAGE>(state, u_max, k.u_max)];
-        let far = self.limited_or::<STAGE>(state, k.far_per_u * state.limit.abs(), k.far);
+        let far = self.present_far::<STAGE>(state);
         let is_far = self.is_far(&errors, far);
         if is_far && !is_sound(errors.e[0]) {
             return self.refuse(state, Health::OK);
@@ -1187,7 +1177,7 @@ where
         let seen = self.model.seen_ahead(self.model.seen(&raw), state.x[0][0]);
         // Without a delay nobody reads it.
         let before = before.first().copied().unwrap_or(state.push);
-        self.ask_within::<UNLIMITED>(state, sample, seen, &before, false)
+        self.ask_rest::<UNLIMITED>(state, sample, seen, &before, false)
     }
 
     #[inline(always)]
@@ -1573,9 +1563,9 @@ where
         let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
         let before = Known { x, d, growth, seen };
         let Sample { begin, end, .. } = sample;
-        let errors = self.approached(self.errors(&now, new.turn, begin), self.present_far(&new));
+        let errors = self.approached(self.errors(&now, new.turn, begin), self.present_far::<ANY_STAGE>(&new));
         let asked = self.asked(&now, &errors, begin, end, None);
-        let errors = from.approached(from.errors(&before, new.turn, begin), from.present_far(&new));
+        let errors = from.approached(from.errors(&before, new.turn, begin), from.present_far::<ANY_STAGE>(&new));
         let wanted = from.asked(&before, &errors, begin, end, (!same_period).then_some(pace));
         let wanted = wanted.bare + from.row.kw * new.offset + from.row.us * (wanted.sigma - new.offset);
         let offset = (wanted - (asked.bare + k.us * asked.sigma)) / (k.kw - k.us);

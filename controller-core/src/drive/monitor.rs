@@ -23,8 +23,8 @@
 //!   saturated moves do not. A late task, an undeclared delay, a wrong inertia or torque constant end in it.
 //!
 //! d and σ* are an alarm only after some milliseconds over their bounds ([`Bounds::patience_ticks`]): one missed
-//! interrupt or one false count is none. A drive stops or brakes at d over its bound only when u has also been at a
-//! limit for two thirds of that while |σ| did not fall: a load that the loop holds is reported, and held.
+//! interrupt or one false count is none. A load that the loop holds is one as well: at rest a count that sticks looks
+//! the same, and its u need not come to a limit before the shaft has run away.
 //!
 //! # What follows an alarm
 //! It is told in [`Health`], and the caller may plan a joined [`stop`](super::stop) with the reference. That needs good
@@ -33,13 +33,13 @@
 //! safe u, and 0 where there is none, until it is reset. The last u is not held: it may be what raised the alarm.
 //!
 //! A drive that [brakes](Monitored::braking) does so first, as long as its counts can be believed:
-//! $u = -(k_v v + \bar d) / b$ within the limits, with the estimate of the speed and without the target. $\bar d$ is the
-//! d of a motor, so a load up to its bound is held. Once d is over 1.5 times its bound it may be a count that sticks,
-//! and $\bar d$ is 0 from there on; of a joint it always is: the spring damps the link. A wrong b is another $k_v$,
-//! which a plant much lighter than its design does not bear. The current is switched off at rest: after some time constants $1/k_v$ in which u was within its limits and $|v|$ was small, or
-//! no longer fell. It is also switched off where braking at the limit does not slow the shaft down for as long as u may
-//! be stuck there, or where the shaft becomes faster than at the beginning; where the counts are lost for longer than an
-//! alarm takes; and at a [`RUNAWAY`].
+//! $u = -(k_v v + \bar d) / b$ within the limits, with the estimate of the speed and without the target. $\bar d$ is
+//! the d of a motor, so a load up to its bound is held. Once d is over 1.5 times its bound it may be a count that
+//! sticks, and $\bar d$ is 0 from there on; of a joint it always is: the spring damps the link. A wrong b is another
+//! $k_v$, which a plant much lighter than its design does not bear. The current is switched off at rest: after some
+//! time constants $1/k_v$ in which u was within its limits and $|v|$ was small, or no longer fell. It is also off
+//! where braking at the limit does not slow the shaft down for as long as u may be stuck there, or where the shaft
+//! becomes faster than at the beginning; where the counts are lost for longer than an alarm takes; and at a [`RUNAWAY`].
 
 use core::mem::offset_of;
 
@@ -614,10 +614,6 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             Self::within_limits(state);
             let within = output.sigma_star.abs() <= self.sigma_star;
             is_star_over = !within;
-            if is_any_over && output.health.contains(Health::SAMPLE_LOST) {
-                // Such a d may be of a count that lies, and u is none that follows it.
-                state.stuck += L::Scalar::HALF;
-            }
         }
         let is_over = is_any_over || is_star_over || output.health.contains(Health::INPUT_REJECTED);
         Self::count_over(state, is_over);
@@ -729,9 +725,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         let mut alarms = Health::STUCK_AT_LIMIT.when(state.stuck > self.ticks.stuck);
         alarms = alarms.union(Health::DISTURBANCE_OVER_BOUND.when(is_late && is_any_over));
         alarms = alarms.union(Health::SIGMA_STAR_OVER_BOUND.when(is_late && is_star_over));
-        // A load over its bound that the loop holds is reported only.
-        let held = Health::DISTURBANCE_OVER_BOUND.when(!(L::Scalar::from_f64(1.5) * state.stuck > self.ticks.patience));
-        let asked = alarms.without(held).union(Health::INPUT_REJECTED.when(is_rejected && is_late));
+        let asked = alarms.union(Health::INPUT_REJECTED.when(is_rejected && is_late));
         let is_blind = is_rejected && output.health.contains(Health::SAMPLE_LOST);
         output.health = output.health.union(alarms);
         if asked.intersects(self.stops_at) {

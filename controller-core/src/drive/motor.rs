@@ -18,8 +18,8 @@
 //! every J and K_t within ±50 % of the nominal, with 0 to 3 ticks of delay (test
 //! `drive_motor::corners_of_the_motor_are_stable`).
 //!
-//! Bandwidths of one's own are held to $w_c T \le 0.5$, $k_l T \le 1$ and $w_o T \le$ 0.8, 0.5, 0.3, 0.2 with 0, 1, 2, 3
-//! ticks of delay; of an observer with four states 0.15 and 0.1 with 2 and 3 ([`MotorDesign::observer_limit`]). Up to
+//! Bandwidths of one's own are held to $w_c T \le 0.5$, $k_l T \le 1$ and $w_o T \le$ 0.8, 0.5, 0.3, 0.2 with 0, 1, 2,
+//! 3 ticks of delay; of an observer with four states 0.15 and 0.1 with 2 and 3 ([`MotorDesign::observer_limit`]). Up to
 //! there the loop is stable for J and K_t within ±20 % where the current follows at once (test
 //! `drive_motor::up_to_the_limits_the_motor_is_stable`; with four states and one tick only up to 0.3).
 //!

@@ -100,14 +100,13 @@ static inline unsigned @_watch(@_monitor *monitor, @_state *state, unsigned told
 $gave_up$        return told;
     }
 $brakes$$looks$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
-    const bool is_any_over = $any_over$;
     if ((told & @@_SATURATED) != 0u) {
         @_watch_limit(monitor, state, @_magnitude(output->sigma), output->u, is_lost$overs$);
     } else {
         @_watch_within(monitor);
         is_star_over = !(@_magnitude(output->sigma_star) <= $sigma_star$f);
-        monitor->stuck += (is_any_over && is_lost) ? 0.5f : 0.0f; /* it may be a count that lies */
     }
+    const bool is_any_over = $any_over$;
     @_watch_over(monitor, is_any_over || is_star_over || is_rejected);
     const bool is_late = monitor->over > $patience_ticks$f;
     unsigned health = told;

@@ -310,8 +310,8 @@ impl Common<'_> {
         }
         if is_wide && self.delay_ticks > 0 && plant == "joint" {
             warnings.push(format!(
-                "with drive.delay_ticks = {} a joint is stable within 20 %, and drive.uncertain_percent = {} says more: \
-                 some corners may swing up to the limits",
+                "with drive.delay_ticks = {} a joint is stable within 20 %, and drive.uncertain_percent = {} says \
+                 more: some corners may swing up to the limits",
                 self.delay_ticks,
                 shown(uncertain_percent)
             ));

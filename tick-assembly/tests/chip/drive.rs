@@ -435,7 +435,8 @@ fn a_drive_that_was_tampered_with_is_noticed() {
         ("\tvsub.f32", "\tvadd.f32"),
         ("\tbne.w .Ls_tick_u_rest", "\tnop.w @"),
     ] {
-        // The first test of a size is that of the stage's limit: without it every tick takes the rare way, to the same bits.
+        // The first test of a size is that of the stage's limit: turned round every tick takes the rare way, to the
+        // same bits.
         let at = if line.contains("bhi") { assembly.text.match_indices(line).nth(1) } else { None };
         let at = at.map_or_else(|| assembly.text.find(line).unwrap_or_default(), |(at, _)| at);
         let tampered = assembly.text[..at].to_string() + &assembly.text[at..].replacen(line, instead, 1);
