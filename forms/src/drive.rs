@@ -699,8 +699,7 @@ impl C<'_> {
     /// What of a tick is looked at after it. Comparisons and counts of ticks, written by hand: bit by bit they are
     /// those of `controller_core::drive::Monitored` (test `export_drive`).
     fn monitors(&self) -> String {
-        let Thresholds { disturbance, sigma_star, ticks, brake, limits: [u_min, u_max], gain, per_gain } =
-            &self.exported.thresholds;
+        let Thresholds { disturbance, sigma_star, ticks, gain, .. } = &self.exported.thresholds;
         let reaction = self.exported.drive.designed.reaction();
         let does_brake = reaction == Reaction::Brake;
         let shafts = self.shafts();
@@ -723,10 +722,6 @@ impl C<'_> {
         let follows = followed(reaction);
         let stops_at = reaction.stops_at();
         let bits = stops_at.bits() & ALARMS.bits();
-        let held = match self.exported.drive.designed.form().delay_ticks {
-            0 => "held",
-            late => QUEUED[late - 1],
-        };
         let looks = looks.collect::<String>();
         let over: Vec<String> = shafts.iter().map(|shaft| format!("over{shaft}")).collect();
         let [params, overs] = [", bool ", ", "].map(|before| format!("{before}{}", over.join(before)));
@@ -741,56 +736,8 @@ impl C<'_> {
             let stops = filled(include_str!("c/stops.h"), &[("bits", &bits), ("then", &then)]);
             [include_str!("c/stop.h").into(), gave_up.into(), stops]
         };
-        let [brake_text, brakes, braking, braking_zero] = if does_brake {
-            let [slope, u_min, u_max, brake_ticks] =
-                [*brake, *u_min, *u_max, ticks.brake].map(|number| format!("{number:?}"));
-            // Of a joint the spring damps the link, and is not held against.
-            let (and_load, load, may_hold, holds) = match &disturbance[..] {
-                [bound] => (
-                    ", and the load within its bound",
-                    format!(
-                        "    const float load = (monitor->most > 0.0f) ? state->d{driven} : 0.0f;\n    opposed -= \
-                         {per_gain:?}f * load;\n"
-                    ),
-                    format!("(@_magnitude(state->d{driven}) <= {:?}f) ? most : ", 1.5 * bound),
-                    format!(
-                        "    if (!(@_magnitude(state->d{driven}) <= {:?}f)) {{\n        monitor->most = \
-                         -@_magnitude(monitor->most);\n    }}\n",
-                        1.5 * bound
-                    ),
-                ),
-                _ => ("", String::new(), String::new(), String::new()),
-            };
-            let text = filled(
-                include_str!("c/brake.h"),
-                &[
-                    ("and_load", &and_load),
-                    ("load", &load),
-                    ("may_hold", &may_hold),
-                    ("holds", &holds),
-                    ("slope", &slope),
-                    ("u_min", &u_min),
-                    ("u_max", &u_max),
-                    ("brake_ticks", &brake_ticks),
-                    ("stuck_ticks", &stuck_ticks),
-                    ("patience_ticks", &patience_ticks),
-                    ("looks", &looks),
-                    ("overs", &overs),
-                    ("held", &held),
-                    ("shaft", &driven),
-                ],
-            );
-            let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, \
-                          output);\n    }\n";
-            let member = "    float braking; /* 1 and the ticks of braking within the limits without becoming \
-                          slower */\n\
-                          \x20   float most; /* the most that a brake asks for; 0 before its first tick, below 0 \
-                          where it holds no load */\n";
-            let zeros = "    monitor->braking = 0.0f;\n    monitor->most = 0.0f;\n";
-            [text, brakes.into(), member.into(), zeros.into()]
-        } else {
-            [String::new(), String::new(), String::new(), String::new()]
-        };
+        let [brake_text, brakes, braking, braking_zero] =
+            if does_brake { self.brake(&looks, &overs) } else { Default::default() };
         let (fence, fenced) = self.fence();
         self.file.c(&filled(
             include_str!("c/monitors.h"),
@@ -821,6 +768,65 @@ impl C<'_> {
                 ("stops", &stops),
             ],
         ))
+    }
+
+    /// The function of a drive that brakes, where a tick goes to it, its members and their zeros; `looks` and `overs`
+    /// are those of [`monitors`](Self::monitors).
+    fn brake(&self, looks: &str, overs: &str) -> [String; 4] {
+        let Thresholds { disturbance, ticks, brake, limits: [u_min, u_max], per_gain, .. } = &self.exported.thresholds;
+        let shafts = self.shafts();
+        let driven = shafts.last().map_or("", String::as_str);
+        let held = match self.exported.drive.designed.form().delay_ticks {
+            0 => "held",
+            late => QUEUED[late - 1],
+        };
+        let [stuck_ticks, patience_ticks] = [ticks.stuck, ticks.patience].map(|number| format!("{number:?}"));
+        let [slope, u_min, u_max, brake_ticks] =
+            [*brake, *u_min, *u_max, ticks.brake].map(|number| format!("{number:?}"));
+        // Of a joint the spring damps the link, and is not held against.
+        let (and_load, load, may_hold, holds) = match &disturbance[..] {
+            [bound] => (
+                ", and the load within its bound",
+                format!(
+                    "    const float load = (monitor->most > 0.0f) ? state->d{driven} : 0.0f;\n    opposed -= \
+                     {per_gain:?}f * load;\n"
+                ),
+                format!("(@_magnitude(state->d{driven}) <= {:?}f) ? most : ", 1.5 * bound),
+                format!(
+                    "    if (!(@_magnitude(state->d{driven}) <= {:?}f)) {{\n        monitor->most = \
+                     -@_magnitude(monitor->most);\n    }}\n",
+                    1.5 * bound
+                ),
+            ),
+            _ => ("", String::new(), String::new(), String::new()),
+        };
+        let text = filled(
+            include_str!("c/brake.h"),
+            &[
+                ("and_load", &and_load),
+                ("load", &load),
+                ("may_hold", &may_hold),
+                ("holds", &holds),
+                ("slope", &slope),
+                ("u_min", &u_min),
+                ("u_max", &u_max),
+                ("brake_ticks", &brake_ticks),
+                ("stuck_ticks", &stuck_ticks),
+                ("patience_ticks", &patience_ticks),
+                ("looks", &looks),
+                ("overs", &overs),
+                ("held", &held),
+                ("shaft", &driven),
+            ],
+        );
+        let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, \
+                      output);\n    }\n";
+        let member = "    float braking; /* 1 and the ticks of braking within the limits without becoming \
+                      slower */\n\
+                      \x20   float most; /* the most that a brake asks for; 0 before its first tick, below 0 \
+                      where it holds no load */\n";
+        let zeros = "    monitor->braking = 0.0f;\n    monitor->most = 0.0f;\n";
+        [text, brakes.into(), member.into(), zeros.into()]
     }
 
     /// The limits of position, speed and error, and what a tick does with them; nothing without any.

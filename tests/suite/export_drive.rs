@@ -369,6 +369,20 @@ impl Counters {
     }
 }
 
+/// The function that is called next.
+fn next_call(rng: &mut Rng, stopped: bool) -> u32 {
+    match rng.integer(0, 999) {
+        // Somebody sees that it has stopped.
+        25..=44 if stopped => FORGET,
+        0 if rng.chance(0.2) => FORGET,
+        1 if rng.chance(0.2) => START,
+        2..=4 => LOST,
+        5..=24 => REPORT,
+        45..=47 => LIMIT,
+        _ => TICK,
+    }
+}
+
 fn run<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     name: &str,
     (law, of): (&Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>, &DriveDesign),
@@ -396,16 +410,7 @@ where
     let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), vec![0_usize; HEALTHS], 0);
     let (mut ticks, mut turns_gone, mut stopped) = (0, 0, false);
     while ticks < TICKS {
-        let what = match rng.integer(0, 999) {
-            // Somebody sees that it has stopped.
-            25..=44 if stopped => FORGET,
-            0 if rng.chance(0.2) => FORGET,
-            1 if rng.chance(0.2) => START,
-            2..=4 => LOST,
-            5..=24 => REPORT,
-            45..=47 => LIMIT,
-            _ => TICK,
-        };
+        let what = next_call(&mut rng, stopped);
         if what == FORGET || what == START {
             plant.find_zero(&mut counters);
         }

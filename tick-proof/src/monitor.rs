@@ -188,7 +188,7 @@ fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
         let asked = format!("(ite (fp.leq (fp.abs {asked}) {}) {asked} {zero})", number(1e30));
         let supposed = all(limits.into_iter().chain([step.after("brakes").to_string()]));
         claims.push(("brake", then(&supposed, &all(inside))));
-        let opposes = same(&u, &limited(&asked, ["u_min", "u_max"]));
+        let opposes = same(u, &limited(&asked, ["u_min", "u_max"]));
         claims.push(("opposes", then(step.after("brakes"), &opposes)));
     } else {
         claims.push(("none", not(step.after("brakes"))));

@@ -818,7 +818,7 @@ where
 
     /// Is the target so far away, or no number, that the law must not go for it as it does near it?
     #[inline(always)]
-    fn is_far(&self, errors: &Errors<T, N>, far: T) -> bool {
+    fn is_far(errors: &Errors<T, N>, far: T) -> bool {
         let is_near = errors.e[0].abs() <= far;
         A::POSITION && !is_near
     }
@@ -845,8 +845,8 @@ where
     /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed.
     /// From `far` on it counts less and less, so that four times the way is done at twice the speed: along chords of
     /// $v = \sqrt{2 a |e_1|}$, from which a steady braking comes to rest. Beyond 256 times `far` the speed stays.
-    fn approached(&self, mut errors: Errors<T, N>, far: T) -> Errors<T, N> {
-        if !self.is_far(&errors, far) {
+    fn approached(mut errors: Errors<T, N>, far: T) -> Errors<T, N> {
+        if !Self::is_far(&errors, far) {
             return errors;
         }
         let (away, mut counts) = (errors.e[0], far);
@@ -1120,11 +1120,11 @@ where
         let (k, [u_min, u_max]) = (&self.row, self.present_limits(state));
         let limits = [self.limited_or::<STAGE>(state, u_min, k.u_min), self.limited_or::<STAGE>(state, u_max, k.u_max)];
         let far = self.present_far::<STAGE>(state);
-        let is_far = self.is_far(&errors, far);
+        let is_far = Self::is_far(&errors, far);
         if is_far && !is_sound(errors.e[0]) {
             return self.refuse(state, Health::OK);
         }
-        let asked = self.asked(&known, &self.approached(errors, far), &sample.begin, &sample.end, None);
+        let asked = self.asked(&known, &Self::approached(errors, far), &sample.begin, &sample.end, None);
         let output = if begins {
             self.start_offset(state, asked.sigma, asked.bare, limits)
         } else {
@@ -1156,7 +1156,7 @@ where
     ) -> Output<T> {
         let known = self.known(state, seen, &before);
         let errors = self.errors(&known, state.turn, &sample.begin);
-        if self.is_far(&errors, self.row.far) {
+        if Self::is_far(&errors, self.row.far) {
             // All of it once more: what is handed over would have to be kept in every tick.
             return self.ask_far(state, sample, [before; LATE]);
         }
@@ -1421,7 +1421,7 @@ where
             return None;
         }
         state.offset =
-            self.asked(&known, &self.approached(errors, self.row.far), &sample.begin, &sample.end, None).sigma;
+            self.asked(&known, &Self::approached(errors, self.row.far), &sample.begin, &sample.end, None).sigma;
         (is_sound(state.offset) && d.iter().all(|&d| is_sound(d))).then_some(state)
     }
 
@@ -1563,9 +1563,9 @@ where
         let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
         let before = Known { x, d, growth, seen };
         let Sample { begin, end, .. } = sample;
-        let errors = self.approached(self.errors(&now, new.turn, begin), self.present_far::<ANY_STAGE>(&new));
+        let errors = Self::approached(self.errors(&now, new.turn, begin), self.present_far::<ANY_STAGE>(&new));
         let asked = self.asked(&now, &errors, begin, end, None);
-        let errors = from.approached(from.errors(&before, new.turn, begin), from.present_far::<ANY_STAGE>(&new));
+        let errors = Self::approached(from.errors(&before, new.turn, begin), from.present_far::<ANY_STAGE>(&new));
         let wanted = from.asked(&before, &errors, begin, end, (!same_period).then_some(pace));
         let wanted = wanted.bare + from.row.kw * new.offset + from.row.us * (wanted.sigma - new.offset);
         let offset = (wanted - (asked.bare + k.us * asked.sigma)) / (k.kw - k.us);

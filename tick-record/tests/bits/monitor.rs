@@ -68,6 +68,14 @@ fn a_joined_tick_is_that_of_the_drive_with_its_monitors() {
     assert_eq!(seen | FENCED.bits(), Health::ALL, "every alarm was raised");
 }
 
+fn of_kind(port: &Port, bits: u32) -> Word<f32> {
+    match port.kind {
+        Kind::Number => Word::Number(f32::from_bits(bits)),
+        Kind::Count => Word::Count(bits as i32),
+        Kind::Truth => Word::Truth(bits == 1),
+    }
+}
+
 /// What was seen of a drive that these alarms stop, beside those that stop any.
 fn the_joined_tick_is_that_of_the_drive(stops_at: Health) -> u16 {
     const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
@@ -130,11 +138,6 @@ fn the_joined_tick_is_that_of_the_drive(stops_at: Health) -> u16 {
         };
         let inputs: Vec<u32> = state.words().collect();
         let word = |name: &str| words.iter().position(|port| port.name == name);
-        let of_kind = |port: &Port, bits: u32| match port.kind {
-            Kind::Number => Word::Number(f32::from_bits(bits)),
-            Kind::Count => Word::Count(bits as i32),
-            Kind::Truth => Word::Truth(bits == 1),
-        };
         let given = |port: &Port| match (port.role, port.name.as_str()) {
             (Role::State, name) => of_kind(port, inputs[word(name).expect("a word")]),
             (Role::Sample(_), _) => Word::Count(sample.counts[0].unwrap_or(7)),
