@@ -39,7 +39,7 @@
 //! $k_v$, which a plant much lighter than its design does not bear. The current is switched off at rest: after some
 //! time constants $1/k_v$ in which u was within its limits and $|v|$ was small, or no longer fell. It is also off
 //! where braking at the limit does not slow the shaft down for as long as u may be stuck there, or where the shaft
-//! becomes faster than at the beginning; where the counts are lost for longer than an alarm takes; and at a [`RUNAWAY`].
+//! becomes faster than at the beginning; where the counts are lost for longer than an alarm takes; at a [`RUNAWAY`].
 
 use core::mem::offset_of;
 
