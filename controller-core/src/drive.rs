@@ -101,7 +101,7 @@ pub use trigonometry::sin_cos;
 
 /// Chooses the types of a drive at run time: `$made!(args, aim, fast gain sets, ticks of delay, states)` for its form:
 /// does it follow a speed, has it two gain sets, have its observers four states; and its ticks of delay, of which more
-/// than three are three ([`MotorDesign::validate`](drive::MotorDesign::validate) refuses them).
+/// than three are three ([`MotorDesign::validate`] refuses them).
 ///
 /// A joint follows a position with four states, which its type does not name. `quiet` is one gain set alone.
 ///

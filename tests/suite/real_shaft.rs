@@ -293,6 +293,52 @@ fn a_counter_may_wrap_anywhere() {
     }
 }
 
+/// A counter that the index pulse of its encoder sets to 0 once a turn. It begins anywhere, so the drive creeps to the
+/// first pulse and is reset there; from then on each pulse takes back the counts that interference has cost.
+#[test]
+fn a_counter_that_its_index_sets_to_0_is_homed_once_and_loses_nothing() {
+    const STATES: i64 = 10_000;
+    let encoder = Encoder::incremental(16, 10_000).wrapping_at(10_000);
+    let steps = |shaft: &Shaft| (shaft.x[0] / encoder.unit_rad()).floor() as i64;
+    let mut rig = Rig::new(encoder, Shaft { x: [2.0, 0.0, 0.0], ..Shaft::ROUGH });
+    let (mut counter, mut before) = (0, steps(&rig.shaft));
+    let mut read = |rig: &Rig, lost: i64| {
+        let now = steps(&rig.shaft);
+        let is_index = now.div_euclid(STATES) != before.div_euclid(STATES);
+        counter = if is_index { now } else { counter + now - before - lost }.rem_euclid(STATES);
+        before = now;
+        (counter as i32, is_index)
+    };
+    // The counter says 0 at 2 rad.
+    let creep = |t: f64| if t < 0.1 { [0.0; 2] } else { [2.0 * (t - 0.1), 2.0] };
+    loop {
+        let (count, is_index) = read(&rig, 0);
+        if is_index {
+            rig.running.reset();
+            break;
+        }
+        rig.period(Some(Some(count)), &creep);
+        assert!(rig.tick < 4000, "the index is not found");
+    }
+    println!("the index is found at {:.4} rad after {} ms, {:?}", rig.shaft.x[0], rig.tick, rig.seen);
+    assert!((rig.shaft.x[0] - TAU).abs() < 3e-3);
+    // Where the index is, is 0.
+    rig.shaft.x[0] -= TAU;
+    read(&rig, 0);
+    (rig.tick, rig.worst, rig.seen) = (0, 0.0, Health::OK);
+    let reference = ramp(60.0);
+    for tick in 0..3000 {
+        // Two counts are lost every 20 ms, ten in a turn: 6 mrad, and 0.17 rad in these 3 s without an index.
+        let (count, _) = read(&rig, if tick > 600 && tick % 20 == 0 { 2 } else { 0 });
+        rig.period(Some(Some(count)), &reference);
+    }
+    let error = rig.shaft.x[0] - reference(f64::from(rig.tick) * PERIOD_S)[0];
+    println!("{error:.5} rad at the end, {:.5} at most, {:?}", rig.worst, rig.seen);
+    // The shaft creeps on at 2 rad/s for the 10 ms in which the counts have to agree.
+    assert!(error.abs() < 8e-3 && rig.worst < 0.03, "{error} rad at the end, {} at most", rig.worst);
+    assert!(!rig.seen.intersects(Health::POSITION_STEPPED | Health::SAMPLE_LOST), "{:?}", rig.seen);
+}
+
 /// The same on a joint, whose two encoders are missed together.
 #[test]
 fn a_joint_survives_missed_interrupts() {

@@ -628,7 +628,9 @@ where
         let (k, one) = (&self.belief, T::from_f64(1.0));
         let passed = state.missed[i] + one;
         let steps = state.doubt + (k.step_price[i] * off.abs() + one);
-        let is_confirmed = k.agreement[i] - (off - state.off[i]).abs();
+        // Each missed tick of a shaft that speeds up leaves an error of its speed, by which the counts drift.
+        let (twice_agreed, apart) = (lesser(k.agreement[i] * state.missed[i], k.gate[i]), (off - state.off[i]).abs());
+        let is_confirmed = twice_agreed - (apart + apart);
         let is_near = k.gate[i] * (passed * passed) - off.abs();
         let is_rare = T::from_f64(STEPS + 1.0) - steps;
         let (way, twice) = self.way_in_a_tick(state, i);
@@ -1472,7 +1474,8 @@ where
         output
     }
 
-    /// The model goes on by them, u held; more than samples may be missing are not foreseen.
+    /// The model goes on by them, u held; more than samples may be missing are not foreseen. They count as half of
+    /// what may be missing at most: the counts that come then have the other half to agree where the shaft is.
     fn missed(&self, state: &mut Self::State, periods: u32) {
         let mut left = periods;
         while left > 0 && !state.fresh && self.pass(state) {
@@ -1480,6 +1483,8 @@ where
             self.carry(state);
             left -= 1;
         }
+        let half = T::from_f64(0.5) * self.belief.lost_ticks;
+        state.missed = state.missed.map(|missed| missed.at_most(half));
     }
 
     /// A stage that has twice in a row given the same, and clearly less than was put out, gives no more: that is its
