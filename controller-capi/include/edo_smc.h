@@ -79,18 +79,21 @@ enum {
     /* tick: the sample was not finite, or asked for more than 1e12. output.u is the fallback of the design (hold the
      * last u, or the safe one); the estimates wait, and the next good sample resumes. */
     EDO_SMC_REJECTED = 1,
+    EDO_SMC_PROFILE_END = 2,       /* profile_go_to: the goal is beyond the range, the end of the range is taken */
 
     EDO_SMC_NULL = -1,
     EDO_SMC_MISALIGNED = -2,
     EDO_SMC_SIZE = -3,             /* not the size of this instance in this version */
     EDO_SMC_WRONG_VERSION = -4,    /* the design belongs to another version: export it again */
     EDO_SMC_WRONG_INSTANCE = -5,   /* the design is of another instance */
-    EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (report_applied: or beyond 1e12) */
+    EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (report_applied: or beyond 1e12; an angle or a speed
+                                    * of a profile: or beyond 6e9) */
     EDO_SMC_BAD_COEFFICIENTS = -7, /* no design has such numbers: was the file edited? */
     EDO_SMC_OVERLAP = -8,          /* two arguments share memory (tick: seen until the state has started) */
-    EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state */
+    EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state, or profile_new this profile */
     EDO_SMC_OTHER_DESIGN = -10,    /* init made this state for another design */
-    EDO_SMC_DAMAGED = -11,         /* something wrote over the flag of this state: init it */
+    EDO_SMC_DAMAGED = -11,         /* something wrote over the flag of this state: init it; or over a profile: make it
+                                    * anew */
     EDO_SMC_NOT_STARTED = -12,     /* report_applied, estimates, go_on: no good sample yet, so there is nothing to correct,
                                     * to tell, to go on with */
 
@@ -103,6 +106,10 @@ enum {
     /* Plans. */
     EDO_SMC_PLAN_TICKS = -17,      /* a way takes 1 to 2^24 ticks */
     EDO_SMC_PLAN_FREQUENCY = -18,  /* a sine moves on by 2^-32 turns per tick, and less than half a turn */
+
+    /* Profiles. */
+    EDO_SMC_PROFILE_RANGE = -19,   /* keep_within: the lower end lies above the upper one */
+    EDO_SMC_PROFILE_SPEED = -42,   /* start: more than a quarter of a turn per tick */
 
     /* Of edo_smc_design_*; the number of the channel goes out beside it where there is one. */
     EDO_SMC_FALLBACK_UNKNOWN = -20,         /* fallback is neither EDO_SMC_HOLD_LAST nor EDO_SMC_SAFE_U */
@@ -358,6 +365,63 @@ typedef struct edo_smc_estimates_joint {
 
 EDO_SMC_PLANS(motor, 3)
 EDO_SMC_PLANS(joint, 4)
+
+/* Profiles: set-points that come at any time become a path within limits of speed, acceleration and jerk, without
+ * overshoot. In place of a plan: `next` gives the target of each tick, `go_to` takes a goal whenever there is one. The
+ * path is the mean of the fastest way within speed and acceleration over windows of ticks, taken two times for a motor
+ * and three times for a joint: |r_dddot| <= 2 acceleration/(window period).
+ *
+ *     static edo_smc_profile_motor_t profile;
+ *
+ *     once, at start-up: 1 ms, 100 rad/s, 1200 rad/s^2, windows of 10 ticks
+ *     status = edo_smc_profile_new_motor(&profile, sizeof profile, 1e-3, 100.0, 1200.0, 10u, &refusal);
+ *
+ *     in the timer interrupt, in place of edo_smc_plan_play_motor:
+ *     edo_smc_profile_next_motor(&profile, &sample.end);
+ *
+ *     between two ticks, with the control interrupt masked:
+ *     status = edo_smc_profile_go_to_motor(&profile, turn, rad);
+ *
+ * A profile is changed between two ticks, not while the interrupt is in `next`: a goal is two words. It holds no
+ * address, so it may be copied. Speeds and accelerations are rounded down to whole units of 2^-32 turns per tick and
+ * per tick squared. All functions but `next` and `has_arrived` compute in double, in software on most cores.
+ *
+ * edo_smc_profile_new_*   at rest at angle 0. EDO_SMC_OUT_OF_RANGE for a period outside of 1 us to 1 s, a window outside
+ *                         of 1 to EDO_SMC_PROFILE_WINDOW ticks, a speed or an acceleration outside of 2^-32 turns to a
+ *                         quarter of a turn per tick or per tick squared; `refusal` (which may be NULL) names it
+ * edo_smc_profile_limit_* another speed and acceleration, in motion too: above a lower speed it brakes as the
+ *                         acceleration has it. Refused as by `new`; then the old ones stay
+ * edo_smc_profile_keep_within_*  goals are taken between 2 pi turn + rad of both, and so is the present one
+ * edo_smc_profile_go_to_* to 2 pi turn + rad, from where it is. EDO_SMC_PROFILE_END where that is beyond the range
+ * edo_smc_profile_stop_*  to rest as soon as the acceleration allows it. A stop that ends beyond the range goes back to
+ *                         its end
+ * edo_smc_profile_start_* anew at 2 pi turn + rad with this speed, and to rest from there: to take over a shaft that
+ *                         turns, from its estimates
+ * edo_smc_profile_has_arrived_*  1 if it is at rest at its goal; 0 if not, and for what is no profile
+ * edo_smc_profile_next_*  the target at the end of the next tick: in the interrupt, once per tick
+ */
+#define EDO_SMC_PROFILE_WINDOW 128 /* ticks of a window at most */
+#define EDO_SMC_PROFILES(name, averages)                                                                               \
+    typedef struct edo_smc_profile_##name {                                                                            \
+        uint32_t words[26 + (2 + EDO_SMC_PROFILE_WINDOW) * (averages)];                                                \
+    } edo_smc_profile_##name##_t;                                                                                      \
+    edo_smc_status_t edo_smc_profile_new_##name(edo_smc_profile_##name##_t *profile, size_t profile_size,              \
+                                                double period_s, double speed_rad_s, double acceleration_rad_s2,       \
+                                                uint32_t window, edo_smc_refusal_t *refusal);                          \
+    edo_smc_status_t edo_smc_profile_limit_##name(edo_smc_profile_##name##_t *profile, double speed_rad_s,             \
+                                                  double acceleration_rad_s2, edo_smc_refusal_t *refusal);             \
+    edo_smc_status_t edo_smc_profile_keep_within_##name(edo_smc_profile_##name##_t *profile, int32_t low_turn,         \
+                                                        double low_rad, int32_t high_turn, double high_rad);           \
+    edo_smc_status_t edo_smc_profile_go_to_##name(edo_smc_profile_##name##_t *profile, int32_t turn, double rad);      \
+    edo_smc_status_t edo_smc_profile_stop_##name(edo_smc_profile_##name##_t *profile);                                 \
+    edo_smc_status_t edo_smc_profile_start_##name(edo_smc_profile_##name##_t *profile, int32_t turn, double rad,       \
+                                                  double speed_rad_s);                                                 \
+    uint32_t edo_smc_profile_has_arrived_##name(const edo_smc_profile_##name##_t *profile);                            \
+    edo_smc_status_t edo_smc_profile_next_##name(edo_smc_profile_##name##_t *profile,                                  \
+                                                 edo_smc_target_##name##_t *target);
+
+EDO_SMC_PROFILES(motor, 2)
+EDO_SMC_PROFILES(joint, 3)
 
 /* All of one drive: its plant, and how many words law and state have.
  *

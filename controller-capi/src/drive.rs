@@ -295,7 +295,7 @@ pub(crate) unsafe fn design<L: Form<E, N, NUMBERS>, const E: usize, const N: usi
             made.check = made.sum();
             // SAFETY: not NULL, aligned, of the right size.
             unsafe { design.write(made) };
-            (Status::OK, CRefusal::of("", 0.0, 0.0, 0.0))
+            (Status::OK, CRefusal::NONE)
         }
         Err(said) => (Status::OUT_OF_RANGE, said),
     };
@@ -322,13 +322,22 @@ fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBER
         }
     }
     let alarms = Health::from_bits(config.stops_at as u16 & EVERY_ALARM).unwrap_or(BRAKING);
-    L::of(config, alarms).map_err(|error| CRefusal::of(error.field, error.given, error.low, error.high))
+    L::of(config, alarms).map_err(|error| CRefusal::from(&error))
 }
 
 /// Every bit of [`Health`].
 const EVERY_ALARM: u16 = Health::ALL;
 
+impl From<&DriveError> for CRefusal {
+    fn from(error: &DriveError) -> Self {
+        Self::of(error.field, error.given, error.low, error.high)
+    }
+}
+
 impl CRefusal {
+    /// Nothing was refused.
+    pub(crate) const NONE: Self = Self { field: [0; 32], given: 0.0, low: 0.0, high: 0.0 };
+
     fn of(name: &str, given: f64, low: f64, high: f64) -> Self {
         let mut field = [0; 32];
         // One zero at least stays behind it.

@@ -24,9 +24,10 @@ mod designing;
 mod drive;
 mod instance;
 mod plan;
+mod profile;
 mod status;
 
-use controller_core::drive::Rest;
+use controller_core::drive::{ProfileLimits, Rest};
 use controller_core::{ControlLaw, Output};
 use drive::{CRefusal, CTarget};
 use instance::{Held, Instance};
@@ -391,4 +392,129 @@ macro_rules! plans {
 plans! {
     plan_motor motor: 3, 2;
     plan_joint joint: 4, 4;
+}
+
+/// Profiles of a plant: averages, steps that they remember, derivatives of a target.
+macro_rules! profiles {
+    ($($module:ident $name:ident: $m:literal, $n:literal;)*) => {$(
+        #[doc = concat!("Profiles of a ", stringify!($name), ", `edo_smc_profile_*_", stringify!($name), "`.")]
+        pub mod $module {
+            use super::*;
+
+            type ThisProfile = profile::Held<$m, { $m * profile::WINDOW }>;
+
+            // As edo_smc.h has them: 26 words, and two and a window of each average.
+            const _: [(); 26 + (2 + profile::WINDOW) * $m] = [(); ThisProfile::WORDS];
+
+            /// At rest at angle 0, with limits.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type, `profile` to memory of the size given.
+            #[unsafe(export_name = concat!("edo_smc_profile_new_", stringify!($name)))]
+            pub unsafe extern "C" fn new(
+                profile: *mut ThisProfile,
+                profile_size: usize,
+                period_s: f64,
+                speed_rad_s: f64,
+                acceleration_rad_s2: f64,
+                window: u32,
+                refusal: *mut CRefusal,
+            ) -> Status {
+                let limits = ProfileLimits { speed_rad_s, acceleration_rad_s2, window };
+                // SAFETY: the caller's word.
+                unsafe { profile::new(profile, profile_size, &limits, period_s, refusal) }
+            }
+
+            /// Other limits of speed and acceleration, in motion too.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_profile_limit_", stringify!($name)))]
+            pub unsafe extern "C" fn limit(
+                profile: *mut ThisProfile,
+                speed_rad_s: f64,
+                acceleration_rad_s2: f64,
+                refusal: *mut CRefusal,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::limit(profile, [speed_rad_s, acceleration_rad_s2], refusal) }
+            }
+
+            /// Goals are taken between these two angles.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_keep_within_", stringify!($name)))]
+            pub unsafe extern "C" fn keep_within(
+                profile: *mut ThisProfile,
+                low_turn: i32,
+                low_rad: f64,
+                high_turn: i32,
+                high_rad: f64,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::keep_within(profile, (low_turn, low_rad), (high_turn, high_rad)) }
+            }
+
+            /// To this angle, from where it is.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_go_to_", stringify!($name)))]
+            pub unsafe extern "C" fn go_to(profile: *mut ThisProfile, turn: i32, rad: f64) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::go_to(profile, turn, rad) }
+            }
+
+            /// To rest as soon as it may.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_stop_", stringify!($name)))]
+            pub unsafe extern "C" fn stop(profile: *mut ThisProfile) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::stop(profile) }
+            }
+
+            /// Anew at this angle with a speed, and to rest from there.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_start_", stringify!($name)))]
+            pub unsafe extern "C" fn start(
+                profile: *mut ThisProfile,
+                turn: i32,
+                rad: f64,
+                speed_rad_s: f64,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::start(profile, turn, rad, speed_rad_s) }
+            }
+
+            /// Is it at rest at its goal? 1, or 0.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_has_arrived_", stringify!($name)))]
+            pub unsafe extern "C" fn has_arrived(profile: *const ThisProfile) -> u32 {
+                // SAFETY: the caller's word.
+                unsafe { profile::has_arrived(profile) }.into()
+            }
+
+            /// The target at the end of the next tick.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_profile_next_", stringify!($name)))]
+            pub unsafe extern "C" fn next(profile: *mut ThisProfile, target: *mut CTarget<$n>) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::next(profile, target) }
+            }
+        }
+    )*};
+}
+
+profiles! {
+    profile_motor motor: 2, 2;
+    profile_joint joint: 3, 4;
 }

@@ -1,4 +1,4 @@
-/* The same of a drive and of its plans. C99 and C++. */
+/* The same of a drive, of its plans and of its profiles. C99 and C++. */
 #include <math.h>
 #include <string.h>
 
@@ -290,6 +290,147 @@ static void plans(void) {
     EXPECT(0, target.turn != 3 || target.r != 1.0f || target.r_dot != 0.0f);
 }
 
+#define PROFILE_REFUSED(status, call)                                                                                  \
+    do {                                                                                                               \
+        const edo_smc_profile_motor_t profile_was = profile;                                                           \
+        expect_at(__LINE__, status, call);                                                                             \
+        expect_at(__LINE__, 0, memcmp(&profile, &profile_was, sizeof profile));                                        \
+    } while (0)
+
+static edo_smc_profile_motor_t profile;
+static edo_smc_target_motor_t aim;
+
+static edo_smc_status_t profile_new(double period_s, double speed, double acceleration, uint32_t window) {
+    return edo_smc_profile_new_motor(&profile, sizeof profile, period_s, speed, acceleration, window, &refusal);
+}
+
+/* Memory that `new` has not made is refused by every call, and left as it is. */
+static void no_profile(edo_smc_status_t status) {
+    PROFILE_REFUSED(status, edo_smc_profile_limit_motor(&profile, 50.0, 500.0, &refusal));
+    PROFILE_REFUSED(status, edo_smc_profile_keep_within_motor(&profile, 0, 0.0, 1, 0.0));
+    PROFILE_REFUSED(status, edo_smc_profile_go_to_motor(&profile, 0, 1.0));
+    PROFILE_REFUSED(status, edo_smc_profile_stop_motor(&profile));
+    PROFILE_REFUSED(status, edo_smc_profile_start_motor(&profile, 0, 1.0, 1.0));
+    aim.r = 7.0f;
+    PROFILE_REFUSED(status, edo_smc_profile_next_motor(&profile, &aim));
+    EXPECT(0, aim.r != 7.0f);
+    EXPECT(0, edo_smc_profile_has_arrived_motor(&profile));
+}
+
+static void profile_limits(void) {
+    static const struct {
+        const char *field;
+        double period_s, speed, acceleration;
+        uint32_t window;
+    } bad[] = {
+        {"period_s", 0.0, 100.0, 1200.0, 10},      {"period_s", -1e-3, 100.0, 1200.0, 10},
+        {"period_s", NAN, 100.0, 1200.0, 10},      {"period_s", 1e-300, 100.0, 1200.0, 10},
+        {"speed_rad_s", 1e-3, 0.0, 1200.0, 10},    {"speed_rad_s", 1e-3, NAN, 1200.0, 10},
+        {"speed_rad_s", 1e-3, 1.6e3, 1200.0, 10},  {"acceleration_rad_s2", 1e-3, 100.0, -1.0, 10},
+        {"acceleration_rad_s2", 1e-3, 100.0, INFINITY, 10}, {"window", 1e-3, 100.0, 1200.0, 0},
+        {"window", 1e-3, 100.0, 1200.0, EDO_SMC_PROFILE_WINDOW + 1},
+        {"window", 1e-3, 100.0, 1200.0, 0x10000001u},
+    };
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
+        PROFILE_REFUSED(EDO_SMC_OUT_OF_RANGE,
+                        profile_new(bad[k].period_s, bad[k].speed, bad[k].acceleration, bad[k].window));
+        EXPECT(0, strcmp(refusal.field, bad[k].field));
+        EXPECT(1, !(refusal.given >= refusal.low && refusal.given <= refusal.high));
+    }
+    char *const odd = (char *)&profile + 1;
+    edo_smc_refusal_t *const within = (edo_smc_refusal_t *)(void *)profile.words;
+    edo_smc_refusal_t *const crooked = (edo_smc_refusal_t *)(void *)((char *)&refusal + 4);
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_new_motor(NULL, sizeof profile, 1e-3, 1.0, 1.0, 1, NULL));
+    PROFILE_REFUSED(EDO_SMC_SIZE, edo_smc_profile_new_motor(&profile, sizeof profile - 4, 1e-3, 1.0, 1.0, 1, NULL));
+    PROFILE_REFUSED(EDO_SMC_MISALIGNED, edo_smc_profile_new_motor((edo_smc_profile_motor_t *)(void *)odd,
+                                                                  sizeof profile, 1e-3, 1.0, 1.0, 1, NULL));
+    PROFILE_REFUSED(EDO_SMC_MISALIGNED,
+                    edo_smc_profile_new_motor(&profile, sizeof profile, 1e-3, 1.0, 1.0, 1, crooked));
+    if (((uintptr_t)within & 7u) == 0) {
+        PROFILE_REFUSED(EDO_SMC_OVERLAP,
+                        edo_smc_profile_new_motor(&profile, sizeof profile, 1e-3, 1.0, 1.0, 1, within));
+        PROFILE_REFUSED(EDO_SMC_OVERLAP, edo_smc_profile_limit_motor(&profile, 1.0, 1.0, within));
+    }
+}
+
+static void profiles(void) {
+    no_profile(EDO_SMC_NOT_INITIALISED);
+    profile_limits();
+    EXPECT(EDO_SMC_OK, profile_new(1e-3, 100.0, 1200.0, 10));
+    EXPECT(0, refusal.field[0]);
+    EXPECT(1, edo_smc_profile_has_arrived_motor(&profile));
+    /* Another plant's is none of this. */
+    edo_smc_profile_joint_t other;
+    memset(&other, 0, sizeof other);
+    memcpy(&other, &profile, sizeof profile);
+    EXPECT(EDO_SMC_NOT_INITIALISED, edo_smc_profile_stop_joint(&other));
+
+    profile_limits();
+    PROFILE_REFUSED(EDO_SMC_OUT_OF_RANGE, edo_smc_profile_limit_motor(&profile, NAN, 1200.0, &refusal));
+    EXPECT(0, strcmp(refusal.field, "speed_rad_s"));
+    PROFILE_REFUSED(EDO_SMC_OUT_OF_RANGE, edo_smc_profile_limit_motor(&profile, 100.0, 0.0, NULL));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_go_to_motor(&profile, 0, NAN));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_go_to_motor(&profile, 0, 7e9));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_start_motor(&profile, 0, INFINITY, 0.0));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_start_motor(&profile, 0, 0.0, NAN));
+    PROFILE_REFUSED(EDO_SMC_PROFILE_SPEED, edo_smc_profile_start_motor(&profile, 0, 0.0, 1.6e3));
+    PROFILE_REFUSED(EDO_SMC_PROFILE_RANGE, edo_smc_profile_keep_within_motor(&profile, 1, 0.0, 0, 6.0));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_keep_within_motor(&profile, 0, NAN, 1, 0.0));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_limit_motor(NULL, 1.0, 1.0, NULL));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_keep_within_motor(NULL, 0, 0.0, 1, 0.0));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_go_to_motor(NULL, 0, 0.0));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_stop_motor(NULL));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_start_motor(NULL, 0, 0.0, 0.0));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_next_motor(NULL, &aim));
+    EXPECT(0, edo_smc_profile_has_arrived_motor(NULL));
+    PROFILE_REFUSED(EDO_SMC_NULL, edo_smc_profile_next_motor(&profile, NULL));
+    PROFILE_REFUSED(EDO_SMC_OVERLAP,
+                    edo_smc_profile_next_motor(&profile, (edo_smc_target_motor_t *)(void *)&profile.words[40]));
+    PROFILE_REFUSED(EDO_SMC_MISALIGNED,
+                    edo_smc_profile_next_motor(&profile, (edo_smc_target_motor_t *)(void *)((char *)&aim + 1)));
+
+    /* Beyond its range it goes to the end, and rests there. */
+    EXPECT(EDO_SMC_OK, edo_smc_profile_keep_within_motor(&profile, -1, 0.0, 2, 1.0));
+    EXPECT(EDO_SMC_PROFILE_END, edo_smc_profile_go_to_motor(&profile, 3, 0.0));
+    int ticks = 0;
+    while (!edo_smc_profile_has_arrived_motor(&profile) && ticks < 1000) {
+        EXPECT(EDO_SMC_OK, edo_smc_profile_next_motor(&profile, &aim));
+        EXPECT(1, aim.r_dot >= 0.0f && aim.r_dot <= 100.0f);
+        ticks++;
+    }
+    EXPECT(1, ticks > 200 && ticks < 320);
+    EXPECT(2, aim.turn);
+    EXPECT(1, aim.r > 0.99999f && aim.r < 1.00001f);
+
+    /* Every word of one in motion in turn: a call goes on, or says that it is damaged. Nothing is out of bounds. */
+    EXPECT(EDO_SMC_OK, edo_smc_profile_go_to_motor(&profile, 0, 0.0));
+    EXPECT(EDO_SMC_OK, edo_smc_profile_next_motor(&profile, &aim));
+    const edo_smc_profile_motor_t good = profile;
+    int damaged = 0, not_made = 0;
+    for (size_t i = 0; i < 4 * (sizeof profile.words / 4); i++) {
+        static const uint32_t wrong[] = {0u, 0x80000000u, 0xffffffffu, 0x7fffffffu};
+        profile = good;
+        profile.words[i / 4] = wrong[i % 4];
+        const edo_smc_status_t status = edo_smc_profile_next_motor(&profile, &aim);
+        damaged += status == EDO_SMC_DAMAGED;
+        not_made += status == EDO_SMC_NOT_INITIALISED;
+        EXPECT(1, status == EDO_SMC_OK || status == EDO_SMC_DAMAGED || status == EDO_SMC_NOT_INITIALISED);
+        if (status != EDO_SMC_OK) {
+            no_profile(status);
+        } else {
+            (void)edo_smc_profile_go_to_motor(&profile, 1, 1.0);
+            (void)edo_smc_profile_limit_motor(&profile, 50.0, 500.0, NULL);
+            (void)edo_smc_profile_start_motor(&profile, 1, 1.0, 10.0);
+            EXPECT(EDO_SMC_OK, edo_smc_profile_stop_motor(&profile));
+            EXPECT(EDO_SMC_OK, edo_smc_profile_next_motor(&profile, &aim));
+        }
+    }
+    /* Acceleration and window must be 1 at least, window and place of the oldest step not too large. */
+    EXPECT(4, not_made);
+    EXPECT(3 + 4 + 3, damaged);
+    profile = good;
+}
+
 int main(void) {
     config.period_s = 1e-3;
     config.motor.inertia_kg_m2 = 2e-4;
@@ -305,5 +446,6 @@ int main(void) {
     memory();
     retuned();
     plans();
+    profiles();
     return checked();
 }

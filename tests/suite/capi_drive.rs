@@ -1,4 +1,4 @@
-//! Do the drives and plans of the archive for C do what the Rust library does, to the last bit, here and on the
+//! Do the drives, plans and profiles of the archive for C do what the Rust library does, to the last bit, here and on the
 //! emulated cores?
 //!
 //! A drive runs beside the Rust tick around a simple plant, with all that the exported drives are given (test module
@@ -23,6 +23,7 @@ use super::export::{
 };
 use super::export_drive::{Counters, HEALTHS, Plant, Wanted, assert_exercised, target};
 use super::export_plan::{Goal, Plan, any, is_number, onto};
+use super::export_profile;
 
 const TICK: u32 = 0;
 const REPORT: u32 = 1;
@@ -385,6 +386,39 @@ fn a_plan_of_the_archive_gives_the_bits_of_the_rust_one() {
 #[test]
 fn a_plan_of_the_archive_gives_its_bits_on_the_emulated_chip() {
     compare_plans(&["-O2"], Place::On(&STM32F405));
+}
+
+/// Ticks of each average that a profile of the archive has memory for, as the header says.
+const WINDOW: usize = 128;
+
+fn compare_profiles(options: &[&str], place: Place) {
+    let motor = export_profile::run::<2, 2, { 2 * WINDOW }>(1e-3);
+    let joint = export_profile::run::<3, 4, { 3 * WINDOW }>(2e-4);
+    for (name, define, derivatives, mut run) in [("motor", "MOTOR", 2, motor), ("joint", "JOINT", 4, joint)] {
+        let words = 4 + derivatives;
+        for (answer, status) in run.answers.chunks_mut(words).zip(&run.statuses) {
+            answer[0] = *status;
+        }
+        let program = format!("#define NAME {name}\n#define {define}\n#include \"{}\"\n", source("profiles.c"));
+        held_together(name, &said("profiles", name, &program, options, &run.asked, place), &run.answers, words);
+    }
+}
+
+#[test]
+fn a_profile_of_the_archive_gives_the_bits_of_the_rust_one() {
+    compare_profiles(&["-O1"], Place::Here);
+}
+
+#[test]
+fn a_profile_of_the_archive_gives_its_bits_on_the_emulated_chip() {
+    compare_profiles(&["-O2"], Place::On(&STM32F405));
+}
+
+#[test]
+fn a_profile_of_the_archive_gives_its_bits_on_other_cores() {
+    for board in other_boards() {
+        compare_profiles(&["-O2"], Place::On(board));
+    }
 }
 
 /// The stand-in of `drive.c`, operation by operation.
