@@ -150,9 +150,9 @@ enum {
     EDO_SMC_WRONG_WAY = 512,             /* it speeds up against its current: encoder or phases are reversed */
     EDO_SMC_OSCILLATES = 1024,           /* the disturbance is over its bound to and fro: a limit cycle */
     EDO_SMC_BRAKES = 2048,               /* after an alarm: the current opposes the speed, no target is followed */
-    EDO_SMC_OVERSPEED = 4096,            /* these three are told by a fence, which is no part of this library */
-    EDO_SMC_FOLLOWING_ERROR = 8192,
-    EDO_SMC_END_OF_RANGE = 16384
+    EDO_SMC_OVERSPEED = 4096,            /* guard: it is faster than its fence allows */
+    EDO_SMC_FOLLOWING_ERROR = 8192,      /* guard: it is further from its target than its fence allows */
+    EDO_SMC_END_OF_RANGE = 16384         /* guard: less is left to an end of its range than it needs to brake */
 };
 /* For config.stops_at: what monitors raise an alarm with; those of them that no planned stop answers; all of them, and
  * the drive brakes before it stops, as long as its counts can be believed. The last ones stop any drive. */
@@ -285,9 +285,22 @@ typedef struct edo_smc_config_joint {
     double stops_at;
 } edo_smc_config_joint_t;
 
+/* Limits of position, speed and following error of the shaft, of a joint's link: INFINITY, and -INFINITY for low_rad,
+ * where there is none. The range is from low_rad to high_rad, counted from angle 0 over whole turns. */
+typedef struct edo_smc_fence_limits {
+    double low_rad, high_rad;
+    double max_speed_rad_s;
+    double following_rad; /* largest distance from the target */
+} edo_smc_fence_limits_t;
+
+/* The same as a tick compares them. Zeros are a fence that every motion breaks. */
+typedef struct edo_smc_fence {
+    uint32_t words[9];
+} edo_smc_fence_t;
+
 /* Which number of a configuration was refused. */
 typedef struct edo_smc_refusal {
-    char field[32]; /* as C writes it behind `config.`; "fallback": hold and safe_u */
+    char field[32]; /* as C writes it behind `config.` or `limits.`; "fallback": hold and safe_u */
     double given;   /* or what it makes, such as a bandwidth times the period, in the unit of the next two */
     double low, high;
 } edo_smc_refusal_t;
@@ -443,6 +456,14 @@ EDO_SMC_PROFILES(joint, 3)
  *                         for the limit of the stage, until some ticks have passed.
  * edo_smc_limit_NAME      from now on the power stage gives at most this u of either sign. A start forgets it: call it
  *                         before each tick. EDO_SMC_NOT_FINITE for a number below 0 or none.
+ * edo_smc_trip_NAME       what follows an alarm, from the next tick on, for a reason of yours: a switch, a door.
+ * edo_smc_fence_NAME      limits of position, speed and following error, for the drive of this configuration. Braking
+ *                         takes v^2/(2 a) + |v| (1/k_v + 2 T), with 60 % of the current; another current, inertia,
+ *                         surface or period needs another fence. It designs once more: for the main loop.
+ * edo_smc_guard_NAME      after a tick, with its sample and its output: where the estimates break a limit, its bit is
+ *                         set in output.health, and from the next tick on follows what follows an alarm (trip). u stays.
+ *                         The target is sample.begin. A drive that waits or has stopped is left as it is; before the
+ *                         start the answer is EDO_SMC_NOT_STARTED.
  * edo_smc_estimates_NAME  what is known at the instant of the last tick.
  * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again.
  * edo_smc_retune_NAME     another design, checked here once more, takes over before the coming tick, of which this is
@@ -476,6 +497,12 @@ EDO_SMC_PROFILES(joint, 3)
     edo_smc_status_t edo_smc_missed_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,   \
                                            uint32_t periods);                                                          \
     edo_smc_status_t edo_smc_trip_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state);    \
+    edo_smc_status_t edo_smc_fence_##name(const edo_smc_config_##plant##_t *config, size_t config_size,                \
+                                          const edo_smc_fence_limits_t *limits, edo_smc_fence_t *fence,                \
+                                          size_t fence_size, edo_smc_refusal_t *refusal);                              \
+    edo_smc_status_t edo_smc_guard_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,    \
+                                          const edo_smc_fence_t *fence, const edo_smc_sample_##plant##_t *sample,      \
+                                          edo_smc_output_t *output);                                                   \
     edo_smc_status_t edo_smc_report_applied_##name(edo_smc_state_##name##_t *state, float u);                          \
     edo_smc_status_t edo_smc_limit_##name(edo_smc_state_##name##_t *state, float u);                                   \
     edo_smc_status_t edo_smc_estimates_##name(const edo_smc_design_##name##_t *design,                                 \

@@ -7,7 +7,8 @@
 //! a(x) is linear, a row of the design; what it does not say, the observers estimate.
 //!
 //! A drive is a type too: a motor with one encoder or a joint with two, gain sets and delay in the name,
-//! `edo_smc_tick_joint_fast_late`; what it remembers and what it multiplies with are opaque words of C.
+//! `edo_smc_tick_joint_fast_late`; what it remembers and what it multiplies with are opaque words of C. Where it should
+//! be is a plan or a profile of set-points, within what limits a fence: opaque words too.
 //!
 //! The caller owns all storage. Nothing here allocates, locks, or has a variable of its own, so calls with different
 //! states may interrupt each other. What a caller may get wrong and can be seen (NULL, misaligned, another size,
@@ -22,6 +23,7 @@
 mod chain;
 mod designing;
 mod drive;
+mod fence;
 mod instance;
 mod plan;
 mod profile;
@@ -30,6 +32,7 @@ mod status;
 use controller_core::drive::{ProfileLimits, Rest};
 use controller_core::{ControlLaw, Output};
 use drive::{CRefusal, CTarget};
+use fence::{CFence, CLimits};
 use instance::{Held, Instance};
 use plan::{Plan, Span};
 use status::Status;
@@ -209,6 +212,7 @@ macro_rules! drives {
             // As edo_smc.h has them.
             const _: [(); $law_words] = [(); <$design>::WORDS];
             const _: [(); $state_words] = [(); instance::words_of_state::<$design>()];
+            const _: [(); 9] = [(); fence::WORDS];
 
             /// Periods have passed without a tick.
             ///
@@ -242,6 +246,49 @@ macro_rules! drives {
             pub unsafe extern "C" fn trip(design: *const ThisDesign, state: *mut ThisState) -> Status {
                 // SAFETY: the caller's word.
                 unsafe { instance::between(design, state, |law, state| law.trip(state)) }
+            }
+
+            /// Limits of position, speed and following error, for the drive of a configuration.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type, `config` and `fence` to memory of the sizes
+            /// given.
+            #[unsafe(export_name = concat!("edo_smc_fence_", stringify!($name)))]
+            pub unsafe extern "C" fn fence(
+                config: *const ThisConfig,
+                config_size: usize,
+                limits: *const CLimits,
+                fence: *mut CFence,
+                fence_size: usize,
+                refusal: *mut CRefusal,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe {
+                    fence::fence::<<ThisDesign as Instance>::Law, _, _, _>(
+                        config,
+                        config_size,
+                        limits,
+                        fence,
+                        fence_size,
+                        refusal,
+                    )
+                }
+            }
+
+            /// Looks at a tick that was made, and trips the drive where a limit is broken.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_guard_", stringify!($name)))]
+            pub unsafe extern "C" fn guard(
+                design: *const ThisDesign,
+                state: *mut ThisState,
+                fence: *const CFence,
+                sample: *const ThisSample,
+                output: *mut Output<f32>,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { fence::guard(design, state, fence, sample, output) }
             }
 
             /// A tick that does not start.

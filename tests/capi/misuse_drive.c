@@ -1,4 +1,4 @@
-/* The same of a drive, of its plans and of its profiles. C99 and C++. */
+/* The same of a drive, of its fence, its plans and its profiles. C99 and C++. */
 #include <math.h>
 #include <string.h>
 
@@ -245,6 +245,104 @@ static void retuned(void) {
     EXPECT(EDO_SMC_OK, edo_smc_tick_motor_fast(&other_design, &state, &sample, &output));
 }
 
+static edo_smc_fence_limits_t limits;
+static edo_smc_fence_t fence;
+
+static edo_smc_status_t fence_off(void) {
+    return edo_smc_fence_motor_fast(&config, sizeof config, &limits, &fence, sizeof fence, &refusal);
+}
+
+static edo_smc_status_t guard(void) {
+    return edo_smc_guard_motor_fast(&design, &state, &fence, &sample, &output);
+}
+
+#define FENCE_REFUSED(status, call)                                                                                    \
+    do {                                                                                                               \
+        const edo_smc_fence_t fence_was = fence;                                                                       \
+        expect_at(__LINE__, status, call);                                                                             \
+        expect_at(__LINE__, 0, memcmp(&fence, &fence_was, sizeof fence));                                              \
+    } while (0)
+
+#define BAD_LIMIT(name, number)                                                                                        \
+    do {                                                                                                               \
+        const edo_smc_fence_limits_t right = limits;                                                                   \
+        limits.name = number;                                                                                          \
+        FENCE_REFUSED(EDO_SMC_OUT_OF_RANGE, fence_off());                                                              \
+        expect_at(__LINE__, 0, strcmp(refusal.field, #name));                                                          \
+        expect_at(__LINE__, 1, !(refusal.given >= refusal.low && refusal.given <= refusal.high));                      \
+        limits = right;                                                                                                \
+    } while (0)
+
+static void fences(void) {
+    edo_smc_fence_t *const within = (edo_smc_fence_t *)(void *)&config.limits;
+    edo_smc_refusal_t *const crooked = (edo_smc_refusal_t *)(void *)((char *)&refusal + 4);
+    const config_t right_config = config;
+    limits.low_rad = -INFINITY;
+    limits.high_rad = 20.0;
+    limits.max_speed_rad_s = 50.0;
+    limits.following_rad = 0.5;
+    FENCE_REFUSED(EDO_SMC_NULL, edo_smc_fence_motor_fast(NULL, sizeof config, &limits, &fence, sizeof fence, NULL));
+    FENCE_REFUSED(EDO_SMC_NULL, edo_smc_fence_motor_fast(&config, sizeof config, NULL, &fence, sizeof fence, NULL));
+    EXPECT(EDO_SMC_NULL, edo_smc_fence_motor_fast(&config, sizeof config, &limits, NULL, sizeof fence, NULL));
+    FENCE_REFUSED(EDO_SMC_SIZE, edo_smc_fence_motor_fast(&config, 8, &limits, &fence, sizeof fence, NULL));
+    FENCE_REFUSED(EDO_SMC_SIZE, edo_smc_fence_motor_fast(&config, sizeof config, &limits, &fence, 40, NULL));
+    FENCE_REFUSED(EDO_SMC_MISALIGNED,
+                  edo_smc_fence_motor_fast(&config, sizeof config, &limits, &fence, sizeof fence, crooked));
+    EXPECT(EDO_SMC_OVERLAP, edo_smc_fence_motor_fast(&config, sizeof config, &limits, within, sizeof fence, NULL));
+    EXPECT(EDO_SMC_OVERLAP, edo_smc_fence_motor_fast(&config, sizeof config, &limits, &fence, sizeof fence,
+                                                     (edo_smc_refusal_t *)(void *)&limits));
+    EXPECT(0, memcmp(&config, &right_config, sizeof config));
+    BAD_LIMIT(low_rad, NAN);
+    BAD_LIMIT(high_rad, NAN);
+    limits.low_rad = 1.0;
+    BAD_LIMIT(high_rad, 0.9);
+    limits.low_rad = -INFINITY;
+    BAD_LIMIT(max_speed_rad_s, -1.0);
+    BAD_LIMIT(max_speed_rad_s, NAN);
+    BAD_LIMIT(following_rad, NAN);
+    config.period_s = 0.1;
+    FENCE_REFUSED(EDO_SMC_OUT_OF_RANGE, fence_off());
+    EXPECT(0, strcmp(refusal.field, "period_s"));
+    config = right_config;
+    EXPECT(EDO_SMC_OK, fence_off());
+    EXPECT(0, refusal.field[0]);
+
+    EXPECT(EDO_SMC_OK, init());
+    REFUSED(EDO_SMC_NOT_STARTED, guard());
+    believe();
+    EXPECT(EDO_SMC_OK, tick());
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(NULL, &state, &fence, &sample, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(&design, NULL, &fence, &sample, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(&design, &state, NULL, &sample, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(&design, &state, &fence, NULL, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(&design, &state, &fence, &sample, NULL));
+    REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_guard_motor_fast(&other_design, &state, &fence, &sample, &output));
+    REFUSED(EDO_SMC_MISALIGNED, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
+                                                         (edo_smc_output_t *)(void *)((char *)&output + 1)));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
+                                                      (edo_smc_output_t *)(void *)&state.words[2]));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
+                                                      (edo_smc_output_t *)(void *)&design.words[2]));
+    FENCE_REFUSED(EDO_SMC_OVERLAP, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
+                                                            (edo_smc_output_t *)(void *)&fence));
+
+    /* Within its limits nothing changes; a target that is too far away is told, and the next tick brakes. */
+    EXPECT(EDO_SMC_OK, tick());
+    const edo_smc_output_t output_was = output;
+    const state_t state_was = state;
+    EXPECT(EDO_SMC_OK, guard());
+    EXPECT(0, memcmp(&output, &output_was, sizeof output));
+    EXPECT(0, memcmp(&state, &state_was, sizeof state));
+    sample.begin.r = 0.6f;
+    EXPECT(EDO_SMC_OK, guard());
+    EXPECT(output_was.health + EDO_SMC_FOLLOWING_ERROR, output.health);
+    EXPECT(0, memcmp(&output.u, &output_was.u, sizeof output.u));
+    sample.begin.r = 0.0f;
+    EXPECT(EDO_SMC_OK, tick());
+    EXPECT(EDO_SMC_BRAKES, output.health & EDO_SMC_BRAKES);
+    EXPECT(EDO_SMC_OK, edo_smc_reset_motor_fast(&state));
+}
+
 #define PLAN_REFUSED(status, call)                                                                                     \
     do {                                                                                                               \
         const edo_smc_plan_motor_t plan_was = plan;                                                                    \
@@ -445,6 +543,7 @@ int main(void) {
     designs();
     memory();
     retuned();
+    fences();
     plans();
     profiles();
     return checked();

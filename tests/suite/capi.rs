@@ -304,8 +304,10 @@ fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
             declared.extend(of_profiles.map(|function| format!("edo_smc_profile_{function}_{plant}")));
             for form in ["", "_fast", "_late", "_fast_late"] {
                 declared.extend(named(&format!("{plant}{form}"), &functions));
-                declared
-                    .extend(named(&format!("{plant}{form}"), &["by_rule", "tune", "go_on", "missed", "trip", "limit"]));
+                declared.extend(named(
+                    &format!("{plant}{form}"),
+                    &["by_rule", "tune", "go_on", "missed", "trip", "limit", "fence", "guard"],
+                ));
             }
         }
         declared.sort();
