@@ -326,7 +326,7 @@ static void fences(void) {
     FENCE_REFUSED(EDO_SMC_OVERLAP, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
                                                             (edo_smc_output_t *)(void *)&fence));
 
-    /* Within its limits nothing changes; a target that is too far away is told, and the next tick brakes. */
+    /* Within its limits nothing changes. Too far from its target the bit is set, and the next tick brakes. */
     EXPECT(EDO_SMC_OK, tick());
     const edo_smc_output_t output_was = output;
     const state_t state_was = state;
@@ -500,7 +500,7 @@ static void profiles(void) {
     EXPECT(2, aim.turn);
     EXPECT(1, aim.r > 0.99999f && aim.r < 1.00001f);
 
-    /* Every word of one in motion in turn: a call goes on, or says that it is damaged. Nothing is out of bounds. */
+    /* Every word of one in motion in turn: a call goes on, or refuses. Nothing is read or written out of bounds. */
     EXPECT(EDO_SMC_OK, edo_smc_profile_go_to_motor(&profile, 0, 0.0));
     EXPECT(EDO_SMC_OK, edo_smc_profile_next_motor(&profile, &aim));
     const edo_smc_profile_motor_t good = profile;

@@ -24,7 +24,7 @@ const START: u32 = 5;
 pub(super) struct Run {
     pub(super) asked: Vec<u8>,
     pub(super) answers: Vec<u32>,
-    /// What the archive for C says in place of the first word of each answer.
+    /// The status of the archive for C, in place of the first word of each answer.
     pub(super) statuses: Vec<u32>,
 }
 

@@ -130,7 +130,8 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
     /// At rest at angle 0.
     ///
     /// # Errors
-    /// A limit that is no number, or beyond what can be counted; a window that the memory does not hold.
+    /// A period outside of 1 us to 1 s; a limit that is no number, or beyond what can be counted; a window that the memory
+    /// does not hold.
     pub fn new(limits: &ProfileLimits, period_s: f64) -> Result<Self, DriveError> {
         const { assert!(M == 2 || M == 3, "a profile of a motor has 2 averages, that of a joint 3") };
         let [fastest, acceleration] = limits.units(period_s)?;
@@ -162,7 +163,7 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
     }
 
     /// Do acceleration, window and the place of the oldest step lie within their ranges, as in any profile that was made?
-    /// For memory that may have been written over: no call panics, whatever its words are.
+    /// For memory that may have been written over.
     #[doc(hidden)]
     pub const fn is_sound(&self) -> bool {
         let window = self.window as usize;
@@ -293,7 +294,7 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         let length = M * window;
         let before = |windows: usize| {
             let at = oldest + (M - windows) * window;
-            // It is always there; the compiler does not find that out, and would panic.
+            // The index is within its bounds; an index that is checked would still leave a panic in an archive.
             i64::from(self.steps.get(if at < length { at } else { at - length }).copied().unwrap_or(0))
         };
         let step = i64::from(self.step);
