@@ -79,18 +79,21 @@ enum {
     /* tick: the sample was not finite, or asked for more than 1e12. output.u is the fallback of the design (hold the
      * last u, or the safe one); the estimates wait, and the next good sample resumes. */
     EDO_SMC_REJECTED = 1,
+    EDO_SMC_PROFILE_END = 2,       /* profile_go_to: the goal is beyond the range, the end of the range is taken */
 
     EDO_SMC_NULL = -1,
     EDO_SMC_MISALIGNED = -2,
     EDO_SMC_SIZE = -3,             /* not the size of this instance in this version */
     EDO_SMC_WRONG_VERSION = -4,    /* the design belongs to another version: export it again */
     EDO_SMC_WRONG_INSTANCE = -5,   /* the design is of another instance */
-    EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (report_applied: or beyond 1e12) */
+    EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (report_applied: or beyond 1e12; an angle or a speed
+                                    * of a profile: or beyond 6e9) */
     EDO_SMC_BAD_COEFFICIENTS = -7, /* no design has such numbers: was the file edited? */
     EDO_SMC_OVERLAP = -8,          /* two arguments share memory (tick: seen until the state has started) */
-    EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state */
+    EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state, or profile_new this profile */
     EDO_SMC_OTHER_DESIGN = -10,    /* init made this state for another design */
-    EDO_SMC_DAMAGED = -11,         /* something wrote over the flag of this state: init it */
+    EDO_SMC_DAMAGED = -11,         /* something wrote over the flag of this state: init it; or over a profile: make it
+                                    * anew */
     EDO_SMC_NOT_STARTED = -12,     /* report_applied, estimates, go_on: no good sample yet, so there is nothing to correct,
                                     * to tell, to go on with */
 
@@ -103,6 +106,10 @@ enum {
     /* Plans. */
     EDO_SMC_PLAN_TICKS = -17,      /* a way takes 1 to 2^24 ticks */
     EDO_SMC_PLAN_FREQUENCY = -18,  /* a sine moves on by 2^-32 turns per tick, and less than half a turn */
+
+    /* Profiles. */
+    EDO_SMC_PROFILE_RANGE = -19,   /* keep_within: the lower end lies above the upper one */
+    EDO_SMC_PROFILE_SPEED = -42,   /* start: more than a quarter of a turn per tick */
 
     /* Of edo_smc_design_*; the number of the channel goes out beside it where there is one. */
     EDO_SMC_FALLBACK_UNKNOWN = -20,         /* fallback is neither EDO_SMC_HOLD_LAST nor EDO_SMC_SAFE_U */
@@ -143,9 +150,9 @@ enum {
     EDO_SMC_WRONG_WAY = 512,             /* it speeds up against its current: encoder or phases are reversed */
     EDO_SMC_OSCILLATES = 1024,           /* the disturbance is over its bound to and fro: a limit cycle */
     EDO_SMC_BRAKES = 2048,               /* after an alarm: the current opposes the speed, no target is followed */
-    EDO_SMC_OVERSPEED = 4096,            /* these three are told by a fence, which is no part of this library */
-    EDO_SMC_FOLLOWING_ERROR = 8192,
-    EDO_SMC_END_OF_RANGE = 16384
+    EDO_SMC_OVERSPEED = 4096,            /* guard: it is faster than its fence allows */
+    EDO_SMC_FOLLOWING_ERROR = 8192,      /* guard: it is further from its target than its fence allows */
+    EDO_SMC_END_OF_RANGE = 16384         /* guard: less is left to an end of its range than it needs to brake */
 };
 /* For config.stops_at: what monitors raise an alarm with; those of them that no planned stop answers; all of them, and
  * the drive brakes before it stops, as long as its counts can be believed. The last ones stop any drive. */
@@ -278,9 +285,22 @@ typedef struct edo_smc_config_joint {
     double stops_at;
 } edo_smc_config_joint_t;
 
+/* Limits of position, speed and following error of the shaft, of a joint's link: INFINITY, and -INFINITY for low_rad,
+ * where there is none. The range is from low_rad to high_rad, counted from angle 0 over whole turns. */
+typedef struct edo_smc_fence_limits {
+    double low_rad, high_rad;
+    double max_speed_rad_s;
+    double following_rad; /* largest distance from the target */
+} edo_smc_fence_limits_t;
+
+/* The same as a tick compares them. Zeros are a fence that every motion breaks. */
+typedef struct edo_smc_fence {
+    uint32_t words[9];
+} edo_smc_fence_t;
+
 /* Which number of a configuration was refused. */
 typedef struct edo_smc_refusal {
-    char field[32]; /* as C writes it behind `config.`; "fallback": hold and safe_u */
+    char field[32]; /* as C writes it behind `config.` or `limits.`; "fallback": hold and safe_u */
     double given;   /* or what it makes, such as a bandwidth times the period, in the unit of the next two */
     double low, high;
 } edo_smc_refusal_t;
@@ -359,6 +379,63 @@ typedef struct edo_smc_estimates_joint {
 EDO_SMC_PLANS(motor, 3)
 EDO_SMC_PLANS(joint, 4)
 
+/* Profiles: set-points that come at any time become a path within limits of speed, acceleration and jerk, without
+ * overshoot. In place of a plan: `next` gives the target of each tick, `go_to` takes a goal whenever there is one. The
+ * path is the mean of the fastest way within speed and acceleration over windows of ticks, taken two times for a motor
+ * and three times for a joint: |r_dddot| <= 2 acceleration/(window period).
+ *
+ *     static edo_smc_profile_motor_t profile;
+ *
+ *     once, at start-up: 1 ms, 100 rad/s, 1200 rad/s^2, windows of 10 ticks
+ *     status = edo_smc_profile_new_motor(&profile, sizeof profile, 1e-3, 100.0, 1200.0, 10u, &refusal);
+ *
+ *     in the timer interrupt, in place of edo_smc_plan_play_motor:
+ *     edo_smc_profile_next_motor(&profile, &sample.end);
+ *
+ *     between two ticks, with the control interrupt masked:
+ *     status = edo_smc_profile_go_to_motor(&profile, turn, rad);
+ *
+ * A profile is changed between two ticks, not while the interrupt is in `next`: a goal is two words. It holds no
+ * address, so it may be copied. Speeds and accelerations are rounded down to whole units of 2^-32 turns per tick and
+ * per tick squared. All functions but `next` and `has_arrived` compute in double, in software on most cores.
+ *
+ * edo_smc_profile_new_*   at rest at angle 0. EDO_SMC_OUT_OF_RANGE for a period outside of 1 us to 1 s, a window outside
+ *                         of 1 to EDO_SMC_PROFILE_WINDOW ticks, a speed or an acceleration outside of 2^-32 turns to a
+ *                         quarter of a turn per tick or per tick squared; `refusal` (which may be NULL) names it
+ * edo_smc_profile_limit_* another speed and acceleration, in motion too: above a lower speed it brakes as the
+ *                         acceleration has it. Refused as by `new`; then the old ones stay
+ * edo_smc_profile_keep_within_*  goals are taken between 2 pi turn + rad of both, and so is the present one
+ * edo_smc_profile_go_to_* to 2 pi turn + rad, from where it is. EDO_SMC_PROFILE_END where that is beyond the range
+ * edo_smc_profile_stop_*  to rest as soon as the acceleration allows it. A stop that ends beyond the range goes back to
+ *                         its end
+ * edo_smc_profile_start_* anew at 2 pi turn + rad with this speed, and to rest from there: to take over a shaft that
+ *                         turns, from its estimates
+ * edo_smc_profile_has_arrived_*  1 if it is at rest at its goal; 0 if not, and for what is no profile
+ * edo_smc_profile_next_*  the target at the end of the next tick: in the interrupt, once per tick
+ */
+#define EDO_SMC_PROFILE_WINDOW 128 /* ticks of a window at most */
+#define EDO_SMC_PROFILES(name, averages)                                                                               \
+    typedef struct edo_smc_profile_##name {                                                                            \
+        uint32_t words[26 + (2 + EDO_SMC_PROFILE_WINDOW) * (averages)];                                                \
+    } edo_smc_profile_##name##_t;                                                                                      \
+    edo_smc_status_t edo_smc_profile_new_##name(edo_smc_profile_##name##_t *profile, size_t profile_size,              \
+                                                double period_s, double speed_rad_s, double acceleration_rad_s2,       \
+                                                uint32_t window, edo_smc_refusal_t *refusal);                          \
+    edo_smc_status_t edo_smc_profile_limit_##name(edo_smc_profile_##name##_t *profile, double speed_rad_s,             \
+                                                  double acceleration_rad_s2, edo_smc_refusal_t *refusal);             \
+    edo_smc_status_t edo_smc_profile_keep_within_##name(edo_smc_profile_##name##_t *profile, int32_t low_turn,         \
+                                                        double low_rad, int32_t high_turn, double high_rad);           \
+    edo_smc_status_t edo_smc_profile_go_to_##name(edo_smc_profile_##name##_t *profile, int32_t turn, double rad);      \
+    edo_smc_status_t edo_smc_profile_stop_##name(edo_smc_profile_##name##_t *profile);                                 \
+    edo_smc_status_t edo_smc_profile_start_##name(edo_smc_profile_##name##_t *profile, int32_t turn, double rad,       \
+                                                  double speed_rad_s);                                                 \
+    uint32_t edo_smc_profile_has_arrived_##name(const edo_smc_profile_##name##_t *profile);                            \
+    edo_smc_status_t edo_smc_profile_next_##name(edo_smc_profile_##name##_t *profile,                                  \
+                                                 edo_smc_target_##name##_t *target);
+
+EDO_SMC_PROFILES(motor, 2)
+EDO_SMC_PROFILES(joint, 3)
+
 /* All of one drive: its plant, and how many words law and state have.
  *
  * edo_smc_by_rule_NAME    fills a configuration: all but period, data sheet, encoders, limits, and lag_s or load_n_m.
@@ -379,6 +456,14 @@ EDO_SMC_PLANS(joint, 4)
  *                         for the limit of the stage, until some ticks have passed.
  * edo_smc_limit_NAME      from now on the power stage gives at most this u of either sign. A start forgets it: call it
  *                         before each tick. EDO_SMC_NOT_FINITE for a number below 0 or none.
+ * edo_smc_trip_NAME       what follows an alarm, from the next tick on, for a reason of yours: a switch, a door.
+ * edo_smc_fence_NAME      limits of position, speed and following error, for the drive of this configuration. Braking
+ *                         takes v^2/(2 a) + |v| (1/k_v + 2 T), with 60 % of the current; another current, inertia,
+ *                         surface or period needs another fence. It designs once more: for the main loop.
+ * edo_smc_guard_NAME      after a tick, with its sample and its output: where the estimates break a limit, its bit is
+ *                         set in output.health, and from the next tick on follows what follows an alarm (trip). u stays.
+ *                         The target is sample.begin. A drive that waits or has stopped is left as it is; before the
+ *                         start the answer is EDO_SMC_NOT_STARTED.
  * edo_smc_estimates_NAME  what is known at the instant of the last tick.
  * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again.
  * edo_smc_retune_NAME     another design, checked here once more, takes over before the coming tick, of which this is
@@ -412,6 +497,12 @@ EDO_SMC_PLANS(joint, 4)
     edo_smc_status_t edo_smc_missed_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,   \
                                            uint32_t periods);                                                          \
     edo_smc_status_t edo_smc_trip_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state);    \
+    edo_smc_status_t edo_smc_fence_##name(const edo_smc_config_##plant##_t *config, size_t config_size,                \
+                                          const edo_smc_fence_limits_t *limits, edo_smc_fence_t *fence,                \
+                                          size_t fence_size, edo_smc_refusal_t *refusal);                              \
+    edo_smc_status_t edo_smc_guard_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,    \
+                                          const edo_smc_fence_t *fence, const edo_smc_sample_##plant##_t *sample,      \
+                                          edo_smc_output_t *output);                                                   \
     edo_smc_status_t edo_smc_report_applied_##name(edo_smc_state_##name##_t *state, float u);                          \
     edo_smc_status_t edo_smc_limit_##name(edo_smc_state_##name##_t *state, float u);                                   \
     edo_smc_status_t edo_smc_estimates_##name(const edo_smc_design_##name##_t *design,                                 \

@@ -6,11 +6,11 @@
 
 use core::mem::MaybeUninit;
 
-use controller_core::Health;
 use controller_core::drive::{
-    BRAKING, DriveError, DriveEstimates, DriveLaw, JointBandwidths, JointDesign, JointDrive, Monitored, MotorDesign,
-    MotorDrive, Position, Sample, Target,
+    BRAKING, DriveError, DriveEstimates, DriveLaw, Fence, JointBandwidths, JointDesign, JointDrive, Monitored,
+    MotorDesign, MotorDrive, Position, Sample, Slowing, Target,
 };
+use controller_core::{Health, Output};
 
 use crate::VERSION;
 use crate::instance::Instance;
@@ -57,6 +57,10 @@ pub trait Form<const E: usize, const N: usize, const NUMBERS: usize>:
     fn tune(config: &mut CConfig<NUMBERS>, surface_rad_s: f64);
     /// What this configuration makes, with the monitors that belong to it.
     fn of(config: &CConfig<NUMBERS>, stops_at: Health) -> Result<Self, DriveError>;
+    /// How it slows down, for its limits.
+    fn slowing(config: &CConfig<NUMBERS>) -> Slowing;
+    /// [`Fence::guard`], with the target of the tick's beginning.
+    fn guard(&self, fence: &Fence, state: &mut Self::State, output: &mut Output<f32>, begin: &Target<f32, i32, N>);
 }
 
 /// Share to which a data sheet is known, where nobody says another.
@@ -95,6 +99,15 @@ impl<const FAST: usize, const LATE: usize> Form<1, 2, MOTOR> for MotorLaw<FAST, 
         let bounds = design.bounds(&law, config.uncertain);
         Ok(Self::new(law, &bounds).stopping_at(stops_at))
     }
+
+    fn slowing(config: &CConfig<MOTOR>) -> Slowing {
+        MotorDesign::from_numbers(&config.numbers).slowing(LATE)
+    }
+
+    #[inline(always)]
+    fn guard(&self, fence: &Fence, state: &mut Self::State, output: &mut Output<f32>, begin: &Target<f32, i32, 2>) {
+        fence.guard_state(self, state, output, begin);
+    }
 }
 
 impl<const FAST: usize, const LATE: usize> Form<2, 4, JOINT> for JointLaw<FAST, LATE> {
@@ -121,6 +134,15 @@ impl<const FAST: usize, const LATE: usize> Form<2, 4, JOINT> for JointLaw<FAST, 
         let law = JointDrive::<f32, Position, FAST, LATE>::try_design(&design)?;
         let bounds = design.bounds(&law, config.lag_or_load, config.uncertain);
         Ok(Self::new(law, &bounds).stopping_at(stops_at))
+    }
+
+    fn slowing(config: &CConfig<JOINT>) -> Slowing {
+        JointDesign::from_numbers(&config.numbers).slowing(LATE)
+    }
+
+    #[inline(always)]
+    fn guard(&self, fence: &Fence, state: &mut Self::State, output: &mut Output<f32>, begin: &Target<f32, i32, 4>) {
+        fence.guard_state(self, state, output, begin);
     }
 }
 
@@ -216,7 +238,7 @@ pub struct CTarget<const N: usize> {
 
 impl<const N: usize> CTarget<N> {
     #[inline(always)]
-    fn target(self) -> Target<f32, i32, N> {
+    pub(crate) fn target(self) -> Target<f32, i32, N> {
         Target { turn: self.turn, jet: self.jet }
     }
 }
@@ -227,7 +249,7 @@ pub struct CSample<const E: usize, const N: usize> {
     counts: [i32; E],
     /// Bit i for the count of encoder i.
     lost: u32,
-    begin: CTarget<N>,
+    pub(crate) begin: CTarget<N>,
     end: CTarget<N>,
 }
 
@@ -295,7 +317,7 @@ pub(crate) unsafe fn design<L: Form<E, N, NUMBERS>, const E: usize, const N: usi
             made.check = made.sum();
             // SAFETY: not NULL, aligned, of the right size.
             unsafe { design.write(made) };
-            (Status::OK, CRefusal::of("", 0.0, 0.0, 0.0))
+            (Status::OK, CRefusal::NONE)
         }
         Err(said) => (Status::OUT_OF_RANGE, said),
     };
@@ -306,7 +328,8 @@ pub(crate) unsafe fn design<L: Form<E, N, NUMBERS>, const E: usize, const N: usi
     status
 }
 
-fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
+/// The law of a configuration, or the number that is refused.
+pub(crate) fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
     config: &CConfig<NUMBERS>,
 ) -> Result<L, CRefusal> {
     let (name, most) = L::LAG_OR_LOAD;
@@ -322,14 +345,23 @@ fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBER
         }
     }
     let alarms = Health::from_bits(config.stops_at as u16 & EVERY_ALARM).unwrap_or(BRAKING);
-    L::of(config, alarms).map_err(|error| CRefusal::of(error.field, error.given, error.low, error.high))
+    L::of(config, alarms).map_err(|error| CRefusal::from(&error))
 }
 
 /// Every bit of [`Health`].
 const EVERY_ALARM: u16 = Health::ALL;
 
+impl From<&DriveError> for CRefusal {
+    fn from(error: &DriveError) -> Self {
+        Self::of(error.field, error.given, error.low, error.high)
+    }
+}
+
 impl CRefusal {
-    fn of(name: &str, given: f64, low: f64, high: f64) -> Self {
+    /// Nothing was refused.
+    pub(crate) const NONE: Self = Self { field: [0; 32], given: 0.0, low: 0.0, high: 0.0 };
+
+    pub(crate) fn of(name: &str, given: f64, low: f64, high: f64) -> Self {
         let mut field = [0; 32];
         // One zero at least stays behind it.
         for (to, from) in field.iter_mut().take(31).zip(name.bytes()) {

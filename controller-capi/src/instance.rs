@@ -72,7 +72,7 @@ pub(crate) const fn words_of_state<D: Instance>() -> usize {
 
 /// Tag of a state of this version and instance that waits for its first good sample; its complement, once it runs. A
 /// hash (FNV-1a), so that no likely content of memory is one.
-const fn waiting(instance: u32) -> u32 {
+pub(crate) const fn waiting(instance: u32) -> u32 {
     let mut hash = 0x811c_9dc5_u32;
     let bytes = [VERSION.to_le_bytes(), instance.to_le_bytes()];
     let mut i = 0;

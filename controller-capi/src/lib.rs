@@ -7,7 +7,8 @@
 //! a(x) is linear, a row of the design; what it does not say, the observers estimate.
 //!
 //! A drive is a type too: a motor with one encoder or a joint with two, gain sets and delay in the name,
-//! `edo_smc_tick_joint_fast_late`; what it remembers and what it multiplies with are opaque words of C.
+//! `edo_smc_tick_joint_fast_late`; what it remembers and what it multiplies with are opaque words of C. Where it should
+//! be is a plan or a profile of set-points, within what limits a fence: opaque words too.
 //!
 //! The caller owns all storage. Nothing here allocates, locks, or has a variable of its own, so calls with different
 //! states may interrupt each other. What a caller may get wrong and can be seen (NULL, misaligned, another size,
@@ -22,13 +23,16 @@
 mod chain;
 mod designing;
 mod drive;
+mod fence;
 mod instance;
 mod plan;
+mod profile;
 mod status;
 
-use controller_core::drive::Rest;
+use controller_core::drive::{ProfileLimits, Rest};
 use controller_core::{ControlLaw, Output};
 use drive::{CRefusal, CTarget};
+use fence::{CFence, CLimits};
 use instance::{Held, Instance};
 use plan::{Plan, Span};
 use status::Status;
@@ -208,6 +212,7 @@ macro_rules! drives {
             // As edo_smc.h has them.
             const _: [(); $law_words] = [(); <$design>::WORDS];
             const _: [(); $state_words] = [(); instance::words_of_state::<$design>()];
+            const _: [(); 9] = [(); fence::WORDS];
 
             /// Periods have passed without a tick.
             ///
@@ -241,6 +246,49 @@ macro_rules! drives {
             pub unsafe extern "C" fn trip(design: *const ThisDesign, state: *mut ThisState) -> Status {
                 // SAFETY: the caller's word.
                 unsafe { instance::between(design, state, |law, state| law.trip(state)) }
+            }
+
+            /// Limits of position, speed and following error, for the drive of a configuration.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type, `config` and `fence` to memory of the sizes
+            /// given.
+            #[unsafe(export_name = concat!("edo_smc_fence_", stringify!($name)))]
+            pub unsafe extern "C" fn fence(
+                config: *const ThisConfig,
+                config_size: usize,
+                limits: *const CLimits,
+                fence: *mut CFence,
+                fence_size: usize,
+                refusal: *mut CRefusal,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe {
+                    fence::fence::<<ThisDesign as Instance>::Law, _, _, _>(
+                        config,
+                        config_size,
+                        limits,
+                        fence,
+                        fence_size,
+                        refusal,
+                    )
+                }
+            }
+
+            /// Looks at a tick that was made, and trips the drive where a limit is broken.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_guard_", stringify!($name)))]
+            pub unsafe extern "C" fn guard(
+                design: *const ThisDesign,
+                state: *mut ThisState,
+                fence: *const CFence,
+                sample: *const ThisSample,
+                output: *mut Output<f32>,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { fence::guard(design, state, fence, sample, output) }
             }
 
             /// A tick that does not start.
@@ -391,4 +439,129 @@ macro_rules! plans {
 plans! {
     plan_motor motor: 3, 2;
     plan_joint joint: 4, 4;
+}
+
+/// Profiles of a plant: averages, steps that they remember, derivatives of a target.
+macro_rules! profiles {
+    ($($module:ident $name:ident: $m:literal, $n:literal;)*) => {$(
+        #[doc = concat!("Profiles of a ", stringify!($name), ", `edo_smc_profile_*_", stringify!($name), "`.")]
+        pub mod $module {
+            use super::*;
+
+            type ThisProfile = profile::Held<$m, { $m * profile::WINDOW }>;
+
+            // As edo_smc.h has them: 26 words, and two and a window of each average.
+            const _: [(); 26 + (2 + profile::WINDOW) * $m] = [(); ThisProfile::WORDS];
+
+            /// At rest at angle 0, with limits.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type, `profile` to memory of the size given.
+            #[unsafe(export_name = concat!("edo_smc_profile_new_", stringify!($name)))]
+            pub unsafe extern "C" fn new(
+                profile: *mut ThisProfile,
+                profile_size: usize,
+                period_s: f64,
+                speed_rad_s: f64,
+                acceleration_rad_s2: f64,
+                window: u32,
+                refusal: *mut CRefusal,
+            ) -> Status {
+                let limits = ProfileLimits { speed_rad_s, acceleration_rad_s2, window };
+                // SAFETY: the caller's word.
+                unsafe { profile::new(profile, profile_size, &limits, period_s, refusal) }
+            }
+
+            /// Other limits of speed and acceleration, in motion too.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_profile_limit_", stringify!($name)))]
+            pub unsafe extern "C" fn limit(
+                profile: *mut ThisProfile,
+                speed_rad_s: f64,
+                acceleration_rad_s2: f64,
+                refusal: *mut CRefusal,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::limit(profile, [speed_rad_s, acceleration_rad_s2], refusal) }
+            }
+
+            /// Goals are taken between these two angles.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_keep_within_", stringify!($name)))]
+            pub unsafe extern "C" fn keep_within(
+                profile: *mut ThisProfile,
+                low_turn: i32,
+                low_rad: f64,
+                high_turn: i32,
+                high_rad: f64,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::keep_within(profile, (low_turn, low_rad), (high_turn, high_rad)) }
+            }
+
+            /// To this angle, from where it is.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_go_to_", stringify!($name)))]
+            pub unsafe extern "C" fn go_to(profile: *mut ThisProfile, turn: i32, rad: f64) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::go_to(profile, turn, rad) }
+            }
+
+            /// To rest as soon as it may.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_stop_", stringify!($name)))]
+            pub unsafe extern "C" fn stop(profile: *mut ThisProfile) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::stop(profile) }
+            }
+
+            /// Anew at this angle with a speed, and to rest from there.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_start_", stringify!($name)))]
+            pub unsafe extern "C" fn start(
+                profile: *mut ThisProfile,
+                turn: i32,
+                rad: f64,
+                speed_rad_s: f64,
+            ) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::start(profile, turn, rad, speed_rad_s) }
+            }
+
+            /// Is it at rest at its goal? 1, or 0.
+            ///
+            /// # Safety
+            /// A pointer that is not NULL points to a profile.
+            #[unsafe(export_name = concat!("edo_smc_profile_has_arrived_", stringify!($name)))]
+            pub unsafe extern "C" fn has_arrived(profile: *const ThisProfile) -> u32 {
+                // SAFETY: the caller's word.
+                unsafe { profile::has_arrived(profile) }.into()
+            }
+
+            /// The target at the end of the next tick.
+            ///
+            /// # Safety
+            /// Pointers that are not NULL point to memory of their type.
+            #[unsafe(export_name = concat!("edo_smc_profile_next_", stringify!($name)))]
+            pub unsafe extern "C" fn next(profile: *mut ThisProfile, target: *mut CTarget<$n>) -> Status {
+                // SAFETY: the caller's word.
+                unsafe { profile::next(profile, target) }
+            }
+        }
+    )*};
+}
+
+profiles! {
+    profile_motor motor: 2, 2;
+    profile_joint joint: 3, 4;
 }

@@ -13,6 +13,8 @@ impl Status {
     pub(crate) const OK: Self = Self(0);
     /// The sample was not finite, or asked for too much: the fallback goes out.
     pub(crate) const REJECTED: Self = Self(1);
+    /// A goal of a profile lies beyond its range: it goes to the end.
+    pub(crate) const PROFILE_END: Self = Self(2);
     pub(crate) const NULL: Self = Self(-1);
     pub(crate) const MISALIGNED: Self = Self(-2);
     pub(crate) const SIZE: Self = Self(-3);
@@ -34,10 +36,14 @@ impl Status {
     pub(crate) const TICKS: Self = Self(-17);
     /// A sine takes more than two ticks, and less than 2^32.
     pub(crate) const FREQUENCY: Self = Self(-18);
+    /// The lower end of a profile's range lies above the upper one.
+    pub(crate) const PROFILE_RANGE: Self = Self(-19);
     /// Neither of the two fallbacks.
     pub(crate) const FALLBACK: Self = Self(-20);
     /// A number of a drive; the refusal names it.
     pub(crate) const OUT_OF_RANGE: Self = Self(-41);
+    /// More than a quarter of a turn per tick.
+    pub(crate) const PROFILE_SPEED: Self = Self(-42);
 
     /// Why a design cannot take over.
     pub(crate) const fn of_retune(error: RetuneError) -> Self {

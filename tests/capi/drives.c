@@ -37,6 +37,10 @@ static uint32_t replies_of[16][WORDS];
 static config_t config;
 static TYPE(design) designs[DESIGNS];
 static TYPE(state) state;
+#ifdef FENCED
+static const edo_smc_fence_limits_t limits = {LOW_RAD, HIGH_RAD, MAX_SPEED_RAD_S, FOLLOWING_RAD};
+static edo_smc_fence_t fence;
+#endif
 
 static uint32_t bits(float number) {
     union {
@@ -123,6 +127,11 @@ int main(void) {
             return 1;
         }
         send(&config, sizeof config);
+#ifdef FENCED
+        if (which == 0 && CALL(fence)(&config, sizeof config, &limits, &fence, sizeof fence, NULL) != EDO_SMC_OK) {
+            return 3;
+        }
+#endif
     }
     if (CALL(design_size)() != sizeof designs[0] || CALL(state_size)() != sizeof state ||
         CALL(init)(&designs[0], sizeof designs[0], &state, sizeof state) != EDO_SMC_OK) {
@@ -175,6 +184,14 @@ int main(void) {
                     reply[1] = (uint32_t)CALL(tick)(&designs[running], &state, &sample, &output);
                 }
             }
+#ifdef FENCED
+            if (asks[k].what == TICK || asks[k].what == RETUNE) {
+                const edo_smc_status_t guarded = CALL(guard)(&designs[running], &state, &fence, &sample, &output);
+                if (guarded != EDO_SMC_OK && guarded != EDO_SMC_NOT_STARTED) {
+                    return 4;
+                }
+            }
+#endif
             reply[2] = bits(output.u);
             reply[3] = bits(output.sigma);
             reply[4] = bits(output.sigma_star);

@@ -1,4 +1,4 @@
-/* The same of a drive and of its plans. C99 and C++. */
+/* The same of a drive, of its fence, its plans and its profiles. C99 and C++. */
 #include <math.h>
 #include <string.h>
 
@@ -245,6 +245,104 @@ static void retuned(void) {
     EXPECT(EDO_SMC_OK, edo_smc_tick_motor_fast(&other_design, &state, &sample, &output));
 }
 
+static edo_smc_fence_limits_t limits;
+static edo_smc_fence_t fence;
+
+static edo_smc_status_t fence_off(void) {
+    return edo_smc_fence_motor_fast(&config, sizeof config, &limits, &fence, sizeof fence, &refusal);
+}
+
+static edo_smc_status_t guard(void) {
+    return edo_smc_guard_motor_fast(&design, &state, &fence, &sample, &output);
+}
+
+#define FENCE_REFUSED(status, call)                                                                                    \
+    do {                                                                                                               \
+        const edo_smc_fence_t fence_was = fence;                                                                       \
+        expect_at(__LINE__, status, call);                                                                             \
+        expect_at(__LINE__, 0, memcmp(&fence, &fence_was, sizeof fence));                                              \
+    } while (0)
+
+#define BAD_LIMIT(name, number)                                                                                        \
+    do {                                                                                                               \
+        const edo_smc_fence_limits_t right = limits;                                                                   \
+        limits.name = number;                                                                                          \
+        FENCE_REFUSED(EDO_SMC_OUT_OF_RANGE, fence_off());                                                              \
+        expect_at(__LINE__, 0, strcmp(refusal.field, #name));                                                          \
+        expect_at(__LINE__, 1, !(refusal.given >= refusal.low && refusal.given <= refusal.high));                      \
+        limits = right;                                                                                                \
+    } while (0)
+
+static void fences(void) {
+    edo_smc_fence_t *const within = (edo_smc_fence_t *)(void *)&config.limits;
+    edo_smc_refusal_t *const crooked = (edo_smc_refusal_t *)(void *)((char *)&refusal + 4);
+    const config_t right_config = config;
+    limits.low_rad = -INFINITY;
+    limits.high_rad = 20.0;
+    limits.max_speed_rad_s = 50.0;
+    limits.following_rad = 0.5;
+    FENCE_REFUSED(EDO_SMC_NULL, edo_smc_fence_motor_fast(NULL, sizeof config, &limits, &fence, sizeof fence, NULL));
+    FENCE_REFUSED(EDO_SMC_NULL, edo_smc_fence_motor_fast(&config, sizeof config, NULL, &fence, sizeof fence, NULL));
+    EXPECT(EDO_SMC_NULL, edo_smc_fence_motor_fast(&config, sizeof config, &limits, NULL, sizeof fence, NULL));
+    FENCE_REFUSED(EDO_SMC_SIZE, edo_smc_fence_motor_fast(&config, 8, &limits, &fence, sizeof fence, NULL));
+    FENCE_REFUSED(EDO_SMC_SIZE, edo_smc_fence_motor_fast(&config, sizeof config, &limits, &fence, 40, NULL));
+    FENCE_REFUSED(EDO_SMC_MISALIGNED,
+                  edo_smc_fence_motor_fast(&config, sizeof config, &limits, &fence, sizeof fence, crooked));
+    EXPECT(EDO_SMC_OVERLAP, edo_smc_fence_motor_fast(&config, sizeof config, &limits, within, sizeof fence, NULL));
+    EXPECT(EDO_SMC_OVERLAP, edo_smc_fence_motor_fast(&config, sizeof config, &limits, &fence, sizeof fence,
+                                                     (edo_smc_refusal_t *)(void *)&limits));
+    EXPECT(0, memcmp(&config, &right_config, sizeof config));
+    BAD_LIMIT(low_rad, NAN);
+    BAD_LIMIT(high_rad, NAN);
+    limits.low_rad = 1.0;
+    BAD_LIMIT(high_rad, 0.9);
+    limits.low_rad = -INFINITY;
+    BAD_LIMIT(max_speed_rad_s, -1.0);
+    BAD_LIMIT(max_speed_rad_s, NAN);
+    BAD_LIMIT(following_rad, NAN);
+    config.period_s = 0.1;
+    FENCE_REFUSED(EDO_SMC_OUT_OF_RANGE, fence_off());
+    EXPECT(0, strcmp(refusal.field, "period_s"));
+    config = right_config;
+    EXPECT(EDO_SMC_OK, fence_off());
+    EXPECT(0, refusal.field[0]);
+
+    EXPECT(EDO_SMC_OK, init());
+    REFUSED(EDO_SMC_NOT_STARTED, guard());
+    believe();
+    EXPECT(EDO_SMC_OK, tick());
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(NULL, &state, &fence, &sample, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(&design, NULL, &fence, &sample, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(&design, &state, NULL, &sample, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(&design, &state, &fence, NULL, &output));
+    REFUSED(EDO_SMC_NULL, edo_smc_guard_motor_fast(&design, &state, &fence, &sample, NULL));
+    REFUSED(EDO_SMC_OTHER_DESIGN, edo_smc_guard_motor_fast(&other_design, &state, &fence, &sample, &output));
+    REFUSED(EDO_SMC_MISALIGNED, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
+                                                         (edo_smc_output_t *)(void *)((char *)&output + 1)));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
+                                                      (edo_smc_output_t *)(void *)&state.words[2]));
+    REFUSED(EDO_SMC_OVERLAP, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
+                                                      (edo_smc_output_t *)(void *)&design.words[2]));
+    FENCE_REFUSED(EDO_SMC_OVERLAP, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
+                                                            (edo_smc_output_t *)(void *)&fence));
+
+    /* Within its limits nothing changes. Too far from its target the bit is set, and the next tick brakes. */
+    EXPECT(EDO_SMC_OK, tick());
+    const edo_smc_output_t output_was = output;
+    const state_t state_was = state;
+    EXPECT(EDO_SMC_OK, guard());
+    EXPECT(0, memcmp(&output, &output_was, sizeof output));
+    EXPECT(0, memcmp(&state, &state_was, sizeof state));
+    sample.begin.r = 0.6f;
+    EXPECT(EDO_SMC_OK, guard());
+    EXPECT(output_was.health + EDO_SMC_FOLLOWING_ERROR, output.health);
+    EXPECT(0, memcmp(&output.u, &output_was.u, sizeof output.u));
+    sample.begin.r = 0.0f;
+    EXPECT(EDO_SMC_OK, tick());
+    EXPECT(EDO_SMC_BRAKES, output.health & EDO_SMC_BRAKES);
+    EXPECT(EDO_SMC_OK, edo_smc_reset_motor_fast(&state));
+}
+
 #define PLAN_REFUSED(status, call)                                                                                     \
     do {                                                                                                               \
         const edo_smc_plan_motor_t plan_was = plan;                                                                    \
@@ -290,6 +388,147 @@ static void plans(void) {
     EXPECT(0, target.turn != 3 || target.r != 1.0f || target.r_dot != 0.0f);
 }
 
+#define PROFILE_REFUSED(status, call)                                                                                  \
+    do {                                                                                                               \
+        const edo_smc_profile_motor_t profile_was = profile;                                                           \
+        expect_at(__LINE__, status, call);                                                                             \
+        expect_at(__LINE__, 0, memcmp(&profile, &profile_was, sizeof profile));                                        \
+    } while (0)
+
+static edo_smc_profile_motor_t profile;
+static edo_smc_target_motor_t aim;
+
+static edo_smc_status_t profile_new(double period_s, double speed, double acceleration, uint32_t window) {
+    return edo_smc_profile_new_motor(&profile, sizeof profile, period_s, speed, acceleration, window, &refusal);
+}
+
+/* Memory that `new` has not made is refused by every call, and left as it is. */
+static void no_profile(edo_smc_status_t status) {
+    PROFILE_REFUSED(status, edo_smc_profile_limit_motor(&profile, 50.0, 500.0, &refusal));
+    PROFILE_REFUSED(status, edo_smc_profile_keep_within_motor(&profile, 0, 0.0, 1, 0.0));
+    PROFILE_REFUSED(status, edo_smc_profile_go_to_motor(&profile, 0, 1.0));
+    PROFILE_REFUSED(status, edo_smc_profile_stop_motor(&profile));
+    PROFILE_REFUSED(status, edo_smc_profile_start_motor(&profile, 0, 1.0, 1.0));
+    aim.r = 7.0f;
+    PROFILE_REFUSED(status, edo_smc_profile_next_motor(&profile, &aim));
+    EXPECT(0, aim.r != 7.0f);
+    EXPECT(0, edo_smc_profile_has_arrived_motor(&profile));
+}
+
+static void profile_limits(void) {
+    static const struct {
+        const char *field;
+        double period_s, speed, acceleration;
+        uint32_t window;
+    } bad[] = {
+        {"period_s", 0.0, 100.0, 1200.0, 10},      {"period_s", -1e-3, 100.0, 1200.0, 10},
+        {"period_s", NAN, 100.0, 1200.0, 10},      {"period_s", 1e-300, 100.0, 1200.0, 10},
+        {"speed_rad_s", 1e-3, 0.0, 1200.0, 10},    {"speed_rad_s", 1e-3, NAN, 1200.0, 10},
+        {"speed_rad_s", 1e-3, 1.6e3, 1200.0, 10},  {"acceleration_rad_s2", 1e-3, 100.0, -1.0, 10},
+        {"acceleration_rad_s2", 1e-3, 100.0, INFINITY, 10}, {"window", 1e-3, 100.0, 1200.0, 0},
+        {"window", 1e-3, 100.0, 1200.0, EDO_SMC_PROFILE_WINDOW + 1},
+        {"window", 1e-3, 100.0, 1200.0, 0x10000001u},
+    };
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
+        PROFILE_REFUSED(EDO_SMC_OUT_OF_RANGE,
+                        profile_new(bad[k].period_s, bad[k].speed, bad[k].acceleration, bad[k].window));
+        EXPECT(0, strcmp(refusal.field, bad[k].field));
+        EXPECT(1, !(refusal.given >= refusal.low && refusal.given <= refusal.high));
+    }
+    char *const odd = (char *)&profile + 1;
+    edo_smc_refusal_t *const within = (edo_smc_refusal_t *)(void *)profile.words;
+    edo_smc_refusal_t *const crooked = (edo_smc_refusal_t *)(void *)((char *)&refusal + 4);
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_new_motor(NULL, sizeof profile, 1e-3, 1.0, 1.0, 1, NULL));
+    PROFILE_REFUSED(EDO_SMC_SIZE, edo_smc_profile_new_motor(&profile, sizeof profile - 4, 1e-3, 1.0, 1.0, 1, NULL));
+    PROFILE_REFUSED(EDO_SMC_MISALIGNED, edo_smc_profile_new_motor((edo_smc_profile_motor_t *)(void *)odd,
+                                                                  sizeof profile, 1e-3, 1.0, 1.0, 1, NULL));
+    PROFILE_REFUSED(EDO_SMC_MISALIGNED,
+                    edo_smc_profile_new_motor(&profile, sizeof profile, 1e-3, 1.0, 1.0, 1, crooked));
+    if (((uintptr_t)within & 7u) == 0) {
+        PROFILE_REFUSED(EDO_SMC_OVERLAP,
+                        edo_smc_profile_new_motor(&profile, sizeof profile, 1e-3, 1.0, 1.0, 1, within));
+        PROFILE_REFUSED(EDO_SMC_OVERLAP, edo_smc_profile_limit_motor(&profile, 1.0, 1.0, within));
+    }
+}
+
+static void profiles(void) {
+    no_profile(EDO_SMC_NOT_INITIALISED);
+    profile_limits();
+    EXPECT(EDO_SMC_OK, profile_new(1e-3, 100.0, 1200.0, 10));
+    EXPECT(0, refusal.field[0]);
+    EXPECT(1, edo_smc_profile_has_arrived_motor(&profile));
+    /* Another plant's is none of this. */
+    edo_smc_profile_joint_t other;
+    memset(&other, 0, sizeof other);
+    memcpy(&other, &profile, sizeof profile);
+    EXPECT(EDO_SMC_NOT_INITIALISED, edo_smc_profile_stop_joint(&other));
+
+    profile_limits();
+    PROFILE_REFUSED(EDO_SMC_OUT_OF_RANGE, edo_smc_profile_limit_motor(&profile, NAN, 1200.0, &refusal));
+    EXPECT(0, strcmp(refusal.field, "speed_rad_s"));
+    PROFILE_REFUSED(EDO_SMC_OUT_OF_RANGE, edo_smc_profile_limit_motor(&profile, 100.0, 0.0, NULL));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_go_to_motor(&profile, 0, NAN));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_go_to_motor(&profile, 0, 7e9));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_start_motor(&profile, 0, INFINITY, 0.0));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_start_motor(&profile, 0, 0.0, NAN));
+    PROFILE_REFUSED(EDO_SMC_PROFILE_SPEED, edo_smc_profile_start_motor(&profile, 0, 0.0, 1.6e3));
+    PROFILE_REFUSED(EDO_SMC_PROFILE_RANGE, edo_smc_profile_keep_within_motor(&profile, 1, 0.0, 0, 6.0));
+    PROFILE_REFUSED(EDO_SMC_NOT_FINITE, edo_smc_profile_keep_within_motor(&profile, 0, NAN, 1, 0.0));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_limit_motor(NULL, 1.0, 1.0, NULL));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_keep_within_motor(NULL, 0, 0.0, 1, 0.0));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_go_to_motor(NULL, 0, 0.0));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_stop_motor(NULL));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_start_motor(NULL, 0, 0.0, 0.0));
+    EXPECT(EDO_SMC_NULL, edo_smc_profile_next_motor(NULL, &aim));
+    EXPECT(0, edo_smc_profile_has_arrived_motor(NULL));
+    PROFILE_REFUSED(EDO_SMC_NULL, edo_smc_profile_next_motor(&profile, NULL));
+    PROFILE_REFUSED(EDO_SMC_OVERLAP,
+                    edo_smc_profile_next_motor(&profile, (edo_smc_target_motor_t *)(void *)&profile.words[40]));
+    PROFILE_REFUSED(EDO_SMC_MISALIGNED,
+                    edo_smc_profile_next_motor(&profile, (edo_smc_target_motor_t *)(void *)((char *)&aim + 1)));
+
+    /* Beyond its range it goes to the end, and rests there. */
+    EXPECT(EDO_SMC_OK, edo_smc_profile_keep_within_motor(&profile, -1, 0.0, 2, 1.0));
+    EXPECT(EDO_SMC_PROFILE_END, edo_smc_profile_go_to_motor(&profile, 3, 0.0));
+    int ticks = 0;
+    while (!edo_smc_profile_has_arrived_motor(&profile) && ticks < 1000) {
+        EXPECT(EDO_SMC_OK, edo_smc_profile_next_motor(&profile, &aim));
+        EXPECT(1, aim.r_dot >= 0.0f && aim.r_dot <= 100.0f);
+        ticks++;
+    }
+    EXPECT(1, ticks > 200 && ticks < 320);
+    EXPECT(2, aim.turn);
+    EXPECT(1, aim.r > 0.99999f && aim.r < 1.00001f);
+
+    /* Every word of one in motion in turn: a call goes on, or refuses. Nothing is read or written out of bounds. */
+    EXPECT(EDO_SMC_OK, edo_smc_profile_go_to_motor(&profile, 0, 0.0));
+    EXPECT(EDO_SMC_OK, edo_smc_profile_next_motor(&profile, &aim));
+    const edo_smc_profile_motor_t good = profile;
+    int damaged = 0, not_made = 0;
+    for (size_t i = 0; i < 4 * (sizeof profile.words / 4); i++) {
+        static const uint32_t wrong[] = {0u, 0x80000000u, 0xffffffffu, 0x7fffffffu};
+        profile = good;
+        profile.words[i / 4] = wrong[i % 4];
+        const edo_smc_status_t status = edo_smc_profile_next_motor(&profile, &aim);
+        damaged += status == EDO_SMC_DAMAGED;
+        not_made += status == EDO_SMC_NOT_INITIALISED;
+        EXPECT(1, status == EDO_SMC_OK || status == EDO_SMC_DAMAGED || status == EDO_SMC_NOT_INITIALISED);
+        if (status != EDO_SMC_OK) {
+            no_profile(status);
+        } else {
+            (void)edo_smc_profile_go_to_motor(&profile, 1, 1.0);
+            (void)edo_smc_profile_limit_motor(&profile, 50.0, 500.0, NULL);
+            (void)edo_smc_profile_start_motor(&profile, 1, 1.0, 10.0);
+            EXPECT(EDO_SMC_OK, edo_smc_profile_stop_motor(&profile));
+            EXPECT(EDO_SMC_OK, edo_smc_profile_next_motor(&profile, &aim));
+        }
+    }
+    /* Acceleration and window must be 1 at least, window and place of the oldest step not too large. */
+    EXPECT(4, not_made);
+    EXPECT(3 + 4 + 3, damaged);
+    profile = good;
+}
+
 int main(void) {
     config.period_s = 1e-3;
     config.motor.inertia_kg_m2 = 2e-4;
@@ -304,6 +543,8 @@ int main(void) {
     designs();
     memory();
     retuned();
+    fences();
     plans();
+    profiles();
     return checked();
 }

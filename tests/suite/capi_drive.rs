@@ -1,4 +1,4 @@
-//! Do the drives and plans of the archive for C do what the Rust library does, to the last bit, here and on the
+//! Do the drives, fences, plans and profiles of the archive for C do what the Rust library does, to the last bit, here and on the
 //! emulated cores?
 //!
 //! A drive runs beside the Rust tick around a simple plant, with all that the exported drives are given (test module
@@ -7,8 +7,9 @@
 //! refuse a third. Needs what `cargo xtask capi` builds.
 
 use controller_core::drive::{
-    BEYOND_CONTROL, BRAKING, Bounds, ChainModel, Encoder, EncoderForm, Joint, JointBandwidths, JointDesign, JointDrive,
-    Monitored, Motor, MotorDesign, MotorDrive, Position, Reference, Rest, Sample, Sine, Target, stop,
+    BEYOND_CONTROL, BRAKING, Bounds, ChainModel, Encoder, EncoderForm, Fence, FenceLimits, Joint, JointBandwidths,
+    JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position, Reference, Rest, Sample, Sine,
+    Target, stop,
 };
 use controller_core::{Fallback, Health, Limits, Output, RetuneError, Running};
 use integration_tests::data::path;
@@ -23,6 +24,7 @@ use super::export::{
 };
 use super::export_drive::{Counters, HEALTHS, Plant, Wanted, assert_exercised, target};
 use super::export_plan::{Goal, Plan, any, is_number, onto};
+use super::export_profile;
 
 const TICK: u32 = 0;
 const REPORT: u32 = 1;
@@ -63,7 +65,7 @@ const UNCERTAIN: [f64; 4] = [0.2, 0.2, 0.5, 0.2];
 const STOPS_AT: [Health; 4] = [BRAKING, BRAKING, BEYOND_CONTROL, BRAKING];
 
 /// The designs of `drives.c`, which makes them of the data sheet.
-fn motor<const FAST: usize, const LATE: usize>(ticks: usize) -> Run {
+fn motor<const FAST: usize, const LATE: usize>(ticks: usize, within: Option<FenceLimits>) -> Run {
     let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
     let limits = Limits { min: -10.0, max: 8.0 };
     let lag_s = 3e-4;
@@ -82,10 +84,12 @@ fn motor<const FAST: usize, const LATE: usize>(ticks: usize) -> Run {
     });
     let configurations = (0..4).flat_map(|k| configuration(&designs[k].to_numbers(), lag_s, UNCERTAIN[k], STOPS_AT[k]));
     let plant = Plant { gain: [0.0, motor.input_gain()], ..Plant::default() };
-    run(&format!("motor {FAST} {LATE}"), &laws, configurations.collect(), [first.encoder.unit_rad()], plant, ticks)
+    let fence = within.map(|within| Fence::new(&within, first.slowing(LATE)));
+    let design = (&laws, configurations.collect(), fence);
+    run(&format!("motor {FAST} {LATE}"), design, [first.encoder.unit_rad()], plant, ticks)
 }
 
-fn joint<const FAST: usize, const LATE: usize>(ticks: usize) -> Run {
+fn joint<const FAST: usize, const LATE: usize>(ticks: usize, within: Option<FenceLimits>) -> Run {
     let joint = Joint {
         link_inertia_kg_m2: 0.23,
         link_damping_n_m_s: 0.07,
@@ -120,7 +124,8 @@ fn joint<const FAST: usize, const LATE: usize>(ticks: usize) -> Run {
         ..Plant::default()
     };
     let units = first.encoders.map(|encoder| encoder.unit_rad());
-    run(&format!("joint {FAST} {LATE}"), &laws, configurations.collect(), units, plant, ticks)
+    let fence = within.map(|within| Fence::new(&within, first.slowing(LATE)));
+    run(&format!("joint {FAST} {LATE}"), (&laws, configurations.collect(), fence), units, plant, ticks)
 }
 
 type Law<M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> =
@@ -128,8 +133,7 @@ type Law<M, const E: usize, const N: usize, const S: usize, const FAST: usize, c
 
 fn run<M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     name: &str,
-    laws: &[Law<M, E, N, S, FAST, LATE>; 4],
-    configurations: Vec<u32>,
+    (laws, configurations, fence): (&[Law<M, E, N, S, FAST, LATE>; 4], Vec<u32>, Option<Fence>),
     unit_rad: [f64; E],
     mut plant: Plant,
     ticks: usize,
@@ -138,7 +142,7 @@ where
     M: ChainModel<f32, E, N>,
 {
     let mut rng = Rng::new(0xCA91 + name.bytes().map(u64::from).sum::<u64>());
-    let mut running = Running::new(&laws[0]);
+    let mut running = Running::new(laws[0]);
     let mounting = [controller_core::drive::Mounting::UPRIGHT; E];
     let (mut wanted, mut counters) =
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
@@ -177,7 +181,7 @@ where
                 running.reset();
                 0
             }
-            RETUNE => match running.retune(&laws[which], &sample) {
+            RETUNE => match running.retune(laws[which], &sample) {
                 Ok(()) => {
                     retuned[which] += usize::from(running.estimates().is_some());
                     0
@@ -190,6 +194,9 @@ where
         if what == TICK || what == RETUNE {
             output = running.tick(&sample);
             ticked = if output.health.contains(Health::INPUT_REJECTED) { REJECTED } else { 0 };
+            if let Some(fence) = &fence {
+                fence.guard(&mut running, &mut output, &sample.begin);
+            }
             done += 1;
             seen[usize::from(output.health.bits())] += 1;
             stopped = output.health.contains(Health::STOPPED);
@@ -213,6 +220,10 @@ where
         }
         turns_gone = turns_gone.max(known.map_or(0, |known| known.turn.unsigned_abs().min(1000)));
     }
+    if fence.is_some() {
+        assert_fenced(name, &seen);
+        return run;
+    }
     assert_exercised(name, done, &seen, turns_gone);
     println!("{name}: designs taken over in motion {retuned:?}");
     // The last one counts by another encoder.
@@ -220,8 +231,19 @@ where
     run
 }
 
-/// A drive of the archive: its name, and so many ticks of it.
-type Drive = (&'static str, fn(usize) -> Run);
+/// Every limit is broken, and a drive works within them.
+fn assert_fenced(name: &str, seen: &[usize]) {
+    let with = |flag: Health| -> usize {
+        let of = seen.iter().enumerate();
+        of.filter(|(bits, _)| bits & usize::from(flag.bits()) != 0).map(|(_, ticks)| ticks).sum()
+    };
+    let broken = [Health::OVERSPEED, Health::FOLLOWING_ERROR, Health::END_OF_RANGE].map(with);
+    println!("{name}: speed, error, range broken in {broken:?} ticks, {} without anything", seen[0]);
+    assert!(broken.iter().all(|&ticks| ticks > 5) && seen[0] > 500, "{name}: {broken:?}, {}", seen[0]);
+}
+
+/// A drive of the archive: its name, and so many ticks of it, within limits or without.
+type Drive = (&'static str, fn(usize, Option<FenceLimits>) -> Run);
 
 const DRIVES: [Drive; 8] = [
     ("motor", motor::<0, 0>),
@@ -273,13 +295,30 @@ fn held_together(name: &str, answered: &[u32], expected: &[u32], words: usize) {
 
 fn compare(drives: &[Drive], ticks: usize, options: &[&str], place: Place) {
     for (name, run) in drives {
-        let Run { asked, expected, words, configurations } = run(ticks);
-        let plant = if name.starts_with("motor") { "MOTOR" } else { "JOINT" };
-        let program = format!("#define NAME {name}\n#define {plant}\n#include \"{}\"\n", source("drives.c"));
-        let answered = said("drives", name, &program, options, &asked, place);
-        assert_eq!(answered.get(..configurations), expected.get(..configurations), "{name}: by rule");
-        held_together(name, &answered[configurations..], &expected[configurations..], words);
+        compare_one(("drives", name), run(ticks, None), "", options, place);
     }
+}
+
+/// The same with limits that are broken now and then.
+fn compare_fenced(drives: &[Drive], ticks: usize, options: &[&str], place: Place) {
+    let limits = FenceLimits { low_rad: f64::NEG_INFINITY, high_rad: 3.0, max_speed_rad_s: 40.0, following_rad: 0.5 };
+    let FenceLimits { high_rad, max_speed_rad_s, following_rad, .. } = limits;
+    let defines = format!(
+        "#include <math.h>\n#define FENCED\n#define LOW_RAD -INFINITY\n#define HIGH_RAD {high_rad:?}\n\
+         #define MAX_SPEED_RAD_S {max_speed_rad_s:?}\n#define FOLLOWING_RAD {following_rad:?}\n"
+    );
+    for (name, run) in drives {
+        compare_one(("fenced", name), run(ticks, Some(limits)), &defines, options, place);
+    }
+}
+
+fn compare_one((kind, name): (&str, &str), run: Run, defines: &str, options: &[&str], place: Place) {
+    let Run { asked, expected, words, configurations } = run;
+    let plant = if name.starts_with("motor") { "MOTOR" } else { "JOINT" };
+    let program = format!("{defines}#define NAME {name}\n#define {plant}\n#include \"{}\"\n", source("drives.c"));
+    let answered = said(kind, name, &program, options, &asked, place);
+    assert_eq!(answered.get(..configurations), expected.get(..configurations), "{name}: by rule");
+    held_together(name, &answered[configurations..], &expected[configurations..], words);
 }
 
 #[test]
@@ -291,6 +330,16 @@ fn every_drive_of_the_archive_designs_ticks_and_is_retuned_to_the_bits_of_rust()
 fn a_drive_of_the_archive_gives_its_bits_on_the_emulated_chip() {
     // Where the requests tune, the compiler's library multiplies.
     compare(&DRIVES, 20_000, &["-O2", "-lgcc"], Place::On(&STM32F405));
+}
+
+#[test]
+fn every_drive_of_the_archive_is_tripped_by_its_fence_as_in_rust() {
+    compare_fenced(&DRIVES, 50_000, &["-O1"], Place::Here);
+}
+
+#[test]
+fn a_fence_of_the_archive_gives_its_bits_on_the_emulated_chip() {
+    compare_fenced(&DRIVES, 20_000, &["-O2", "-lgcc"], Place::On(&STM32F405));
 }
 
 #[test]
@@ -385,6 +434,39 @@ fn a_plan_of_the_archive_gives_the_bits_of_the_rust_one() {
 #[test]
 fn a_plan_of_the_archive_gives_its_bits_on_the_emulated_chip() {
     compare_plans(&["-O2"], Place::On(&STM32F405));
+}
+
+/// Ticks of each average that a profile of the archive has memory for, as the header says.
+const WINDOW: usize = 128;
+
+fn compare_profiles(options: &[&str], place: Place) {
+    let motor = export_profile::run::<2, 2, { 2 * WINDOW }>(1e-3);
+    let joint = export_profile::run::<3, 4, { 3 * WINDOW }>(2e-4);
+    for (name, define, derivatives, mut run) in [("motor", "MOTOR", 2, motor), ("joint", "JOINT", 4, joint)] {
+        let words = 4 + derivatives;
+        for (answer, status) in run.answers.chunks_mut(words).zip(&run.statuses) {
+            answer[0] = *status;
+        }
+        let program = format!("#define NAME {name}\n#define {define}\n#include \"{}\"\n", source("profiles.c"));
+        held_together(name, &said("profiles", name, &program, options, &run.asked, place), &run.answers, words);
+    }
+}
+
+#[test]
+fn a_profile_of_the_archive_gives_the_bits_of_the_rust_one() {
+    compare_profiles(&["-O1"], Place::Here);
+}
+
+#[test]
+fn a_profile_of_the_archive_gives_its_bits_on_the_emulated_chip() {
+    compare_profiles(&["-O2"], Place::On(&STM32F405));
+}
+
+#[test]
+fn a_profile_of_the_archive_gives_its_bits_on_other_cores() {
+    for board in other_boards() {
+        compare_profiles(&["-O2"], Place::On(board));
+    }
 }
 
 /// The stand-in of `drive.c`, operation by operation.

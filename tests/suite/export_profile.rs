@@ -4,7 +4,7 @@
 //! (two averages) and a joint (three). Compared is whether each is taken, every bit of the targets of the ticks after
 //! it, and whether it has arrived.
 
-use controller_core::drive::{Profile, ProfileLimits, Target};
+use controller_core::drive::{FARTHEST_RAD, Profile, ProfileLimits, Target};
 use integration_tests::strategy::Rng;
 use std::fs;
 
@@ -21,20 +21,40 @@ const WITHIN: u32 = 3;
 const LIMIT: u32 = 4;
 const START: u32 = 5;
 
-struct Run {
-    asked: Vec<u8>,
-    answers: Vec<u32>,
+pub(super) struct Run {
+    pub(super) asked: Vec<u8>,
+    pub(super) answers: Vec<u32>,
+    /// The status of the archive for C, in place of the first word of each answer.
+    pub(super) statuses: Vec<u32>,
 }
 
-fn run<const M: usize, const J: usize, const LEN: usize>(period_s: f64) -> Run {
+/// The status of the archive for a request that is taken or not.
+fn status_of(what: u32, good: bool, numbers: &[f64]) -> u32 {
+    // A second number that is not asked for is none that can be wrong.
+    let asked = if what == GO_TO { 1 } else { 2 };
+    let near = numbers[..asked].iter().all(|rad| rad.abs() <= FARTHEST_RAD);
+    let status: i32 = match what {
+        _ if good => 0,
+        NEW | LIMIT => -41,
+        _ if !near => -6,
+        GO_TO => 2,
+        WITHIN => -19,
+        _ => -42,
+    };
+    status as u32
+}
+
+pub(super) fn run<const M: usize, const J: usize, const LEN: usize>(period_s: f64) -> Run {
+    let most = LEN / M;
     let mut rng = Rng::new(M as u64);
-    let (mut asked, mut answers) = (Vec::new(), Vec::new());
+    let (mut asked, mut answers, mut statuses) = (Vec::new(), Vec::new(), Vec::new());
     let mut profile: Option<Profile<f32, M, LEN>> = None;
     let (mut taken, mut arrived) = ([[0_usize; 2]; 6], 0);
     for k in 0..ASKED {
         let what =
             if k == 0 { NEW } else { *rng.one_of(&[NEW, GO_TO, GO_TO, GO_TO, GO_TO, STOP, WITHIN, LIMIT, START]) };
-        let window = if rng.chance(0.1) { rng.integer(0, 40) as u32 } else { *rng.one_of(&[1, 2, 5, 10, 32]) };
+        let window =
+            if rng.chance(0.1) { rng.integer(0, most + 8) as u32 } else { *rng.one_of(&[1, 2, 5, 10, most as u32]) };
         let far = if rng.chance(0.02) { rng.bits() as i32 } else { rng.integer(0, 8) as i32 - 4 };
         let turns = [far, far.wrapping_add(rng.integer(0, 6) as i32 - 1)];
         let mut numbers = match what {
@@ -74,6 +94,7 @@ fn run<const M: usize, const J: usize, const LEN: usize>(period_s: f64) -> Run {
             sum = words.fold(sum, |sum, word| (sum ^ word).wrapping_mul(0x0100_0193));
         }
         arrived += usize::from(profile.has_arrived());
+        statuses.push(status_of(what, good, &numbers));
         answers.extend([u32::from(good), sum, u32::from(profile.has_arrived()), last.turn as u32]);
         answers.extend(last.jet.map(f32::to_bits));
         asked.extend(numbers.into_iter().flat_map(f64::to_le_bytes));
@@ -83,7 +104,7 @@ fn run<const M: usize, const J: usize, const LEN: usize>(period_s: f64) -> Run {
     println!("refused and taken: {taken:?}, {arrived} times at rest at the goal");
     assert!(taken.iter().all(|[_, taken]| *taken > 500) && arrived > 500, "every answer is asked for");
     assert!([NEW, GO_TO, WITHIN, LIMIT, START].iter().all(|&what| taken[what as usize][0] > 10));
-    Run { asked, answers }
+    Run { asked, answers, statuses }
 }
 
 /// The C around the exported file: requests in, answers out.
@@ -158,7 +179,7 @@ fn compare_all(place: Place, options: &[&str]) {
     let motor = ("motor", MOTOR, run::<2, 2, { 2 * WINDOW }> as fn(f64) -> Run, &JET[..2], 1e-3);
     let joint = ("joint", JOINT, run::<3, 4, { 3 * WINDOW }> as fn(f64) -> Run, &JET[..], 2e-4);
     for (name, scenario, run, jet, period_s) in [motor, joint] {
-        let Run { asked, answers: expected } = run(period_s);
+        let Run { asked, answers: expected, .. } = run(period_s);
         let kind = match place {
             Place::Here => "here",
             Place::On(board) => board.machine,

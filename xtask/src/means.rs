@@ -123,7 +123,7 @@ const WITHOUT: [(&str, &str); 3] = [
     ("budget::sine::tick", "no tick: the sine of a drive's map alone"),
 ];
 /// Functions of the archive that are not held, by a part of their names.
-const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 13] = [
+const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 16] = [
     ("edo_smc_version", SIZE),
     ("edo_smc_modes_ok", "asks for the modes of the machine"),
     ("edo_smc_design_size_", SIZE),
@@ -134,9 +134,12 @@ const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 13] = [
     ("edo_smc_tune_", "designs, in f64"),
     ("edo_smc_retune_", "takes a new design over, which is not recorded"),
     ("edo_smc_plan_", "a planned way, of which parts are recorded"),
+    ("edo_smc_profile_", "set-points, in whole numbers, of which the target alone is recorded"),
     ("edo_smc_missed_", "ticks without a sample in a loop, of which one is recorded"),
     ("edo_smc_trip_", "four words of the monitors"),
     ("edo_smc_limit_", "two words of the law"),
+    ("edo_smc_fence_", "designs, in f64"),
+    ("edo_smc_guard_", "compares estimates with limits, which is not recorded"),
 ];
 /// Instances of image and archive that the fast tier holds: chains and a motor. The paths of a joint's take minutes.
 const QUICK: [&str; 9] = [

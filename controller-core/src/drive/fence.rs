@@ -30,7 +30,7 @@ use super::reference::FARTHEST_RAD;
 use super::target::Target;
 use crate::controller::Output;
 use crate::health::Health;
-use crate::running::Running;
+use crate::running::{ControlLaw, Running};
 
 /// What a fence tells; each of them is an alarm.
 pub const FENCED: Health = Health::OVERSPEED.union(Health::FOLLOWING_ERROR).union(Health::END_OF_RANGE);
@@ -136,10 +136,27 @@ impl Fence {
     ) where
         L: Watched<E> + DriveLaw<E, N>,
     {
+        if let Some(state) = &mut running.state {
+            self.guard_state(&running.design, state, output, target);
+        }
+    }
+
+    /// The same of a law and its state, for whoever holds the two apart.
+    #[doc(hidden)]
+    #[inline]
+    pub fn guard_state<L, const E: usize, const N: usize>(
+        &self,
+        law: &Monitored<L, E>,
+        state: &mut <Monitored<L, E> as ControlLaw>::State,
+        output: &mut Output<f32>,
+        target: &Target<f32, i32, N>,
+    ) where
+        L: Watched<E> + DriveLaw<E, N>,
+    {
         if output.health.intersects(Health::WAITS.union(Health::STOPPED)) {
             return;
         }
-        let Some(known) = running.estimates() else { return };
+        let known = law.estimates(state);
         let mut target = *target;
         if !L::POSITION {
             // A speed is no place: the shaft is where it is.
@@ -148,7 +165,7 @@ impl Fence {
         let broken = self.check(&known, &target);
         output.health |= broken;
         if !broken.is_ok() {
-            running.trip();
+            law.trip(state);
         }
     }
 

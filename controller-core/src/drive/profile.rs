@@ -70,6 +70,8 @@ impl ProfileLimits {
     /// Speed and acceleration in 2^-32 turns per tick and per tick².
     fn units(&self, period_s: f64) -> Result<[i32; 2], DriveError> {
         let unit_rad = TAU / TWO_32;
+        // Of a period of 1e-300 s the units below are no numbers.
+        DriveError::within("period_s", period_s, 1e-6, 1.0, "the period of a profile is 1 us to 1 s")?;
         let [speed_unit, acceleration_unit] = [unit_rad / period_s, unit_rad / (period_s * period_s)];
         let Self { speed_rad_s: speed, acceleration_rad_s2: acceleration, .. } = *self;
         let why = "a profile moves on by 2^-32 turns to a quarter of a turn per tick";
@@ -115,6 +117,11 @@ fn stops_within(distance: i64, step: i32, whole: i32, acceleration: i32) -> bool
     i64::from(whole + 1) * i64::from(2 * step - acceleration * whole) <= 2 * distance
 }
 
+/// How many whole accelerations a step is. An acceleration is 1 at least; with that written down nothing panics here.
+fn whole_of(step: i32, acceleration: i32) -> i32 {
+    step / acceleration.max(1)
+}
+
 fn is_near(number: f64) -> bool {
     number.abs() <= FARTHEST_RAD
 }
@@ -123,7 +130,8 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
     /// At rest at angle 0.
     ///
     /// # Errors
-    /// A limit that is no number, or beyond what can be counted; a window that the memory does not hold.
+    /// A period outside of 1 us to 1 s; a limit that is no number, or beyond what can be counted; a window that the memory
+    /// does not hold.
     pub fn new(limits: &ProfileLimits, period_s: f64) -> Result<Self, DriveError> {
         const { assert!(M == 2 || M == 3, "a profile of a motor has 2 averages, that of a joint 3") };
         let [fastest, acceleration] = limits.units(period_s)?;
@@ -141,7 +149,7 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
             step: 0,
             whole: 0,
             fastest,
-            fastest_whole: fastest / acceleration,
+            fastest_whole: whole_of(fastest, acceleration),
             acceleration,
             steps: [0; LEN],
             oldest: 0,
@@ -154,6 +162,14 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         })
     }
 
+    /// Do acceleration, window and the place of the oldest step lie within their ranges, as in any profile that was made?
+    /// For memory that may have been written over.
+    #[doc(hidden)]
+    pub const fn is_sound(&self) -> bool {
+        let window = self.window as usize;
+        self.acceleration >= 1 && window >= 1 && window <= LEN / M && (self.oldest as usize) < M * window
+    }
+
     /// Other limits, in motion too; the window stays. Above a lower speed it brakes as the acceleration has it.
     ///
     /// # Errors
@@ -161,7 +177,7 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
     pub fn limit(&mut self, limits: &ProfileLimits, period_s: f64) -> Result<(), DriveError> {
         let [fastest, acceleration] = limits.units(period_s)?;
         (self.fastest, self.acceleration) = (fastest, acceleration);
-        (self.fastest_whole, self.whole) = (fastest / acceleration, self.step.abs() / acceleration);
+        (self.fastest_whole, self.whole) = (whole_of(fastest, acceleration), whole_of(self.step.abs(), acceleration));
         Ok(())
     }
 
@@ -221,7 +237,7 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         let windows = i64::from(self.window);
         let moved = step * windows.pow(M as u32);
         self.step = step as i32;
-        self.whole = self.step.abs() / self.acceleration;
+        self.whole = whole_of(self.step.abs(), self.acceleration);
         self.steps = [self.step; LEN];
         (self.sums, self.earlier) = ([Turns::new(0); M], [Turns::new(moved); 2]);
         self.sums[M - 1] = Turns::new(moved);
@@ -278,14 +294,17 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         let length = M * window;
         let before = |windows: usize| {
             let at = oldest + (M - windows) * window;
-            i64::from(self.steps[if at < length { at } else { at - length }])
+            // The index is within its bounds; an index that is checked would still leave a panic in an archive.
+            i64::from(self.steps.get(if at < length { at } else { at - length }).copied().unwrap_or(0))
         };
         let step = i64::from(self.step);
         let mut sum = match M {
             2 => step - 2 * before(1) + before(2),
             _ => step - 3 * before(1) + 3 * before(2) - before(3),
         };
-        self.steps[oldest] = self.step;
+        if let Some(entry) = self.steps.get_mut(oldest) {
+            *entry = self.step;
+        }
         self.oldest = if oldest + 1 < length { self.oldest + 1 } else { 0 };
         for entry in &mut self.sums {
             sum = sum.wrapping_add(entry.units());
@@ -571,9 +590,17 @@ mod tests {
             let limits = ProfileLimits { speed_rad_s, acceleration_rad_s2, window };
             assert!(Profile::<f32, 2, 96>::new(&limits, PERIOD_S).is_err(), "{limits:?}");
         }
+        for period_s in [0.0, -1e-3, f64::NAN, 1e-300, 2.0] {
+            let refused = Profile::<f32, 2, 96>::new(&LIMITS, period_s).expect_err("no period");
+            assert_eq!(refused.field, "period_s");
+        }
         let mut profile = new::<2>(&LIMITS);
         profile.go_to(0, 1.0);
         let before = profile;
+        assert!(profile.is_sound());
+        let over = [Profile { window: 49, ..profile }, Profile { window: 0, ..profile }];
+        let over = [over, [Profile { oldest: 16, ..profile }, Profile { acceleration: 0, ..profile }]].concat();
+        assert!(over.iter().all(|profile| !profile.is_sound()));
         assert!(!profile.go_to(0, f64::NAN) && !profile.start(0, 0.0, f64::INFINITY));
         assert!(!profile.keep_within((1, 0.0), (0, 0.0)) && !profile.keep_within((0, f64::NAN), (0, 0.0)));
         assert_eq!(profile, before);

@@ -1,0 +1,120 @@
+//! Limits of position, speed and following error: what C holds of a fence, how it is made, and the look at a tick.
+//!
+//! All arithmetic is that of [`Fence`]. It is made of the configuration of a drive, outside of the interrupt, and is
+//! asked after a tick, with the sample and the output of that tick.
+
+use controller_core::Output;
+use controller_core::drive::{Fence, FenceLimits};
+
+use crate::drive::{CConfig, CRefusal, CSample, Design, Form, designed};
+use crate::instance::{Held, between};
+use crate::status::{Status, overlap, place, sized_place};
+
+/// Where a shaft may be and how fast: `edo_smc_fence_limits_t`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct CLimits {
+    low_rad: f64,
+    high_rad: f64,
+    max_speed_rad_s: f64,
+    following_rad: f64,
+}
+
+/// The limits as a tick compares them: `edo_smc_fence_t`. Any bit pattern is one; zeros are broken by every motion.
+#[repr(transparent)]
+pub struct CFence(Fence);
+
+/// Words of a fence.
+pub(crate) const WORDS: usize = {
+    assert!(align_of::<CFence>() == 4);
+    size_of::<CFence>() / 4
+};
+
+impl CLimits {
+    /// As the core takes them; a number that is none is refused, and so are ends in the wrong order.
+    fn check(&self) -> Result<FenceLimits, CRefusal> {
+        let Self { low_rad, high_rad, max_speed_rad_s, following_rad } = *self;
+        let ranges = [
+            ("low_rad", low_rad, f64::NEG_INFINITY),
+            ("high_rad", high_rad, low_rad),
+            ("max_speed_rad_s", max_speed_rad_s, 0.0),
+            ("following_rad", following_rad, 0.0),
+        ];
+        for (field, given, low) in ranges {
+            if !(given >= low && given <= f64::INFINITY) {
+                return Err(CRefusal::of(field, given, low, f64::INFINITY));
+            }
+        }
+        Ok(FenceLimits { low_rad, high_rad, max_speed_rad_s, following_rad })
+    }
+}
+
+/// # Safety
+/// Pointers that are not NULL point to memory of their type, `config` and `fence` to memory of the sizes given.
+pub(crate) unsafe fn fence<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
+    config: *const CConfig<NUMBERS>,
+    config_size: usize,
+    limits: *const CLimits,
+    fence: *mut CFence,
+    fence_size: usize,
+    refusal: *mut CRefusal,
+) -> Status {
+    let places = || {
+        sized_place(config, config_size)?;
+        place(limits)?;
+        sized_place(fence, fence_size)?;
+        if !refusal.is_null() {
+            place(refusal)?;
+        }
+        let read = overlap(fence, config) || overlap(fence, limits) || overlap(refusal, config);
+        if read || overlap(refusal, limits) || overlap(refusal, fence) { Err(Status::OVERLAP) } else { Ok(()) }
+    };
+    if let Err(status) = places() {
+        return status;
+    }
+    // SAFETY: not NULL, aligned, of the right size; any bit pattern is a configuration, and limits.
+    let (config, limits) = unsafe { (&*config, &*limits) };
+    // A configuration that makes no drive has no deceleration.
+    let made = designed::<L, E, N, NUMBERS>(config).and_then(|_| limits.check());
+    let (status, said) = match made {
+        Ok(limits) => {
+            // SAFETY: not NULL, aligned, of the right size.
+            unsafe { fence.write(CFence(Fence::new(&limits, L::slowing(config)))) };
+            (Status::OK, CRefusal::NONE)
+        }
+        Err(said) => (Status::OUT_OF_RANGE, said),
+    };
+    if !refusal.is_null() {
+        // SAFETY: not NULL, aligned.
+        unsafe { refusal.write(said) };
+    }
+    status
+}
+
+/// # Safety
+/// Pointers that are not NULL point to memory of their type.
+#[inline(always)]
+pub(crate) unsafe fn guard<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
+    design: *const Design<L, E, N, NUMBERS>,
+    state: *mut Held<Design<L, E, N, NUMBERS>>,
+    fence: *const CFence,
+    sample: *const CSample<E, N>,
+    output: *mut Output<f32>,
+) -> Status {
+    let places = || {
+        place(state)?;
+        place(fence)?;
+        place(sample)?;
+        place(output)?;
+        let of_the_state = overlap(state, fence) || overlap(state, sample) || overlap(state, output);
+        let of_the_output = overlap(output, fence) || overlap(output, sample) || overlap(output, design);
+        if of_the_state || of_the_output { Err(Status::OVERLAP) } else { Ok(()) }
+    };
+    if let Err(status) = places() {
+        return status;
+    }
+    // SAFETY: not NULL, aligned, apart from each other; any bit pattern is one of them.
+    let (fence, target, output) = unsafe { (&(*fence).0, (*sample).begin.target(), &mut *output) };
+    // SAFETY: as the caller promises.
+    unsafe { between(design, state, |law, state| law.guard(fence, state, output, &target)) }
+}
