@@ -872,6 +872,12 @@ impl C<'_> {
 
     /// What a drive does beside a tick of its own: the start, a tick without a sample, ticks that were missed.
     fn beside_a_tick(&self, start_ticks: f32, nothing: &str) -> String {
+        let half = 0.5 * self.functions.pass.constant("lost_ticks").unwrap_or(0.0);
+        let shafts = self.shafts();
+        let at_most = shafts.iter().map(|shaft| {
+            let missed = format!("state->missed{shaft}");
+            format!("    {missed} = ({missed} > {half:?}f) ? {half:?}f : {missed};\n")
+        });
         let functions = [
             self.file.c(&format!(
                 "
@@ -915,9 +921,11 @@ static inline unsigned @_lost(@_state *state, @_output *output)
 }}
 "
             )),
-            self.file.c("
+            self.file.c(&filled(
+                "
 /* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its
- * overflow flag or a time stamp tells of. Call it before the coming tick. */
+ * overflow flag or a time stamp tells of. Call it before the coming tick. They count as half of the samples that may
+ * be missing at most. */
 static inline void @_missed(@_state *state, uint32_t periods)
 {
     uint32_t left = periods;
@@ -926,8 +934,11 @@ static inline void @_missed(@_state *state, uint32_t periods)
         @_carry(state);
         left--;
     }
-}
-
+$at_most$}
+",
+                &[("at_most", &at_most.collect::<String>())],
+            )),
+            self.file.c("
 /* From now on the power stage gives at most this current of either sign: it is hot, its supply is low, its brake
  * resistor is full. The law keeps to it. A start forgets it: call it before each tick. False for a number below 0 or
  * none, and before the start. */

@@ -181,6 +181,8 @@ const FORGET: u32 = 3;
 const LOST: u32 = 4;
 /// `limit`.
 const LIMIT: u32 = 5;
+/// `missed`, up to 63 periods: more than the samples that may be missing too.
+const MISSED: u32 = 6;
 
 fn design_of(text: &str) -> DriveDesign {
     let source = Source { file: "it", text, sets: &[] };
@@ -379,6 +381,7 @@ fn next_call(rng: &mut Rng, stopped: bool) -> u32 {
         2..=4 => LOST,
         5..=24 => REPORT,
         45..=47 => LIMIT,
+        48..=49 => MISSED,
         _ => TICK,
     }
 }
@@ -430,13 +433,11 @@ where
         };
         let mut said = None;
         match what {
-            REPORT => {
-                answers.push(u32::from(running.report_applied(current)));
-                answers.extend([0; 3]);
-            }
-            LIMIT => {
-                answers.push(u32::from(running.limit(current)));
-                answers.extend([0; 3]);
+            REPORT => answers.extend([u32::from(running.report_applied(current)), 0, 0, 0]),
+            LIMIT => answers.extend([u32::from(running.limit(current)), 0, 0, 0]),
+            MISSED => {
+                running.missed(counts[0] as u32 % 64);
+                answers.extend([0; 4]);
             }
             START if law.start(&sample).is_none() => answers.extend([0; 4]),
             _ => {
@@ -611,6 +612,10 @@ int main(void)
             switch (ask->what) {{
             case {REPORT}: said = edo_smc_report_applied(&state, ask->current); break;
             case {LIMIT}: said = edo_smc_limit(&state, ask->current); break;
+            case {MISSED}:
+                edo_smc_missed(&state, ask->count[0] % 64u);
+                said = 0u;
+                break;
             case {START}:
                 said = 0u;
                 if (edo_smc_start(&state, &sample)) {{

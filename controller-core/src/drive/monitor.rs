@@ -896,9 +896,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
 
     #[inline]
     fn missed(&self, state: &mut Self::State, periods: u32) {
-        if !state.stopped {
-            self.law.missed(&mut state.within, periods);
-        }
+        self.law.missed(&mut state.within, periods);
     }
 
     #[inline]
