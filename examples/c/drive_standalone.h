@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0xee3102cfu
-#error "two designs with the prefix drive, 0xee3102cfu here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0xee3102cfu
+#if DRIVE_STANDALONE != 0x8a106cdcu
+#error "two designs with the prefix drive, 0x8a106cdcu here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x8a106cdcu
 #endif
 #else
-#define DRIVE_STANDALONE 0xee3102cfu
+#define DRIVE_STANDALONE 0x8a106cdcu
 
 #include <float.h>
 #include <stdbool.h>
@@ -457,113 +457,119 @@ static inline bool drive_observe(drive_state *state, const drive_sample *sample,
     const bool holds_4 = holds_2 && holds_3;
     const float part_9 = state->missed_link + 1.0f;
     const float part_10 = state->doubt + ((step_price_link * ((p1 < 0.0f) ? (-p1) : (p1 + 0.0f))) + 1.0f);
-    const float part_11 = p1 - state->off_link;
-    const float part_12 = agreement_link - ((part_11 < 0.0f) ? (-part_11) : (part_11 + 0.0f));
-    const float part_13 = (gate_link * (part_9 * part_9)) - ((p1 < 0.0f) ? (-p1) : (p1 + 0.0f));
-    const float part_14 = 4.0f - part_10;
-    const float part_15 = ((period * ((state->v_link < 0.0f) ? (-state->v_link)
+    const float part_11 = agreement_link * state->missed_link;
+    const float part_12 = part_11 - gate_link;
+    const float part_13 = p1 - state->off_link;
+    const float part_14 = ((part_11 + gate_link) - ((part_12 < 0.0f) ? (-part_12) : (part_12 + 0.0f)))
+            - (((part_13 < 0.0f) ? (-part_13) : (part_13 + 0.0f)) + ((part_13 < 0.0f) ? (-part_13) : (part_13 + 0.0f)));
+    const float part_15 = (gate_link * (part_9 * part_9)) - ((p1 < 0.0f) ? (-p1) : (p1 + 0.0f));
+    const float part_16 = 4.0f - part_10;
+    const float part_17 = ((period * ((state->v_link < 0.0f) ? (-state->v_link)
             : (state->v_link + 0.0f))) > (agreement_link + agreement_link)) ? 1.0f : (state->missed_link - 8.0f);
-    const float part_16 = part_12 - part_13;
-    const float part_17 = (part_12 + part_13) - ((part_16 < 0.0f) ? (-part_16) : (part_16 + 0.0f));
     const float part_18 = part_14 - part_15;
     const float part_19 = (part_14 + part_15) - ((part_18 < 0.0f) ? (-part_18) : (part_18 + 0.0f));
-    const float part_20 = part_17 - part_19;
-    const bool holds_5 = ((part_17 + part_19) - ((part_20 < 0.0f) ? (-part_20) : (part_20 + 0.0f))) >= 0.0f;
+    const float part_20 = part_16 - part_17;
+    const float part_21 = (part_16 + part_17) - ((part_20 < 0.0f) ? (-part_20) : (part_20 + 0.0f));
+    const float part_22 = part_19 - part_21;
+    const bool holds_5 = ((part_19 + part_21) - ((part_22 < 0.0f) ? (-part_22) : (part_22 + 0.0f))) >= 0.0f;
     const bool holds_6 = holds_3 || holds_5;
     const bool holds_7 = (!holds_3) && holds_5;
     const bool holds_8 = holds_2 && holds_6;
-    const float part_21 = holds_8 ? 0.0f : (state->p_link + part_3);
-    const float part_22 = (holds_2 && holds_7) ? part_10 : state->doubt;
+    const float part_23 = holds_8 ? 0.0f : (state->p_link + part_3);
+    const float part_24 = (holds_2 && holds_7) ? part_10 : state->doubt;
     const uint32_t at_link = holds_8 ? (state->at_link + part_7) : state->at_link;
-    const float part_23 = ((state->missed_link < 0.0f) ? (-state->missed_link) : (state->missed_link + 0.0f)) + 1.0f;
-    const bool holds_9 = part_23 <= lost_ticks;
-    const float part_24 = unit_link * (float)drive_signed(at_link);
-    const float part_25 = part - (kappa_link * (part_24 + state->p_link));
-    const float part_26 = (state->p_link + (part_3 + (g1_link * part_25))) + part_4;
-    const float part_27 = part_24 + part_21;
-    const float part_28 = (state->push_motor + state->push_motor) + state->d_motor;
-    const float part_29 = b * state->held;
-    const float part_30 = (part_28
-            - (kappa_motor * ((unit_motor * (float)drive_signed(state->at_motor)) + state->p_motor))) + part_29;
-    const float part_31 = g2_motor * state->v_motor;
-    float p_motor = state->p_motor + (part_31 + (g1_motor * part_30));
-    const float part_32 = h1_motor * state->d_dot_motor;
-    p_motor += part_32;
+    const float part_25 = ((state->missed_link < 0.0f) ? (-state->missed_link) : (state->missed_link + 0.0f)) + 1.0f;
+    const bool holds_9 = part_25 <= lost_ticks;
+    const float part_26 = unit_link * (float)drive_signed(at_link);
+    const float part_27 = part - (kappa_link * (part_26 + state->p_link));
+    const float part_28 = (state->p_link + (part_3 + (g1_link * part_27))) + part_4;
+    const float part_29 = part_26 + part_23;
+    const float part_30 = (state->push_motor + state->push_motor) + state->d_motor;
+    const float part_31 = b * state->held;
+    const float part_32 = (part_30
+            - (kappa_motor * ((unit_motor * (float)drive_signed(state->at_motor)) + state->p_motor))) + part_31;
+    const float part_33 = g2_motor * state->v_motor;
+    float p_motor = state->p_motor + (part_33 + (g1_motor * part_32));
+    const float part_34 = h1_motor * state->d_dot_motor;
+    p_motor += part_34;
     const float d_motor = state->d_motor + (period * state->d_dot_motor);
-    const uint32_t part_33 = (((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u;
-    const float part_34 = unit_motor * (float)drive_signed(part_33);
-    const float p2 = p_motor - part_34;
+    const uint32_t part_35 = (((count_motor - state->last_motor) & 0xfffffu) ^ 0x80000u) - 0x80000u;
+    const float part_36 = unit_motor * (float)drive_signed(part_35);
+    const float p2 = p_motor - part_36;
     const bool holds_10 = (p2 >= (-(gate_motor + state->reach))) && (p2 <= (gate_motor + state->reach));
     const bool holds_11 = !holds_10;
-    const float part_35 = state->missed_motor + 1.0f;
-    const float part_36 = part_22 + ((step_price_motor * ((p2 < 0.0f) ? (-p2) : (p2 + 0.0f))) + 1.0f);
-    const float part_37 = p2 - state->off_motor;
-    const float part_38 = agreement_motor - ((part_37 < 0.0f) ? (-part_37) : (part_37 + 0.0f));
-    const float part_39 = (gate_motor * (part_35 * part_35)) - ((p2 < 0.0f) ? (-p2) : (p2 + 0.0f));
-    const float part_40 = 4.0f - part_36;
-    const float part_41 = ((period * ((state->v_motor < 0.0f) ? (-state->v_motor)
+    const float part_37 = state->missed_motor + 1.0f;
+    const float part_38 = part_24 + ((step_price_motor * ((p2 < 0.0f) ? (-p2) : (p2 + 0.0f))) + 1.0f);
+    const float part_39 = agreement_motor * state->missed_motor;
+    const float part_40 = part_39 - gate_motor;
+    const float part_41 = p2 - state->off_motor;
+    const float part_42 = ((part_39 + gate_motor) - ((part_40 < 0.0f) ? (-part_40) : (part_40 + 0.0f)))
+            - (((part_41 < 0.0f) ? (-part_41) : (part_41 + 0.0f)) + ((part_41 < 0.0f) ? (-part_41) : (part_41 + 0.0f)));
+    const float part_43 = (gate_motor * (part_37 * part_37)) - ((p2 < 0.0f) ? (-p2) : (p2 + 0.0f));
+    const float part_44 = 4.0f - part_38;
+    const float part_45 = ((period * ((state->v_motor < 0.0f) ? (-state->v_motor)
             : (state->v_motor + 0.0f))) > (agreement_motor + agreement_motor)) ? 1.0f : (state->missed_motor - 8.0f);
-    const float part_42 = part_38 - part_39;
-    const float part_43 = (part_38 + part_39) - ((part_42 < 0.0f) ? (-part_42) : (part_42 + 0.0f));
-    const float part_44 = part_40 - part_41;
-    const float part_45 = (part_40 + part_41) - ((part_44 < 0.0f) ? (-part_44) : (part_44 + 0.0f));
-    const float part_46 = part_43 - part_45;
-    const bool holds_12 = ((part_43 + part_45) - ((part_46 < 0.0f) ? (-part_46) : (part_46 + 0.0f))) >= 0.0f;
+    const float part_46 = part_42 - part_43;
+    const float part_47 = (part_42 + part_43) - ((part_46 < 0.0f) ? (-part_46) : (part_46 + 0.0f));
+    const float part_48 = part_44 - part_45;
+    const float part_49 = (part_44 + part_45) - ((part_48 < 0.0f) ? (-part_48) : (part_48 + 0.0f));
+    const float part_50 = part_47 - part_49;
+    const bool holds_12 = ((part_47 + part_49) - ((part_50 < 0.0f) ? (-part_50) : (part_50 + 0.0f))) >= 0.0f;
     const bool holds_13 = holds_10 || holds_12;
     const bool holds_14 = holds && holds_13;
     const bool holds_15 = holds_11 && holds_12;
     const bool holds_16 = holds && holds_15;
-    const uint32_t at_motor = holds_14 ? (state->at_motor + part_33) : state->at_motor;
-    const float part_47 = ((state->missed_motor < 0.0f) ? (-state->missed_motor) : (state->missed_motor + 0.0f)) + 1.0f;
-    const bool holds_17 = part_47 <= lost_ticks;
-    const float part_48 = unit_motor * (float)drive_signed(at_motor);
-    const float part_49 = (part_28 - (kappa_motor * (part_48 + state->p_motor))) + part_29;
-    const float part_50 = (state->p_motor + (part_31 + (g1_motor * part_49))) + part_32;
+    const uint32_t at_motor = holds_14 ? (state->at_motor + part_35) : state->at_motor;
+    const float part_51 = ((state->missed_motor < 0.0f) ? (-state->missed_motor) : (state->missed_motor + 0.0f)) + 1.0f;
+    const bool holds_17 = part_51 <= lost_ticks;
+    const float part_52 = unit_motor * (float)drive_signed(at_motor);
+    const float part_53 = (part_30 - (kappa_motor * (part_52 + state->p_motor))) + part_31;
+    const float part_54 = (state->p_motor + (part_33 + (g1_motor * part_53))) + part_34;
 
     /* 2. Couplings. */
-    const bool holds_18 = (part_27 < (-1.57079637e0f)) || (part_27 > 1.57079637e0f);
-    const float part_51 = (3.14159274e0f - ((part_27 < 0.0f) ? (-part_27) : (part_27 + 0.0f))) + (-8.74227766e-8f);
-    const float part_52 = holds_18 ? ((part_27 < 0.0f) ? (-part_51) : part_51) : part_27;
-    const float part_53 = holds_18 ? (-gravity) : gravity;
-    const float part_54 = part_52 * part_52;
-    const float part_55 = gravity * part_52;
-    const float part_56 = part_55
-            + (part_55 * (part_54 * ((((((2.59986177e-6f * part_54) + (-1.98065289e-4f)) * part_54)
-            + 8.33301619e-3f) * part_54) + (-1.66666567e-1f))));
-    const float part_57 = part_53
-            + (part_53 * (part_54 * ((((((2.31924023e-5f * part_54) + (-1.38558447e-3f)) * part_54)
-            + 4.16639782e-2f) * part_54) + (-4.99999315e-1f))));
-    const float push_link = 0.5f * ((part_48 + (holds_14 ? 0.0f : (state->p_motor + part_31)))
-            + ((gravity * part_27) - part_56));
-    const float push_motor = half_spring * part_27;
+    const bool holds_18 = (part_29 < (-1.57079637e0f)) || (part_29 > 1.57079637e0f);
+    const float part_55 = (3.14159274e0f - ((part_29 < 0.0f) ? (-part_29) : (part_29 + 0.0f))) + (-8.74227766e-8f);
+    const float part_56 = holds_18 ? ((part_29 < 0.0f) ? (-part_55) : part_55) : part_29;
+    const float part_57 = holds_18 ? (-gravity) : gravity;
+    const float part_58 = part_56 * part_56;
+    const float part_59 = gravity * part_56;
+    const float part_60 = part_59
+            + (part_59 * (part_58 * ((((((2.59986177e-6f * part_58) + (-1.98065289e-4f)) * part_58)
+            + 8.33301619e-3f) * part_58) + (-1.66666567e-1f))));
+    const float part_61 = part_57
+            + (part_57 * (part_58 * ((((((2.31924023e-5f * part_58) + (-1.38558447e-3f)) * part_58)
+            + 4.16639782e-2f) * part_58) + (-4.99999315e-1f))));
+    const float push_link = 0.5f * ((part_52 + (holds_14 ? 0.0f : (state->p_motor + part_33)))
+            + ((gravity * part_29) - part_60));
+    const float push_motor = half_spring * part_29;
 
     /* 3. Observers. */
-    const float part_58 = push_link - state->push_link;
-    const float p1_2 = (sample->lost_link ? p_link : (holds_3 ? p1 : (holds_5 ? 0.0f : part_26))) + (g1_link * part_58);
-    const float part_59 = ((phi_link * state->v_link)
-            + (g2_link * (((sample->lost_link || holds_6) ? part_2 : part_25) + part_58)))
+    const float part_62 = push_link - state->push_link;
+    const float p1_2 = (sample->lost_link ? p_link : (holds_3 ? p1 : (holds_5 ? 0.0f : part_28))) + (g1_link * part_62);
+    const float part_63 = ((phi_link * state->v_link)
+            + (g2_link * (((sample->lost_link || holds_6) ? part_2 : part_27) + part_62)))
             + (g1_link * state->d_dot_link);
     const float smoothed_link = state->smoothed_link - (smoothing_link * (p1_2 + state->smoothed_link));
-    const float part_60 = (((smoothed_link < 0.0f) ? (-smoothed_link) : (smoothed_link + 0.0f))
+    const float part_64 = (((smoothed_link < 0.0f) ? (-smoothed_link) : (smoothed_link + 0.0f))
             - calm_link) * rate_link;
-    const float part_61 = state->level_link * keep_link;
-    const float part_62 = (part_60 > part_61) ? part_60 : part_61;
-    const float level_link = (part_62 > 1.0f) ? 1.0f : ((part_62 < 0.0f) ? 0.0f : part_62);
+    const float part_65 = state->level_link * keep_link;
+    const float part_66 = (part_64 > part_65) ? part_64 : part_65;
+    const float level_link = (part_66 > 1.0f) ? 1.0f : ((part_66 < 0.0f) ? 0.0f : part_66);
     const float p1_3 = holds_4 ? (p1_2 - ((gain_link_1 + (level_link * more_link_1)) * p1_2)) : p1_2;
-    const float part_63 = push_motor - state->push_motor;
-    const float p2_2 = (sample->lost_motor ? p_motor : (holds_10 ? p2 : (holds_12 ? 0.0f : part_50)))
-            + (g1_motor * part_63);
-    const float part_64 = ((phi_motor * state->v_motor)
-            + (g2_motor * (((sample->lost_motor || holds_13) ? part_30 : part_49) + part_63)))
+    const float part_67 = push_motor - state->push_motor;
+    const float p2_2 = (sample->lost_motor ? p_motor : (holds_10 ? p2 : (holds_12 ? 0.0f : part_54)))
+            + (g1_motor * part_67);
+    const float part_68 = ((phi_motor * state->v_motor)
+            + (g2_motor * (((sample->lost_motor || holds_13) ? part_32 : part_53) + part_67)))
             + (g1_motor * state->d_dot_motor);
     const float smoothed_motor = state->smoothed_motor - (smoothing_motor * (p2_2 + state->smoothed_motor));
-    const float part_65 = (((smoothed_motor < 0.0f) ? (-smoothed_motor) : (smoothed_motor + 0.0f))
+    const float part_69 = (((smoothed_motor < 0.0f) ? (-smoothed_motor) : (smoothed_motor + 0.0f))
             - calm_motor) * rate_motor;
-    const float part_66 = state->level_motor * keep_motor;
-    const float part_67 = (part_65 > part_66) ? part_65 : part_66;
-    const float level_motor = (part_67 > 1.0f) ? 1.0f : ((part_67 < 0.0f) ? 0.0f : part_67);
-    const float part_68 = p1_3 - part_21;
-    const float part_69 = part_68 * part_56;
+    const float part_70 = state->level_motor * keep_motor;
+    const float part_71 = (part_69 > part_70) ? part_69 : part_70;
+    const float level_motor = (part_71 > 1.0f) ? 1.0f : ((part_71 < 0.0f) ? 0.0f : part_71);
+    const float part_72 = p1_3 - part_23;
+    const float part_73 = part_72 * part_60;
     const bool holds_19 = holds_11 && (!holds_12);
     const bool holds_20 = holds_10 || holds_12 || holds_17;
     const float d_link_2 = holds_4 ? (d_link - ((gain_link_3 + (level_link * more_link_3)) * p1_2)) : d_link;
@@ -574,8 +580,8 @@ static inline bool drive_observe(drive_state *state, const drive_sample *sample,
     const float d_motor_2 = holds_21 ? (d_motor - ((gain_motor_3 + (level_motor * more_motor_3)) * p2_2)) : d_motor;
     const float d_dot_motor = holds_21 ? (state->d_dot_motor - ((gain_motor_4 + (level_motor * more_motor_4)) * p2_2))
             : state->d_dot_motor;
-    between->g_sin = part_56 + (part_68 * (part_57 - (0.5f * part_69)));
-    between->g_cos = part_57 - part_69;
+    between->g_sin = part_60 + (part_72 * (part_61 - (0.5f * part_73)));
+    between->g_cos = part_61 - part_73;
     between->missing = sample->lost_link || sample->lost_motor || (holds_3 ? holds_19 : ((!holds_5) || holds_19));
     between->stepped = sample->lost_link ? holds_16
             : (sample->lost_motor ? holds_7 : (holds_3 ? holds_15 : (holds_5 || holds_15)));
@@ -599,19 +605,19 @@ static inline bool drive_observe(drive_state *state, const drive_sample *sample,
     state->push_link = push_link;
     state->push_motor = push_motor;
     state->p_link = p1_3;
-    state->v_link = holds_4 ? (part_59 - ((gain_link_2 + (level_link * more_link_2)) * p1_2)) : part_59;
+    state->v_link = holds_4 ? (part_63 - ((gain_link_2 + (level_link * more_link_2)) * p1_2)) : part_63;
     state->d_link = d_link_2;
     state->d_dot_link = d_dot_link;
     state->p_motor = p2_3;
-    state->v_motor = holds_21 ? (part_64 - ((gain_motor_2 + (level_motor * more_motor_2)) * p2_2)) : part_64;
+    state->v_motor = holds_21 ? (part_68 - ((gain_motor_2 + (level_motor * more_motor_2)) * p2_2)) : part_68;
     state->d_motor = d_motor_2;
     state->d_dot_motor = d_dot_motor;
     state->reach = state->reach * closing;
-    state->missed_link = holds_8 ? 0.0f : part_23;
-    state->missed_motor = holds_14 ? 0.0f : part_47;
-    state->off_link = sample->lost_link ? part_6 : (holds_6 ? state->off_link : (part_26 - part_8));
-    state->off_motor = sample->lost_motor ? part_6 : (holds_13 ? state->off_motor : (part_50 - part_34));
-    state->doubt = (holds_16 ? part_36 : part_22) * forgetting;
+    state->missed_link = holds_8 ? 0.0f : part_25;
+    state->missed_motor = holds_14 ? 0.0f : part_51;
+    state->off_link = sample->lost_link ? part_6 : (holds_6 ? state->off_link : (part_28 - part_8));
+    state->off_motor = sample->lost_motor ? part_6 : (holds_13 ? state->off_motor : (part_54 - part_36));
+    state->doubt = (holds_16 ? part_38 : part_24) * forgetting;
     return holds_8 ? (sample->lost_motor ? holds_17 : holds_20)
             : (sample->lost_motor ? (holds_9 && holds_17) : (holds_9 && holds_20));
 }
@@ -1470,7 +1476,8 @@ static inline unsigned drive_lost(drive_state *state, drive_output *output)
 }
 
 /* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its
- * overflow flag or a time stamp tells of. Call it before the coming tick. */
+ * overflow flag or a time stamp tells of. Call it before the coming tick. They count as half of the samples that may
+ * be missing at most. */
 static inline void drive_missed(drive_state *state, uint32_t periods)
 {
     uint32_t left = periods;
@@ -1479,6 +1486,8 @@ static inline void drive_missed(drive_state *state, uint32_t periods)
         drive_carry(state);
         left--;
     }
+    state->missed_link = (state->missed_link > 25.0f) ? 25.0f : state->missed_link;
+    state->missed_motor = (state->missed_motor > 25.0f) ? 25.0f : state->missed_motor;
 }
 
 /* From now on the power stage gives at most this current of either sign: it is hot, its supply is low, its brake

@@ -389,6 +389,56 @@ fn a_joint_survives_missed_interrupts() {
     }
 }
 
+/// Interrupts that are missed while a joint speeds up leave an error of its speed, by which its counts drift: they agree
+/// all the same, within what that explains, and the move goes on.
+#[test]
+fn a_joint_that_misses_interrupts_in_its_move_goes_on() {
+    let encoders = [Encoder::absolute(20); 2];
+    let design = JointDesign::new(PERIOD_S, Joint::TABLE_I, encoders, Limits::symmetric(30.0), 1.3);
+    let law = JointDrive::<f32, Position, 1>::design(&design);
+    for missed in [1, 2, 4, 8, 12] {
+        for place in 0..13 {
+            let at = 150 + 60 * place;
+            let (mut running, mut plant, mut seen, mut u) = (Running::new(law), Flexible::NOMINAL, Health::OK, 0.0);
+            let plan =
+                Joined::<f32, _, 5>::new(Rest { turn: 0, angle: 1.0 }, [-1.0, 0.0, 0.0, 0.0, 0.0], 100, 1000, PERIOD_S);
+            for tick in 0..2000_u32 {
+                let t = f64::from(tick) * PERIOD_S;
+                if tick < at || tick >= at + missed {
+                    let angles = [plant.x[0], plant.x[2] / Flexible::K_1];
+                    let counts = angles.map(|angle| Some(count(encoders[0], angle)));
+                    let (begin, end) = (plan.at(tick), plan.at(tick + 1));
+                    let output = running.tick(&Sample { counts, begin, end });
+                    if tick > 50 {
+                        seen |= output.health;
+                    }
+                    u = f64::from(output.u);
+                }
+                plant.advance(t, u, PERIOD_S);
+            }
+            let error = plant.x[0] - 1.0;
+            assert!(!seen.contains(Health::INPUT_REJECTED), "{missed} missed at tick {at}: {seen}");
+            assert!(error.abs() < 2e-3, "{missed} missed at tick {at}: {error} rad, {seen}");
+        }
+    }
+}
+
+/// More periods than samples may be missing: the counts that come then are found.
+#[test]
+fn more_missed_interrupts_than_samples_may_be_missing_are_no_end_if_they_are_told() {
+    for (speed, missed) in [(60.0, 55), (-100.0, 60), (20.0, 100)] {
+        let (mut rig, reference) = at_speed(speed);
+        for _ in 0..missed {
+            rig.period(None, &reference);
+        }
+        rig.running.missed(missed);
+        rig.healthy(1000, &reference);
+        let error = rig.shaft.x[0] - reference(f64::from(rig.tick) * PERIOD_S)[0];
+        println!("{missed} missed at {speed} rad/s: {:.4} rad, {:?}", rig.worst, rig.seen);
+        assert!(error.abs() < 1e-3 && !rig.seen.contains(Health::INPUT_REJECTED), "{error}, {:?}", rig.seen);
+    }
+}
+
 /// Two units of a position.
 const UNITS_RAD: f64 = 2.0 * TAU / 4_294_967_296.0;
 

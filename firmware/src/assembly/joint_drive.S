@@ -1962,18 +1962,26 @@ joint_drive_observe:
 	movls.w r4, #1
 	movhi.w r4, #0
 	vldr s1, [ip, #8]
-	vldr s2, [r0, #32]
+	vldr s2, [r0, #88]
+	vmul.f32 s1, s1, s2
+	vldr s2, [ip, #12]
+	vadd.f32 s2, s1, s2
 	vldr s3, [ip, #12]
+	vsub.f32 s1, s1, s3
+	vabs.f32 s1, s1
+	vsub.f32 s1, s2, s1
+	vldr s2, [r0, #32]
+	vldr s3, [ip, #16]
 	vldr s4, [r0, #36]
 	vmul.f32 s3, s3, s4
-	vldr s4, [ip, #16]
+	vldr s4, [ip, #20]
 	vldr s5, [r0, #28]
 	vldr s6, [r0, #28]
 	vadd.f32 s5, s5, s6
 	vldr s6, [r0, #40]
 	vadd.f32 s5, s5, s6
-	vldr s6, [ip, #20]
-	vldr s7, [ip, #24]
+	vldr s6, [ip, #24]
+	vldr s7, [ip, #28]
 	ldr.w r5, [r0, #76]
 	vmov s8, r5
 	vcvt.f32.s32 s8, s8
@@ -1982,18 +1990,18 @@ joint_drive_observe:
 	vadd.f32 s7, s7, s8
 	vmul.f32 s6, s6, s7
 	vsub.f32 s6, s5, s6
-	vldr s7, [ip, #28]
+	vldr s7, [ip, #32]
 	vldr s8, [r0, #0]
 	vmul.f32 s7, s7, s8
 	vadd.f32 s6, s6, s7
 	vmul.f32 s4, s4, s6
 	vadd.f32 s4, s3, s4
 	vadd.f32 s2, s2, s4
-	vldr s4, [ip, #32]
+	vldr s4, [ip, #36]
 	vldr s8, [r0, #44]
 	vmul.f32 s4, s4, s8
 	vadd.f32 s2, s2, s4
-	vldr s8, [ip, #24]
+	vldr s8, [ip, #28]
 	ldr.w r6, [r1, #4]
 	ldr.w r7, [r0, #68]
 	sub.w r8, r6, r7
@@ -2005,8 +2013,9 @@ joint_drive_observe:
 	vldr s10, [r0, #96]
 	vsub.f32 s10, s9, s10
 	vabs.f32 s10, s10
+	vadd.f32 s10, s10, s10
 	vsub.f32 s1, s1, s10
-	vldr s10, [ip, #36]
+	vldr s10, [ip, #12]
 	vldr s11, [r0, #88]
 	vldr s12, [ip, #0]
 	vadd.f32 s11, s11, s12
@@ -2076,9 +2085,18 @@ joint_drive_observe:
 	str.w r7, [sp, #8]
 	eor.w r7, r6, #1
 	vldr s22, [ip, #72]
+	vldr s23, [r0, #84]
+	vmul.f32 s22, s22, s23
+	vldr s23, [ip, #68]
+	vadd.f32 s23, s22, s23
+	vldr s24, [ip, #68]
+	vsub.f32 s22, s22, s24
+	vabs.f32 s22, s22
+	vsub.f32 s22, s23, s22
 	vldr s23, [r0, #92]
 	vsub.f32 s23, s20, s23
 	vabs.f32 s23, s23
+	vadd.f32 s23, s23, s23
 	vsub.f32 s22, s22, s23
 	vldr s23, [ip, #68]
 	vldr s24, [r0, #84]
@@ -2168,7 +2186,7 @@ joint_drive_observe:
 	movlt.w r11, #0
 	str.w r5, [sp, #28]
 	orr.w r5, r11, r4
-	vldr s1, [ip, #36]
+	vldr s1, [ip, #12]
 	vldr s10, [r0, #48]
 	vadd.f32 s1, s1, s10
 	str.w r6, [sp, #32]
@@ -2347,7 +2365,7 @@ joint_drive_observe:
 	vmovne.f32 s16, s14
 	vldr s14, [ip, #52]
 	vldr s20, [ip, #132]
-	vldr s21, [ip, #24]
+	vldr s21, [ip, #28]
 	ldr.w r4, [sp, #0]
 	ldr.w r6, [sp, #12]
 	add.w r6, r4, r6
@@ -2428,8 +2446,8 @@ joint_drive_observe:
 	vldr s11, [ip, #160]
 	vldr s12, [r0, #96]
 	vldr s13, [r0, #32]
-	vldr s16, [ip, #16]
-	vldr s24, [ip, #20]
+	vldr s16, [ip, #20]
+	vldr s24, [ip, #24]
 	vldr s26, [r0, #32]
 	vadd.f32 s21, s21, s26
 	vmul.f32 s21, s24, s21
@@ -2469,7 +2487,7 @@ joint_drive_observe:
 	vmov.f32 s9, s3
 	it ne
 	vmovne.f32 s9, s2
-	vldr s2, [ip, #16]
+	vldr s2, [ip, #20]
 	vldr s3, [ip, #168]
 	vmul.f32 s3, s3, s22
 	vldr s11, [r0, #28]
@@ -2498,7 +2516,7 @@ joint_drive_observe:
 	vldr s0, [ip, #176]
 	vldr s9, [r0, #36]
 	vmul.f32 s0, s0, s9
-	vldr s9, [ip, #12]
+	vldr s9, [ip, #16]
 	orr.w r6, r9, r6
 	cmp.w r6, #0
 	vmov.f32 s13, s5
@@ -2507,7 +2525,7 @@ joint_drive_observe:
 	vadd.f32 s5, s13, s11
 	vmul.f32 s5, s9, s5
 	vadd.f32 s0, s0, s5
-	vldr s5, [ip, #16]
+	vldr s5, [ip, #20]
 	vldr s6, [r0, #44]
 	vmul.f32 s5, s5, s6
 	vadd.f32 s0, s0, s5
@@ -2637,13 +2655,13 @@ joint_drive_observe:
 	.word 0x3f800000 @ 1.0
 	.word 0x42480000 @ 50.0
 	.word 0x3c41b5f1 @ 0.011823163
+	.word 0x3dc1b5f1 @ 0.09458531
 	.word 0x3a7c1fef @ 0.00096177956
 	.word 0x3502cfaf @ 4.8730993e-7
 	.word 0x46170c19 @ 9667.024
 	.word 0x3975dd20 @ 0.00023447396
 	.word 0x459c4d13 @ 5001.6343
 	.word 0x2f33c5ab @ 1.6350181e-10
-	.word 0x3dc1b5f1 @ 0.09458531
 	.word 0x40800000 @ 4.0
 	.word 0x3ff47645 @ 1.9098593
 	.word 0x3a830d1a @ 0.0009998411

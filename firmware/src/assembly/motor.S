@@ -764,20 +764,28 @@ motor_observe:
 	movls.w r4, #1
 	movhi.w r4, #0
 	vldr s1, [ip, #8]
-	vldr s2, [r0, #4]
+	vldr s2, [r0, #48]
+	vmul.f32 s1, s1, s2
+	vldr s2, [ip, #12]
+	vadd.f32 s2, s1, s2
 	vldr s3, [ip, #12]
+	vsub.f32 s1, s1, s3
+	vabs.f32 s1, s1
+	vsub.f32 s1, s2, s1
+	vldr s2, [r0, #4]
+	vldr s3, [ip, #16]
 	vldr s4, [r0, #8]
 	vmul.f32 s3, s3, s4
-	vldr s4, [ip, #16]
+	vldr s4, [ip, #20]
 	vldr s5, [r0, #12]
-	vldr s6, [ip, #20]
+	vldr s6, [ip, #24]
 	vldr s7, [r0, #0]
 	vmul.f32 s6, s6, s7
 	vadd.f32 s5, s5, s6
 	vmul.f32 s4, s4, s5
 	vadd.f32 s3, s3, s4
 	vadd.f32 s2, s2, s3
-	vldr s3, [ip, #24]
+	vldr s3, [ip, #28]
 	ldr.w r5, [r1, #0]
 	ldr.w r6, [r0, #36]
 	sub.w r7, r5, r6
@@ -789,8 +797,9 @@ motor_observe:
 	vldr s4, [r0, #52]
 	vsub.f32 s4, s3, s4
 	vabs.f32 s4, s4
+	vadd.f32 s4, s4, s4
 	vsub.f32 s1, s1, s4
-	vldr s4, [ip, #28]
+	vldr s4, [ip, #12]
 	vldr s6, [r0, #48]
 	vldr s7, [ip, #0]
 	vadd.f32 s6, s6, s7
@@ -839,7 +848,7 @@ motor_observe:
 	movge.w r8, #1
 	movlt.w r8, #0
 	orr.w r9, r8, r4
-	vldr s1, [ip, #28]
+	vldr s1, [ip, #12]
 	vldr s4, [r0, #16]
 	vadd.f32 s1, s1, s4
 	vcmp.f32 s6, s1
@@ -942,7 +951,7 @@ motor_observe:
 	vldr s1, [ip, #72]
 	vldr s4, [r0, #8]
 	vmul.f32 s1, s1, s4
-	vldr s4, [ip, #12]
+	vldr s4, [ip, #16]
 	vmul.f32 s4, s4, s5
 	vadd.f32 s1, s1, s4
 	vldr s4, [ip, #76]
@@ -973,11 +982,11 @@ motor_observe:
 	.word 0x3f800000 @ 1.0
 	.word 0x42480000 @ 50.0
 	.word 0x3c139607 @ 0.009007937
+	.word 0x3d939607 @ 0.0720635
 	.word 0x3a831198 @ 0.000999975
 	.word 0x3506372a @ 4.9999164e-7
 	.word 0x437a0000 @ 250.0
 	.word 0x39c90fdb @ 0.0003834952
-	.word 0x3d939607 @ 0.0720635
 	.word 0x40800000 @ 4.0
 	.word 0x3ff47645 @ 1.9098593
 	.word 0x41000000 @ 8.0
