@@ -39,13 +39,13 @@ pub const COSTS: [Cost; 12] = [
     cost("joint, r = 3", [258, 377, 1052, 56, 192]),
     cost("joint, r = 2, channel 4 alone", [161, 298, 792, 32, 144]),
     cost("joint, r = 3, all channels", [402, 517, 1448, 96, 264]),
-    cost("motor", [226, 849, 7516, 60, 220]),
-    cost("motor, two sets", [283, 855, 7814, 68, 248]),
-    cost("motor, late", [248, 876, 7928, 64, 220]),
-    cost("motor, speed", [192, 706, 4828, 60, 220]),
-    cost("joint with two encoders", [619, 1730, 13400, 104, 384]),
-    cost("joint with two encoders, two sets", [762, 1856, 14108, 120, 448]),
-    cost("joint with two encoders, late", [708, 1869, 15504, 108, 384]),
+    cost("motor", [226, 849, 7540, 60, 220]),
+    cost("motor, two sets", [283, 855, 7838, 68, 248]),
+    cost("motor, late", [248, 876, 7952, 64, 220]),
+    cost("motor, speed", [192, 706, 4852, 60, 220]),
+    cost("joint with two encoders", [619, 1744, 13448, 104, 384]),
+    cost("joint with two encoders, two sets", [762, 1870, 14152, 120, 448]),
+    cost("joint with two encoders, late", [708, 1883, 15552, 108, 384]),
 ];
 
 /// Of the tick of a scenario, if its shape is one of those.
