@@ -1,5 +1,5 @@
-//! Do the drives, fences, plans and profiles of the archive for C do what the Rust library does, to the last bit, here and on the
-//! emulated cores?
+//! Do the drives, fences, plans and profiles of the archive for C do what the Rust library does, to the last bit, here
+//! and on the emulated cores?
 //!
 //! A drive runs beside the Rust tick around a simple plant, with all that the exported drives are given (test module
 //! `export_drive`): counts that wrap, go over whole turns, are lost, wild or stuck, targets that jump or are no

@@ -389,8 +389,8 @@ fn a_joint_survives_missed_interrupts() {
     }
 }
 
-/// Interrupts that are missed while a joint speeds up leave an error of its speed, by which its counts drift: they agree
-/// all the same, within what that explains, and the move goes on.
+/// Interrupts that are missed while a joint speeds up leave an error of its speed, by which its counts drift: they
+/// agree all the same, within what that explains, and the move goes on.
 #[test]
 fn a_joint_that_misses_interrupts_in_its_move_goes_on() {
     let encoders = [Encoder::absolute(20); 2];

@@ -130,8 +130,8 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
     /// At rest at angle 0.
     ///
     /// # Errors
-    /// A period outside of 1 us to 1 s; a limit that is no number, or beyond what can be counted; a window that the memory
-    /// does not hold.
+    /// A period outside of 1 us to 1 s; a limit that is no number, or beyond what can be counted; a window that the
+    /// memory does not hold.
     pub fn new(limits: &ProfileLimits, period_s: f64) -> Result<Self, DriveError> {
         const { assert!(M == 2 || M == 3, "a profile of a motor has 2 averages, that of a joint 3") };
         let [fastest, acceleration] = limits.units(period_s)?;
@@ -162,8 +162,8 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         })
     }
 
-    /// Do acceleration, window and the place of the oldest step lie within their ranges, as in any profile that was made?
-    /// For memory that may have been written over.
+    /// Do acceleration, window and the place of the oldest step lie within their ranges, as in any profile that was
+    /// made? For memory that may have been written over.
     #[doc(hidden)]
     pub const fn is_sound(&self) -> bool {
         let window = self.window as usize;
