@@ -33,6 +33,8 @@ pub(super) enum Word {
     Term(Node),
     /// An address: behind what this register held at the entry.
     Address(u32, i32),
+    /// One of two such, the first where this holds: a store that ends two ways, which the compiler has joined.
+    OneOf(Node, u32, [i32; 2]),
     /// Bits of several addresses, of which the lowest two are 0.
     Aligned,
     /// Where the function is to return to.
@@ -828,11 +830,26 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             (Word::Address(base, offset), Some(by)) => {
                 Ok(Word::Address(base, offset.wrapping_add(by.wrapping_mul(factor) as i32)))
             }
+            (Word::OneOf(t, base, offsets), Some(by)) => {
+                let by = by.wrapping_mul(factor) as i32;
+                Ok(Word::OneOf(t, base, offsets.map(|offset| offset.wrapping_add(by))))
+            }
+            (Word::Address(base, offset), None) if let Op::Select(t, yes, no) = self.graph.ops[by] => {
+                let [Some(yes), Some(no)] = [yes, no].map(|by| self.graph.bits(by)) else {
+                    return Err("an address that only the running program knows".into());
+                };
+                let there = [yes, no].map(|by| offset.wrapping_add(by.wrapping_mul(factor) as i32));
+                Ok(Word::OneOf(t, base, there))
+            }
             _ => Err("an address that only the running program knows".into()),
         }
     }
 
     fn load(&mut self, address: Word, width: u8) -> Done<Word> {
+        if let Word::OneOf(t, base, offsets) = address {
+            let [yes, no] = offsets.map(|offset| self.load(Word::Address(base, offset), width));
+            return Ok(self.choice(t, yes?, no?));
+        }
         let at = |graph: &Graph| match address {
             Word::Term(term) => graph.bits(term),
             _ => None,
@@ -879,6 +896,16 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
     }
 
     fn store(&mut self, address: Word, word: Word, width: u8) -> Done<()> {
+        if let Word::OneOf(t, base, [yes, no]) = address {
+            if yes.abs_diff(no) < width.into() {
+                return Err("writes one of two places that overlap".into());
+            }
+            let [at_yes, at_no] = [yes, no].map(|offset| Word::Address(base, offset));
+            let [before, other] = [self.load(at_yes, width)?, self.load(at_no, width)?];
+            let [here, there] = [self.choice(t, word, before), self.choice(t, other, word)];
+            self.store(at_yes, here, width)?;
+            return self.store(at_no, there, width);
+        }
         let Word::Address(base, offset) = address else { return Err("writes where it was given no address".into()) };
         for part in 0..width {
             let to = (base, offset + i32::from(part));
@@ -1101,6 +1128,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
     fn of_words(&self, address: Word) -> Done<()> {
         let is_off = match address {
             Word::Address(_, offset) => offset % 4 != 0,
+            Word::OneOf(.., offsets) => offsets.iter().any(|offset| offset % 4 != 0),
             Word::Term(term) => self.graph.bits(term).is_some_and(|at| at % 4 != 0),
             _ => false,
         };
@@ -1264,6 +1292,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             ("add" | "sub", [start @ Word::Address(..), Word::Term(by)]) => {
                 (self.moved(*start, *by, if stem == "add" { 1 } else { u32::MAX })?, Flags::Unknown)
             }
+            // `movs r0, #44`, `add r0, ip`.
+            ("add", [Word::Term(by), start @ Word::Address(..)]) => (self.moved(*start, *by, 1)?, Flags::Unknown),
             _ => return Ok(None),
         }))
     }

@@ -1012,3 +1012,23 @@ fn an_access_that_faults_is_declined() {
         assert!(matches!(&off, Verdict::Declined(why) if why.contains("no multiple of 4")), "{one:x?}: {off:?}");
     }
 }
+
+/// A compiler joins two stores at the ends of two ways into one behind them: its address is one of two places.
+#[test]
+fn a_store_to_one_of_two_places_is_followed() {
+    let text = "means 1\nfunction f\nin a count r0\nin d number s0\nout b count r0\nbegin\nzero = count 0\n\
+                k = number 0x0\nt = equal d k\nb = select t zero a\nreturn b\n";
+    let told = |read: u16| {
+        // sub sp, #16 and four zeros; vcmp s0, #0; vmrs; beq; movs r2, #4 or #8; add r2, sp; str r0, [r2]; ldr r0, ..
+        let code = [
+            &[0xb084, 0x2100, 0x9100, 0x9101, 0x9102, 0x9103, 0xeeb5, 0x0a40, 0xeef1, 0xfa10][..],
+            &[0xd001, 0x2204, 0xe000, 0x2208, 0x446a, 0x6010, read, 0xb004, 0x4770],
+        ]
+        .concat();
+        let elf = elf(&[(0x0800_0000, &code)], &[("f", 1, 0, 2 * code.len() as u32)]);
+        verdict(&elf, text)
+    };
+    // Unless d is 0 it stands at sp + 4, and a 0 stays at sp + 8.
+    assert_eq!(told(0x9801), Verdict::Same);
+    assert!(matches!(told(0x9802), Verdict::Differs(_)));
+}
