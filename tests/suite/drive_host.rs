@@ -125,7 +125,7 @@ fn with_friction_that_holds_14_bits_hunt_and_20_rest() {
     let move_there = "reference={kind = \"move\", to_rad = 1, start_s = 0.1, duration_s = 0.5}";
     let peak = |more: &[&str]| {
         let sets = [&[friction, move_there, "span_s=6", "window_s=[3, 6]", "load=[]"], more].concat();
-        let error = run(MOTOR, &sets).tracking.error_peak;
+        let error = run(MOTOR, &sets).metrics.y_ultimate;
         println!("{more:?}: {error:.2e} rad");
         error
     };
