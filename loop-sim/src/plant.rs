@@ -20,6 +20,8 @@ mod joint;
 mod motor;
 mod own;
 pub(crate) mod shafts;
+#[cfg(test)]
+mod stick;
 
 pub use benchmark::Benchmark;
 pub use chain::{Chain, ChainError, LastChannel};
@@ -45,6 +47,21 @@ pub trait Plant: Send + Sync {
 
     /// An upper estimate of the fastest rate of the dynamics around `x` under `u`, rad/s: the solver's step follows it.
     fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64;
+
+    /// What holds from this instant to the next event. Between events the right-hand side is smooth.
+    fn regime(&self, _t_s: f64, _x: &[f64], _u: f64) -> Regime {
+        Regime::Smooth
+    }
+
+    /// [`rhs`](Self::rhs) of a regime, continued beyond its end.
+    fn rhs_in(&self, _regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        self.rhs(t_s, x, u, dx);
+    }
+
+    /// How far a regime is from its end: below 0 it has ended.
+    fn margin(&self, _regime: Regime, _t_s: f64, _x: &[f64], _u: f64) -> f64 {
+        f64::INFINITY
+    }
 
     /// Is that an estimate of this instant only? Then the solver checks each step and halves it where it must.
     fn is_checked(&self) -> bool {
@@ -73,6 +90,22 @@ pub trait Plant: Send + Sync {
     fn lumped_part(&self) -> Option<&Lumped> {
         None
     }
+}
+
+/// What holds between two events of a plant with friction that holds; other plants have no events.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Regime {
+    /// Nothing happens.
+    Smooth,
+    /// The shaft of the motor stands: its speed is 0 as long as static friction holds it.
+    Held,
+    /// It slides, until its speed is 0.
+    Sliding {
+        /// Which state its speed is.
+        speed: usize,
+        /// Direction, 1 or -1.
+        sign: f64,
+    },
 }
 
 /// What a right-hand side is made of: with those of others side by side it becomes vector code.

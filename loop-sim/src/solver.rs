@@ -24,6 +24,11 @@
 //! A plant that knows its rate of the moment only ([`Plant::is_checked`]) has each step checked: without its last row
 //! the order is less by 2, and where both differ by more than 1e-9 all five rows are taken, and then half the step.
 //!
+//! **Events.** A plant with friction that holds has a smooth right-hand side between two events ([`Regime`]). A step
+//! goes on with it beyond the event, if one comes, and is then cut there: its length is found at which the margin of
+//! the regime is 0, by regula falsi (Illinois) with bisection. A margin that was below 0 in between only is found where
+//! the parabola through its beginning, its slope there and its end comes near 0. Then the speed is 0, to the bit.
+//!
 //! **Jumps.** No step straddles a jump. The midpoint rule evaluates at the beginning and inside of the step, never at
 //! its end, so that a jump at the end of a step is not seen before its time.
 //!
@@ -34,7 +39,7 @@
 use core::fmt;
 
 use crate::MAX_ORDER;
-use crate::plant::Plant;
+use crate::plant::{Plant, Regime};
 
 /// Largest h ω of one step.
 pub(crate) const STEP_ANGLE: f64 = 0.5;
@@ -53,6 +58,8 @@ const ANGLES: [f64; 3] = [0.007, 0.07, 0.23];
 const CHECKED_ANGLES: [f64; 3] = [0.0, 0.04, 0.17];
 /// Largest difference without the last row in a step that is checked.
 const AGREED: f64 = 1e-9;
+/// How often the end of a step is moved at most to meet an event.
+const MOST_TRIES: u32 = 60;
 /// How often a step is halved at most, then it is taken: a corner as that of |x| is never agreed on.
 const MOST_HALVINGS: u32 = 10;
 
@@ -126,21 +133,129 @@ fn advance_all<const N: usize>(
 ) -> Result<(), SolverError> {
     let mut crossing = Crossing::new(from_s, to_s);
     while !crossing.is_done() {
+        let within = Within::at(plant, crossing.t_s, u, x);
         let mut first = [0.0; N];
-        plant.rhs(crossing.t_s, x, u, &mut first);
+        within.rhs(crossing.t_s, x, u, &mut first);
         let Some(mut stride) = crossing.plan(plant, u, x, &first)? else { return Ok(()) };
+        let begin_s = crossing.t_s;
         let increment = loop {
-            let (increment, difference) = step(plant, crossing.t_s, stride, u, x, &first);
+            let (increment, difference) = step(within, begin_s, stride, u, x, &first);
             match crossing.checked(plant, difference) {
                 None => break increment,
                 Some(other) => stride = other,
             }
         };
-        for (x, increment) in x.iter_mut().zip(increment) {
-            *x += increment;
-        }
+        let end = core::array::from_fn(|i| x[i] + increment[i]);
+        *x = within.ended(&mut crossing, begin_s, (stride.h_s, u), [x, &first, &end]);
     }
     Ok(())
+}
+
+/// A plant from an instant to its next event.
+#[derive(Clone, Copy)]
+pub(crate) struct Within<'a> {
+    pub(crate) plant: &'a dyn Plant,
+    pub(crate) regime: Regime,
+}
+
+impl<'a> Within<'a> {
+    pub(crate) fn at(plant: &'a dyn Plant, t_s: f64, u: f64, x: &[f64]) -> Self {
+        Self { plant, regime: plant.regime(t_s, x, u) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        match self.regime {
+            Regime::Smooth => self.plant.rhs(t_s, x, u, dx),
+            regime => self.plant.rhs_in(regime, t_s, x, u, dx),
+        }
+    }
+
+    /// The state at the end of a step of `h_s` from `begin_s`, or at the event in it, to which the crossing goes back:
+    /// from the state at the beginning, its slope and the state that was reached.
+    pub(crate) fn ended<const N: usize>(
+        &self,
+        crossing: &mut Crossing,
+        begin_s: f64,
+        (h_s, u): (f64, f64),
+        [x, first, end]: [&[f64; N]; 3],
+    ) -> [f64; N] {
+        if self.regime == Regime::Smooth {
+            return *end;
+        }
+        let after = |h_s: f64| {
+            let (increment, _) = step(*self, begin_s, Stride { h_s, rows: ROWS }, u, x, first);
+            let x: [f64; N] = core::array::from_fn(|i| x[i] + increment[i]);
+            (self.plant.margin(self.regime, begin_s + h_s, &x, u), x)
+        };
+        let [before, now] =
+            [(begin_s, x), (begin_s + h_s, end)].map(|(t_s, x)| self.plant.margin(self.regime, t_s, x, u));
+        let beyond = if now < 0.0 {
+            Some((h_s, now, *end))
+        } else {
+            self.dip(begin_s, (h_s, u), [before, now], [x, first], &after)
+        };
+        let Some(beyond) = beyond else { return *end };
+        let (at_s, mut x) = event(before, beyond, after);
+        crossing.t_s = begin_s + at_s;
+        if let Regime::Sliding { speed, .. } = self.regime {
+            x[speed] = 0.0;
+        }
+        x
+    }
+
+    /// A margin that is above 0 at both ends: was it below in between? Where, then.
+    fn dip<const N: usize>(
+        &self,
+        begin_s: f64,
+        (h_s, u): (f64, f64),
+        [before, now]: [f64; 2],
+        [x, first]: [&[f64; N]; 2],
+        after: &impl Fn(f64) -> (f64, [f64; N]),
+    ) -> Option<(f64, f64, [f64; N])> {
+        let little_s = 1e-6 * h_s;
+        let ahead: [f64; N] = core::array::from_fn(|i| x[i] + little_s * first[i]);
+        let slope = (self.plant.margin(self.regime, begin_s + little_s, &ahead, u) - before) / little_s;
+        let bend = ((now - before) / h_s - slope) / h_s;
+        let lowest_s = -slope / (2.0 * bend);
+        let is_inside = slope < 0.0 && bend > 0.0 && lowest_s < h_s;
+        if !is_inside || before + 0.5 * slope * lowest_s > 0.2 * before.min(now) {
+            return None;
+        }
+        let (margin, x) = after(lowest_s);
+        (margin < 0.0).then_some((lowest_s, margin, x))
+    }
+}
+
+/// When a margin that is `before` (0 or more) at 0 becomes 0, of which it is known how far it is below beyond; and the
+/// state there, on the far side by rounding.
+fn event<const N: usize>(
+    before: f64,
+    beyond: (f64, f64, [f64; N]),
+    after: impl Fn(f64) -> (f64, [f64; N]),
+) -> (f64, [f64; N]) {
+    let ([mut low_s, mut low], (mut high_s, mut high, mut x)) = ([0.0, before], beyond);
+    let mut kept = 0;
+    for turn in 0..MOST_TRIES {
+        if high_s - low_s <= 1e-15 * beyond.0 {
+            break;
+        }
+        let chord_s = high_s - high * (high_s - low_s) / (high - low);
+        let middle_s = 0.5 * (low_s + high_s);
+        let at_s = if turn % 3 == 2 || !(chord_s > low_s && chord_s < high_s) { middle_s } else { chord_s };
+        let (margin, there) = after(at_s);
+        // On the far side it is below 0, so that the next regime is another one.
+        if margin >= 0.0 {
+            (low_s, low) = (at_s, margin);
+            high *= if kept == 1 { 0.5 } else { 1.0 };
+            kept = 1;
+        } else {
+            (high_s, high, x) = (at_s, margin, there);
+            low *= if kept == -1 { 0.5 } else { 1.0 };
+            kept = -1;
+        }
+    }
+    (high_s, x)
 }
 
 /// A step: its length, s, and how many rows it takes.
@@ -260,7 +375,7 @@ const fn weights(rows: usize) -> [f64; ROWS] {
 /// Increment of x over a step, with the slope `first` at t; and the largest difference, as a share of how far a state
 /// is from 0 or moves, to what comes out without the last row.
 pub(crate) fn step<const N: usize>(
-    plant: &dyn Plant,
+    within: Within<'_>,
     t_s: f64,
     Stride { h_s, rows }: Stride,
     u: f64,
@@ -270,7 +385,7 @@ pub(crate) fn step<const N: usize>(
     // Increments are combined, not states: the weights (up to 6) then amplify no rounding of x.
     let (mut increment, mut less) = ([0.0; N], [0.0; N]);
     for (row, (weight, without)) in WEIGHTS[rows].iter().zip(WEIGHTS[rows - 1]).take(rows).enumerate() {
-        let across = midpoint(plant, t_s, h_s, u, x, first, 2 * (row + 1));
+        let across = midpoint(within, t_s, h_s, u, x, first, 2 * (row + 1));
         for ((sum, less), across) in increment.iter_mut().zip(&mut less).zip(across) {
             *sum += weight * across;
             *less += without * across;
@@ -297,7 +412,7 @@ pub(crate) fn difference<const N: usize>(
 
 /// Increment of x over `h_s` by `substeps` (even) of the midpoint rule, the first by Euler; `first` is the slope at t.
 fn midpoint<const N: usize>(
-    plant: &dyn Plant,
+    within: Within<'_>,
     t_s: f64,
     h_s: f64,
     u: f64,
@@ -311,7 +426,7 @@ fn midpoint<const N: usize>(
     for k in 1..substeps {
         let at: [f64; N] = core::array::from_fn(|i| x[i] + now[i]);
         let mut slope = [0.0; N];
-        plant.rhs(t_s + k as f64 * s, &at, u, &mut slope);
+        within.rhs(t_s + k as f64 * s, &at, u, &mut slope);
         for i in 0..N {
             let next = before[i] + 2.0 * s * slope[i];
             before[i] = now[i];

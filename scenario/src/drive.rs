@@ -347,6 +347,17 @@ pub enum ReactionKey {
     JoinedStop,
 }
 
+/// How friction behaves about rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FrictionModel {
+    /// It fades below `smooth_rad_s`: a shaft creeps where a real one stands.
+    #[default]
+    Faded,
+    /// A shaft that comes to rest stands until what pushes it is more than static friction.
+    Holds,
+}
+
 table! {
 /// Friction and ripple of the true motor; the controller knows nothing of them.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -361,7 +372,9 @@ pub struct FrictionTable {
     /// Speed at which the one has given way to the other, rad/s. Default 0.1.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stribeck_rad_s: f64 = 0.1,
-    /// Speed below which friction fades, rad/s: a real shaft sticks, this one creeps. Default 0.005.
+    /// About rest. Default "faded".
+    pub model: FrictionModel,
+    /// faded: speed below which friction fades, rad/s. Default 0.005.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub smooth_rad_s: f64 = 0.005,
     /// Amplitude of the cogging, N m. Default 0.

@@ -49,7 +49,7 @@ mod rewrite;
 
 pub use assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Mu, Sensed, ShaftOf, StateName, TopSpeed};
 pub use drive::{
-    EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointEncoderTable,
+    EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionModel, FrictionTable, JointDriveTable, JointEncoderTable,
     JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,
     NumberOrRange, ReferenceKind, ReferenceTable, TuningKey,
 };

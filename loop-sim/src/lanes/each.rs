@@ -10,8 +10,8 @@ use super::steps::{Bodies, Shafts, Steps};
 use super::wide::Wide;
 use super::{Instructions, LANES};
 use crate::closed_loop::{Ended, Loop, LoopError, Running, close_loop};
-use crate::plant::{Own, Parts, Plant};
-use crate::solver::{self, Crossing};
+use crate::plant::{Own, Parts, Plant, Regime};
+use crate::solver::{self, Crossing, Within};
 use crate::trace::{Ending, Recorder};
 
 /// Steps of fewer lanes are faster one after the other.
@@ -48,8 +48,8 @@ pub fn close_each_with(instructions: Instructions, runs: Vec<Recorded<'_>>) -> V
         macro_rules! through {
             ($($order:literal: $rows:literal)*) => {
                 match kind {
-                    $(Kind::Shafts { order: $order, has_waves } => {
-                        through::<$order>(instructions, Shafts::<$rows>::new(has_waves), runs, &mut keep);
+                    $(Kind::Shafts { order: $order, has_waves, holds } => {
+                        through::<$order>(instructions, Shafts::<$rows>::new(has_waves, holds), runs, &mut keep);
                     })*
                     Kind::Shafts { order, .. } => unreachable!("a motor or joint of order {order}"),
                     Kind::Formulas(own) => {
@@ -75,6 +75,7 @@ enum Kind<'a> {
     Shafts {
         order: usize,
         has_waves: bool,
+        holds: bool,
     },
     /// With formulas like those of this one.
     Formulas(&'a Own),
@@ -85,8 +86,9 @@ impl<'a> Kind<'a> {
     fn of(plant: &'a dyn Plant) -> Option<Self> {
         match plant.parts().filter(|_| plant.exact().is_none())? {
             Parts::Shafts { numbers, .. } => {
-                let [cogging, _, ripple, _] = *numbers.get(1)?;
-                Some(Self::Shafts { order: plant.order(), has_waves: cogging != 0.0 || ripple != 0.0 })
+                let ([cogging, _, ripple, _], [.., per_smooth]) = (*numbers.get(1)?, *numbers.get(2)?);
+                let (has_waves, holds) = (cogging != 0.0 || ripple != 0.0, per_smooth == f64::INFINITY);
+                Some(Self::Shafts { order: plant.order(), has_waves, holds })
             }
             Parts::Own(own) => Some(Self::Formulas(own)),
             Parts::Benchmark(_) => None,
@@ -95,9 +97,10 @@ impl<'a> Kind<'a> {
 
     fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
-            (Self::Shafts { order, has_waves }, Self::Shafts { order: others, has_waves: have }) => {
-                (order, has_waves) == (others, have)
-            }
+            (
+                Self::Shafts { order, has_waves, holds },
+                Self::Shafts { order: others, has_waves: have, holds: others_hold },
+            ) => (order, has_waves, holds) == (others, have, others_hold),
             (Self::Formulas(own), Self::Formulas(other)) => formulas::are_alike(own, other),
             _ => false,
         }
@@ -115,6 +118,7 @@ struct Run<'a> {
 struct Lane<'a> {
     run: Run<'a>,
     crossing: Crossing,
+    regime: Regime,
     /// Its step was not agreed on: another one goes from the same place.
     is_tried: bool,
 }
@@ -137,12 +141,17 @@ fn through<'a, const N: usize>(
         if busy == 0 {
             return;
         }
+        for (l, lane) in lanes.iter_mut().enumerate() {
+            let Some(Lane { run, crossing, regime, is_tried: false }) = lane else { continue };
+            *regime = run.running.setup.plant.regime(crossing.t_s, &of_lane(&steps.x, l), steps.u[l]);
+            bodies.set_regime(l, *regime);
+        }
         steps.begin(&mut bodies);
         for (l, lane) in lanes.iter_mut().enumerate() {
-            let Some(Lane { run, crossing, is_tried }) = lane else { continue };
+            let Some(Lane { run, crossing, regime, is_tried }) = lane else { continue };
             let (plant, x, mut first) = (run.running.setup.plant, of_lane(&steps.x, l), of_lane(&steps.first, l));
             if steps.outside[l] != 0 {
-                plant.rhs(crossing.t_s, &x, steps.u[l], &mut first);
+                Within { plant, regime: *regime }.rhs(crossing.t_s, &x, steps.u[l], &mut first);
                 set_lane(&mut steps.first, l, &first);
             }
             if *is_tried {
@@ -167,23 +176,25 @@ fn through<'a, const N: usize>(
             steps.step(&mut bodies);
         }
         for (l, lane) in lanes.iter_mut().enumerate() {
-            let Some(Lane { run, crossing, is_tried }) = lane else { continue };
+            let Some(Lane { run, crossing, regime, is_tried }) = lane else { continue };
             if crossing.is_done() {
                 continue;
             }
-            let plant = run.running.setup.plant;
+            let within = Within { plant: run.running.setup.plant, regime: *regime };
             if busy < FEW || steps.outside[l] != 0 {
                 let (x, first) = (of_lane(&steps.x, l), of_lane(&steps.first, l));
                 let (increment, difference) =
-                    solver::step(plant, crossing.t_s, steps.stride(l), steps.u[l], &x, &first);
+                    solver::step(within, crossing.t_s, steps.stride(l), steps.u[l], &x, &first);
                 set_lane(&mut steps.increment, l, &increment);
                 steps.difference[l] = difference;
             }
-            match crossing.checked(plant, steps.difference[l]) {
+            let begin_s = crossing.t_s;
+            match crossing.checked(within.plant, steps.difference[l]) {
                 None => {
-                    for (x, increment) in steps.x.iter_mut().zip(&steps.increment) {
-                        x[l] += increment[l];
-                    }
+                    let (x, first) = (of_lane(&steps.x, l), of_lane(&steps.first, l));
+                    let end = std::array::from_fn(|i| x[i] + steps.increment[i][l]);
+                    let step = (steps.stride(l).h_s, steps.u[l]);
+                    set_lane(&mut steps.x, l, &within.ended(crossing, begin_s, step, [&x, &first, &end]));
                     steps.t_s[l] = crossing.t_s;
                     *is_tried = false;
                 }
@@ -233,7 +244,8 @@ fn settle<'a, const N: usize>(
                     x[l] = of_run;
                 }
                 (steps.u[l], steps.t_s[l]) = (u_held, from_s);
-                *lane = Some(Lane { run, crossing: Crossing::new(from_s, to_s), is_tried: false });
+                *lane =
+                    Some(Lane { run, crossing: Crossing::new(from_s, to_s), regime: Regime::Smooth, is_tried: false });
                 return;
             }
             Err(ended) => keep(run, ended),

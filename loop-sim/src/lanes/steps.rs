@@ -6,8 +6,8 @@
 
 use super::wide::Wide;
 use super::{Instructions, LANES};
-use crate::plant::Parts;
 use crate::plant::shafts::{self, Numbers};
+use crate::plant::{Parts, Regime};
 use crate::signal::Signal;
 use crate::sine;
 use crate::solver::{self, ROWS, Stride, WEIGHTS};
@@ -25,6 +25,9 @@ pub(super) trait Rates<const N: usize> {
 pub(super) trait Bodies<'a, const N: usize>: Rates<N> {
     /// A lane's plant is another one.
     fn set(&mut self, l: usize, parts: Parts<'a>);
+
+    /// What holds in a lane until its next event.
+    fn set_regime(&mut self, _l: usize, _regime: Regime) {}
 }
 
 /// Where a right-hand side is asked for.
@@ -249,9 +252,12 @@ vectorised! {
 
 /// Motors, or joints.
 pub(super) struct Shafts<'a, const G: usize> {
+    /// With friction that holds, the direction of each stands in place of 1/ω_t, and 1/J is 0 where it stands.
     numbers: Box<[[Wide; 4]; G]>,
-    /// Does any of them vary with its angle?
+    per_inertia: Wide,
+    /// Does any of them vary with its angle, and has any friction that holds?
     has_waves: bool,
+    holds: bool,
     loads: [Option<&'a Signal>; LANES],
     /// Those that vary within a step.
     varying: Vec<(usize, &'a Signal)>,
@@ -259,9 +265,11 @@ pub(super) struct Shafts<'a, const G: usize> {
 }
 
 impl<const G: usize> Shafts<'_, G> {
-    pub(super) fn new(has_waves: bool) -> Self {
+    pub(super) fn new(has_waves: bool, holds: bool) -> Self {
         let none = Wide::of_all(0.0);
-        Self { numbers: Box::new([[none; 4]; G]), has_waves, loads: [None; LANES], varying: Vec::new(), load: none }
+        let numbers = Box::new([[none; 4]; G]);
+        let (loads, varying) = ([None; LANES], Vec::new());
+        Self { numbers, per_inertia: none, has_waves, holds, loads, varying, load: none }
     }
 }
 
@@ -273,10 +281,18 @@ impl<'a, const N: usize, const G: usize> Bodies<'a, N> for Shafts<'a, G> {
                 wide[l] = *number;
             }
         }
+        self.per_inertia[l] = self.numbers[0][0][l];
         self.loads[l] = Some(load);
         self.varying.retain(|(of, _)| *of != l);
         if load.varies() {
             self.varying.push((l, load));
+        }
+    }
+
+    fn set_regime(&mut self, l: usize, regime: Regime) {
+        self.numbers[0][0][l] = if regime == Regime::Held { 0.0 } else { self.per_inertia[l] };
+        if let Regime::Sliding { sign, .. } = regime {
+            self.numbers[2][3][l] = sign;
         }
     }
 }
@@ -293,13 +309,18 @@ impl<const N: usize, const G: usize> Rates<N> for Shafts<'_, G> {
         for (l, load) in &self.varying {
             self.load[*l] = load.value(t_s[*l]);
         }
-        let rates = if self.has_waves { rates_all::<N, G, true> } else { rates_all::<N, G, false> };
+        let rates = match (self.has_waves, self.holds) {
+            (false, false) => rates_all::<N, G, false, false>,
+            (false, true) => rates_all::<N, G, false, true>,
+            (true, false) => rates_all::<N, G, true, false>,
+            (true, true) => rates_all::<N, G, true, true>,
+        };
         rates(instructions, &self.numbers, x, u, &self.load, dx, outside);
     }
 }
 
 vectorised! {
-    fn rates_all[N, G, WAVES; const N: usize, const G: usize, const WAVES: bool](
+    fn rates_all[N, G, WAVES, HOLDS; const N: usize, const G: usize, const WAVES: bool, const HOLDS: bool](
         numbers: &[[Wide; 4]; G],
         x: &[Wide; N],
         u: &Wide,
@@ -311,7 +332,11 @@ vectorised! {
             let now: [f64; N] = std::array::from_fn(|i| x[i][l]);
             let numbers: Numbers<G> = std::array::from_fn(|i| std::array::from_fn(|j| numbers[i][j][l]));
             let [angle, speed] = shafts::motor_at(N).map(|at| now[at]);
-            let friction = shafts::friction(numbers[2], speed);
+            let friction = if HOLDS {
+                shafts::sliding(numbers[2], numbers[2][3], speed)
+            } else {
+                shafts::friction(numbers[2], speed)
+            };
             let mut is_within = true;
             let waves = if WAVES {
                 is_within &= sine::is_within(numbers[1][1] * angle);

@@ -14,7 +14,7 @@
 
 use super::motor::{Imperfections, Shaft};
 use super::shafts::{self, Numbers};
-use super::{Parts, Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
+use super::{Parts, Plant, Regime, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
 use crate::MAX_ORDER;
 use crate::exact::{Exact, LinearPart};
 use crate::signal::Signal;
@@ -140,10 +140,33 @@ impl Plant for Joint {
     }
 
     fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        self.rhs_in(self.regime(t_s, x, u), t_s, x, u, dx);
+    }
+
+    fn regime(&self, t_s: f64, x: &[f64], u: f64) -> Regime {
         let load = self.load.value(t_s);
         match *x {
-            [a, b, c, d] => dx.copy_from_slice(&self.imperfections.rates(&self.numbers, &[a, b, c, d], u, load)),
-            [a, b, c, d, e] => dx.copy_from_slice(&self.imperfections.rates(&self.numbers, &[a, b, c, d, e], u, load)),
+            [a, b, c, d] => self.imperfections.regime(&self.numbers, &[a, b, c, d], u, load),
+            [a, b, c, d, e] => self.imperfections.regime(&self.numbers, &[a, b, c, d, e], u, load),
+            _ => unreachable!("a joint of order {}", x.len()),
+        }
+    }
+
+    fn rhs_in(&self, regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        let load = self.load.value(t_s);
+        let of = &self.imperfections;
+        match *x {
+            [a, b, c, d] => dx.copy_from_slice(&of.rates_in(regime, &self.numbers, &[a, b, c, d], u, load)),
+            [a, b, c, d, e] => dx.copy_from_slice(&of.rates_in(regime, &self.numbers, &[a, b, c, d, e], u, load)),
+            _ => unreachable!("a joint of order {}", x.len()),
+        }
+    }
+
+    fn margin(&self, regime: Regime, t_s: f64, x: &[f64], u: f64) -> f64 {
+        let load = self.load.value(t_s);
+        match *x {
+            [a, b, c, d] => self.imperfections.margin(regime, &self.numbers, &[a, b, c, d], u, load),
+            [a, b, c, d, e] => self.imperfections.margin(regime, &self.numbers, &[a, b, c, d, e], u, load),
             _ => unreachable!("a joint of order {}", x.len()),
         }
     }
@@ -169,6 +192,9 @@ impl Plant for Joint {
             + spring_damping_n_m_s * (x[3] - x[1]).abs()
             + (motor.damping_n_m_s * x[3]).abs();
         let others = self.imperfections.fastest_rad_s(motor.inertia_kg_m2, x[3]).max(x[1].abs().min(SPINNING_RAD_S));
+        if x[3] == 0.0 && self.regime(t_s, x, u) == Regime::Held {
+            return self.rates_rad_s[0].max(others);
+        }
         // Twice: all of it grows within the step.
         let acceleration = 2.0 * torque / motor.inertia_kg_m2;
         let pushed = || {

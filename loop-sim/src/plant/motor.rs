@@ -6,8 +6,10 @@
 //! $$ F(\omega) = \left(F_c + (F_s - F_c) e^{-(\omega/\omega_s)^2}\right) \tanh(\omega/\omega_t) $$
 //!
 //! States are the angle θ (rad), the speed ω (rad/s) and, with a lag τ, the current i (A); without one i is u. All
-//! torques are at the shaft whose angle is θ. Friction is Coulomb's and Stribeck's, made smooth at ω_t: below it a
-//! shaft creeps where a real one sticks. A load is positive against positive motion.
+//! torques are at the shaft whose angle is θ. Friction is Coulomb's and Stribeck's. With ω_t = 0 it holds: tanh is the
+//! sign, a shaft whose speed comes to 0 stands until what pushes it is more than F_s, and the solver steps to these
+//! events. With an ω_t it fades below that speed, and a shaft creeps where a real one sticks. A load is positive
+//! against positive motion.
 //!
 //! With a [`Supply`] of V volt and a winding of R ohm, u is limited at each instant by the speed; K_e is K_t:
 //!
@@ -19,7 +21,7 @@
 //! disturbance d_2 (rad/s²); it is taken with the current that flows, since the lag of a current loop is no torque.
 
 use super::shafts::{self, Numbers};
-use super::{Parts, Plant, fastest_signal_rad_s, merged_jumps_s};
+use super::{Parts, Plant, Regime, fastest_signal_rad_s, merged_jumps_s};
 use crate::MAX_ORDER;
 use crate::exact::{Exact, LinearPart};
 use crate::signal::Signal;
@@ -63,7 +65,7 @@ pub struct Friction {
     pub coulomb_n_m: f64,
     /// ω_s, at which the one has given way to the other, rad/s.
     pub stribeck_rad_s: f64,
-    /// ω_t, below which it fades, rad/s.
+    /// ω_t, below which it fades, rad/s; 0 for friction that holds.
     pub smooth_rad_s: f64,
 }
 
@@ -79,6 +81,9 @@ impl Friction {
         if self.static_n_m == 0.0 && self.coulomb_n_m == 0.0 {
             return 0.0;
         }
+        if self.holds() {
+            return if speed_rad_s == 0.0 { 0.0 } else { self.sliding_n_m(1.0_f64.copysign(speed_rad_s), speed_rad_s) };
+        }
         // What stands below is this then, to the bit: tanh is 1, and nothing is left of the bell beside F_c.
         if speed_rad_s.abs() > (7.0 * self.stribeck_rad_s).max(22.0 * self.smooth_rad_s)
             && self.coulomb_n_m > 1e-3 * self.static_n_m
@@ -86,6 +91,20 @@ impl Friction {
             return self.coulomb_n_m.copysign(speed_rad_s);
         }
         shafts::friction(self.numbers(), speed_rad_s)
+    }
+
+    /// Does a shaft stand that comes to rest?
+    pub fn holds(&self) -> bool {
+        self.smooth_rad_s == 0.0 && self.largest_n_m() > 0.0
+    }
+
+    /// That of a shaft which slides in this direction, whatever the sign of its speed.
+    fn sliding_n_m(&self, sign: f64, speed_rad_s: f64) -> f64 {
+        // To the bit, as above.
+        if speed_rad_s.abs() > 7.0 * self.stribeck_rad_s && self.coulomb_n_m > 1e-3 * self.static_n_m {
+            return self.coulomb_n_m * sign;
+        }
+        shafts::sliding(self.numbers(), sign, speed_rad_s)
     }
 
     /// F_c, F_s - F_c, 1/ω_s, 1/ω_t.
@@ -98,9 +117,13 @@ impl Friction {
         self.static_n_m.max(self.coulomb_n_m)
     }
 
-    /// The largest slope, that at rest, N m s/rad.
+    /// The largest slope, that at rest, N m s/rad; of friction that holds that of the bell, e^-x² by less than 0.86.
     fn steepest_n_m_s(&self) -> f64 {
-        self.largest_n_m() / self.smooth_rad_s
+        if self.holds() {
+            0.86 * (self.static_n_m - self.coulomb_n_m).abs() / self.stribeck_rad_s
+        } else {
+            self.largest_n_m() / self.smooth_rad_s
+        }
     }
 
     /// Above this speed it is F_c and no more in f64, rad/s: 1 - tanh 19 and e^(-6.1²) are below 1e-16.
@@ -121,13 +144,17 @@ impl Friction {
         acceleration: f64,
         pushed: impl FnOnce() -> [f64; 2],
     ) -> f64 {
-        if self.largest_n_m() == 0.0 {
+        if self.largest_n_m() == 0.0 || (self.holds() && self.static_n_m == self.coulomb_n_m) {
             return free_rad_s;
         }
         let above = speed.abs() - self.level_rad_s();
         // Of tanh, and beyond it of the bell.
         let beyond = (speed.abs() - LEVEL * self.smooth_rad_s).max(0.0);
-        let width = self.smooth_rad_s + (STEP_ANGLE * beyond).min(self.stribeck_rad_s);
+        let width = if self.holds() {
+            STEP_ANGLE * self.stribeck_rad_s
+        } else {
+            self.smooth_rad_s + (STEP_ANGLE * beyond).min(self.stribeck_rad_s)
+        };
         if above > 0.0 {
             let at_the_corner = steep_rad_s.max(acceleration / width);
             return free_rad_s.max((STEP_ANGLE * acceleration / above).min(at_the_corner));
@@ -158,6 +185,13 @@ impl Supply {
     }
 }
 
+/// The same with another 1/J.
+fn with_per_inertia<const G: usize>(numbers: &Numbers<G>, per_inertia: f64) -> Numbers<G> {
+    let mut numbers = *numbers;
+    numbers[0][0] = per_inertia;
+    numbers
+}
+
 /// What a data sheet does not say of a motor. The default is nothing of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Imperfections {
@@ -178,19 +212,83 @@ pub struct Imperfections {
 }
 
 impl Imperfections {
-    /// dx/dt of the shaft, or of the joint that it moves, by numbers that are of it.
-    pub(super) fn rates<const N: usize, const G: usize>(
+    /// dx/dt of the shaft, or of the joint that it moves, by numbers that are of it, in one regime.
+    pub(super) fn rates_in<const N: usize, const G: usize>(
         &self,
+        regime: Regime,
         numbers: &Numbers<G>,
         x: &[f64; N],
         u: f64,
         load: f64,
     ) -> [f64; N] {
+        let speed = x[shafts::motor_at(N)[1]];
+        match regime {
+            Regime::Smooth => self.rates_with(numbers, x, u, load, self.friction.torque_n_m(speed)),
+            // What stands is as if it were infinitely heavy.
+            Regime::Held => self.rates_with(&with_per_inertia(numbers, 0.0), x, u, load, 0.0),
+            Regime::Sliding { sign, .. } => {
+                self.rates_with(numbers, x, u, load, self.friction.sliding_n_m(sign, speed))
+            }
+        }
+    }
+
+    fn rates_with<const N: usize, const G: usize>(
+        &self,
+        numbers: &Numbers<G>,
+        x: &[f64; N],
+        u: f64,
+        load: f64,
+        friction: f64,
+    ) -> [f64; N] {
         let [angle, speed] = shafts::motor_at(N).map(|at| x[at]);
         let u = self.driven(numbers[0][1], speed, u);
         let waves = shafts::waves(numbers[1], angle, sine::sin);
         let sin_link = if N > 3 { sine::sin(x[0]) } else { 0.0 };
-        shafts::rates(numbers, x, u, load, self.friction.torque_n_m(speed), waves, sin_link)
+        shafts::rates(numbers, x, u, load, friction, waves, sin_link)
+    }
+
+    /// What pushes a shaft that stands, N m.
+    fn push_n_m<const N: usize, const G: usize>(&self, numbers: &Numbers<G>, x: &[f64; N], u: f64, load: f64) -> f64 {
+        self.rates_with(&with_per_inertia(numbers, 1.0), x, u, load, 0.0)[shafts::motor_at(N)[1]]
+    }
+
+    /// What holds from here on.
+    pub(super) fn regime<const N: usize, const G: usize>(
+        &self,
+        numbers: &Numbers<G>,
+        x: &[f64; N],
+        u: f64,
+        load: f64,
+    ) -> Regime {
+        if !self.friction.holds() {
+            return Regime::Smooth;
+        }
+        let speed = shafts::motor_at(N)[1];
+        if x[speed] != 0.0 {
+            return Regime::Sliding { speed, sign: 1.0_f64.copysign(x[speed]) };
+        }
+        let push = self.push_n_m(numbers, x, u, load);
+        if push.abs() > self.friction.largest_n_m() {
+            Regime::Sliding { speed, sign: 1.0_f64.copysign(push) }
+        } else {
+            Regime::Held
+        }
+    }
+
+    /// How far a regime is from its end: what static friction still holds, N m, or the speed, rad/s.
+    pub(super) fn margin<const N: usize, const G: usize>(
+        &self,
+        regime: Regime,
+        numbers: &Numbers<G>,
+        x: &[f64; N],
+        u: f64,
+        load: f64,
+    ) -> f64 {
+        match regime {
+            Regime::Smooth => f64::INFINITY,
+            Regime::Held => self.friction.largest_n_m() - self.push_n_m(numbers, x, u, load).abs(),
+            Regime::Sliding { speed, sign } => sign * x[speed],
+        }
     }
 
     /// The part of u that the supply drives through a motor of this K_t at this speed.
@@ -296,12 +394,33 @@ impl Plant for Motor {
     }
 
     fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        self.rhs_in(self.regime(t_s, x, u), t_s, x, u, dx);
+    }
+
+    fn regime(&self, t_s: f64, x: &[f64], u: f64) -> Regime {
         let load = self.load.value(t_s);
         match *x {
-            [angle, speed] => dx.copy_from_slice(&self.imperfections.rates(&self.numbers, &[angle, speed], u, load)),
-            [angle, speed, current] => {
-                dx.copy_from_slice(&self.imperfections.rates(&self.numbers, &[angle, speed, current], u, load));
-            }
+            [a, b] => self.imperfections.regime(&self.numbers, &[a, b], u, load),
+            [a, b, c] => self.imperfections.regime(&self.numbers, &[a, b, c], u, load),
+            _ => unreachable!("a motor of order {}", x.len()),
+        }
+    }
+
+    fn rhs_in(&self, regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        let load = self.load.value(t_s);
+        let of = &self.imperfections;
+        match *x {
+            [a, b] => dx.copy_from_slice(&of.rates_in(regime, &self.numbers, &[a, b], u, load)),
+            [a, b, c] => dx.copy_from_slice(&of.rates_in(regime, &self.numbers, &[a, b, c], u, load)),
+            _ => unreachable!("a motor of order {}", x.len()),
+        }
+    }
+
+    fn margin(&self, regime: Regime, t_s: f64, x: &[f64], u: f64) -> f64 {
+        let load = self.load.value(t_s);
+        match *x {
+            [a, b] => self.imperfections.margin(regime, &self.numbers, &[a, b], u, load),
+            [a, b, c] => self.imperfections.margin(regime, &self.numbers, &[a, b, c], u, load),
             _ => unreachable!("a motor of order {}", x.len()),
         }
     }
@@ -324,6 +443,9 @@ impl Plant for Motor {
             + (damping_n_m_s * x[1]).abs()
             + self.load.value(t_s).abs();
         let others = self.imperfections.fastest_rad_s(inertia_kg_m2, x[1]);
+        if x[1] == 0.0 && self.regime(t_s, x, u) == Regime::Held {
+            return self.rates_rad_s[0].max(others);
+        }
         // Twice: a load and a speed grow within the step.
         let acceleration = 2.0 * torque / inertia_kg_m2;
         let pushed = || {

@@ -31,6 +31,13 @@ pub(crate) fn friction([coulomb, beyond, per_stribeck, per_smooth]: [f64; 4], sp
     size * tanh(speed * per_smooth)
 }
 
+/// F(ω) of friction that holds, by its row, for a shaft that slides in this direction.
+#[inline(always)]
+pub(crate) fn sliding([coulomb, beyond, per_stribeck, _]: [f64; 4], sign: f64, speed: f64) -> f64 {
+    let bell = speed * per_stribeck;
+    (coulomb + beyond * (1.0 + expm1_of_negative(-(bell * bell)))) * sign
+}
+
 /// c sin n_c θ and r sin n_r θ by their row.
 #[inline(always)]
 pub(crate) fn waves([c, n_c, r, n_r]: [f64; 4], angle: f64, sin: impl Fn(f64) -> f64) -> [f64; 2] {

@@ -22,9 +22,9 @@ use super::inertia::{Inertia, too_uncertain};
 use super::planned::{Asked, Planned, Wanted, ticks_s};
 use super::supply::{self, Keys};
 use super::{
-    EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionTable, JointDriveTable, JointErrorTable, JointScenario,
-    JointTable, LimitsTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,
-    ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
+    EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionModel, FrictionTable, JointDriveTable, JointErrorTable,
+    JointScenario, JointTable, LimitsTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario,
+    MotorTable, ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
 };
 use crate::assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Sensed, ShaftOf, StateName, TopSpeed, Twin};
 use crate::error::shown;
@@ -132,11 +132,14 @@ fn period(given_s: f64, problems: &mut Problems) -> f64 {
 fn too_steep(table: &FrictionTable, limit_a: f64, truth: &Shaft, period_s: f64) -> Option<Problem> {
     let motor_n_m = limit_a * truth.torque_n_m_per_a;
     let (key, largest) = largest_friction(table);
+    if table.model == FrictionModel::Holds {
+        return None;
+    }
     let rate = largest / table.smooth_rad_s / truth.inertia_kg_m2;
     let most = 0.49 * solver::MAX_STEPS as f64 / period_s;
     let message = format!(
         "found {}, more than the {} N m that the motor can make, and so steep about rest that the solver takes more \
-         than {} steps in a tick: expected at most {}, or a larger friction.smooth_rad_s",
+         than {} steps in a tick: expected at most {}, a larger friction.smooth_rad_s, or friction.model = \"holds\"",
         shown(largest),
         shown(rounded(motor_n_m)),
         solver::MAX_STEPS,
@@ -628,7 +631,7 @@ fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64, supply: Option<Su
             static_n_m: table.static_n_m.unwrap_or(table.coulomb_n_m),
             coulomb_n_m: table.coulomb_n_m,
             stribeck_rad_s: table.stribeck_rad_s,
-            smooth_rad_s: table.smooth_rad_s,
+            smooth_rad_s: if table.model == FrictionModel::Holds { 0.0 } else { table.smooth_rad_s },
         },
         cogging_n_m: table.cogging_n_m,
         cogging_per_turn: table.cogging_per_turn * gear,

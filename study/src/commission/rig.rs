@@ -3,7 +3,7 @@
 use controller_core::Health;
 use loop_sim::actuator::Actuator;
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
-use loop_sim::plant::Plant;
+use loop_sim::plant::{Plant, Regime};
 use loop_sim::port::drive::{DriveDesign, Goal, LivePort, Motion};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use loop_sim::sensor::Sensor;
@@ -32,6 +32,18 @@ impl Plant for Later<'_> {
     fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
         let t_s = t_s + self.from_s;
         self.plant.rhs(t_s, x, u + self.more.value(t_s), dx);
+    }
+    fn regime(&self, t_s: f64, x: &[f64], u: f64) -> Regime {
+        let t_s = t_s + self.from_s;
+        self.plant.regime(t_s, x, u + self.more.value(t_s))
+    }
+    fn rhs_in(&self, regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        let t_s = t_s + self.from_s;
+        self.plant.rhs_in(regime, t_s, x, u + self.more.value(t_s), dx);
+    }
+    fn margin(&self, regime: Regime, t_s: f64, x: &[f64], u: f64) -> f64 {
+        let t_s = t_s + self.from_s;
+        self.plant.margin(regime, t_s, x, u + self.more.value(t_s))
     }
     /// Nobody asks for it here.
     fn lumped(&self, _: f64, _: &[f64], _: f64, d: &mut [f64]) {

@@ -35,7 +35,7 @@ use controller_core::drive::Encoder;
 use loop_sim::actuator::{Delayed, Ideal, Limited};
 use loop_sim::closed_loop::{Loop, close_loop};
 use loop_sim::metrics;
-use loop_sim::plant::Plant;
+use loop_sim::plant::{Plant, Regime};
 use loop_sim::port::ControllerPort;
 use loop_sim::port::drive::{DriveDesign, Follows, Form, Motion};
 use loop_sim::port::finer::Finer;
@@ -207,6 +207,15 @@ impl Plant for Coarse<'_> {
     }
     fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
         self.0.rhs(t_s, x, u, dx);
+    }
+    fn regime(&self, t_s: f64, x: &[f64], u: f64) -> Regime {
+        self.0.regime(t_s, x, u)
+    }
+    fn rhs_in(&self, regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
+        self.0.rhs_in(regime, t_s, x, u, dx);
+    }
+    fn margin(&self, regime: Regime, t_s: f64, x: &[f64], u: f64) -> f64 {
+        self.0.margin(regime, t_s, x, u)
     }
     /// Nobody asks for it here.
     fn lumped(&self, _: f64, _: &[f64], _: f64, d: &mut [f64]) {

@@ -82,7 +82,11 @@ fn cases(of_each: usize) -> Vec<Case> {
         let imperfections = imperfections(&mut off, kind);
         // What no lane takes runs alone, between the others.
         let supply = (k % 7 == 6).then_some(Supply { volt: 0.5, ohm: 0.3 });
-        let imperfections = Imperfections { supply, ..imperfections };
+        let mut imperfections = Imperfections { supply, ..imperfections };
+        // Two in five stick.
+        if k % 5 < 2 {
+            imperfections.friction.smooth_rad_s = 0.0;
+        }
         let mut terms = vec![
             Term::Const { amplitude: off(0.002) },
             Term::Step { amplitude: off(0.01), t0_s: 0.030_3 },
