@@ -102,9 +102,9 @@ pub enum Regime {
     /// It slides, until its speed is 0.
     Sliding {
         /// Which state its speed is.
-        speed: usize,
+        speed: u8,
         /// Direction, 1 or -1.
-        sign: f64,
+        sign: i8,
     },
 }
 

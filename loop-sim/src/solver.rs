@@ -199,7 +199,7 @@ impl<'a> Within<'a> {
         let (at_s, mut x) = event(before, beyond, after);
         crossing.t_s = begin_s + at_s;
         if let Regime::Sliding { speed, .. } = self.regime {
-            x[speed] = 0.0;
+            x[usize::from(speed)] = 0.0;
         }
         x
     }

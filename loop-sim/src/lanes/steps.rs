@@ -292,7 +292,7 @@ impl<'a, const N: usize, const G: usize> Bodies<'a, N> for Shafts<'a, G> {
     fn set_regime(&mut self, l: usize, regime: Regime) {
         self.numbers[0][0][l] = if regime == Regime::Held { 0.0 } else { self.per_inertia[l] };
         if let Regime::Sliding { sign, .. } = regime {
-            self.numbers[2][3][l] = sign;
+            self.numbers[2][3][l] = sign.into();
         }
     }
 }

@@ -227,7 +227,7 @@ impl Imperfections {
             // What stands is as if it were infinitely heavy.
             Regime::Held => self.rates_with(&with_per_inertia(numbers, 0.0), x, u, load, 0.0),
             Regime::Sliding { sign, .. } => {
-                self.rates_with(numbers, x, u, load, self.friction.sliding_n_m(sign, speed))
+                self.rates_with(numbers, x, u, load, self.friction.sliding_n_m(f64::from(sign), speed))
             }
         }
     }
@@ -263,16 +263,13 @@ impl Imperfections {
         if !self.friction.holds() {
             return Regime::Smooth;
         }
-        let speed = shafts::motor_at(N)[1];
-        if x[speed] != 0.0 {
-            return Regime::Sliding { speed, sign: 1.0_f64.copysign(x[speed]) };
+        let at = shafts::motor_at(N)[1];
+        let sliding = |way: f64| Regime::Sliding { speed: at as u8, sign: if way > 0.0 { 1 } else { -1 } };
+        if x[at] != 0.0 {
+            return sliding(x[at]);
         }
         let push = self.push_n_m(numbers, x, u, load);
-        if push.abs() > self.friction.largest_n_m() {
-            Regime::Sliding { speed, sign: 1.0_f64.copysign(push) }
-        } else {
-            Regime::Held
-        }
+        if push.abs() > self.friction.largest_n_m() { sliding(push) } else { Regime::Held }
     }
 
     /// How far a regime is from its end: what static friction still holds, N m, or the speed, rad/s.
@@ -287,7 +284,7 @@ impl Imperfections {
         match regime {
             Regime::Smooth => f64::INFINITY,
             Regime::Held => self.friction.largest_n_m() - self.push_n_m(numbers, x, u, load).abs(),
-            Regime::Sliding { speed, sign } => sign * x[speed],
+            Regime::Sliding { speed, sign } => f64::from(sign) * x[usize::from(speed)],
         }
     }
 

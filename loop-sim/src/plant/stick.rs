@@ -67,7 +67,8 @@ fn a_peak_between_two_ticks_lets_go() {
     }
 }
 
-/// A motor that slides and sticks in steps of at most 0.2 us by Runge and Kutta, events by bisection: no line of the solver's.
+/// A motor that slides and sticks in steps of at most 0.2 us by Runge and Kutta, events by bisection: no line of the
+/// solver's.
 struct Own {
     shaft: Shaft,
     imperfections: Imperfections,
@@ -183,8 +184,8 @@ fn random_shafts_stick_and_slide_as_with_an_integrator_of_its_own() {
             let before = own.x;
             events += own.advance(1e-3, u);
             stood += u32::from(own.x[1] == 0.0);
-            // Shares of what moved. An angle of 0.3 rad is rounded in each of the many steps; and a current that is good to
-            // 4e-11 lets go so much sooner or later.
+            // Shares of what moved. An angle of 0.3 rad is rounded in each of the many steps, and a current that is
+            // good to 4e-11 lets go so much sooner or later.
             let [speed, current] = [1, 2].map(|i| before[i].abs() + own.x[i].abs());
             let soon = 1e-8 * friction.static_n_m / shaft.inertia_kg_m2;
             for (i, size) in [1e-3 * speed + 1e-5, speed + soon, current + 1e-4].into_iter().enumerate() {
