@@ -155,7 +155,7 @@ fn over_bounds(telling: &Record, part: &str, step: &Step) -> Claims {
 fn ends(part: &str, step: &Step) -> Claims {
     let one_more = same(step.after("braking"), &format!("(fp.add RNE braking {})", number(1.0)));
     let slower = all(["(fp.lt (fp.abs v) last_sigma)".into(), same(step.after("last_sigma"), "(fp.abs v)")]);
-    let first = "(fp.isZero most)".to_string();
+    let first = "(fp.isZero brake_most)".to_string();
     let counted = then(&not(step.after("saturated")), &either([first, one_more, slower]));
     let within = format!("(fp.leq {} brake_ticks)", step.after("braking"));
     let at_limit = format!("(fp.leq {} stuck_ticks)", step.after("stuck"));
@@ -182,7 +182,7 @@ fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
         let slows = "(fp.neg (fp.mul RNE brake v))".to_string();
         // Of a joint no load is held.
         let one_shaft = disturbances(telling).count() == 1;
-        let load = format!("(ite (fp.gt most {zero}) d1 {zero})");
+        let load = format!("(ite (fp.gt brake_most {zero}) d1 {zero})");
         let load = format!("(fp.mul RNE per_gain {load})");
         let asked = if one_shaft { format!("(fp.sub RNE {slows} {load})") } else { slows };
         let asked = format!("(ite (fp.leq (fp.abs {asked}) {}) {asked} {zero})", number(1e30));
@@ -243,7 +243,7 @@ fn is_braking(part: &str) -> String {
 
 /// Is this the first tick of a brake, which looks at nothing?
 fn begins(part: &str) -> String {
-    if part == "braking" { all([is_braking(part), "(fp.isZero most)".into()]) } else { "false".into() }
+    if part == "braking" { all([is_braking(part), "(fp.isZero brake_most)".into()]) } else { "false".into() }
 }
 
 /// Will it brake from the next tick on?

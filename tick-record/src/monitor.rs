@@ -266,7 +266,8 @@ type StateOf<const E: usize> = <Monitored<AnyLaw<E>, E> as ControlLaw>::State;
 
 /// The words that the monitors add to the state of a drive with so many shafts, before its own.
 pub fn state(shafts: usize) -> Vec<Port> {
-    let numbers = ["counted", "stuck", "last_sigma", "swings", "against", "last_speed", "over", "braking", "most"];
+    let numbers =
+        ["counted", "stuck", "last_sigma", "swings", "against", "last_speed", "over", "braking", "brake_most"];
     let numbers = numbers.map(String::from);
     let sides = (1..=shafts).map(|shaft| format!("side{shaft}"));
     let number = |name: String| port(&name, Role::State, Kind::Number);
