@@ -118,7 +118,7 @@ fn a_joint_has_its_figures() {
 }
 
 /// A move under friction of 0.02 and 0.03 N m, from 3 s on. An independent rig whose shaft stands had 1.45 mrad with 14
-/// bits, for ever, and 0.8 urad with 20. Faded friction hides both: the shaft creeps.
+/// bits, for ever, and 0.8 urad with 20. With faded friction the shaft creeps about its target.
 #[test]
 fn with_friction_that_holds_14_bits_hunt_and_20_rest() {
     let friction = "friction={coulomb_n_m = 0.02, static_n_m = 0.03, model = \"holds\"}";
@@ -130,9 +130,9 @@ fn with_friction_that_holds_14_bits_hunt_and_20_rest() {
         error
     };
     let (coarse, fine) = (peak(&["encoder.bits=14"]), peak(&["encoder.bits=20"]));
-    let faded = peak(&["encoder.bits=14", "friction.model='faded'"]);
+    let faded = peak(&["encoder.bits=20", "friction.model='faded'"]);
     assert!((0.7e-3..2.9e-3).contains(&coarse) && fine < 4e-6, "{coarse:e} {fine:e}");
-    assert!(faded < 0.5 * coarse, "{faded:e}");
+    assert!(faded > 10.0 * fine, "{faded:e}");
 }
 
 /// A number of a stream that depends on its seed alone (Knuth's multiplier), 0 to 1.
