@@ -131,6 +131,7 @@ fn through<'a, const N: usize>(
     keep: &mut dyn FnMut(Run<'a>, Ended),
 ) {
     let mut steps = Steps::<N>::new(instructions);
+    let has_events = bodies.has_events();
     let mut waiting = runs.into_iter();
     let mut lanes: [Option<Lane<'a>>; LANES] = [const { None }; LANES];
     loop {
@@ -141,7 +142,7 @@ fn through<'a, const N: usize>(
         if busy == 0 {
             return;
         }
-        for (l, lane) in lanes.iter_mut().enumerate() {
+        for (l, lane) in lanes.iter_mut().enumerate().filter(|_| has_events) {
             let Some(Lane { run, crossing, regime, is_tried: false }) = lane else { continue };
             *regime = run.running.setup.plant.regime(crossing.t_s, &of_lane(&steps.x, l), steps.u[l]);
             bodies.set_regime(l, *regime);
@@ -191,10 +192,13 @@ fn through<'a, const N: usize>(
             let begin_s = crossing.t_s;
             match crossing.checked(within.plant, steps.difference[l]) {
                 None => {
-                    let (x, first) = (of_lane(&steps.x, l), of_lane(&steps.first, l));
-                    let end = std::array::from_fn(|i| x[i] + steps.increment[i][l]);
-                    let step = (steps.stride(l).h_s, steps.u[l]);
-                    set_lane(&mut steps.x, l, &within.ended(crossing, begin_s, step, [&x, &first, &end]));
+                    let x = of_lane(&steps.x, l);
+                    let mut end = std::array::from_fn(|i| x[i] + steps.increment[i][l]);
+                    if has_events {
+                        let step = (steps.stride(l).h_s, steps.u[l]);
+                        end = within.ended(crossing, begin_s, step, [&x, &of_lane(&steps.first, l), &end]);
+                    }
+                    set_lane(&mut steps.x, l, &end);
                     steps.t_s[l] = crossing.t_s;
                     *is_tried = false;
                 }

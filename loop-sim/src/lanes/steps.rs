@@ -26,6 +26,11 @@ pub(super) trait Bodies<'a, const N: usize>: Rates<N> {
     /// A lane's plant is another one.
     fn set(&mut self, l: usize, parts: Parts<'a>);
 
+    /// Have any of these plants events?
+    fn has_events(&self) -> bool {
+        false
+    }
+
     /// What holds in a lane until its next event.
     fn set_regime(&mut self, _l: usize, _regime: Regime) {}
 }
@@ -287,6 +292,10 @@ impl<'a, const N: usize, const G: usize> Bodies<'a, N> for Shafts<'a, G> {
         if load.varies() {
             self.varying.push((l, load));
         }
+    }
+
+    fn has_events(&self) -> bool {
+        self.holds
     }
 
     fn set_regime(&mut self, l: usize, regime: Regime) {

@@ -144,6 +144,9 @@ impl Plant for Joint {
     }
 
     fn regime(&self, t_s: f64, x: &[f64], u: f64) -> Regime {
+        if !self.imperfections.friction.holds() {
+            return Regime::Smooth;
+        }
         let load = self.load.value(t_s);
         match *x {
             [a, b, c, d] => self.imperfections.regime(&self.numbers, &[a, b, c, d], u, load),

@@ -252,7 +252,7 @@ impl Imperfections {
         self.rates_with(&with_per_inertia(numbers, 1.0), x, u, load, 0.0)[shafts::motor_at(N)[1]]
     }
 
-    /// What holds from here on.
+    /// What holds from here on, of friction that holds.
     pub(super) fn regime<const N: usize, const G: usize>(
         &self,
         numbers: &Numbers<G>,
@@ -260,9 +260,6 @@ impl Imperfections {
         u: f64,
         load: f64,
     ) -> Regime {
-        if !self.friction.holds() {
-            return Regime::Smooth;
-        }
         let at = shafts::motor_at(N)[1];
         let sliding = |way: f64| Regime::Sliding { speed: at as u8, sign: if way > 0.0 { 1 } else { -1 } };
         if x[at] != 0.0 {
@@ -395,6 +392,9 @@ impl Plant for Motor {
     }
 
     fn regime(&self, t_s: f64, x: &[f64], u: f64) -> Regime {
+        if !self.imperfections.friction.holds() {
+            return Regime::Smooth;
+        }
         let load = self.load.value(t_s);
         match *x {
             [a, b] => self.imperfections.regime(&self.numbers, &[a, b], u, load),
