@@ -131,6 +131,16 @@ impl Joint {
         let exact = if self.imperfections.is_linear() { Exact::new(&part, period_s) } else { None };
         Self { exact, ..self }
     }
+
+    /// What pushes the shaft of the motor if it stands, N m.
+    fn push_n_m(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
+        let load = self.load.value(t_s);
+        match *x {
+            [a, b, c, d] => self.imperfections.push_n_m(&self.numbers, &[a, b, c, d], u, load),
+            [a, b, c, d, e] => self.imperfections.push_n_m(&self.numbers, &[a, b, c, d, e], u, load),
+            _ => unreachable!("a joint of order {}", x.len()),
+        }
+    }
 }
 
 impl Plant for Joint {
@@ -144,15 +154,7 @@ impl Plant for Joint {
     }
 
     fn regime(&self, t_s: f64, x: &[f64], u: f64) -> Regime {
-        if !self.imperfections.friction.holds() {
-            return Regime::Smooth;
-        }
-        let load = self.load.value(t_s);
-        match *x {
-            [a, b, c, d] => self.imperfections.regime(&self.numbers, &[a, b, c, d], u, load),
-            [a, b, c, d, e] => self.imperfections.regime(&self.numbers, &[a, b, c, d, e], u, load),
-            _ => unreachable!("a joint of order {}", x.len()),
-        }
+        self.imperfections.regime(x, || self.push_n_m(t_s, x, u))
     }
 
     fn rhs_in(&self, regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
@@ -166,12 +168,7 @@ impl Plant for Joint {
     }
 
     fn margin(&self, regime: Regime, t_s: f64, x: &[f64], u: f64) -> f64 {
-        let load = self.load.value(t_s);
-        match *x {
-            [a, b, c, d] => self.imperfections.margin(regime, &self.numbers, &[a, b, c, d], u, load),
-            [a, b, c, d, e] => self.imperfections.margin(regime, &self.numbers, &[a, b, c, d, e], u, load),
-            _ => unreachable!("a joint of order {}", x.len()),
-        }
+        self.imperfections.margin(regime, x, || self.push_n_m(t_s, x, u))
     }
 
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {

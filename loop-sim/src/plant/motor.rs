@@ -248,39 +248,35 @@ impl Imperfections {
     }
 
     /// What pushes a shaft that stands, N m.
-    fn push_n_m<const N: usize, const G: usize>(&self, numbers: &Numbers<G>, x: &[f64; N], u: f64, load: f64) -> f64 {
-        self.rates_with(&with_per_inertia(numbers, 1.0), x, u, load, 0.0)[shafts::motor_at(N)[1]]
-    }
-
-    /// What holds from here on, of friction that holds.
-    pub(super) fn regime<const N: usize, const G: usize>(
+    pub(super) fn push_n_m<const N: usize, const G: usize>(
         &self,
-        numbers: &Numbers<G>,
-        x: &[f64; N],
-        u: f64,
-        load: f64,
-    ) -> Regime {
-        let at = shafts::motor_at(N)[1];
-        let sliding = |way: f64| Regime::Sliding { speed: at as u8, sign: if way > 0.0 { 1 } else { -1 } };
-        if x[at] != 0.0 {
-            return sliding(x[at]);
-        }
-        let push = self.push_n_m(numbers, x, u, load);
-        if push.abs() > self.friction.largest_n_m() { sliding(push) } else { Regime::Held }
-    }
-
-    /// How far a regime is from its end: what static friction still holds, N m, or the speed, rad/s.
-    pub(super) fn margin<const N: usize, const G: usize>(
-        &self,
-        regime: Regime,
         numbers: &Numbers<G>,
         x: &[f64; N],
         u: f64,
         load: f64,
     ) -> f64 {
+        self.rates_with(&with_per_inertia(numbers, 1.0), x, u, load, 0.0)[shafts::motor_at(N)[1]]
+    }
+
+    /// What holds in this state, by what pushes the shaft if it stands.
+    pub(super) fn regime(&self, x: &[f64], push_n_m: impl FnOnce() -> f64) -> Regime {
+        if !self.friction.holds() {
+            return Regime::Smooth;
+        }
+        let at = shafts::motor_at(x.len())[1];
+        let sliding = |way: f64| Regime::Sliding { speed: at as u8, sign: if way > 0.0 { 1 } else { -1 } };
+        if x[at] != 0.0 {
+            return sliding(x[at]);
+        }
+        let push = push_n_m();
+        if push.abs() > self.friction.largest_n_m() { sliding(push) } else { Regime::Held }
+    }
+
+    /// How far a regime is from its end: what static friction still holds, N m, or the speed, rad/s.
+    pub(super) fn margin(&self, regime: Regime, x: &[f64], push_n_m: impl FnOnce() -> f64) -> f64 {
         match regime {
             Regime::Smooth => f64::INFINITY,
-            Regime::Held => self.friction.largest_n_m() - self.push_n_m(numbers, x, u, load).abs(),
+            Regime::Held => self.friction.largest_n_m() - push_n_m().abs(),
             Regime::Sliding { speed, sign } => f64::from(sign) * x[usize::from(speed)],
         }
     }
@@ -379,6 +375,16 @@ impl Motor {
         let exact = if self.imperfections.is_linear() { Exact::new(&part, period_s) } else { None };
         Self { exact, ..self }
     }
+
+    /// What pushes the shaft of the motor if it stands, N m.
+    fn push_n_m(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
+        let load = self.load.value(t_s);
+        match *x {
+            [a, b] => self.imperfections.push_n_m(&self.numbers, &[a, b], u, load),
+            [a, b, c] => self.imperfections.push_n_m(&self.numbers, &[a, b, c], u, load),
+            _ => unreachable!("a motor of order {}", x.len()),
+        }
+    }
 }
 
 impl Plant for Motor {
@@ -392,15 +398,7 @@ impl Plant for Motor {
     }
 
     fn regime(&self, t_s: f64, x: &[f64], u: f64) -> Regime {
-        if !self.imperfections.friction.holds() {
-            return Regime::Smooth;
-        }
-        let load = self.load.value(t_s);
-        match *x {
-            [a, b] => self.imperfections.regime(&self.numbers, &[a, b], u, load),
-            [a, b, c] => self.imperfections.regime(&self.numbers, &[a, b, c], u, load),
-            _ => unreachable!("a motor of order {}", x.len()),
-        }
+        self.imperfections.regime(x, || self.push_n_m(t_s, x, u))
     }
 
     fn rhs_in(&self, regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
@@ -414,12 +412,7 @@ impl Plant for Motor {
     }
 
     fn margin(&self, regime: Regime, t_s: f64, x: &[f64], u: f64) -> f64 {
-        let load = self.load.value(t_s);
-        match *x {
-            [a, b] => self.imperfections.margin(regime, &self.numbers, &[a, b], u, load),
-            [a, b, c] => self.imperfections.margin(regime, &self.numbers, &[a, b, c], u, load),
-            _ => unreachable!("a motor of order {}", x.len()),
-        }
+        self.imperfections.margin(regime, x, || self.push_n_m(t_s, x, u))
     }
 
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
