@@ -311,18 +311,27 @@ pub(crate) unsafe fn design<L: Form<E, N, NUMBERS>, const E: usize, const N: usi
         return status;
     }
     // SAFETY: not NULL, aligned, of the right size; any bit pattern is a configuration.
-    let (status, said) = match designed::<L, E, N, NUMBERS>(unsafe { &*config }) {
-        Ok(law) => {
-            let mut made = Design { version: VERSION, instance: L::WORD, law: MaybeUninit::new(law), check: 0 };
-            made.check = made.sum();
-            // SAFETY: not NULL, aligned, of the right size.
-            unsafe { design.write(made) };
-            (Status::OK, CRefusal::NONE)
-        }
-        Err(said) => (Status::OUT_OF_RANGE, said),
+    let made = designed::<L, E, N, NUMBERS>(unsafe { &*config }).map(|law| {
+        let mut made = Design { version: VERSION, instance: L::WORD, law: MaybeUninit::new(law), check: 0 };
+        made.check = made.sum();
+        // SAFETY: not NULL, aligned, of the right size.
+        unsafe { design.write(made) };
+    });
+    // SAFETY: NULL, or aligned.
+    unsafe { tell(refusal, made) }
+}
+
+/// Writes which number was refused, or that none was.
+///
+/// # Safety
+/// The place is NULL, or aligned and memory of its type.
+pub(crate) unsafe fn tell(refusal: *mut CRefusal, made: Result<(), impl Into<CRefusal>>) -> Status {
+    let (status, said) = match made {
+        Ok(()) => (Status::OK, CRefusal::NONE),
+        Err(said) => (Status::OUT_OF_RANGE, said.into()),
     };
     if !refusal.is_null() {
-        // SAFETY: not NULL, aligned.
+        // SAFETY: as the caller promises.
         unsafe { refusal.write(said) };
     }
     status
@@ -345,14 +354,14 @@ pub(crate) fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, c
         }
     }
     let alarms = Health::from_bits(config.stops_at as u16 & EVERY_ALARM).unwrap_or(BRAKING);
-    L::of(config, alarms).map_err(|error| CRefusal::from(&error))
+    L::of(config, alarms).map_err(CRefusal::from)
 }
 
 /// Every bit of [`Health`].
 const EVERY_ALARM: u16 = Health::ALL;
 
-impl From<&DriveError> for CRefusal {
-    fn from(error: &DriveError) -> Self {
+impl From<DriveError> for CRefusal {
+    fn from(error: DriveError) -> Self {
         Self::of(error.field, error.given, error.low, error.high)
     }
 }

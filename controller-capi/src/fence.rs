@@ -6,7 +6,7 @@
 use controller_core::Output;
 use controller_core::drive::{Fence, FenceLimits};
 
-use crate::drive::{CConfig, CRefusal, CSample, Design, Form, designed};
+use crate::drive::{CConfig, CRefusal, CSample, Design, Form, designed, tell};
 use crate::instance::{Held, between};
 use crate::status::{Status, overlap, place, sized_place};
 
@@ -75,20 +75,12 @@ pub(crate) unsafe fn fence<L: Form<E, N, NUMBERS>, const E: usize, const N: usiz
     // SAFETY: not NULL, aligned, of the right size; any bit pattern is a configuration, and limits.
     let (config, limits) = unsafe { (&*config, &*limits) };
     // A configuration that makes no drive has no deceleration.
-    let made = designed::<L, E, N, NUMBERS>(config).and_then(|_| limits.check());
-    let (status, said) = match made {
-        Ok(limits) => {
-            // SAFETY: not NULL, aligned, of the right size.
-            unsafe { fence.write(CFence(Fence::new(&limits, L::slowing(config)))) };
-            (Status::OK, CRefusal::NONE)
-        }
-        Err(said) => (Status::OUT_OF_RANGE, said),
-    };
-    if !refusal.is_null() {
-        // SAFETY: not NULL, aligned.
-        unsafe { refusal.write(said) };
-    }
-    status
+    let made = designed::<L, E, N, NUMBERS>(config).and_then(|_| limits.check()).map(|limits| {
+        // SAFETY: not NULL, aligned, of the right size.
+        unsafe { fence.write(CFence(Fence::new(&limits, L::slowing(config)))) };
+    });
+    // SAFETY: NULL, or aligned.
+    unsafe { tell(refusal, made) }
 }
 
 /// # Safety

@@ -3,9 +3,9 @@
 //! All arithmetic is that of [`Profile`]. A tag stands before it, as before a state, and the period, so that limits
 //! that change in motion are counted in the ticks of the first ones.
 
-use controller_core::drive::{DriveError, FARTHEST_RAD, Profile, ProfileLimits, Target};
+use controller_core::drive::{FARTHEST_RAD, Profile, ProfileLimits, Target};
 
-use crate::drive::{CRefusal, CTarget};
+use crate::drive::{CRefusal, CTarget, tell};
 use crate::instance::waiting;
 use crate::status::{Status, answer, overlap, place, sized_place};
 
@@ -68,22 +68,6 @@ fn apart<const M: usize, const LEN: usize>(profile: *mut Held<M, LEN>, refusal: 
     }
     place(refusal)?;
     if overlap(refusal, profile) { Err(Status::OVERLAP) } else { Ok(()) }
-}
-
-/// Which number was refused, or none of them.
-///
-/// # Safety
-/// The place is NULL, or aligned and memory of its type.
-unsafe fn tell(refusal: *mut CRefusal, result: Result<(), DriveError>) -> Status {
-    let (status, said) = match result {
-        Ok(()) => (Status::OK, CRefusal::NONE),
-        Err(error) => (Status::OUT_OF_RANGE, CRefusal::from(&error)),
-    };
-    if !refusal.is_null() {
-        // SAFETY: as the caller promises.
-        unsafe { refusal.write(said) };
-    }
-    status
 }
 
 /// At rest at angle 0.
