@@ -1,4 +1,4 @@
-/* A drive of a flexible joint in C at 5 kHz: counts of two encoders in, current out. Copy it and replace what is marked
+/* A drive of a flexible joint in C at 4 kHz: counts of two encoders in, current out. Copy it and replace what is marked
  * BOARD.
  *
  *     timer interrupt:  counts -> tick along the plan, with monitors -> current -> PWM
@@ -12,8 +12,8 @@
 #include "board.h"
 #include <stdbool.h>
 
-#define RATE_HZ 5000u
-#define PERIOD_S 0.0002
+#define RATE_HZ 4000u
+#define PERIOD_S (1.0 / RATE_HZ)
 #define TICKS_OF(seconds) ((uint32_t)((seconds) / PERIOD_S + 0.5))
 #define LAST TICKS_OF(3.4)
 

@@ -1,4 +1,4 @@
-/* Drive of a flexible joint with two encoders, along a position, 4 states per encoder, 2 gain sets, no delay, f32, T = 0.0002 s.
+/* Drive of a flexible joint with two encoders, along a position, 4 states per encoder, 2 gain sets, no delay, f32, T = 0.00025 s.
  * Exported by version 0.1.0 of the library; do not edit, export it again. C99 and C++11, no library.
  *
  *     #include "this file"
@@ -27,10 +27,10 @@
  * DAZ, which linking with -ffast-math sets. Call drive_modes_ok once at start-up, where the tick runs. Under other modes u
  * still stays within its limits and is a number; its bits are others.
  *
- * Design 0x97f7ac22 (FNV-1a; `design_hash` in the run.json of a run).
- * Scenario drive.toml (CRC-32 0x00c8a703):
+ * Design 0x279da2b5 (FNV-1a; `design_hash` in the run.json of a run).
+ * Scenario drive.toml (CRC-32 0xef05000e):
  *
- *     # The joint of drive.c, at 5 kHz.
+ *     # The joint of drive.c, at 4 kHz.
  *     #     host-sim export drive.toml --lang c --standalone --prefix drive -o drive_standalone.h --force
  *     name = "drive"
  *
@@ -51,7 +51,7 @@
  *     bits = 20
  *
  *     [drive]
- *     period_s = 2e-4
+ *     period_s = 2.5e-4
  *     sudden_load_n_m = 1.3
  *     fallback = 0.0
  *
@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x8a106cdcu
-#error "two designs with the prefix drive, 0x8a106cdcu here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x8a106cdcu
+#if DRIVE_STANDALONE != 0xd47627fdu
+#error "two designs with the prefix drive, 0xd47627fdu here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xd47627fdu
 #endif
 #else
-#define DRIVE_STANDALONE 0x8a106cdcu
+#define DRIVE_STANDALONE 0xd47627fdu
 
 #include <float.h>
 #include <stdbool.h>
@@ -90,8 +90,8 @@
 #endif
 
 #define DRIVE_VERSION "0.1.0"
-#define DRIVE_DESIGN 0x97f7ac22u /* log it: it tells designs apart */
-#define DRIVE_PERIOD_S 0.0002
+#define DRIVE_DESIGN 0x279da2b5u /* log it: it tells designs apart */
+#define DRIVE_PERIOD_S 0.00025
 #define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
 #define DRIVE_DELAY_TICKS 0 /* from the tick that computes a current to the one that holds it */
 #define DRIVE_ENCODER_LINK_BITS 20 /* on the shaft itself; counts up while the angle grows, 0 at angle 0 */
@@ -224,13 +224,13 @@ static inline bool drive_begin(drive_state *state, const drive_sample *sample, d
 {
     DRIVE_AS_WRITTEN
     static const float unit_link = 5.99211262e-6f; /* one count */
-    static const float period = 1.99999995e-4f; /* T, s */
+    static const float period = 2.50000012e-4f; /* T, s */
     static const float agreement_link = 1.52106313e-5f; /* from tick to tick two counts of one motion agree to this */
     static const float unit_motor = 2.34473962e-4f; /* one count */
     static const float agreement_motor = 1.18231634e-2f; /* from tick to tick two counts of one motion agree to this */
     static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
-    static const float start_ticks = 50.0f; /* for which counts must agree before a current flows */
+    static const float start_ticks = 40.0f; /* for which counts must agree before a current flows */
     static const float fallback = 0.0f; /* A */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
@@ -387,11 +387,11 @@ static inline bool drive_observe(drive_state *state, const drive_sample *sample,
     DRIVE_AS_WRITTEN
     static const float unit_link = 5.99211262e-6f; /* one count */
     static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    static const float g2_link = 1.99993854e-4f; /* the block's model of a tick */
-    static const float g1_link = 1.99995913e-8f; /* the block's model of a tick */
-    static const float phi_link = 9.99938309e-1f; /* the block's model of a tick */
-    static const float h1_link = 1.33331291e-12f; /* the block's model of a tick */
-    static const float period = 1.99999995e-4f; /* T, s */
+    static const float g2_link = 2.49990379e-4f; /* the block's model of a tick */
+    static const float g1_link = 3.12492006e-8f; /* the block's model of a tick */
+    static const float phi_link = 9.99922633e-1f; /* the block's model of a tick */
+    static const float h1_link = 2.60411679e-12f; /* the block's model of a tick */
+    static const float period = 2.50000012e-4f; /* T, s */
     static const float half_span_motor = 1.22931885e2f; /* half a counter */
     static const float gate_link = 1.21685051e-4f; /* where the gate closes to */
     static const float step_price_link = 1.90985930e0f; /* of a step of the position, beside 1 for any; 4 in 0.1 s are too much */
@@ -400,41 +400,41 @@ static inline bool drive_observe(drive_state *state, const drive_sample *sample,
     static const float unit_motor = 2.34473962e-4f; /* one count */
     static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b = 5.00163428e3f;
-    static const float g2_motor = 1.98490961e-4f; /* the block's model of a tick */
-    static const float g1_motor = 1.98994847e-8f; /* the block's model of a tick */
-    static const float phi_motor = 9.84883487e-1f; /* the block's model of a tick */
-    static const float h1_motor = 1.32831018e-12f; /* the block's model of a tick */
+    static const float g2_motor = 2.47640099e-4f; /* the block's model of a tick */
+    static const float g1_motor = 3.10535526e-8f; /* the block's model of a tick */
+    static const float phi_motor = 9.81080234e-1f; /* the block's model of a tick */
+    static const float h1_motor = 2.59189675e-12f; /* the block's model of a tick */
     static const float gate_motor = 9.45853069e-2f; /* where the gate closes to */
     static const float step_price_motor = 4.88075167e-2f; /* of a step of the position, beside 1 for any; 4 in 0.1 s are too much */
     static const float agreement_motor = 1.18231634e-2f; /* from tick to tick two counts of one motion agree to this */
     static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
-    static const float smoothing_link = 6.44930154e-2f; /* 1 - e^(-T/3 ms), by default */
+    static const float smoothing_link = 7.99555853e-2f; /* 1 - e^(-T/3 ms), by default */
     static const float calm_link = 8.98816870e-6f; /* smoothed innovation at which the fast set begins to come in */
     static const float rate_link = 6.67544219e4f; /* how fast it does */
-    static const float keep_link = 9.90049839e-1f; /* e^(-T/20 ms), by default */
-    static const float more_link_1 = 9.05008614e-2f; /* the fast gain set less the quiet one */
-    static const float gain_link_1 = 4.86974530e-2f; /* of the observer */
-    static const float more_link_2 = 4.14542427e1f; /* the fast gain set less the quiet one */
-    static const float gain_link_2 = 5.46050739e0f; /* of the observer */
-    static const float more_link_3 = 7.89450879e3f; /* the fast gain set less the quiet one */
-    static const float gain_link_3 = 3.19744904e2f; /* of the observer */
-    static const float more_link_4 = 6.07777812e5f; /* the fast gain set less the quiet one */
-    static const float gain_link_4 = 7.99105859e3f; /* of the observer */
-    static const float smoothing_motor = 6.44930154e-2f; /* 1 - e^(-T/3 ms), by default */
+    static const float keep_link = 9.87577796e-1f; /* e^(-T/20 ms), by default */
+    static const float more_link_1 = 1.10361390e-1f; /* the fast gain set less the quiet one */
+    static const float gain_link_1 = 6.04966693e-2f; /* of the observer */
+    static const float more_link_2 = 5.07886696e1f; /* the fast gain set less the quiet one */
+    static const float gain_link_2 = 6.78339624e0f; /* of the observer */
+    static const float more_link_3 = 9.68161816e3f; /* the fast gain set less the quiet one */
+    static const float gain_link_3 = 3.97201752e2f; /* of the observer */
+    static const float more_link_4 = 7.45536875e5f; /* the fast gain set less the quiet one */
+    static const float gain_link_4 = 9.92674219e3f; /* of the observer */
+    static const float smoothing_motor = 7.99555853e-2f; /* 1 - e^(-T/3 ms), by default */
     static const float calm_motor = 3.51710944e-4f; /* smoothed innovation at which the fast set begins to come in */
     static const float rate_motor = 1.70594629e3f; /* how fast it does */
-    static const float keep_motor = 9.90049839e-1f; /* e^(-T/20 ms), by default */
-    static const float more_motor_1 = 1.07414074e-1f; /* the fast gain set less the quiet one */
-    static const float gain_motor_1 = 2.57225215e-1f; /* of the observer */
-    static const float more_motor_2 = 1.98182114e2f; /* the fast gain set less the quiet one */
-    static const float gain_motor_2 = 1.68653244e2f; /* of the observer */
-    static const float more_motor_3 = 1.46829844e5f; /* the fast gain set less the quiet one */
-    static const float gain_motor_3 = 6.90592656e4f; /* of the observer */
-    static const float more_motor_4 = 39715456.0f; /* the fast gain set less the quiet one */
-    static const float gain_motor_4 = 10778928.0f; /* of the observer */
-    static const float closing = 9.96805131e-1f; /* and how fast, after a re-tune */
-    static const float forgetting = 9.98001993e-1f; /* e^(-T/0.1 s), of these */
+    static const float keep_motor = 9.87577796e-1f; /* e^(-T/20 ms), by default */
+    static const float more_motor_1 = 1.22307785e-1f; /* the fast gain set less the quiet one */
+    static const float gain_motor_1 = 3.10440987e-1f; /* of the observer */
+    static const float more_motor_2 = 2.31073593e2f; /* the fast gain set less the quiet one */
+    static const float gain_motor_2 = 2.03354401e2f; /* of the observer */
+    static const float more_motor_3 = 172145.0f; /* the fast gain set less the quiet one */
+    static const float gain_motor_3 = 8.32306016e4f; /* of the observer */
+    static const float more_motor_4 = 46685356.0f; /* the fast gain set less the quiet one */
+    static const float gain_motor_4 = 12985171.0f; /* of the observer */
+    static const float closing = 9.96007979e-1f; /* and how fast, after a re-tune */
+    static const float forgetting = 9.97503102e-1f; /* e^(-T/0.1 s), of these */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
 
@@ -647,22 +647,22 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float c_growth_link = 1.0f; /* surface, on d' */
     static const float cross = -3.90378075e1f; /* b1^2 - k1 */
     static const float per_b = 1.99934642e-4f; /* 1/b */
-    static const float kx_2 = -1.60173988e0f; /* law, on the errors */
-    static const float kx_3 = -2.40330800e-1f; /* law, on the errors */
-    static const float kx_4 = -1.18435156e-2f; /* law, on the errors */
-    static const float k_d_link = -2.36726239e-1f; /* law, on d */
-    static const float k_growth_link = -2.36735377e-5f; /* law, on d' */
-    static const float k_last = -2.00036467e-8f; /* law, on d' in the last channel */
-    static const float feed_4 = 1.00723898e0f; /* feed-forward, on the reference's change in the tick */
-    static const float feed_1 = 9.68818367e-1f; /* feed-forward, on the reference's change in the tick */
-    static const float feed_2 = 5.97250760e-1f; /* feed-forward, on the reference's change in the tick */
-    static const float feed_3 = 9.75133538e-1f; /* feed-forward, on the reference's change in the tick */
-    static const float kw = -2.00041593e-3f; /* law, on the offset W */
+    static const float kx_2 = -1.60229874e0f; /* law, on the errors */
+    static const float kx_3 = -2.40432084e-1f; /* law, on the errors */
+    static const float kx_4 = -1.18051860e-2f; /* law, on the errors */
+    static const float k_d_link = -2.36839205e-1f; /* law, on d */
+    static const float k_growth_link = -2.96063299e-5f; /* law, on d' */
+    static const float k_last = -2.50076866e-8f; /* law, on d' in the last channel */
+    static const float feed_4 = 8.07309091e-1f; /* feed-forward, on the reference's change in the tick */
+    static const float feed_1 = 9.69426334e-1f; /* feed-forward, on the reference's change in the tick */
+    static const float feed_2 = 5.97625554e-1f; /* feed-forward, on the reference's change in the tick */
+    static const float feed_3 = 9.75745440e-1f; /* feed-forward, on the reference's change in the tick */
+    static const float kw = -2.00067461e-3f; /* law, on the offset W */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
-    static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
-    static const float k_offset = 1.80237554e-2f; /* law, on W where us is on sigma */
-    static const float us = -2.00241711e-2f; /* law, on sigma* */
+    static const float decay = 2.49687769e-3f; /* 1 - e^(-alpha T) */
+    static const float k_offset = 1.80310905e-2f; /* law, on W where us is on sigma */
+    static const float us = -2.00317632e-2f; /* law, on sigma* */
     static const float plausible = 15360.0f; /* a demand beyond is looked at, A */
     const float part = (unit_link * (float)drive_signed(state->at_link)) + state->p_link;
 
@@ -1025,7 +1025,7 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
     static const float u_max = 30.0f; /* limit, A */
     static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
     static const float fallback = 0.0f; /* A */
-    static const float start_ticks = 50.0f; /* for which counts must agree before a current flows */
+    static const float start_ticks = 40.0f; /* for which counts must agree before a current flows */
     const float part = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
     const float part_2 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
@@ -1081,25 +1081,25 @@ static inline bool drive_pass(drive_state *state)
     DRIVE_AS_WRITTEN
     static const float unit_link = 5.99211262e-6f; /* one count */
     static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    static const float g2_link = 1.99993854e-4f; /* the block's model of a tick */
-    static const float g1_link = 1.99995913e-8f; /* the block's model of a tick */
-    static const float phi_link = 9.99938309e-1f; /* the block's model of a tick */
-    static const float h1_link = 1.33331291e-12f; /* the block's model of a tick */
-    static const float period = 1.99999995e-4f; /* T, s */
+    static const float g2_link = 2.49990379e-4f; /* the block's model of a tick */
+    static const float g1_link = 3.12492006e-8f; /* the block's model of a tick */
+    static const float phi_link = 9.99922633e-1f; /* the block's model of a tick */
+    static const float h1_link = 2.60411679e-12f; /* the block's model of a tick */
+    static const float period = 2.50000012e-4f; /* T, s */
     static const float half_span_motor = 1.22931885e2f; /* half a counter */
     static const float lost_ticks = 50.0f; /* samples in a row that may be missing */
     static const float unit_motor = 2.34473962e-4f; /* one count */
     static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
     static const float b = 5.00163428e3f;
-    static const float g2_motor = 1.98490961e-4f; /* the block's model of a tick */
-    static const float g1_motor = 1.98994847e-8f; /* the block's model of a tick */
-    static const float phi_motor = 9.84883487e-1f; /* the block's model of a tick */
-    static const float h1_motor = 1.32831018e-12f; /* the block's model of a tick */
+    static const float g2_motor = 2.47640099e-4f; /* the block's model of a tick */
+    static const float g1_motor = 3.10535526e-8f; /* the block's model of a tick */
+    static const float phi_motor = 9.81080234e-1f; /* the block's model of a tick */
+    static const float h1_motor = 2.59189675e-12f; /* the block's model of a tick */
     static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
-    static const float closing = 9.96805131e-1f; /* and how fast, after a re-tune */
-    static const float forgetting = 9.98001993e-1f; /* e^(-T/0.1 s), of these */
-    static const float decay = 1.99800124e-3f; /* 1 - e^(-alpha T) */
+    static const float closing = 9.96007979e-1f; /* and how fast, after a re-tune */
+    static const float forgetting = 9.97503102e-1f; /* e^(-T/0.1 s), of these */
+    static const float decay = 2.49687769e-3f; /* 1 - e^(-alpha T) */
 
     /* 1. Where the counts are, and whether they are believed. */
     const float part = unit_link * (float)drive_signed(state->at_link);
@@ -1439,7 +1439,7 @@ static inline unsigned drive_tick(drive_state *state, const drive_sample *sample
     return health;
 }
 
-/* The tick of a drive that need not have started: good samples that agree with each other for 50.0 ticks
+/* The tick of a drive that need not have started: good samples that agree with each other for 40.0 ticks
  * start it; until then the fallback goes out. Needs a state of zeros the first time. */
 static inline unsigned drive_tick_or_start(drive_state *state, const drive_sample *sample, drive_output *output)
 {
@@ -1447,7 +1447,7 @@ static inline unsigned drive_tick_or_start(drive_state *state, const drive_sampl
         if (!drive_start(state, sample)) {
             return drive_not_started(output);
         }
-        state->doubt = 50.0f;
+        state->doubt = 40.0f;
     }
     return drive_tick(state, sample, output);
 }
@@ -1700,8 +1700,8 @@ static inline void drive_watch_over(drive_monitor *monitor, bool is_over)
 /* The alarms that stop any drive, from the next tick on: this current is the law's. */
 static inline unsigned drive_watch_runaway(drive_monitor *monitor)
 {
-    const bool wrong_way = monitor->against > 8.0f;
-    const bool oscillates = monitor->swings > 2000.0f;
+    const bool wrong_way = monitor->against > 7.0f;
+    const bool oscillates = monitor->swings > 1600.0f;
     unsigned alarms = wrong_way ? (unsigned)DRIVE_WRONG_WAY : 0u;
     alarms |= oscillates ? (unsigned)DRIVE_OSCILLATES : 0u;
     monitor->swings = drive_lessened(monitor->swings, 1.0f);
@@ -1728,12 +1728,12 @@ static inline void drive_watch_brake(drive_monitor *monitor, const drive_state *
         drive_watch_side(state->d_link, 10.483162f, &monitor->side_link, &has_changed);
     const bool over_motor =
         drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
-    monitor->swings += has_changed ? 1000.0f : 0.0f;
+    monitor->swings += has_changed ? 800.0f : 0.0f;
     if (is_short) {
         drive_watch_limit(monitor, state, speed, slowing, false, over_link, over_motor);
         /* Faster than at the beginning: that is no brake. */
         if (asks > drive_magnitude(monitor->most)) {
-            monitor->stuck = 1000.0f + 1.0f;
+            monitor->stuck = 800.0f + 1.0f;
         }
     } else {
         drive_watch_within(monitor);
@@ -1766,9 +1766,9 @@ static inline unsigned drive_brake(drive_monitor *monitor, drive_state *state, u
     } else {
         drive_watch_brake(monitor, state, speed, asks, slowing, is_short, (told & blind) == blind);
     }
-    const bool is_stuck = monitor->stuck > 1000.0f;
+    const bool is_stuck = monitor->stuck > 800.0f;
     unsigned health = told | (is_stuck ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u);
-    if (is_stuck || (monitor->over > 40.0f) || (monitor->braking > 3210.0f)) {
+    if (is_stuck || (monitor->over > 32.0f) || (monitor->braking > 2568.0f)) {
         health |= drive_watch_stop(monitor, output);
     } else {
         state->held = slowing;
@@ -1803,18 +1803,18 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
         drive_watch_side(state->d_link, 10.483162f, &monitor->side_link, &has_changed);
     const bool over_motor =
         drive_watch_side(state->d_motor, 103158.71f, &monitor->side_motor, &has_changed);
-    monitor->swings += has_changed ? 1000.0f : 0.0f;
+    monitor->swings += has_changed ? 800.0f : 0.0f;
     if ((told & DRIVE_SATURATED) != 0u) {
         drive_watch_limit(monitor, state, drive_magnitude(output->sigma), output->u, is_lost, over_link, over_motor);
     } else {
         drive_watch_within(monitor);
-        is_star_over = !(drive_magnitude(output->sigma_star) <= 2224.5945f);
+        is_star_over = !(drive_magnitude(output->sigma_star) <= 2167.9072f);
     }
     const bool is_any_over = over_link || over_motor;
     drive_watch_over(monitor, is_any_over || is_star_over || is_rejected);
-    const bool is_late = monitor->over > 40.0f;
+    const bool is_late = monitor->over > 32.0f;
     unsigned health = told;
-    health |= (monitor->stuck > 1000.0f) ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
+    health |= (monitor->stuck > 800.0f) ? (unsigned)DRIVE_STUCK_AT_LIMIT : 0u;
     if (is_late) {
         health |= is_any_over ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
         health |= is_star_over ? (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND : 0u;
@@ -2046,7 +2046,7 @@ static inline void drive_go_along(const drive_plan *plan, uint32_t half, uint32_
     const uint32_t s = (uint32_t)(((uint64_t)part * plan->share) >> 32);
     const uint32_t early = 0u - (s * plan->ticks);
     const float rate = (half == 0u) ? plan->per_s : -plan->per_s;
-    const float instant_s = (half == 0u) ? 4.6566128e-14f : -4.6566128e-14f;
+    const float instant_s = (half == 0u) ? 5.8207664e-14f : -5.8207664e-14f;
     uint64_t sum = plan->way[half][7];
     sum = drive_share(sum, s) + plan->way[half][6];
     sum = drive_share(sum, s) + plan->way[half][5];
@@ -2111,7 +2111,7 @@ static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, con
     uint32_t ticks)
 {
     DRIVE_AS_WRITTEN
-    const double tau_s = (double)ticks * 0.0002;
+    const double tau_s = (double)ticks * 0.00025;
     uint32_t turns;
     double gap[4];
     double power[2][8];
@@ -2184,7 +2184,7 @@ static inline bool drive_plan_move(drive_plan *plan, const drive_jet *present, u
 static inline bool drive_stop_goes_back(const drive_jet *present, uint32_t ticks, double *way)
 {
     DRIVE_AS_WRITTEN
-    const double tau_s = (double)ticks * 0.0002;
+    const double tau_s = (double)ticks * 0.00025;
     double part[3] = { (double)present->r_dot, (double)present->r_ddot, (double)present->r_dddot };
     double scale = 1.0;
     double share = 1.0 / 4.0;
@@ -2244,14 +2244,14 @@ static inline bool drive_plan_sine(drive_plan *plan, const drive_jet *present, u
     double amplitude_rad, double omega_rad_s)
 {
     DRIVE_AS_WRITTEN
-    const double phase = (omega_rad_s * 0.0002 / 6.283185307179586 * 4294967296.0) + 0.5;
+    const double phase = (omega_rad_s * 0.00025 / 6.283185307179586 * 4294967296.0) + 0.5;
     drive_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
     if (!((phase >= 1.0) && (phase < 2147483648.0)) || !drive_is_number(amplitude_rad)) {
         return false;
     }
     goal.amplitude = (float)amplitude_rad;
     goal.phase_per_tick = (uint32_t)phase;
-    goal.omega = (float)((double)goal.phase_per_tick / 4294967296.0 * 6.283185307179586 / 0.0002);
+    goal.omega = (float)((double)goal.phase_per_tick / 4294967296.0 * 6.283185307179586 / 0.00025);
     return drive_plan_onto(plan, &goal, present, start, ticks);
 }
 
@@ -2325,9 +2325,9 @@ static inline uint64_t drive_place(int32_t turn, double rad)
 static inline bool drive_profile_is_limit(double speed_rad_s, double acceleration_rad_s2)
 {
     DRIVE_AS_WRITTEN
-    return (speed_rad_s >= 7.3145903963357974e-6) && (speed_rad_s <= (1073741823.0 * 7.3145903963357974e-6)) &&
-           (acceleration_rad_s2 >= 0.03657295198167899) &&
-           (acceleration_rad_s2 <= (1073741823.0 * 0.03657295198167899));
+    return (speed_rad_s >= 5.851672317068638e-6) && (speed_rad_s <= (1073741823.0 * 5.851672317068638e-6)) &&
+           (acceleration_rad_s2 >= 0.023406689268274557) &&
+           (acceleration_rad_s2 <= (1073741823.0 * 0.023406689268274557));
 }
 
 /* Limits in motion too: above a lower speed it brakes as the acceleration has it. False, and nothing is changed, where a
@@ -2337,8 +2337,8 @@ static inline bool drive_profile_limit(drive_profile *profile, double speed_rad_
     DRIVE_AS_WRITTEN
     const bool good = drive_profile_is_limit(speed_rad_s, acceleration_rad_s2);
     if (good) {
-        profile->fastest = (int32_t)(speed_rad_s / 7.3145903963357974e-6);
-        profile->acceleration = (int32_t)(acceleration_rad_s2 / 0.03657295198167899);
+        profile->fastest = (int32_t)(speed_rad_s / 5.851672317068638e-6);
+        profile->acceleration = (int32_t)(acceleration_rad_s2 / 0.023406689268274557);
         profile->fastest_whole = profile->fastest / profile->acceleration;
         profile->whole = ((profile->step < 0) ? -profile->step : profile->step) / profile->acceleration;
     }
@@ -2407,7 +2407,7 @@ static inline void drive_profile_stop(drive_profile *profile)
 static inline bool drive_profile_start(drive_profile *profile, int32_t turn, double rad, double speed_rad_s)
 {
     DRIVE_AS_WRITTEN
-    const double units = speed_rad_s / 7.314590396335798e-6;
+    const double units = speed_rad_s / 5.851672317068638e-6;
     int64_t step;
     if (!drive_is_near(rad) || !drive_is_near(speed_rad_s) || (units > 1073741823.0) || (units < -1073741823.0) ||
         (profile->acceleration < 1)) {
@@ -2557,7 +2557,7 @@ static inline void drive_profile_next(drive_profile *profile, drive_target *targ
     drive_profile_split(profile->earlier[1], &moved[4]);
     drive_profile_split(profile->behind, behind);
     drive_profile_split(profile->base, base);
-    drive_jet_of_profile(moved, behind, base[1], profile->part_rad, 5000.0f, &jet);
+    drive_jet_of_profile(moved, behind, base[1], profile->part_rad, 4000.0f, &jet);
     profile->earlier[1] = profile->earlier[0];
     profile->earlier[0] = sum;
     target->turn = drive_signed(base[0]);

@@ -4,8 +4,8 @@
 //! | image | what it does |
 //! |---|---|
 //! | `pil` | answers the host over USART1: the processor in the loop |
-//! | `drive` | a joint with two encoders at 5 kHz; the example to copy |
-//! | `motor` | the same of a motor with one encoder at 10 kHz |
+//! | `drive` | a joint with two encoders at 4 kHz; the example to copy |
+//! | `motor` | the same of a motor with one encoder at 5 kHz |
 //! | `budget` | what one tick costs |
 //! | `assembly` | the tick as assembly beside the Rust tick, bit for bit |
 //!

@@ -348,3 +348,31 @@ fn no_file_cut_or_spoiled_makes_it_panic() {
         }
     }
 }
+
+/// An interrupt whose bound is above its period may make the next one late. The boards of the images run at 16 MHz.
+#[test]
+fn the_bound_of_every_control_interrupt_is_below_its_period() {
+    let table = |file: &str| {
+        let text = std::fs::read_to_string(path(file)).unwrap_or_else(|error| panic!("{file}: {error}"));
+        text.parse::<toml_edit::DocumentMut>().unwrap_or_else(|error| panic!("{file}: {error}"))
+    };
+    let budgets = table("../firmware/budgets.toml");
+    let scenarios = [
+        ("interrupt of drive", "../firmware/drive.toml"),
+        ("interrupt of motor", "../firmware/motor.toml"),
+        ("interrupt of drive.c", "../examples/c/drive.toml"),
+    ];
+    let mut held = 0;
+    for instance in budgets["instance"].as_array_of_tables().expect("instances") {
+        let name = instance["name"].as_str().expect("a name");
+        if !name.starts_with("interrupt of ") {
+            continue;
+        }
+        let (_, file) = scenarios.iter().find(|(of, _)| *of == name).unwrap_or_else(|| panic!("no scenario: {name}"));
+        let cycles = 16e6 * table(file)["drive"]["period_s"].as_float().expect("a period");
+        let bound = instance["ceiling"]["bound"].as_integer().expect("a bound") as f64;
+        assert!(bound < 0.9 * cycles, "{name}: {bound} of {cycles} cycles leave less than a tenth to the main loop");
+        held += 1;
+    }
+    assert_eq!(held, scenarios.len());
+}

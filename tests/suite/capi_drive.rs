@@ -480,11 +480,11 @@ struct StandIn {
 
 impl StandIn {
     fn advance(&mut self, current: f32) {
-        let (t, x) = (2e-4_f32, self.angle[0]);
+        let (t, x) = (2.5e-4_f32, self.angle[0]);
         let xx = x * x;
         let sine = x * (1.0 - xx * (1.0 / 6.0 - xx * (1.0 / 120.0 - xx * (1.0 / 5040.0))));
         let torsion = 9.0 * (self.angle[1] - x);
-        let load = if self.advanced / 5000 % 2 == 1 { 0.3 } else { 0.0 };
+        let load = if self.advanced / 4000 % 2 == 1 { 0.3 } else { 0.0 };
         let friction = 0.05 * (100.0 * self.speed[1]).clamp(-1.0, 1.0);
         self.speed[0] += t * ((torsion - 0.07 * self.speed[0] - 0.23 * sine - load) / 0.23);
         self.speed[1] += t * ((0.119 * current - torsion - 0.07 * self.speed[1] - friction) / 931e-6);
@@ -499,9 +499,9 @@ impl StandIn {
 }
 
 /// Ticks of `drive.c`: until it is tuned, until the encoder of the link breaks, and all.
-const TUNED: u32 = 7250;
-const BROKEN: u32 = 15_750;
-const LAST: u32 = 17_000;
+const TUNED: u32 = 5800;
+const BROKEN: u32 = 12_600;
+const LAST: u32 = 13_600;
 
 /// What `drive.c` says at its end; from the archive it is tuned between its moves.
 fn said_by_drive_c(tuned: bool) -> [String; 3] {
@@ -514,7 +514,7 @@ fn said_by_drive_c(tuned: bool) -> [String; 3] {
         motor_damping_n_m_s: 0.07,
         torque_n_m_per_a: 0.119,
     };
-    let (period_s, load) = (2e-4, 1.3);
+    let (period_s, load) = (2.5e-4, 1.3);
     let law = |surface_rad_s: f64| {
         // What the rule makes of the data sheet, then in the same proportions.
         let bandwidths = JointBandwidths::DEFAULT.within(period_s, 0).with_surface(surface_rad_s);
@@ -529,7 +529,7 @@ fn said_by_drive_c(tuned: bool) -> [String; 3] {
     };
     let mut running = Running::new(law(20.0));
     let mut plan: Plan<4> = Plan::At(Goal::Rest(Rest { turn: 0, angle: 0.0 }));
-    let moves = [(500, 1.0, 5000), (8000, -0.5, 7000), (12_000, 0.5, 8000)];
+    let moves = [(400, 1.0, 4000), (6400, -0.5, 5600), (9600, 0.5, 6400)];
     let (mut stand_in, mut end) = (StandIn::default(), Target { turn: 0, jet: [0.0; 4] });
     let (mut sum, mut stopped, mut health, mut worst) = (0x811c_9dc5_u32, 0, Health::OK, 0.0_f32);
     let (mut u, mut jump) = (0.0_f32, 0.0);

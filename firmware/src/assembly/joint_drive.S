@@ -2,9 +2,9 @@
 @ Design 0x8b62323f (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
-@ Scenario drive.toml (CRC-32 0x2bee94b2):
+@ Scenario drive.toml (CRC-32 0x0fd442c8):
 @
-@     # What the image `drive` is designed from: a joint with an encoder on each side, at 5 kHz.
+@     # What the image `drive` is designed from: a joint with an encoder on each side, at 4 kHz.
 @     #
 @     #     cargo run --release -- live firmware/drive.toml
 @     #
@@ -31,7 +31,7 @@
 @     bits = 20
 @
 @     [drive]
-@     period_s = 2e-4
+@     period_s = 2.5e-4
 @     gain_sets = 2  # the type of its law, however little is known
 @     sudden_load_n_m = 1.3
 @     fallback = 0.0

@@ -2,9 +2,9 @@
 @ Design 0x0d99a8e8 (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
-@ Scenario motor.toml (CRC-32 0x2a898658):
+@ Scenario motor.toml (CRC-32 0xd1774fd8):
 @
-@     # What the image `motor` is designed from: a motor with one encoder, at 10 kHz.
+@     # What the image `motor` is designed from: a motor with one encoder, at 5 kHz.
 @     #
 @     #     cargo run --release -- live firmware/motor.toml --image firmware/target/thumbv7em-none-eabihf/release/motor
 @     #
@@ -24,7 +24,7 @@
 @     bits = 14
 @
 @     [drive]
-@     period_s = 1e-4
+@     period_s = 2e-4
 @     fallback = 0.0
 @
 @     [monitor]

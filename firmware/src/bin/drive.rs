@@ -1,4 +1,4 @@
-//! What the drive of a joint looks like: a timer interrupt at 5 kHz reads two encoders, ticks and actuates; the main
+//! What the drive of a joint looks like: a timer interrupt at 4 kHz reads two encoders, ticks and actuates; the main
 //! loop answers `host-sim live` over USART1, which observes, moves and tunes the drive meanwhile.
 //!
 //! The joint is a stand-in on the chip, so that this runs on any board and in the emulator. What a board replaces
@@ -17,7 +17,7 @@ use firmware::{clock, fault, log, stand_in, ticker};
 use pil_wire::{Live, Seat, halves};
 use stm32f4::stm32f405::{Peripherals, interrupt};
 
-const TICK_HZ: u32 = 5_000;
+const TICK_HZ: u32 = 4_000;
 const PERIOD_S: f64 = 1.0 / TICK_HZ as f64;
 
 /// Data sheets: joint, encoders (one turn of the link on each, 20 bits), power stage.

@@ -1,4 +1,4 @@
-//! The drive of a motor with one encoder at 10 kHz: [`drive`](../drive/index.html) with another data sheet.
+//! The drive of a motor with one encoder at 5 kHz: [`drive`](../drive/index.html) with another data sheet.
 #![no_std]
 #![no_main]
 
@@ -13,7 +13,7 @@ use firmware::{clock, fault, log, stand_in, ticker};
 use pil_wire::{Live, Seat, halves};
 use stm32f4::stm32f405::{Peripherals, interrupt};
 
-const TICK_HZ: u32 = 10_000;
+const TICK_HZ: u32 = 5_000;
 const PERIOD_S: f64 = 1.0 / TICK_HZ as f64;
 
 /// Data sheets: motor with its load, encoder, power stage; and how well they are known.
