@@ -353,12 +353,12 @@ pub(crate) fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, c
             return Err(CRefusal::of(field, given, 0.0, most));
         }
     }
-    let alarms = Health::from_bits(config.stops_at as u16 & EVERY_ALARM).unwrap_or(BRAKING);
+    let alarms = Health::from_bits(config.stops_at as u16 & EVERY_ALARM);
     L::of(config, alarms).map_err(CRefusal::from)
 }
 
-/// Every bit of [`Health`].
-const EVERY_ALARM: u16 = Health::ALL;
+/// Every bit of [`Health`] that this archive tells.
+const EVERY_ALARM: u16 = Health::ALL & !Health::HUNTS.bits();
 
 impl From<DriveError> for CRefusal {
     fn from(error: DriveError) -> Self {

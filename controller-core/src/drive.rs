@@ -67,6 +67,7 @@ mod motor;
 mod numbers;
 mod profile;
 mod reference;
+mod rest;
 mod state;
 mod target;
 mod trigonometry;
@@ -95,6 +96,7 @@ pub use profile::{Profile, ProfileLimits};
 pub use reference::{FARTHEST_RAD, Joined, Player, Reference, Rest, Sine, Streamed, gap, shortest, stop};
 #[doc(hidden)]
 pub use reference::{jet_of_sine, jet_of_way, powers_of_join};
+pub use rest::{RestBand, RestLearning, Resting};
 pub use state::EncoderState;
 pub use target::{Aim, Hold, Position, Speed, Target};
 pub use trigonometry::sin_cos;

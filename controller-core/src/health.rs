@@ -10,7 +10,7 @@
 
 /// A set of flags, one per kind of trouble; [`OK`](Self::OK) is the empty set.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "u16"))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(from = "u16"))]
 #[repr(transparent)]
 pub struct Health(u16);
 
@@ -59,9 +59,13 @@ impl Health {
     /// It is beyond an end of its range, or must brake now to stay within it. Drives only.
     pub const END_OF_RANGE: Self = Self(16_384);
 
+    /// At rest the shaft slips from one side of its target to the other: friction. It is let be within a wider
+    /// [`RestBand`](crate::drive::RestBand). Drives only.
+    pub const HUNTS: Self = Self(32_768);
+
     /// Every bit that has a meaning.
-    pub const ALL: u16 = 32_767;
-    const NAMES: [(Self, &'static str); 15] = [
+    pub const ALL: u16 = u16::MAX;
+    const NAMES: [(Self, &'static str); 16] = [
         (Self::INPUT_REJECTED, "input rejected"),
         (Self::SATURATED, "saturated"),
         (Self::SIGMA_STAR_OVER_BOUND, "sigma* over bound"),
@@ -77,6 +81,7 @@ impl Health {
         (Self::OVERSPEED, "overspeed"),
         (Self::FOLLOWING_ERROR, "following error"),
         (Self::END_OF_RANGE, "end of range"),
+        (Self::HUNTS, "hunts"),
     ];
 
     /// `flag` if `condition`, else nothing; without a branch.
@@ -123,9 +128,9 @@ impl Health {
         self.0
     }
 
-    /// The flags of these bits; `None` if a bit has no meaning.
-    pub const fn from_bits(bits: u16) -> Option<Self> {
-        if bits & !Self::ALL == 0 { Some(Self(bits)) } else { None }
+    /// The flags of these bits, of which each has a meaning.
+    pub const fn from_bits(bits: u16) -> Self {
+        Self(bits)
     }
 }
 
@@ -147,23 +152,9 @@ impl core::ops::BitOrAssign for Health {
     }
 }
 
-/// A number that is no [`Health`]: a bit in it has no meaning.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct UnknownHealth(u16);
-
-impl core::fmt::Display for UnknownHealth {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "health {} has a bit without a meaning: it is a sum of powers of two up to 1024", self.0)
-    }
-}
-
-impl core::error::Error for UnknownHealth {}
-
-impl TryFrom<u16> for Health {
-    type Error = UnknownHealth;
-
-    fn try_from(bits: u16) -> Result<Self, UnknownHealth> {
-        Self::from_bits(bits).ok_or(UnknownHealth(bits))
+impl From<u16> for Health {
+    fn from(bits: u16) -> Self {
+        Self::from_bits(bits)
     }
 }
 

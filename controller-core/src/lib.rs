@@ -63,7 +63,7 @@ pub use error::{Cause, ConfigError, Field, Remedy, Warning, Warnings};
 #[doc(inline)]
 pub use gate::{Gate, Gated, GatedState, SampleLimits};
 #[doc(inline)]
-pub use health::{Health, UnknownHealth};
+pub use health::Health;
 #[doc(inline)]
 pub use history::{History, Record};
 #[doc(inline)]

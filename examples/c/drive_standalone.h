@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0xd47627fdu
-#error "two designs with the prefix drive, 0xd47627fdu here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0xd47627fdu
+#if DRIVE_STANDALONE != 0x10fe478cu
+#error "two designs with the prefix drive, 0x10fe478cu here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x10fe478cu
 #endif
 #else
-#define DRIVE_STANDALONE 0xd47627fdu
+#define DRIVE_STANDALONE 0x10fe478cu
 
 #include <float.h>
 #include <stdbool.h>
@@ -126,6 +126,7 @@ enum {
     DRIVE_OVERSPEED = 4096,
     DRIVE_FOLLOWING_ERROR = 8192,
     DRIVE_END_OF_RANGE = 16384, /* beyond an end, or it must brake now */
+    DRIVE_HUNTS = 32768, /* at rest it slips from one side of its target to the other: it is let be in a wider band */
     DRIVE_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };
 

@@ -739,12 +739,13 @@ impl C<'_> {
         let [brake_text, brakes, braking, braking_zero] =
             if does_brake { self.brake(&looks, &overs) } else { Default::default() };
         let (fence, fenced) = self.fence();
+        let [rest, resting, leave_rest, placing, sample, hunting] = self.rest_band();
         self.file.c(&filled(
             include_str!("c/monitors.h"),
             &[
                 ("follows", &follows),
                 ("sides", &sides.collect::<String>()),
-                ("zeros", &(braking_zero + &zeros.collect::<String>())),
+                ("zeros", &(braking_zero + &leave_rest + &zeros.collect::<String>())),
                 ("looks", &looks),
                 ("params", &params),
                 ("overs", &overs),
@@ -764,6 +765,11 @@ impl C<'_> {
                 ("trip", &tripped(reaction)),
                 ("fence", &fence),
                 ("fenced", &fenced),
+                ("rest", &rest),
+                ("resting", &resting),
+                ("placing", &placing),
+                ("sample", &sample),
+                ("hunting", &hunting),
                 ("stop_and_brake", &stop),
                 ("stops", &stops),
             ],
@@ -859,6 +865,37 @@ impl C<'_> {
             ],
         );
         (fence, include_str!("c/fenced.h").into())
+    }
+
+    /// The band at rest: its functions, members of the monitor and their zeros, what comes before a tick, the sample
+    /// that the tick is given, and what is told after it.
+    fn rest_band(&self) -> [String; 6] {
+        let Some(band) = self.exported.drive.designed.rest_band() else {
+            return ["", "", "", "", "sample", ""].map(String::from);
+        };
+        let [count, least, most, rise, slow, stands, load, half] = band.thresholds();
+        let number = |number: f32| format!("{number:?}");
+        let rest = filled(
+            include_str!("c/rest.h"),
+            &[
+                ("count", &number(count)),
+                ("least", &number(least)),
+                ("most", &number(most)),
+                ("rise", &number(rise)),
+                ("slow", &number(slow)),
+                ("stands", &number(stands)),
+                ("load", &number(load)),
+                ("half", &number(half)),
+            ],
+        );
+        let member = "    float rest_share; /* how much of the band at rest is in use, 0 to 1 */\n\
+                      \x20   float rest_width; /* rad to either side, if it is wider than the least */\n\
+                      \x20   float rest_side; /* on which side of its target it last stood outside the band */\n\
+                      \x20   float rest_ticks; /* for which it has stood */\n\
+                      \x20   float rest_error; /* its error where it last stood, rad */\n";
+        let placing = "    @_sample placed = *sample;\n    const unsigned hunts = @_rest(monitor, state, &placed);\n";
+        let hunting = "    health |= ((health & (unsigned)@@_STOPPED) == 0u) ? hunts : 0u;\n";
+        [rest, member.into(), "    @_rest_leave(monitor);\n".into(), placing.into(), "&placed".into(), hunting.into()]
     }
 
     /// None for a speed: it is a number, and a ramp of it needs no plan.

@@ -194,12 +194,20 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
         let it = format!("{it:?}").replace("inf", "f64::INFINITY");
         ("FenceLimits, ", format!("Some(Fence::new(&{it}, CONFIG.slowing({late})))"))
     });
+    let rest_band = match exported.drive.designed {
+        DriveDesign::Motor(DriveOf { monitors, .. }) => monitors.rest_band,
+        DriveDesign::Joint(_) => None,
+    };
+    let rest_band = rest_band.filter(|_| exported.drive.designed.rest_band().is_some());
+    let (learning, rest_band) = rest_band.map_or(("", "None".into()), |learning| {
+        ("RestLearning, ", format!("Some(CONFIG.rest_band(RestLearning::{learning:?}))"))
+    });
     let mut out = head(&exported.title(), &exported.about.origin());
     let _ = write!(
         out,
         "
 use controller_core::drive::{{
-    {beyond}Bounds, Encoder, Fence, {limits}{more}, Monitored, Mounting, {aim}, Switching,
+    {beyond}Bounds, Encoder, Fence, {limits}{more}, Monitored, Mounting, {aim}, RestBand, {learning}Switching,
 }};
 use controller_core::{{Fallback, Limits, Running}};
 
@@ -208,8 +216,8 @@ pub type Designed = {designed};
 
 /// The version of controller-core that this was exported for.
 pub const EXPORTED_FOR: &str = {version:?};
-/// Fingerprint of the drive:
-/// `drive::fingerprint(running().design().fingerprint(), &MOUNTING, STOP_TICKS, fence().as_ref())`.
+/// Fingerprint of the drive: `drive::fingerprint(law, &MOUNTING, STOP_TICKS, fence().as_ref(), rest_band().as_ref())`
+/// of the `law` `running().design().fingerprint()`.
 pub const DESIGN: u32 = {hash:#010x};
 
 /// The design, number by number.
@@ -230,6 +238,11 @@ pub const BOUNDS: Bounds<{encoders}> = {bounds};
 /// Its limits of position, speed and distance from the target: [`Fence::guard`] after every tick.
 pub fn fence() -> Option<Fence> {{
     {fence}
+}}
+
+/// The band within which it is let be at rest: [`RestBand::place`] before every tick.
+pub fn rest_band() -> Option<RestBand> {{
+    {rest_band}
 }}
 
 /// Waits for its first sample, within its monitors: a count that sticks while the shaft stands still, they alone see.

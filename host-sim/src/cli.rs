@@ -342,11 +342,13 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Run { file, options }) => {
             scenario_of(Some(file), options).and_then(|it| console.run(it, options, "", None))
         }
-        Some(Command::Pil { file, options, target }) => scenario_of(file.as_deref(), options).and_then(|it| {
+        Some(Command::Pil { file, options, target }) => scenario_of(file.as_deref(), options).and_then(|mut it| {
+            console.as_on_the_chip(&mut it);
             let link = console.emulated(&it, target)?;
             console.run(it, options, "-pil", Some(link))
         }),
-        Some(Command::Hil { file, options, target }) => scenario_of(file.as_deref(), options).and_then(|it| {
+        Some(Command::Hil { file, options, target }) => scenario_of(file.as_deref(), options).and_then(|mut it| {
+            console.as_on_the_chip(&mut it);
             let link = console.wired(&it, target)?;
             console.run(it, options, "-hil", Some(link))
         }),

@@ -37,7 +37,7 @@ pub struct Remembered {
 impl Remembered {
     /// As the wire has it; `None` if the health is none.
     pub fn from_words(counts: [u32; 9], u: u32, health: u32) -> Option<Self> {
-        let health = u16::try_from(health).ok().and_then(Health::from_bits)?;
+        let health = u16::try_from(health).ok().map(Health::from_bits)?;
         Some(Self { counts: Counts::from_words(counts), u: f32::from_bits(u), health })
     }
 }
@@ -398,7 +398,7 @@ impl Reading {
             text => number("a current", text)?,
         };
         let u = number("a current", fields.next())?;
-        let health = Health::from_bits(number("a health", fields.next())?).ok_or("no such health")?;
+        let health = Health::from_bits(number("a health", fields.next())?);
         half.frames.push(Remembered { counts: Counts { counts, end, applied }, u, health });
         ended(fields)
     }

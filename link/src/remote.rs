@@ -99,7 +99,11 @@ pub fn for_target(experiment: &Experiment) -> Result<Loadable, String> {
                  --set 'limits={{}}'"
             ));
         }
-        return Loadable::try_from(&drive.designed).map_err(|error| format!("{name}: {error}"));
+        let design = Loadable::try_from(&drive.designed).map_err(|error| format!("{name}: {error}"))?;
+        if drive.designed.rest_band().is_some() {
+            return Err(format!("{name}: the image on the chip knows no band at rest: --set drive.rest_band='off'"));
+        }
+        return Ok(design);
     }
     match &experiment.download {
         Some(download) if usize::from(download.shape.n) <= MAX_N => Ok(download.into()),

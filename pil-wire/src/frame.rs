@@ -696,7 +696,7 @@ impl Reply {
         let (version, kind, sequence) = head(frame);
         let words: [u32; REPLY_WORDS] = words(frame);
         let [a, b, c, d, e, ..] = words;
-        let health = || u16::try_from(d).ok().and_then(Health::from_bits);
+        let health = || u16::try_from(d).ok().map(Health::from_bits);
         let reply = match kind {
             IDENTITY => Some(Self::Identity(Identity { version, layout: a, core_version: b, last_sequence: c })),
             _ if version != VERSION => None,
@@ -717,7 +717,7 @@ impl Reply {
                 let [u, sigma, sigma_star] = [a, b, c].map(f32::from_bits);
                 Self::Driven(Driven { u, sigma, sigma_star, health, turn: e as i32, estimates })
             }),
-            134 => Health::from_bits(d as u16).filter(|_| d < 1 << 19).map(|health| {
+            134 => Some(Health::from_bits(d as u16)).filter(|_| d < 1 << 19).map(|health| {
                 let mut estimates = [[0.0; 4]; MAX_E];
                 for (number, word) in estimates.as_flattened_mut().iter_mut().zip(&words[5..]) {
                     *number = f32::from_bits(*word);

@@ -63,7 +63,7 @@ impl Tracked {
     /// Of the words of a reply to Recall; `None` if there is no such health.
     pub fn from_words(words: &[u32]) -> Option<Self> {
         let &[flags, first, rows, of, every, health, missed, most, ..] = words else { return None };
-        let health = u16::try_from(health).ok().and_then(Health::from_bits)?;
+        let health = u16::try_from(health).ok().map(Health::from_bits)?;
         Some(Self { goes_on: flags & 1 == 1, lost: flags & 2 == 2, first, rows, of, every, health, missed, most })
     }
 }

@@ -229,6 +229,18 @@ impl Experiment {
         (trace, error)
     }
 
+    /// The same without a band at rest, as images on a chip run it: whether it had one.
+    pub fn leave_rest_band(&mut self) -> bool {
+        let Some(drive) = self.drive.as_mut().filter(|drive| drive.designed.rest_band().is_some()) else {
+            return false;
+        };
+        let designed = drive.designed.without_rest_band();
+        // A drive that ran with a band runs without one.
+        let Ok(port) = designed.port(&drive.motion) else { return false };
+        (drive.designed, self.port) = (designed, port);
+        true
+    }
+
     /// The loop of this experiment, for [`close_loop`] with a recorder of one's own.
     pub fn setup(&mut self) -> Loop<'_> {
         Loop {

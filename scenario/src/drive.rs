@@ -4,6 +4,7 @@
 //! all others (reference, load inertia, friction, load) are behind its gear, where the angle is meant. What the
 //! controller is told is the data sheet; what is true differs from it by `[error]`, and by what no data sheet says.
 
+use controller_core::drive::RestLearning;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -214,7 +215,34 @@ pub struct MotorDriveTable {
     pub lost_ticks: u32 = 50,
     /// What goes out after them: "hold" (the last current) or a current, A. Default "hold".
     pub fallback: FallbackKey,
+    /// How far from a target that rests the shaft is let be, against hunting in friction; a speed loop has none.
+    /// Default "learns".
+    pub rest_band: RestBandKey,
 }
+}
+
+/// The band around a target that rests, within which the position error does not count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RestBandKey {
+    /// A count, or what 0.1 % of the torque does to the error; where the shaft hunts it widens, up to six counts or 2 %
+    /// of the torque.
+    #[default]
+    Learns,
+    /// It never widens.
+    Fixed,
+    /// There is none.
+    Off,
+}
+
+impl RestBandKey {
+    pub(crate) const fn learning(self) -> Option<RestLearning> {
+        match self {
+            Self::Learns => Some(RestLearning::On),
+            Self::Fixed => Some(RestLearning::Off),
+            Self::Off => None,
+        }
+    }
 }
 
 /// What a drive follows.
@@ -351,11 +379,11 @@ pub enum ReactionKey {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FrictionModel {
-    /// It fades below `smooth_rad_s`: a shaft creeps where a real one stands.
-    #[default]
-    Faded,
     /// A shaft that comes to rest stands until what pushes it is more than static friction.
+    #[default]
     Holds,
+    /// It fades below `smooth_rad_s`: a shaft creeps where a real one stands.
+    Faded,
 }
 
 table! {
@@ -372,11 +400,11 @@ pub struct FrictionTable {
     /// Speed at which the one has given way to the other, rad/s. Default 0.1.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stribeck_rad_s: f64 = 0.1,
-    /// About rest. Default "faded".
-    pub model: FrictionModel,
+    /// About rest. Default "holds"; "faded" where smooth_rad_s is given.
+    pub model: Option<FrictionModel>,
     /// faded: speed below which friction fades, rad/s. Default 0.005.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub smooth_rad_s: f64 = 0.005,
+    pub smooth_rad_s: Option<f64>,
     /// Amplitude of the cogging, N m. Default 0.
     #[schemars(range(min = 0))]
     pub cogging_n_m: f64,

@@ -43,7 +43,8 @@ fn spoilt(mut frame: Vec<u8>, mark: u8, rng: &mut Rng) -> Vec<u8> {
 /// The drive of a motor with two gain sets.
 fn motor() -> Loadable {
     let source = Source { file: "motor.toml", text: scenario::MOTOR, sets: &[] };
-    let motor = scenario::parse(&source, "motor").expect("the file that `new` writes");
+    let mut motor = scenario::parse(&source, "motor").expect("the file that `new` writes");
+    motor.leave_rest_band();
     for_target(&motor).expect("one for a target")
 }
 

@@ -7,7 +7,7 @@
 
 use controller_core::drive::{
     Aim, Bounds, ChainModel, DriveEstimates, EncoderForm, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive,
-    Mounting, Position, Sample, Speed, Target, Watched,
+    Mounting, Position, Resting, Sample, Speed, Target, Watched,
 };
 use controller_core::{ControlLaw, Health, Running};
 use integration_tests::data::path;
@@ -407,11 +407,11 @@ where
     let mut rng = Rng::new(0xD41E + name.bytes().map(u64::from).sum::<u64>());
     let mut running = Running::new(*law);
     let mut under_way = VecDeque::from(vec![0.0; LATE]);
-    let (fence, does_brake) = (of.fence(), of.reaction() == Reaction::Brake);
+    let (fence, band, does_brake) = (of.fence(), of.rest_band(), of.reaction() == Reaction::Brake);
     let (mut wanted, mut counters) =
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
     let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), vec![0_usize; HEALTHS], 0);
-    let (mut ticks, mut turns_gone, mut stopped) = (0, 0, false);
+    let (mut ticks, mut turns_gone, mut stopped, mut resting) = (0, 0, false, Resting::START);
     while ticks < TICKS {
         let what = next_call(&mut rng, stopped);
         if what == FORGET || what == START {
@@ -426,23 +426,22 @@ where
             _ if rng.chance(0.03) => EDGES[rng.integer(0, EDGES.len() - 1)],
             _ => rng.within(-10.0, 10.0) as f32,
         };
-        let sample = Sample {
-            counts: core::array::from_fn(|i| (!lost[i]).then(|| mounting[i].upright(counts[i]))),
-            begin: A::told(&target(turns[0], jets[0])),
-            end: A::told(&target(turns[1], jets[1])),
-        };
+        let targets = [target::<N>(turns[0], jets[0]), target(turns[1], jets[1])];
+        let read = core::array::from_fn(|i| (!lost[i]).then(|| mounting[i].upright(counts[i])));
+        let sample = Sample { counts: read, begin: A::told(&targets[0]), end: A::told(&targets[1]) };
         let mut said = None;
         match what {
             REPORT => answers.extend([u32::from(running.report_applied(current)), 0, 0, 0]),
             LIMIT => answers.extend([u32::from(running.limit(current)), 0, 0, 0]),
+            START if law.start(&sample).is_none() => answers.extend([0; 4]),
             MISSED => {
                 running.missed(counts[0] as u32 % 64);
                 answers.extend([0; 4]);
             }
-            START if law.start(&sample).is_none() => answers.extend([0; 4]),
             _ => {
                 if what == FORGET || what == START {
                     running.reset();
+                    resting = Resting::START;
                 }
                 if what == START {
                     running.start_at_once(&sample);
@@ -450,20 +449,27 @@ where
                 said = Some(if what == LOST {
                     running.lost()
                 } else {
-                    let mut output = running.tick(&sample);
+                    let ([mut begin, mut end], mut hunts) = (targets, Health::OK);
+                    if let Some(band) = &band {
+                        hunts = band.place(&mut resting, running.estimates().as_ref(), &mut begin, &mut end);
+                    }
+                    let mut output = running.tick(&Sample { begin: A::told(&begin), end: A::told(&end), ..sample });
+                    if !output.health.contains(Health::STOPPED) {
+                        output.health |= hunts;
+                    }
                     if let Some(fence) = &fence {
-                        fence.guard(&mut running, &mut output, &target(turns[0], jets[0]));
+                        fence.guard(&mut running, &mut output, &targets[0]);
                     }
                     output
                 });
             }
         }
         if let Some(output) = said {
-            ticks += 1;
-            seen[usize::from(output.health.bits())] += 1;
-            stopped = output.health.contains(Health::STOPPED);
-            answers.push(u32::from(output.health.bits()));
-            answers.extend([output.u, output.sigma, output.sigma_star].map(f32::to_bits));
+            let health = output.health;
+            (ticks, stopped) = (ticks + 1, health.contains(Health::STOPPED));
+            seen[usize::from(health.bits())] += 1;
+            let numbers = [output.u, output.sigma, output.sigma_star].map(f32::to_bits);
+            answers.extend([u32::from(health.bits())].into_iter().chain(numbers));
             under_way.push_back(f64::from(output.u).clamp(-30.0, 30.0));
             plant.advance(under_way.pop_front().expect("one that was just queued"));
         }
@@ -479,10 +485,7 @@ where
         // The state without hash and checksum, then whether it has started.
         let all: Vec<u32> = running.words().collect();
         let [_, started, ref state @ .., _] = all[..] else { panic!("words of a running drive") };
-        // What the monitors count together is no member in C.
-        // Nor is that it brakes, where it does not.
-        let is_member = |k: usize| k != 1 && (!(8..=9).contains(&k) || does_brake);
-        let state: Vec<u32> = state.iter().enumerate().filter(|(k, _)| is_member(*k)).map(|(_, word)| *word).collect();
+        let state = members_in_c(state, (E, does_brake), band.map(|_| resting.numbers()));
         let length = if started == 1 { state.len() } else { words };
         let known = running.estimates();
         words = words.max(state.len());
@@ -504,6 +507,17 @@ where
     }
     assert_exercised(name, ticks, &seen, turns_gone);
     Run { asked, words: 4 + words + 2 + 4 * E, answers }
+}
+
+/// Of the words of a state those that C has, with what the band at rest remembers.
+fn members_in_c(state: &[u32], (shafts, does_brake): (usize, bool), band: Option<[f32; 5]>) -> Vec<u32> {
+    // What the monitors count together is no member in C. Nor is that it brakes, where it does not.
+    let is_member = |k: usize| k != 1 && (!(8..=9).contains(&k) || does_brake);
+    let mut words: Vec<u32> = state.iter().enumerate().filter(|(k, _)| is_member(*k)).map(|(_, word)| *word).collect();
+    // Behind what the monitors count, before the law.
+    let behind = (if does_brake { 9 } else { 7 } + shafts).min(words.len());
+    words.splice(behind..behind, band.into_iter().flatten().map(f32::to_bits));
+    words
 }
 
 /// Every value of the bits of a health.
@@ -821,7 +835,7 @@ fn main() {
     let running = running();
     assert!(running.estimates().is_none());
     let law = running.design().fingerprint();
-    let whole = controller_core::drive::fingerprint(law, &MOUNTING, STOP_TICKS, fence().as_ref());
+    let whole = controller_core::drive::fingerprint(law, &MOUNTING, STOP_TICKS, fence().as_ref(), rest_band().as_ref());
     println!(\"{:#010x} {whole:#010x} {:#010x}\", DRIVE.fingerprint(), DESIGN);
     MOUNTING.iter().for_each(|mounting| println!(\"{}\", mounting.upright(1000)));
 }

@@ -302,6 +302,7 @@ fn monitors<const E: usize>() -> Monitors<E> {
         sudden_load_n_m: 1.3,
         reaction: Reaction::GoOn,
         fence: None,
+        rest_band: None,
     }
 }
 

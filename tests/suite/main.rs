@@ -40,6 +40,7 @@ mod properties;
 mod real_shaft;
 mod recovery;
 mod refusals;
+mod rest;
 mod robustness;
 mod running;
 mod theory;

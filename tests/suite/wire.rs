@@ -57,7 +57,9 @@ fn run_over<T: Transport>(experiment: &mut Experiment, transport: T) -> (Trace, 
 fn drive(text: &str, sets: &[&str]) -> Experiment {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     let source = Source { file: "drive.toml", text, sets: &sets };
-    scenario::parse(&source, "drive").unwrap_or_else(|error| panic!("{error}"))
+    let mut drive = scenario::parse(&source, "drive").unwrap_or_else(|error| panic!("{error}"));
+    drive.leave_rest_band();
+    drive
 }
 
 /// All ticks, all alike; on both sides of the wire.

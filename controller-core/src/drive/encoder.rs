@@ -17,6 +17,7 @@ use core::f64::consts::TAU;
 use super::error::DriveError;
 use super::fence::Fence;
 use super::fields::fields;
+use super::rest::RestBand;
 use crate::real::{Count, Real};
 use crate::running::fingerprint_with;
 
@@ -182,23 +183,30 @@ impl Mounting {
 }
 
 /// Fingerprint of a drive as a whole: of its law within its monitors ([`ControlLaw::fingerprint`]), of the mounting of
-/// its encoders, and of the ticks of a joined stop after an alarm (0: none). Returns the fingerprint of the law where
-/// all encoders are upright and there is no such stop.
+/// its encoders, of the ticks of a joined stop after an alarm (0: none), of its fence and its band at rest. Returns the
+/// fingerprint of the law where all encoders are upright and there is none of these.
 ///
 /// ```
 /// use controller_core::drive::{Mounting, fingerprint};
 ///
 /// let turned = Mounting { is_reversed: true, offset_counts: 0 };
-/// assert_eq!(fingerprint(0x1234_5678, &[Mounting::UPRIGHT], 0, None), 0x1234_5678);
-/// assert_ne!(fingerprint(0x1234_5678, &[turned], 0, None), 0x1234_5678);
+/// assert_eq!(fingerprint(0x1234_5678, &[Mounting::UPRIGHT], 0, None, None), 0x1234_5678);
+/// assert_ne!(fingerprint(0x1234_5678, &[turned], 0, None, None), 0x1234_5678);
 /// ```
 ///
 /// [`ControlLaw::fingerprint`]: crate::ControlLaw::fingerprint
-pub fn fingerprint(law: u32, mounting: &[Mounting], stop_ticks: u32, fence: Option<&Fence>) -> u32 {
+pub fn fingerprint(
+    law: u32,
+    mounting: &[Mounting],
+    stop_ticks: u32,
+    fence: Option<&Fence>,
+    rest_band: Option<&RestBand>,
+) -> u32 {
     let is_upright = mounting.iter().all(|mounting| *mounting == Mounting::UPRIGHT);
-    let is_neutral = stop_ticks == 0 && fence.is_none() && is_upright;
+    let is_neutral = stop_ticks == 0 && fence.is_none() && rest_band.is_none() && is_upright;
     let words = mounting.iter().flat_map(|it| [u32::from(it.is_reversed), it.offset_counts as u32]);
     let words = words.chain([stop_ticks]).chain(fence.into_iter().flat_map(Fence::words));
+    let words = words.chain(rest_band.into_iter().flat_map(|band| band.thresholds().map(f32::to_bits)));
     fingerprint_with(law, words.filter(|_| !is_neutral))
 }
 

@@ -49,6 +49,7 @@ use super::error::DriveError;
 use super::fence::Slowing;
 use super::law::{BRAKING, Belief, EncoderForm, FastGains, MOST_DELAY_TICKS, QUARTER_TURN, Row};
 use super::monitor::{Bounds, misjudged};
+use super::rest::{RestBand, RestLearning};
 use super::target::{Aim, Position};
 use crate::config::{Config, Fallback, INPUT_LIMIT, Options};
 use crate::design;
@@ -295,6 +296,12 @@ impl MotorDesign {
             constant_s: 1.0 / self.brake_per_s() + ticks_to_slow(delay_ticks) * self.period_s,
             tolerance_rad: 2.0 * self.encoder.unit_rad(),
         }
+    }
+
+    /// The band within which a shaft that friction holds at rest is let be.
+    pub const fn rest_band(&self, learning: RestLearning) -> RestBand {
+        let (count, omega) = (self.encoder.unit_rad(), self.bandwidths.observer_rad_s);
+        RestBand::of(count, self.largest_acceleration(), omega, self.period_s, learning)
     }
 
     const fn brake_per_s(&self) -> f64 {

@@ -74,12 +74,12 @@
  *     reaction = "brake"
  */
 #ifdef JOINT_DRIVE_ASSEMBLY
-#if JOINT_DRIVE_ASSEMBLY != 0xd09603f4u
-#error "two designs with the prefix joint_drive, 0xd09603f4u here and JOINT_DRIVE_ASSEMBLY before: export one with another --prefix"
-#define JOINT_DRIVE_ASSEMBLY 0xd09603f4u
+#if JOINT_DRIVE_ASSEMBLY != 0xb7b3597cu
+#error "two designs with the prefix joint_drive, 0xb7b3597cu here and JOINT_DRIVE_ASSEMBLY before: export one with another --prefix"
+#define JOINT_DRIVE_ASSEMBLY 0xb7b3597cu
 #endif
 #else
-#define JOINT_DRIVE_ASSEMBLY 0xd09603f4u
+#define JOINT_DRIVE_ASSEMBLY 0xb7b3597cu
 
 #include <float.h>
 #include <stdbool.h>
@@ -142,6 +142,7 @@ enum {
     JOINT_DRIVE_OVERSPEED = 4096,
     JOINT_DRIVE_FOLLOWING_ERROR = 8192,
     JOINT_DRIVE_END_OF_RANGE = 16384, /* beyond an end, or it must brake now */
+    JOINT_DRIVE_HUNTS = 32768, /* at rest it slips from one side of its target to the other: it is let be in a wider band */
     JOINT_DRIVE_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };
 

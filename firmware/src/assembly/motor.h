@@ -32,7 +32,7 @@
  * DAZ, which linking with -ffast-math sets. Call motor_modes_ok once at start-up, where the tick runs. Under other modes u
  * still stays within its limits and is a number; its bits are others.
  *
- * Design 0x0d99a8e8 (FNV-1a; `design_hash` in the run.json of a run).
+ * Design 0x1d4a6c60 (FNV-1a; `design_hash` in the run.json of a run).
  * Changed by --set drive.period_s=1e-3
  * Changed by --set drive.gain_sets=1
  * Scenario motor.toml (CRC-32 0xd1774fd8):
@@ -64,12 +64,12 @@
  *     reaction = "brake"
  */
 #ifdef MOTOR_ASSEMBLY
-#if MOTOR_ASSEMBLY != 0x5edd1f77u
-#error "two designs with the prefix motor, 0x5edd1f77u here and MOTOR_ASSEMBLY before: export one with another --prefix"
-#define MOTOR_ASSEMBLY 0x5edd1f77u
+#if MOTOR_ASSEMBLY != 0x1b0cbf0eu
+#error "two designs with the prefix motor, 0x1b0cbf0eu here and MOTOR_ASSEMBLY before: export one with another --prefix"
+#define MOTOR_ASSEMBLY 0x1b0cbf0eu
 #endif
 #else
-#define MOTOR_ASSEMBLY 0x5edd1f77u
+#define MOTOR_ASSEMBLY 0x1b0cbf0eu
 
 #include <float.h>
 #include <stdbool.h>
@@ -96,7 +96,7 @@
 #endif
 
 #define MOTOR_VERSION "0.1.0"
-#define MOTOR_DESIGN 0x0d99a8e8u /* log it: it tells designs apart */
+#define MOTOR_DESIGN 0x1d4a6c60u /* log it: it tells designs apart */
 #define MOTOR_PERIOD_S 0.001
 #define MOTOR_MAX_CURRENT_A 10.0 /* of either sign */
 #define MOTOR_DELAY_TICKS 0 /* from the tick that computes a current to the one that holds it */
@@ -129,6 +129,7 @@ enum {
     MOTOR_OVERSPEED = 4096,
     MOTOR_FOLLOWING_ERROR = 8192,
     MOTOR_END_OF_RANGE = 16384, /* beyond an end, or it must brake now */
+    MOTOR_HUNTS = 32768, /* at rest it slips from one side of its target to the other: it is let be in a wider band */
     MOTOR_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };
 
@@ -344,6 +345,11 @@ typedef struct {
     float braking; /* 1 and the ticks of braking within the limits without becoming slower */
     float most; /* the most that a brake asks for; 0 before its first tick, below 0 where it holds no load */
     float side; /* disturbance of the shaft when it was last over its bound */
+    float rest_share; /* how much of the band at rest is in use, 0 to 1 */
+    float rest_width; /* rad to either side, if it is wider than the least */
+    float rest_side; /* on which side of its target it last stood outside the band */
+    float rest_ticks; /* for which it has stood */
+    float rest_error; /* its error where it last stood, rad */
 } motor_monitor; /* zeros are right at the start */
 
 static inline float motor_magnitude(float number)
@@ -562,14 +568,96 @@ static inline void motor_watched_trip(motor_monitor *monitor)
     }
 }
 
+/* AT REST friction holds the shaft, its current grows until it slips, and it sticks on the other side: it hunts. Within
+ * a band around a target that rests the position error does not count. The band is 0.0003834952 rad to either side; where
+ * the shaft slips from one side to the other it widens, to 0.0023009712 rad at most, until the target moves or
+ * a load comes. motor_watched_tick hands on the target that this places; HUNTS says that the band is wider. */
+static inline float motor_rest_shift(motor_monitor *monitor, float error, float speed)
+{
+    const float away = motor_magnitude(error);
+    const float moved = motor_magnitude(error - monitor->rest_error);
+    const bool is_slow = motor_magnitude(speed) < 0.033333335f;
+    const bool is_near = moved <= 0.0003834952f;
+    float width = (monitor->rest_width > 0.0003834952f) ? monitor->rest_width : 0.0003834952f;
+    float within;
+    monitor->rest_share += 0.17097089f * (1.0f - monitor->rest_share);
+    if (!(is_slow || is_near)) {
+        monitor->rest_ticks = 0.0f;
+    } else {
+        monitor->rest_ticks = (monitor->rest_ticks < 16.0f) ? (monitor->rest_ticks + 1.0f) : 16.0f;
+    }
+    if (is_slow || !is_near) {
+        monitor->rest_error = error;
+    }
+    if (away > 0.007286409f) {
+        width = 0.0003834952f; /* a load, no slip */
+        monitor->rest_side = 0.0f;
+    }
+    const float stands_at = motor_magnitude(monitor->rest_error);
+    if ((monitor->rest_ticks >= 16.0f) && (stands_at > width)) {
+        const float side = (monitor->rest_error > 0.0f) ? 1.0f : -1.0f;
+        if ((side * monitor->rest_side) < 0.0f) {
+            const float grown = 1.5f * width;
+            const float here = (1.25f * stands_at) + 0.0001917476f;
+            const float wanted = (here > grown) ? here : grown;
+            width = (wanted < 0.0023009712f) ? wanted : 0.0023009712f;
+        }
+        monitor->rest_side = side;
+    }
+    monitor->rest_width = width;
+    /* Further out less and less of it: a load is answered as without a band. */
+    const float left = width - (0.25f * (away - width));
+    if (away <= width) {
+        within = error;
+    } else if (left > 0.0f) {
+        within = (error > 0.0f) ? left : -left;
+    } else {
+        within = 0.0f;
+    }
+    return monitor->rest_share * within;
+}
+
+static inline void motor_rest_leave(motor_monitor *monitor)
+{
+    monitor->rest_share = 0.0f;
+    monitor->rest_width = 0.0f;
+    monitor->rest_side = 0.0f;
+    monitor->rest_ticks = 0.0f;
+    monitor->rest_error = 0.0f;
+}
+
+/* Moves a target that rests; any other it leaves as it is. */
+static inline unsigned motor_rest(motor_monitor *monitor, const motor_state *state, motor_sample *sample)
+{
+    const motor_target *begin = &sample->begin;
+    const motor_target *end = &sample->end;
+    const bool stays = (begin->turn == end->turn) && (begin->r >= end->r) && (begin->r <= end->r);
+    const bool is_still = (motor_magnitude(begin->r_dot) <= 0.0f) && (motor_magnitude(end->r_dot) <= 0.0f);
+    if (!(state->started && stays && is_still)) {
+        motor_rest_leave(monitor);
+        return 0u;
+    }
+    motor_estimates_of known;
+    (void)motor_estimates(state, &known);
+    const uint32_t turns = (uint32_t)begin->turn - (uint32_t)known.turn;
+    const float error = known.position - (((float)motor_signed(turns) * 6.2831855f) + begin->r);
+    const float shift = motor_rest_shift(monitor, error, known.speed);
+    sample->begin.r += shift;
+    sample->end.r = sample->begin.r;
+    return (monitor->rest_width > 0.0003834952f) ? (unsigned)MOTOR_HUNTS : 0u;
+}
+
 /* motor_tick_or_start within the monitors. */
 static inline unsigned motor_watched_tick(motor_monitor *monitor, motor_state *state, const motor_sample *sample, motor_output *output)
 {
+    motor_sample placed = *sample;
+    const unsigned hunts = motor_rest(monitor, state, &placed);
     if (monitor->stopped) {
         (void)motor_not_started(output);
         return MOTOR_INPUT_REJECTED | MOTOR_STOPPED;
     }
-    unsigned health = motor_watch(monitor, state, motor_tick_or_start(state, sample, output), output);
+    unsigned health = motor_watch(monitor, state, motor_tick_or_start(state, &placed, output), output);
+    health |= ((health & (unsigned)MOTOR_STOPPED) == 0u) ? hunts : 0u;
     return health;
 }
 
@@ -595,6 +683,7 @@ static inline void motor_watched_reset(motor_monitor *monitor, motor_state *stat
     monitor->over = 0.0f;
     monitor->braking = 0.0f;
     monitor->most = 0.0f;
+    motor_rest_leave(monitor);
     monitor->side = 0.0f;
     motor_reset(state);
 }

@@ -12,7 +12,7 @@ typedef struct {
     float against; /* ticks in a row of the wrong way */
     float last_speed; /* |v| in the last tick at a limit */
     float over; /* ticks over a bound or without a sample, less those without */
-$braking$$sides$} @_monitor; /* zeros are right at the start */
+$braking$$sides$$resting$} @_monitor; /* zeros are right at the start */
 
 static inline float @_magnitude(float number)
 {
@@ -123,15 +123,15 @@ static inline void @_watched_trip(@_monitor *monitor)
 {
 $trip$}
 
-$fence$/* @_tick_or_start within the monitors. */
+$fence$$rest$/* @_tick_or_start within the monitors. */
 static inline unsigned @_watched_tick(@_monitor *monitor, @_state *state, const @_sample *sample, @_output *output)
 {
-    if (monitor->stopped) {
+$placing$    if (monitor->stopped) {
         (void)@_not_started(output);
         return @@_INPUT_REJECTED | @@_STOPPED;
     }
-    unsigned health = @_watch(monitor, state, @_tick_or_start(state, sample, output), output);
-$fenced$    return health;
+    unsigned health = @_watch(monitor, state, @_tick_or_start(state, $sample$, output), output);
+$hunting$$fenced$    return health;
 }
 
 /* @_lost within the monitors. */

@@ -64,8 +64,12 @@ pub(super) fn table(
     row("saturated", share, "of all ticks");
     let every = ALARMS | FENCED;
     if let Some((tick, alarm)) = (0..).zip(&trace.rows).find(|(_, row)| row.health.intersects(every)) {
-        let alarms = Health::from_bits(alarm.health.bits() & every.bits()).unwrap_or(alarm.health);
+        let alarms = Health::from_bits(alarm.health.bits() & every.bits());
         row("first alarm (s)", typed(alarm.t_s, 6), &format!("tick {tick}: {alarms}"));
+    }
+    if let Some(hunting) = trace.rows.iter().find(|row| row.health.contains(Health::HUNTS)) {
+        let what = "it slipped from side to side at rest: drive.rest_band has widened";
+        row("hunted from (s)", typed(hunting.t_s, 6), what);
     }
     how_it_went(experiment, metrics, trace, &mut row);
     table

@@ -153,7 +153,8 @@ impl From<PortError> for Failure {
 
 /// The design of a scenario with these settings.
 fn designed(name: &str, text: &str, sets: &[String]) -> Result<Loadable, Failure> {
-    let experiment = scenario::parse(&Source { file: name, text, sets }, "drive")?;
+    let mut experiment = scenario::parse(&Source { file: name, text, sets }, "drive")?;
+    experiment.leave_rest_band();
     if experiment.drive.is_none() {
         return Err(bad(format!("{name}: this is no scenario of a drive: it has no [motor] and no [joint]")));
     }

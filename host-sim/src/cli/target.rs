@@ -102,6 +102,13 @@ fn design(experiment: &Experiment) -> Result<Loadable, Failure> {
 }
 
 impl<'a> Console<'a> {
+    /// Leaves out what the image does not have, and says so.
+    pub(super) fn as_on_the_chip(&mut self, experiment: &mut Experiment) {
+        if experiment.leave_rest_band() {
+            self.note("drive.rest_band = \"off\" on both sides: the image on the chip has no band at rest");
+        }
+    }
+
     /// Boots the image and loads the design.
     pub(super) fn emulated(&mut self, experiment: &Experiment, options: &PilOptions) -> Result<Link<'a>, Failure> {
         let design = design(experiment)?;

@@ -300,9 +300,8 @@ impl<'a, const N: usize, const G: usize> Bodies<'a, N> for Shafts<'a, G> {
 
     fn set_regime(&mut self, l: usize, regime: Regime) {
         self.numbers[0][0][l] = if regime == Regime::Held { 0.0 } else { self.per_inertia[l] };
-        if let Regime::Sliding { sign, .. } = regime {
-            self.numbers[2][3][l] = sign.into();
-        }
+        // One that stands from the start on has no direction yet: 0 times the infinite 1/ω_t is no number.
+        self.numbers[2][3][l] = if let Regime::Sliding { sign, .. } = regime { sign.into() } else { 0.0 };
     }
 }
 

@@ -23,8 +23,8 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use controller_core::drive::{
-    self, Bounds, DriveError, DriveLaw, Fence, FenceLimits, Joined, Monitored, Player, Reference, Rest, Sample, Sine,
-    Streamed, Target, Watched,
+    self, Bounds, DriveError, DriveLaw, Fence, FenceLimits, Joined, Monitored, Player, Reference, Rest, RestBand,
+    RestLearning, Resting, Sample, Sine, Streamed, Target, Watched,
 };
 use controller_core::{ControlLaw as _, Health, MAX_R, Output, Real, Running};
 
@@ -393,6 +393,8 @@ pub struct Monitors<const E: usize> {
     pub reaction: Reaction,
     /// Where the shaft may be, how fast, and how far from its target; to break it is an alarm. `None` for no limits.
     pub fence: Option<FenceLimits>,
+    /// The band of a motor that follows a position, within which it is let be at rest. `None` for none.
+    pub rest_band: Option<RestLearning>,
 }
 
 impl<const E: usize> Monitors<E> {
@@ -467,23 +469,38 @@ pub trait Law<const E: usize, const N: usize>: Send {
 /// Output of a tick, and the disturbance of each shaft, rad/s² (0 before the start).
 pub type Ticked<const E: usize> = (Output<f32>, [f32; E]);
 
-/// A drive in this process, within its fence.
-struct Fenced<L: Watched<E>, const E: usize> {
-    running: Running<Monitored<L, E>>,
+/// What stands around a law within its monitors: before a tick the band at rest, after it the fence.
+#[derive(Clone, Copy, Debug)]
+struct Around {
     fence: Option<Fence>,
+    rest_band: Option<RestBand>,
 }
 
-impl<L, const E: usize, const N: usize> Law<E, N> for Fenced<L, E>
+/// A drive in this process.
+struct Whole<L: Watched<E>, const E: usize> {
+    running: Running<Monitored<L, E>>,
+    around: Around,
+    resting: Resting,
+}
+
+impl<L, const E: usize, const N: usize> Law<E, N> for Whole<L, E>
 where
     L: Watched<E> + DriveLaw<E, N> + Send + 'static,
     L::State: Send,
 {
     fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError> {
         let Sample { counts, begin, end } = sample;
-        let sample = L::sample(*counts, begin, end);
+        let (mut from, mut to, mut hunts) = (*begin, *end, Health::OK);
+        if let Some(band) = &self.around.rest_band {
+            hunts = band.place(&mut self.resting, self.running.estimates().as_ref(), &mut from, &mut to);
+        }
+        let sample = L::sample(*counts, &from, &to);
         self.running.start_at_once(&sample);
         let mut output = self.running.tick(&sample);
-        if let Some(fence) = &self.fence {
+        if !output.health.contains(Health::STOPPED) {
+            output.health |= hunts;
+        }
+        if let Some(fence) = &self.around.fence {
             fence.guard(&mut self.running, &mut output, begin);
         }
         let known = self.running.estimates();
@@ -533,8 +550,8 @@ const ANSWERS: Health = drive::ANSWERED.union(drive::FENCED);
 struct Drive<'a, const E: usize, const N: usize, const P: usize> {
     law: Box<dyn Law<E, N> + 'a>,
     mounted: [Mounted; E],
-    /// What the law is fenced with, for its identity.
-    fence: Option<Fence>,
+    /// What stands around the law, for its identity.
+    around: Around,
     follows: Follows,
     /// Ticks from the computation of u until it is held.
     late: u32,
@@ -553,7 +570,7 @@ struct Drive<'a, const E: usize, const N: usize, const P: usize> {
 impl<'a, const E: usize, const N: usize, const P: usize> Drive<'a, E, N, P> {
     fn new(
         law: Box<dyn Law<E, N> + 'a>,
-        (mounted, fence): ([Mounted; E], Option<Fence>),
+        (mounted, around): ([Mounted; E], Around),
         form: Form,
         reaction: Reaction,
         motion: &Motion,
@@ -562,7 +579,7 @@ impl<'a, const E: usize, const N: usize, const P: usize> Drive<'a, E, N, P> {
         Self {
             law,
             mounted,
-            fence,
+            around,
             follows: form.follows,
             late,
             player: motion.played(late),
@@ -639,8 +656,9 @@ impl<const E: usize, const N: usize, const P: usize> ControllerPort for Drive<'_
 
     fn fingerprint(&self) -> Option<u32> {
         let mounting = self.mounted.map(|mounted| mounted.mounting);
-        let (stop_ticks, fence) = (self.stop_ticks.unwrap_or(0), self.fence.as_ref());
-        self.law.fingerprint().map(|law| drive::fingerprint(law, &mounting, stop_ticks, fence))
+        let Around { fence, rest_band } = &self.around;
+        let (stop_ticks, fence, rest_band) = (self.stop_ticks.unwrap_or(0), fence.as_ref(), rest_band.as_ref());
+        self.law.fingerprint().map(|law| drive::fingerprint(law, &mounting, stop_ticks, fence, rest_band))
     }
 }
 

@@ -89,6 +89,7 @@ mod tests {
                 sudden_load_n_m: 0.0,
                 reaction: Reaction::GoOn,
                 fence: None,
+                rest_band: None,
             },
         })
     }

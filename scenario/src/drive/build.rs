@@ -24,7 +24,7 @@ use super::supply::{self, Keys};
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionModel, FrictionTable, JointDriveTable, JointErrorTable,
     JointScenario, JointTable, LimitsTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario,
-    MotorTable, ReactionKey, ReferenceKind, ReferenceTable, TuningKey,
+    MotorTable, ReactionKey, ReferenceKind, ReferenceTable, RestBandKey, TuningKey,
 };
 use crate::assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Sensed, ShaftOf, StateName, TopSpeed, Twin};
 use crate::error::shown;
@@ -70,6 +70,7 @@ struct Common<'a> {
     lag_s: f64,
     delay_ticks: usize,
     observer_states: usize,
+    rest_band: RestBandKey,
     /// Largest age of a count, s, and the standard deviation of the noise of each encoder's own angle, rad.
     jitter_s: f64,
     noise_rad: &'a [f64],
@@ -128,14 +129,26 @@ fn period(given_s: f64, problems: &mut Problems) -> f64 {
     period_s
 }
 
+/// The speed below which friction fades; `None` where it holds.
+fn faded_below(table: &FrictionTable) -> Option<f64> {
+    let by_rule = if table.smooth_rad_s.is_some() { FrictionModel::Faded } else { FrictionModel::default() };
+    (table.model.unwrap_or(by_rule) == FrictionModel::Faded).then_some(table.smooth_rad_s.unwrap_or(0.005))
+}
+
+/// A speed below which friction fades, of friction that holds.
+fn no_fading(table: &FrictionTable) -> Option<Problem> {
+    (table.model == Some(FrictionModel::Holds) && table.smooth_rad_s.is_some()).then(|| Problem {
+        key: "friction.smooth_rad_s".into(),
+        message: "friction that holds does not fade: leave it out, or take friction.model = \"faded\"".into(),
+    })
+}
+
 /// Friction beyond what the motor can make, of which the solver would take more steps in a tick than it does.
 fn too_steep(table: &FrictionTable, limit_a: f64, truth: &Shaft, period_s: f64) -> Option<Problem> {
     let motor_n_m = limit_a * truth.torque_n_m_per_a;
     let (key, largest) = largest_friction(table);
-    if table.model == FrictionModel::Holds {
-        return None;
-    }
-    let rate = largest / table.smooth_rad_s / truth.inertia_kg_m2;
+    let smooth_rad_s = faded_below(table)?;
+    let rate = largest / smooth_rad_s / truth.inertia_kg_m2;
     let most = 0.49 * solver::MAX_STEPS as f64 / period_s;
     let message = format!(
         "found {}, more than the {} N m that the motor can make, and so steep about rest that the solver takes more \
@@ -349,6 +362,7 @@ impl Common<'_> {
             sudden_load_n_m,
             reaction,
             fence: self.limits.fence(),
+            rest_band: self.rest_band.learning(),
         }
     }
 
@@ -631,7 +645,7 @@ fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64, supply: Option<Su
             static_n_m: table.static_n_m.unwrap_or(table.coulomb_n_m),
             coulomb_n_m: table.coulomb_n_m,
             stribeck_rad_s: table.stribeck_rad_s,
-            smooth_rad_s: if table.model == FrictionModel::Holds { 0.0 } else { table.smooth_rad_s },
+            smooth_rad_s: faded_below(table).unwrap_or(0.0),
         },
         cogging_n_m: table.cogging_n_m,
         cogging_per_turn: table.cogging_per_turn * gear,
@@ -1047,6 +1061,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         mode: drive.mode,
         lighter_percent: inertia.lighter_percent(),
         observer_states: drive.observer_states,
+        rest_band: drive.rest_band,
         noise_rad: &[file.encoder.noise_rad],
         plant: "motor",
     };
@@ -1057,6 +1072,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         damping_n_m_s: gear * gear * sheet.damping_n_m_s,
     };
     let (believed, truth) = shafts(&nominal, &file.error);
+    problems.0.extend(no_fading(&file.friction));
     problems.0.extend(too_steep(&file.friction, limit, &truth, common.period_s));
     let resolved = resolved(&common, &[mounted], default_name, &mut problems);
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
@@ -1307,9 +1323,11 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         mode: ModeKey::Position,
         lighter_percent: 0.0,
         observer_states: 4,
+        rest_band: RestBandKey::Off,
         noise_rad: &[file.encoder.link.noise_rad, file.encoder.motor.noise_rad],
         plant: "joint",
     };
+    problems.0.extend(no_fading(&file.friction));
     problems.0.extend(too_steep(&file.friction, limit, &truth.motor, common.period_s));
     let resolved = resolved(&common, &[link, motor], default_name, &mut problems);
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };

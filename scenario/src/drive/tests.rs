@@ -144,10 +144,19 @@ fn a_period_that_no_drive_has_and_a_friction_that_nobody_turns_are_told_with_wha
         ),
         (
             MOTOR,
-            "friction.coulomb_n_m=5",
+            "friction={coulomb_n_m = 5, model = \"faded\"}",
             "`friction.coulomb_n_m`: found 5, more than the 0.5 N m that the motor can make, and so steep about rest",
         ),
-        (MOTOR, "friction={static_n_m = 9}", "`friction.static_n_m`: found 9, more than the 0.5 N m"),
+        (
+            MOTOR,
+            "friction={static_n_m = 9, smooth_rad_s = 0.005}",
+            "`friction.static_n_m`: found 9, more than the 0.5 N m",
+        ),
+        (
+            JOINT,
+            "friction={coulomb_n_m = 0.1, model = \"holds\", smooth_rad_s = 0.005}",
+            "`friction.smooth_rad_s`: friction that holds does not fade: leave it out, or take",
+        ),
     ];
     for (text, set, expected) in cases {
         let told = build(text, &[set]).err().unwrap_or_else(|| panic!("{set} is taken"));

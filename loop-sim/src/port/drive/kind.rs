@@ -8,13 +8,13 @@ use std::any::Any;
 
 use controller_core::drive::{
     Aim, Bounds, ChainModel, DriveError, DriveLaw, Encoder, EncoderForm, Fence, JointBandwidths, JointDesign,
-    JointDrive, Monitored, MotorBandwidths, MotorDesign, MotorDrive, Sample, Slowing, Switching, Target, WatchTicks,
-    Watched,
+    JointDrive, Monitored, MotorBandwidths, MotorDesign, MotorDrive, RestBand, RestLearning, Resting, Sample, Slowing,
+    Switching, Target, WatchTicks, Watched,
 };
 use controller_core::{Limits, Running, drives};
 
 use super::in_f64::boxed;
-use super::{Drive, Fenced, Form, Law, LivePort, Monitors, Motion, Reaction};
+use super::{Around, Drive, Follows, Form, Law, LivePort, Monitors, Motion, Reaction, Whole};
 use crate::linear::{LawAtRest, Still};
 use crate::port::ControllerPort;
 use crate::sensor::encoder::Mounted;
@@ -51,7 +51,7 @@ trait Use<const E: usize, const N: usize> {
 }
 
 /// It is run in this process.
-struct Run(Reaction, Option<Fence>);
+struct Run(Reaction, Around);
 
 impl<const E: usize, const N: usize> Use<E, N> for Run {
     type Out = Box<dyn Law<E, N>>;
@@ -61,9 +61,9 @@ impl<const E: usize, const N: usize> Use<E, N> for Run {
         L: Watched<E> + DriveLaw<E, N> + Send + 'static,
         L::State: Send,
     {
-        let Self(reaction, fence) = self;
+        let Self(reaction, around) = self;
         let running = Running::new(Monitored::new(law, bounds).stopping_at(reaction.stops_at()));
-        Box::new(Fenced { running, fence })
+        Box::new(Whole { running, around, resting: Resting::START })
     }
 }
 
@@ -136,6 +136,8 @@ trait Kind<const E: usize, const N: usize, const P: usize>: Copy {
     fn numbers(&self) -> Vec<f64>;
     /// How it slows down, so many ticks late.
     fn slowing(&self, delay_ticks: usize) -> Slowing;
+    /// Its band at rest, if this kind of drive has one.
+    fn rest_band(&self, learning: RestLearning) -> Option<RestBand>;
 
     /// Its law with its monitors, handed to whoever uses it. More than one gain set are as two; more than three ticks
     /// of delay are refused.
@@ -206,6 +208,10 @@ impl Kind<1, 2, 3> for MotorDesign {
 
     fn slowing(&self, delay_ticks: usize) -> Slowing {
         Self::slowing(self, delay_ticks)
+    }
+
+    fn rest_band(&self, learning: RestLearning) -> Option<RestBand> {
+        Some(Self::rest_band(self, learning))
     }
 
     fn law<U: Use<1, 2>>(&self, form: Form, monitors: &Monitors<1>, user: U) -> Result<U::Out, DriveError> {
@@ -289,6 +295,10 @@ impl Kind<2, 4, 4> for JointDesign {
         Self::slowing(self, delay_ticks)
     }
 
+    fn rest_band(&self, _: RestLearning) -> Option<RestBand> {
+        None
+    }
+
     fn law<U: Use<2, 4>>(&self, form: Form, monitors: &Monitors<2>, user: U) -> Result<U::Out, DriveError> {
         self.validate(form.delay_ticks)?;
         drives!(joint form.types() => used!(JointDrive, self, monitors, user, [monitors.sudden_load_n_m],))
@@ -339,9 +349,9 @@ impl<D, const E: usize> DriveOf<D, E> {
         D: Kind<E, N, P>,
     {
         let reaction = self.monitors.reaction;
-        let fence = self.fence();
-        let law = self.design.law(self.form, &self.monitors, Run(reaction, fence))?;
-        Ok(Box::new(Drive::<E, N, P>::new(law, (self.mounted, fence), self.form, reaction, motion)))
+        let around = self.around();
+        let law = self.design.law(self.form, &self.monitors, Run(reaction, around))?;
+        Ok(Box::new(Drive::<E, N, P>::new(law, (self.mounted, around), self.form, reaction, motion)))
     }
 
     fn fence<const N: usize, const P: usize>(&self) -> Option<Fence>
@@ -349,6 +359,21 @@ impl<D, const E: usize> DriveOf<D, E> {
         D: Kind<E, N, P>,
     {
         self.monitors.fence.map(|limits| Fence::new(&limits, self.design.slowing(self.form.delay_ticks)))
+    }
+
+    fn around<const N: usize, const P: usize>(&self) -> Around
+    where
+        D: Kind<E, N, P>,
+    {
+        Around { fence: self.fence(), rest_band: self.rest_band() }
+    }
+
+    fn rest_band<const N: usize, const P: usize>(&self) -> Option<RestBand>
+    where
+        D: Kind<E, N, P>,
+    {
+        let learning = self.monitors.rest_band.filter(|_| self.form.follows == Follows::Position);
+        learning.and_then(|learning| self.design.rest_band(learning))
     }
 
     fn successor<const N: usize, const P: usize>(&self, at_rest: bool) -> Result<Box<dyn Any + Send>, DriveError>
@@ -371,7 +396,7 @@ impl<D, const E: usize> DriveOf<D, E> {
     where
         D: Kind<E, N, P>,
     {
-        let of = (self.mounted, self.fence());
+        let of = (self.mounted, self.around());
         Box::new(Drive::<E, N, P>::new(Box::new(law), of, self.form, self.monitors.reaction, motion))
     }
 
@@ -477,6 +502,15 @@ impl DriveDesign {
         self
     }
 
+    /// The same without a band at rest.
+    #[must_use]
+    pub const fn without_rest_band(mut self) -> Self {
+        if let Self::Motor(drive) = &mut self {
+            drive.monitors.rest_band = None;
+        }
+        self
+    }
+
     /// What follows an alarm.
     pub const fn reaction(&self) -> Reaction {
         each!(self, drive => drive.monitors.reaction)
@@ -485,6 +519,11 @@ impl DriveDesign {
     /// The fence around it.
     pub fn fence(&self) -> Option<Fence> {
         each!(self, drive => drive.fence())
+    }
+
+    /// The band within which it is let be at rest.
+    pub fn rest_band(&self) -> Option<RestBand> {
+        each!(self, drive => drive.rest_band())
     }
 
     /// The largest load that comes at once, N m.

@@ -1,0 +1,226 @@
+//! A shaft at rest in friction: within a band around a target that rests, its position error does not count.
+//!
+//! Friction holds a shaft at an error $e \ne 0$. The observer sees no speed and takes what u asks for as a disturbance,
+//! so u grows by $K \int e$ until the shaft breaks away. Static friction is above Coulomb friction: the shaft slips past
+//! its target, sticks on the other side, and so on (stick-slip, hunting). A current that holds a stuck shaft need not
+//! change: with $e = 0$ in the surface u stays what it is.
+//!
+//! So [`RestBand::place`] moves a target that rests to where the shaft is, by at most the width ε of the band:
+//!
+//! $$ r \leftarrow r + h \thinspace \mathrm{band}(p - r), \qquad h \leftarrow h + (1 - e^{-w_o T}) (1 - h) $$
+//!
+//! $\mathrm{band}(e)$ is e within the band; outside of it goes back to 0, as $\pm(\varepsilon - (|e| - \varepsilon)/4)$,
+//! and is 0 from 5 ε on: a load is answered as without a band. So of a position error the law sees 0, then up to 5/4 of
+//! what is added, and all of it in the end.
+//!
+//! The tick then has another target and nothing else: limits, observers and recovery are what they are for any target.
+//! A target that moves is handed on as it is, bit for bit, and the band begins anew. Of a load the observer hears as
+//! before.
+//!
+//! * ε begins with what one count or 0.1 % of the torque does to the error, whichever is more:
+//!   $\varepsilon_0 = \max(\mathrm{count}, \thinspace 0.001 \thinspace b u_{max}/w_o^2)$.
+//! * It learns: a shaft that stands outside the band, first on one side of the target and then on the other, has slipped.
+//!   The band then widens to where it stands, by half at least, up to 2 % of the torque. So it grows ten times at most.
+//! * It forgets as soon as the error is more than three times the band: that is a load, and no slip.
+//!
+//! A shaft that is stuck cannot tell friction from a load that changes its direction: under one the band widens too,
+//! and the shaft gives way by at most the widest band.
+//!
+//! ```
+//! use controller_core::Limits;
+//! use controller_core::drive::{Encoder, Motor, MotorDesign, Resting, RestLearning, Target};
+//! # use controller_core::drive::DriveEstimates;
+//!
+//! const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
+//! const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
+//! let band = DESIGN.rest_band(RestLearning::On);
+//! let mut resting = Resting::START;
+//! # let known = |p| DriveEstimates { turn: 0, position: [p], speed: [0.0], disturbance: [0.0], load: [0.0] };
+//! let at = |angle| Target { turn: 0, jet: [angle, 0.0] };
+//! for _ in 0..100 {
+//!     // Half a count from its target, and the target comes to it.
+//!     let (mut begin, mut end) = (at(1.0), at(1.0));
+//!     band.place(&mut resting, Some(&known(1.0002)), &mut begin, &mut end);
+//! #   if resting.share() > 0.999 { assert!((begin.jet[0] - 1.0002).abs() < 1e-6 && begin == end); }
+//! }
+//! // A target that moves is let be.
+//! let (mut begin, mut end) = (at(1.0), at(1.1));
+//! band.place(&mut resting, Some(&known(1.0002)), &mut begin, &mut end);
+//! assert_eq!((begin, end), (at(1.0), at(1.1)));
+//! ```
+
+use core::f32::consts::TAU;
+
+use super::law::DriveEstimates;
+use super::motor::decay;
+use super::target::Target;
+use crate::health::Health;
+
+/// May the band widen where a shaft slips from one side of its target to the other?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RestLearning {
+    /// It keeps its first width.
+    Off,
+    /// To 2 % of the torque.
+    On,
+}
+
+/// The band of a drive, by rule from its design ([`MotorDesign::rest_band`](super::MotorDesign::rest_band)).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RestBand {
+    /// One step of the encoder, rad.
+    count: f32,
+    /// Width at the beginning and at most, to either side, rad.
+    least: f32,
+    most: f32,
+    /// 1 - e^(-w_o T).
+    rise: f32,
+    /// Below this speed it stands, rad/s, and it stands after so many ticks.
+    slow: f32,
+    stands: f32,
+}
+
+/// Of the torque: what the error may be within the band, and within the widest one; and the speed of a shaft that
+/// stands, over $w_o$.
+const LEAST: f64 = 0.001;
+const MOST: f64 = 0.02;
+const SLOW: f64 = 0.0025;
+const MOST_COUNTS: f64 = 6.0;
+/// Time constants of the observer until a shaft stands.
+const STANDS: f64 = 3.0;
+/// A band widens by this at least; an error of so many bands is a load.
+const GROWTH: f32 = 1.5;
+const SPARE: f32 = 1.25;
+const LOAD: f32 = 3.0;
+
+/// What a band remembers from tick to tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Resting {
+    share: f32,
+    /// More than the least width; 0 until it has widened.
+    width: f32,
+    /// On which side it last stood outside the band: -1, 1, or 0 for neither.
+    side: f32,
+    stood: f32,
+    /// Its error where it last stood.
+    anchor: f32,
+}
+
+impl Resting {
+    /// Of a target that moves, and of a drive that begins.
+    pub const START: Self = Self { share: 0.0, width: 0.0, side: 0.0, stood: 0.0, anchor: 0.0 };
+
+    /// h, 0 to 1: how much of the band is in use.
+    pub const fn share(&self) -> f32 {
+        self.share
+    }
+
+    /// All of it, for logs: h, the width if it is more than the least, the side, ticks and error where it last stood.
+    pub const fn numbers(&self) -> [f32; 5] {
+        [self.share, self.width, self.side, self.stood, self.anchor]
+    }
+}
+
+impl RestBand {
+    /// For an encoder of this step, rad, the largest acceleration b u_max, rad/s², and the bandwidth of the observer.
+    pub(crate) const fn of(count: f64, largest: f64, omega: f64, period_s: f64, learning: RestLearning) -> Self {
+        let error = largest / (omega * omega);
+        let least = if LEAST * error > count { LEAST * error } else { count };
+        let widest = if MOST * error > MOST_COUNTS * count { MOST * error } else { MOST_COUNTS * count };
+        let most = match learning {
+            RestLearning::On if widest > least => widest,
+            _ => least,
+        };
+        // Rounded up; of a bandwidth that no design takes any number.
+        let constants = STANDS / (omega * period_s);
+        let whole = constants as u32 as f64;
+        let stands = if whole < constants { whole + 1.0 } else { whole };
+        Self {
+            count: count as f32,
+            least: least as f32,
+            most: most as f32,
+            rise: decay(omega * period_s) as f32,
+            slow: (SLOW * largest / omega) as f32,
+            stands: stands as f32,
+        }
+    }
+
+    /// What a tick compares with: a step of the encoder, least and largest width, rise of the share, speed and ticks of a
+    /// shaft that stands, the error of a load, half a step.
+    pub const fn thresholds(&self) -> [f32; 8] {
+        let Self { count, least, most, rise, slow, stands } = *self;
+        [count, least, most, rise, slow, stands, LOAD * most + count, 0.5 * count]
+    }
+
+    /// The present width to either side of the target, rad.
+    pub fn width(&self, state: &Resting) -> f32 {
+        if state.width > self.least { state.width } else { self.least }
+    }
+
+    /// Moves a target that rests to the shaft, within the band. Call it before a tick with what the drive knew after the
+    /// last one, `None` before it has started. [`Health::HUNTS`] where the band has widened.
+    #[inline]
+    pub fn place<const E: usize, const N: usize>(
+        &self,
+        state: &mut Resting,
+        known: Option<&DriveEstimates<f32, i32, E>>,
+        begin: &mut Target<f32, i32, N>,
+        end: &mut Target<f32, i32, N>,
+    ) -> Health {
+        let rests = *begin == *end && begin.jet[1..].iter().all(|&derivative| derivative == 0.0);
+        let Some(known) = known.filter(|_| rests) else {
+            *state = Resting::START;
+            return Health::OK;
+        };
+        let error = known.position[0] - (begin.turn.wrapping_sub(known.turn) as f32 * TAU + begin.jet[0]);
+        let shift = self.shift(state, error, known.speed[0]);
+        begin.jet[0] += shift;
+        end.jet[0] = begin.jet[0];
+        Health::HUNTS.when(state.width > self.least)
+    }
+
+    /// By how much a target at this error moves; an error that is no number moves nothing.
+    fn shift(&self, state: &mut Resting, error: f32, speed: f32) -> f32 {
+        let [count, least, most, rise, slow, stands, load, half] = self.thresholds();
+        let (mut width, is_slow) = (self.width(state), speed.abs() < slow);
+        let (away, is_near) = (error.abs(), (error - state.anchor).abs() <= count);
+        state.share += rise * (1.0 - state.share);
+        state.stood = if !(is_slow || is_near) {
+            0.0
+        } else if state.stood < stands {
+            state.stood + 1.0
+        } else {
+            stands
+        };
+        if is_slow || !is_near {
+            state.anchor = error;
+        }
+        if away > load {
+            (width, state.side) = (least, 0.0);
+        }
+        let stands_at = state.anchor.abs();
+        if state.stood >= stands && stands_at > width {
+            let side = if state.anchor > 0.0 { 1.0 } else { -1.0 };
+            if side * state.side < 0.0 {
+                let (grown, here) = (GROWTH * width, SPARE * stands_at + half);
+                let wanted = if here > grown { here } else { grown };
+                width = if wanted < most { wanted } else { most };
+            }
+            state.side = side;
+        }
+        state.width = width;
+        // Further out less and less of it: a load is answered as without a band.
+        let left = width - 0.25 * (away - width);
+        let within = if away <= width {
+            error
+        } else if left > 0.0 {
+            if error > 0.0 { left } else { -left }
+        } else {
+            0.0
+        };
+        state.share * within
+    }
+}

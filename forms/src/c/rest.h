@@ -1,0 +1,79 @@
+/* AT REST friction holds the shaft, its current grows until it slips, and it sticks on the other side: it hunts. Within
+ * a band around a target that rests the position error does not count. The band is $least$ rad to either side; where
+ * the shaft slips from one side to the other it widens, to $most$ rad at most, until the target moves or
+ * a load comes. @_watched_tick hands on the target that this places; HUNTS says that the band is wider. */
+static inline float @_rest_shift(@_monitor *monitor, float error, float speed)
+{
+    const float away = @_magnitude(error);
+    const float moved = @_magnitude(error - monitor->rest_error);
+    const bool is_slow = @_magnitude(speed) < $slow$f;
+    const bool is_near = moved <= $count$f;
+    float width = (monitor->rest_width > $least$f) ? monitor->rest_width : $least$f;
+    float within;
+    monitor->rest_share += $rise$f * (1.0f - monitor->rest_share);
+    if (!(is_slow || is_near)) {
+        monitor->rest_ticks = 0.0f;
+    } else {
+        monitor->rest_ticks = (monitor->rest_ticks < $stands$f) ? (monitor->rest_ticks + 1.0f) : $stands$f;
+    }
+    if (is_slow || !is_near) {
+        monitor->rest_error = error;
+    }
+    if (away > $load$f) {
+        width = $least$f; /* a load, no slip */
+        monitor->rest_side = 0.0f;
+    }
+    const float stands_at = @_magnitude(monitor->rest_error);
+    if ((monitor->rest_ticks >= $stands$f) && (stands_at > width)) {
+        const float side = (monitor->rest_error > 0.0f) ? 1.0f : -1.0f;
+        if ((side * monitor->rest_side) < 0.0f) {
+            const float grown = 1.5f * width;
+            const float here = (1.25f * stands_at) + $half$f;
+            const float wanted = (here > grown) ? here : grown;
+            width = (wanted < $most$f) ? wanted : $most$f;
+        }
+        monitor->rest_side = side;
+    }
+    monitor->rest_width = width;
+    /* Further out less and less of it: a load is answered as without a band. */
+    const float left = width - (0.25f * (away - width));
+    if (away <= width) {
+        within = error;
+    } else if (left > 0.0f) {
+        within = (error > 0.0f) ? left : -left;
+    } else {
+        within = 0.0f;
+    }
+    return monitor->rest_share * within;
+}
+
+static inline void @_rest_leave(@_monitor *monitor)
+{
+    monitor->rest_share = 0.0f;
+    monitor->rest_width = 0.0f;
+    monitor->rest_side = 0.0f;
+    monitor->rest_ticks = 0.0f;
+    monitor->rest_error = 0.0f;
+}
+
+/* Moves a target that rests; any other it leaves as it is. */
+static inline unsigned @_rest(@_monitor *monitor, const @_state *state, @_sample *sample)
+{
+    const @_target *begin = &sample->begin;
+    const @_target *end = &sample->end;
+    const bool stays = (begin->turn == end->turn) && (begin->r >= end->r) && (begin->r <= end->r);
+    const bool is_still = (@_magnitude(begin->r_dot) <= 0.0f) && (@_magnitude(end->r_dot) <= 0.0f);
+    if (!(state->started && stays && is_still)) {
+        @_rest_leave(monitor);
+        return 0u;
+    }
+    @_estimates_of known;
+    (void)@_estimates(state, &known);
+    const uint32_t turns = (uint32_t)begin->turn - (uint32_t)known.turn;
+    const float error = known.position - (((float)@_signed(turns) * 6.2831855f) + begin->r);
+    const float shift = @_rest_shift(monitor, error, known.speed);
+    sample->begin.r += shift;
+    sample->end.r = sample->begin.r;
+    return (monitor->rest_width > $least$f) ? (unsigned)@@_HUNTS : 0u;
+}
+
