@@ -889,7 +889,7 @@ impl C<'_> {
             ],
         );
         let member = "    float rest_share; /* how much of the band at rest is in use, 0 to 1 */\n\
-                      \x20   float rest_width; /* rad to either side, if it is wider than the least */\n\
+                      \x20   float rest_width; /* rad to either side; 0 is the least */\n\
                       \x20   float rest_side; /* on which side of its target it last stood outside the band */\n\
                       \x20   float rest_ticks; /* for which it has stood */\n\
                       \x20   float rest_error; /* its error where it last stood, rad */\n";

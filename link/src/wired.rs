@@ -71,6 +71,8 @@ impl<'a, T: Transport> Wired<'a, T> {
             return Err(Stopped::Broken(why.into()));
         }
         let at_rad = f64::from(seen.turn) * TAU + f64::from(seen.reference);
+        // The image has no band at rest.
+        let designed = designed.without_rest_band();
         let design = loadable(&designed)?;
         let before = drive.design().clone();
         let is_touched = before != design;

@@ -117,8 +117,10 @@ fn made<D, L: Watched<E>, const NUMBERS: usize, const E: usize>(
     let (numbers, bounds, stops_at) = read(words)?;
     let design = described(&numbers);
     let law = designed(&design).map_err(|_| Refusal::of(Reason::Coefficients))?;
-    let alarms = Some(Health::from_bits(stops_at as u16)).filter(|alarms| f64::from(alarms.bits()) == stops_at);
-    let alarms = alarms.ok_or(Refusal::of(Reason::Coefficients))?;
+    let alarms = Health::from_bits(stops_at as u16);
+    if f64::from(alarms.bits()) != stops_at || alarms.contains(Health::HUNTS) {
+        return Err(Refusal::of(Reason::Coefficients));
+    }
     Ok((design, Monitored::new(law, &bounds).stopping_at(alarms)))
 }
 

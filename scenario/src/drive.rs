@@ -217,7 +217,7 @@ pub struct MotorDriveTable {
     pub fallback: FallbackKey,
     /// How far from a target that rests the shaft is let be, against hunting in friction; a speed loop has none.
     /// Default "learns".
-    pub rest_band: RestBandKey,
+    pub rest_band: Option<RestBandKey>,
 }
 }
 

@@ -7,7 +7,13 @@ use study::compare::{Bench, of_ours};
 use study::design::Suggested;
 
 /// Shakes by a third of a degree; its steps make 0.00044 rad.
-const SHAKES: [&str; 4] = ["encoder.bits=12", "encoder.noise_rad=0.006", "friction={}", "reference={kind = \"rest\"}"];
+const SHAKES: [&str; 5] = [
+    "encoder.bits=12",
+    "encoder.noise_rad=0.006",
+    "friction={}",
+    "reference={kind = \"rest\"}",
+    "drive.rest_band=\"off\"",
+];
 
 fn with(text: &str, sets: &[&str]) -> Experiment {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();

@@ -198,7 +198,8 @@ where
     let DriveDesign::Motor(DriveOf { design, mounted, .. }) = of else { panic!("{name} is a motor") };
     let MotorDesign { motor, encoder, .. } = design;
     let law = MotorDrive::<f32, A, FAST, LATE, S>::try_design(&design).expect("a good design");
-    let plant = Plant { gain: [0.0, motor.input_gain()], ..Plant::default() };
+    let (gain, most) = (motor.input_gain(), design.limits.max);
+    let plant = Plant { gain: [0.0, gain], friction: [0.06 * most * gain, 0.04 * most * gain], ..Plant::default() };
     run(name, (&watched(law, &of), &of), mounted.map(|mounted| mounted.mounting), [encoder.unit_rad()], plant)
 }
 
@@ -232,6 +233,8 @@ pub(super) struct Plant {
     pub(super) spring: [f64; 2],
     pub(super) drag: [f64; 2],
     pub(super) weight: f64,
+    /// Friction of a motor, rad/s²: static, Coulomb. It holds.
+    pub(super) friction: [f64; 2],
     pub(super) angle: [f64; 2],
     pub(super) speed: [f64; 2],
 }
@@ -244,7 +247,15 @@ impl Plant {
             let force =
                 [self.spring[0] * drawn - self.weight * self.angle[0].sin(), self.gain[1] * u - self.spring[1] * drawn];
             for i in 0..2 {
-                self.speed[i] += 1e-4 * (force[i] - self.drag[i] * self.speed[i]);
+                let before = self.speed[i];
+                self.speed[i] += 1e-4 * (force[i] - self.drag[i] * before);
+                if i == 1 && before == 0.0 && force[1].abs() <= self.friction[0] {
+                    self.speed[1] = 0.0;
+                } else if i == 1 {
+                    let way = if before == 0.0 { force[1].signum() } else { before.signum() };
+                    self.speed[1] -= 1e-4 * self.friction[1] * way;
+                    self.speed[1] *= f64::from(u8::from(self.speed[1] * way > 0.0));
+                }
                 self.angle[i] += 1e-4 * self.speed[i];
             }
         }
@@ -506,6 +517,10 @@ where
         }
     }
     assert_exercised(name, ticks, &seen, turns_gone);
+    let hunts = seen.iter().enumerate().filter(|(bits, _)| bits & usize::from(Health::HUNTS.bits()) != 0);
+    let hunts: usize = hunts.map(|(_, ticks)| ticks).sum();
+    println!("{name}: {hunts} with a band at rest that has widened");
+    assert!(band.is_none() || hunts > 0, "{name}: the band never widened");
     Run { asked, words: 4 + words + 2 + 4 * E, answers }
 }
 

@@ -364,12 +364,16 @@ fn without(code: &str, words: &[&str]) -> (String, Vec<String>) {
 
 fn made(text: &str, sets: &[String]) -> Result<Made, ScenarioError> {
     let source = Source { file: "it.toml", text, sets };
-    let experiment = scenario::parse(&source, "it")?;
+    let mut experiment = scenario::parse(&source, "it")?;
     let mut artefacts = BTreeMap::new();
     for (name, form) in [("C on the archive", Form::Archive(PREFIX)), ("Rust", Form::Rust)] {
         let Ok(file) = forms::export(&experiment, &source, form) else { continue };
         artefacts.insert(name, code_of(form, &file));
     }
+    let fingerprint = experiment.port.fingerprint();
+    let whole = experiment.drive.as_ref().map(|drive| drive.designed);
+    // Images have no band at rest.
+    experiment.leave_rest_band();
     if let Ok(Loadable { instance, words }) = for_target(&experiment) {
         let hash = pil_wire::design_hash(instance, &words);
         artefacts.insert("wire", (format!("{instance:?} {words:?}"), vec![format!("{hash:08x}")]));
@@ -385,10 +389,9 @@ fn made(text: &str, sets: &[String]) -> Result<Made, ScenarioError> {
         }
     }
     let Experiment { spec, download, drive, .. } = &experiment;
-    let of_drive =
-        drive.as_ref().map(|drive| format!("{:?} {:?} {}", drive.designed, drive.shafts, drive.max_current_a));
+    let of_drive = drive.as_ref().map(|drive| format!("{whole:?} {:?} {}", drive.shafts, drive.max_current_a));
     Ok(Made {
-        fingerprint: experiment.port.fingerprint(),
+        fingerprint,
         recorded_from: format!("{spec:?} {download:?} {of_drive:?}"),
         sets: sets.to_vec(),
         artefacts,

@@ -14,14 +14,15 @@
 //! what is added, and all of it in the end.
 //!
 //! The tick then has another target and nothing else: limits, observers and recovery are what they are for any target.
-//! A target that moves is handed on as it is, bit for bit, and the band begins anew. Of a load the observer hears as
-//! before.
+//! A target that moves is handed on as it is, bit for bit, and the band begins anew: there u may step by as much as an
+//! error of the width makes. The observer sees a load as before.
 //!
 //! * ε begins with what one count or 0.1 % of the torque does to the error, whichever is more:
 //!   $\varepsilon_0 = \max(\mathrm{count}, \thinspace 0.001 \thinspace b u_{max}/w_o^2)$.
 //! * It learns: a shaft that stands outside the band, first on one side of the target and then on the other, has slipped.
-//!   The band then widens to where it stands, by half at least, up to 2 % of the torque. So it grows ten times at most.
-//! * It forgets as soon as the error is more than three times the band: that is a load, and no slip.
+//!   The band then widens to 5/4 of where it stands, by half at least, up to six counts or 2 % of the torque, whichever
+//!   is more. That takes eight steps at most.
+//! * It forgets as soon as the error is more than three times the widest band and a count: that is a load, and no slip.
 //!
 //! A shaft that is stuck cannot tell friction from a load that changes its direction: under one the band widens too,
 //! and the shaft gives way by at most the widest band.
@@ -62,7 +63,7 @@ use crate::health::Health;
 pub enum RestLearning {
     /// It keeps its first width.
     Off,
-    /// To 2 % of the torque.
+    /// To six counts or 2 % of the torque, whichever is more.
     On,
 }
 
@@ -87,12 +88,15 @@ pub struct RestBand {
 const LEAST: f64 = 0.001;
 const MOST: f64 = 0.02;
 const SLOW: f64 = 0.0025;
+/// The widest band is at least so many counts.
 const MOST_COUNTS: f64 = 6.0;
 /// Time constants of the observer until a shaft stands.
 const STANDS: f64 = 3.0;
-/// A band widens by this at least; an error of so many bands is a load.
+/// A band widens by this at least.
 const GROWTH: f32 = 1.5;
+/// And to so much of where the shaft stands: the next slip may be longer.
 const SPARE: f32 = 1.25;
+/// An error of so many of the widest bands is a load.
 const LOAD: f32 = 3.0;
 
 /// What a band remembers from tick to tick.
@@ -100,7 +104,7 @@ const LOAD: f32 = 3.0;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Resting {
     share: f32,
-    /// More than the least width; 0 until it has widened.
+    /// To either side, rad; 0 is the least width.
     width: f32,
     /// On which side it last stood outside the band: -1, 1, or 0 for neither.
     side: f32,
@@ -110,7 +114,7 @@ pub struct Resting {
 }
 
 impl Resting {
-    /// Of a target that moves, and of a drive that begins.
+    /// While the target moves, and before the drive starts.
     pub const START: Self = Self { share: 0.0, width: 0.0, side: 0.0, stood: 0.0, anchor: 0.0 };
 
     /// h, 0 to 1: how much of the band is in use.
@@ -118,7 +122,7 @@ impl Resting {
         self.share
     }
 
-    /// All of it, for logs: h, the width if it is more than the least, the side, ticks and error where it last stood.
+    /// All of it, for logs: h, the width (0 is the least), the side, ticks and error where it last stood.
     pub const fn numbers(&self) -> [f32; 5] {
         [self.share, self.width, self.side, self.stood, self.anchor]
     }

@@ -4,6 +4,7 @@
  * follows an alarm. */
 static inline unsigned @_limits_broken(const @_state *state, const @_sample *sample)
 {
+    @@_AS_WRITTEN
     const float full_turn = 6.2831855f;
     @_estimates_of known;
     (void)@_estimates(state, &known);

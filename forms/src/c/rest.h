@@ -4,6 +4,7 @@
  * a load comes. @_watched_tick hands on the target that this places; HUNTS says that the band is wider. */
 static inline float @_rest_shift(@_monitor *monitor, float error, float speed)
 {
+    @@_AS_WRITTEN
     const float away = @_magnitude(error);
     const float moved = @_magnitude(error - monitor->rest_error);
     const bool is_slow = @_magnitude(speed) < $slow$f;
@@ -59,6 +60,7 @@ static inline void @_rest_leave(@_monitor *monitor)
 /* Moves a target that rests; any other it leaves as it is. */
 static inline unsigned @_rest(@_monitor *monitor, const @_state *state, @_sample *sample)
 {
+    @@_AS_WRITTEN
     const @_target *begin = &sample->begin;
     const @_target *end = &sample->end;
     const bool stays = (begin->turn == end->turn) && (begin->r >= end->r) && (begin->r <= end->r);

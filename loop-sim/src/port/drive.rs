@@ -521,12 +521,19 @@ where
     }
 
     fn take(&mut self, other: Box<dyn Any>, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<(), PortError> {
-        let other = other.downcast::<Monitored<L, E>>().map_err(|_| {
+        let other = other.downcast::<(Monitored<L, E>, Around)>().map_err(|_| {
             PortError::Refused("the other design is of another form: drive, gain sets, delay, states, aim".into())
         })?;
-        let Sample { counts, begin, end } = sample;
-        let sample = L::sample(*counts, begin, end);
-        self.running.retune(*other, &sample).map_err(|error| PortError::Refused(error.to_string()))
+        let (law, around) = *other;
+        // The targets of the tick that comes, which moves them itself.
+        let (mut from, mut to, mut resting) = (sample.begin, sample.end, self.resting);
+        if let Some(band) = &around.rest_band {
+            band.place(&mut resting, self.running.estimates().as_ref(), &mut from, &mut to);
+        }
+        let sample = L::sample(sample.counts, &from, &to);
+        self.running.retune(law, &sample).map_err(|error| PortError::Refused(error.to_string()))?;
+        self.around = around;
+        Ok(())
     }
 }
 
@@ -670,6 +677,7 @@ impl<const E: usize, const N: usize, const P: usize> LivePort for Drive<'_, E, N
 
     fn retune(&mut self, to: &DriveDesign, at_rest: bool) -> Result<(), DriveError> {
         self.successor = Some(to.successor(at_rest)?);
+        self.around = to.around();
         Ok(())
     }
 }

@@ -70,7 +70,7 @@ struct Common<'a> {
     lag_s: f64,
     delay_ticks: usize,
     observer_states: usize,
-    rest_band: RestBandKey,
+    rest_band: Option<RestBandKey>,
     /// Largest age of a count, s, and the standard deviation of the noise of each encoder's own angle, rad.
     jitter_s: f64,
     noise_rad: &'a [f64],
@@ -218,6 +218,10 @@ fn resolved(
         let message = "drive.mode = \"speed\" follows no position: leave it out";
         problems.0.push(Problem { key: "limits.following_error_rad".into(), message: message.into() });
     }
+    if let (ModeKey::Speed, Some(RestBandKey::Learns | RestBandKey::Fixed)) = (common.mode, common.rest_band) {
+        let message = "drive.mode = \"speed\" follows no position: leave it out";
+        problems.0.push(Problem { key: "drive.rest_band".into(), message: message.into() });
+    }
     problems.0.extend(common.unsolved_lag());
     problems.0.extend(common.late_counts());
     if let (Some(_), 1) = (common.monitor.motor_n_m, encoders.len()) {
@@ -362,7 +366,7 @@ impl Common<'_> {
             sudden_load_n_m,
             reaction,
             fence: self.limits.fence(),
-            rest_band: self.rest_band.learning(),
+            rest_band: self.rest_band.unwrap_or_default().learning(),
         }
     }
 
@@ -890,6 +894,20 @@ fn at_rest(
     }
 }
 
+/// A following error that the band at rest may reach by itself.
+fn within_the_band(designed: &DriveDesign, following_error_rad: Option<f64>) -> Option<String> {
+    let [_, _, most, ..] = designed.rest_band()?.thresholds();
+    let following_rad = following_error_rad?;
+    (following_rad < f64::from(most)).then(|| {
+        format!(
+            "limits.following_error_rad = {} is less than the {} rad that the band at rest may widen to, so a motor that \
+             hunts ends in this alarm: take more, or drive.rest_band = \"fixed\"",
+            shown(following_rad),
+            shown(rounded(most.into()))
+        )
+    })
+}
+
 /// The same drive behind finer encoders, by which the noise of u is told; none where something is wrong with them.
 fn twin(
     designed: &DriveDesign,
@@ -900,8 +918,10 @@ fn twin(
 ) -> Option<Twin> {
     let noise_steps = |sensed: &Sensed| sensing.noise.get(sensed.state).map_or(0.0, |noise| noise / sensed.quantum);
     let noise_steps = sensed.iter().map(noise_steps).fold(f64::INFINITY, f64::min);
-    let finer = Finer::of(designed);
-    let other = finer.map_or(*designed, |finer| finer.designed);
+    // Without a band at rest, which would be another one.
+    let designed = designed.without_rest_band();
+    let finer = Finer::of(&designed);
+    let other = finer.map_or(designed, |finer| finer.designed);
     other.port(motion).ok().filter(|_| !has_faults).map(|port| Twin {
         sensor: Box::new(Encoders::new(other.encoders())),
         port,
@@ -961,6 +981,7 @@ fn experiment<D: Copy, const E: usize>(
     let has_faults = !faults.is_empty();
     let sensing = common.sensing(&mounted, plant.order());
     warnings.extend(beyond_gates(&designed, &shafts, &sensing));
+    warnings.extend(within_the_band(&designed, common.limits.following_error_rad));
     let sensed = sensed(&mounted, &shafts, &sensing);
     let twin = twin(&designed, &motion, &sensing, &sensed, has_faults);
     let at_rest = at_rest(law, parts.smooth, (parts.corners, parts.inertia_range), sensed, form, &sensing);
@@ -1323,7 +1344,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         mode: ModeKey::Position,
         lighter_percent: 0.0,
         observer_states: 4,
-        rest_band: RestBandKey::Off,
+        rest_band: Some(RestBandKey::Off),
         noise_rad: &[file.encoder.link.noise_rad, file.encoder.motor.noise_rad],
         plant: "joint",
     };

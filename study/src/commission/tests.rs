@@ -493,7 +493,7 @@ fn a_motor_that_is_not_explained_is_refused_with_the_time_of_the_worst() {
         (
             "a count that sticks",
             &|record| (1..50).for_each(|k| record.motor.rad[half + k] = record.motor.rad[half]),
-            "40 steps at 0.951 s stands out",
+            "41 steps at 0.951 s stands out",
         ),
         ("an end stop", &|record| record.motor.rad.iter_mut().for_each(|q| *q = q.min(1.5)), "steps rms are left"),
         ("a current that comes late", &|record| record.held_a.rotate_right(5), "or comes late"),

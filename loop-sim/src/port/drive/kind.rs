@@ -68,7 +68,7 @@ impl<const E: usize, const N: usize> Use<E, N> for Run {
 }
 
 /// It takes over from another.
-struct Succeed<const AT_REST: bool>(Reaction);
+struct Succeed<const AT_REST: bool>(Reaction, Around);
 
 impl<const E: usize, const N: usize, const AT_REST: bool> Use<E, N> for Succeed<AT_REST> {
     type Out = Box<dyn Any + Send>;
@@ -79,7 +79,7 @@ impl<const E: usize, const N: usize, const AT_REST: bool> Use<E, N> for Succeed<
         L: Watched<E> + DriveLaw<E, N> + Send + 'static,
         L::State: Send,
     {
-        Box::new(Monitored::new(law, bounds).stopping_at(self.0.stops_at()))
+        Box::new((Monitored::new(law, bounds).stopping_at(self.0.stops_at()), self.1))
     }
 }
 
@@ -382,9 +382,9 @@ impl<D, const E: usize> DriveOf<D, E> {
     {
         let Self { design, form, monitors, .. } = self;
         if at_rest {
-            design.law(*form, monitors, Succeed::<true>(monitors.reaction))
+            design.law(*form, monitors, Succeed::<true>(monitors.reaction, self.around()))
         } else {
-            design.law(*form, monitors, Succeed::<false>(monitors.reaction))
+            design.law(*form, monitors, Succeed::<false>(monitors.reaction, self.around()))
         }
     }
 
@@ -616,6 +616,11 @@ impl DriveDesign {
     }
 
     /// The law alone, to take over from one of the same form.
+    /// What stands around its law.
+    pub(super) fn around(&self) -> Around {
+        each!(self, drive => drive.around())
+    }
+
     pub(super) fn successor(&self, at_rest: bool) -> Result<Box<dyn Any + Send>, DriveError> {
         each!(self, drive => drive.successor(at_rest))
     }
