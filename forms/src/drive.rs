@@ -892,9 +892,12 @@ impl C<'_> {
                       \x20   float rest_width; /* rad to either side; 0 is the least */\n\
                       \x20   float rest_side; /* on which side of its target it last stood outside the band */\n\
                       \x20   float rest_ticks; /* for which it has stood */\n\
-                      \x20   float rest_error; /* its error where it last stood, rad */\n";
+                      \x20   float rest_error; /* its error where it last stood, rad */\n\
+                      \x20   float rest_slipped; /* 1 where it has moved since it last stood outside the band */\n\
+                      \x20   int32_t rest_turn; /* where the target was */\n\
+                      \x20   float rest_angle;\n";
         let placing = "    @_sample placed = *sample;\n    const unsigned hunts = @_rest(monitor, state, &placed);\n";
-        let hunting = "    health |= ((health & (unsigned)@@_STOPPED) == 0u) ? hunts : 0u;\n";
+        let hunting = "    health |= ((health & ((unsigned)@@_STOPPED | (unsigned)@@_BRAKES)) == 0u) ? hunts : 0u;\n";
         [rest, member.into(), "    @_rest_leave(monitor);\n".into(), placing.into(), "&placed".into(), hunting.into()]
     }
 

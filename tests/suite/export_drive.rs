@@ -397,6 +397,16 @@ fn next_call(rng: &mut Rng, stopped: bool) -> u32 {
     }
 }
 
+/// The current of a report or of a limit.
+fn next_current(rng: &mut Rng, what: u32) -> f32 {
+    match what {
+        // As much as the design supposes.
+        LIMIT if rng.chance(0.5) => 1e9,
+        _ if rng.chance(0.03) => EDGES[rng.integer(0, EDGES.len() - 1)],
+        _ => rng.within(-10.0, 10.0) as f32,
+    }
+}
+
 fn run<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     name: &str,
     (law, of): (&Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>, &DriveDesign),
@@ -431,12 +441,7 @@ where
         wanted.begin_near(running.estimates().as_ref());
         let (turns, jets) = wanted.next(&mut rng);
         let (counts, lost) = counters.next(&mut rng, plant.steps(unit_rad), &mounting);
-        let current = match what {
-            // As much as the design supposes.
-            LIMIT if rng.chance(0.5) => 1e9,
-            _ if rng.chance(0.03) => EDGES[rng.integer(0, EDGES.len() - 1)],
-            _ => rng.within(-10.0, 10.0) as f32,
-        };
+        let current = next_current(&mut rng, what);
         let targets = [target::<N>(turns[0], jets[0]), target(turns[1], jets[1])];
         let read = core::array::from_fn(|i| (!lost[i]).then(|| mounting[i].upright(counts[i])));
         let sample = Sample { counts: read, begin: A::told(&targets[0]), end: A::told(&targets[1]) };
@@ -465,7 +470,7 @@ where
                         hunts = band.place(&mut resting, running.estimates().as_ref(), &mut begin, &mut end);
                     }
                     let mut output = running.tick(&Sample { begin: A::told(&begin), end: A::told(&end), ..sample });
-                    if !output.health.contains(Health::STOPPED) {
+                    if !output.health.intersects(Health::STOPPED | Health::BRAKES) {
                         output.health |= hunts;
                     }
                     if let Some(fence) = &fence {
@@ -496,7 +501,8 @@ where
         // The state without hash and checksum, then whether it has started.
         let all: Vec<u32> = running.words().collect();
         let [_, started, ref state @ .., _] = all[..] else { panic!("words of a running drive") };
-        let state = members_in_c(state, (E, does_brake), band.map(|_| resting.numbers()));
+        let of_the_band = band.filter(|_| started == 1 || words > 0).map(|_| resting.words());
+        let state = members_in_c(state, (E, does_brake), of_the_band);
         let length = if started == 1 { state.len() } else { words };
         let known = running.estimates();
         words = words.max(state.len());
@@ -517,21 +523,27 @@ where
         }
     }
     assert_exercised(name, ticks, &seen, turns_gone);
-    let hunts = seen.iter().enumerate().filter(|(bits, _)| bits & usize::from(Health::HUNTS.bits()) != 0);
-    let hunts: usize = hunts.map(|(_, ticks)| ticks).sum();
-    println!("{name}: {hunts} with a band at rest that has widened");
-    assert!(band.is_none() || hunts > 0, "{name}: the band never widened");
+    assert!(band.is_none() || hunted(&seen) > 0, "{name}: the band never widened");
     Run { asked, words: 4 + words + 2 + 4 * E, answers }
 }
 
+/// Ticks with a band at rest that has widened.
+fn hunted(seen: &[usize]) -> usize {
+    let with = seen.iter().enumerate().filter(|(bits, _)| bits & usize::from(Health::HUNTS.bits()) != 0);
+    with.map(|(_, ticks)| ticks).sum()
+}
+
 /// Of the words of a state those that C has, with what the band at rest remembers.
-fn members_in_c(state: &[u32], (shafts, does_brake): (usize, bool), band: Option<[f32; 5]>) -> Vec<u32> {
+fn members_in_c(state: &[u32], (shafts, does_brake): (usize, bool), band: Option<[u32; 8]>) -> Vec<u32> {
     // What the monitors count together is no member in C. Nor is that it brakes, where it does not.
     let is_member = |k: usize| k != 1 && (!(8..=9).contains(&k) || does_brake);
     let mut words: Vec<u32> = state.iter().enumerate().filter(|(k, _)| is_member(*k)).map(|(_, word)| *word).collect();
-    // Behind what the monitors count, before the law.
-    let behind = (if does_brake { 9 } else { 7 } + shafts).min(words.len());
-    words.splice(behind..behind, band.into_iter().flatten().map(f32::to_bits));
+    // Behind what the monitors count, before the law; these count nothing before a start.
+    let behind = if does_brake { 9 } else { 7 } + shafts;
+    if let Some(band) = band {
+        words.resize(words.len().max(behind), 0);
+        words.splice(behind..behind, band);
+    }
     words
 }
 

@@ -1,7 +1,7 @@
 //! A shaft at rest in friction: within a band around a target that rests, its position error does not count.
 //!
 //! Friction holds a shaft at an error $e \ne 0$. The observer sees no speed and takes what u asks for as a disturbance,
-//! so u grows by $K \int e$ until the shaft breaks away. Static friction is above Coulomb friction: the shaft slips past
+//! so u grows by $K \int e$ until the shaft breaks away. Static friction is above Coulomb friction: it slips past
 //! its target, sticks on the other side, and so on (stick-slip, hunting). A current that holds a stuck shaft need not
 //! change: with $e = 0$ in the surface u stays what it is.
 //!
@@ -9,9 +9,8 @@
 //!
 //! $$ r \leftarrow r + h \thinspace \mathrm{band}(p - r), \qquad h \leftarrow h + (1 - e^{-w_o T}) (1 - h) $$
 //!
-//! $\mathrm{band}(e)$ is e within the band; outside of it goes back to 0, as $\pm(\varepsilon - (|e| - \varepsilon)/4)$,
-//! and is 0 from 5 ε on: a load is answered as without a band. So of a position error the law sees 0, then up to 5/4 of
-//! what is added, and all of it in the end.
+//! $\mathrm{band}(e)$ is e within the band. Outside it goes back to 0, as $\pm(\varepsilon - (|e| - \varepsilon)/4)$,
+//! and is 0 from 5 ε on: a load is answered as without a band.
 //!
 //! The tick then has another target and nothing else: limits, observers and recovery are what they are for any target.
 //! A target that moves is handed on as it is, bit for bit, and the band begins anew: there u may step by as much as an
@@ -19,9 +18,9 @@
 //!
 //! * ε begins with what one count or 0.1 % of the torque does to the error, whichever is more:
 //!   $\varepsilon_0 = \max(\mathrm{count}, \thinspace 0.001 \thinspace b u_{max}/w_o^2)$.
-//! * It learns: a shaft that stands outside the band, first on one side of the target and then on the other, has slipped.
-//!   The band then widens to 5/4 of where it stands, by half at least, up to six counts or 2 % of the torque, whichever
-//!   is more. That takes eight steps at most.
+//! * It learns from slips: the shaft stands outside the band, moves faster than one that stands, and stands on the
+//!   other side. The band then widens to 5/4 of where it stands, by half at least, up to 2 % of the torque or six
+//!   counts (if these are no more than 5 % of the torque), whichever is more. That takes eight steps at most.
 //! * It forgets as soon as the error is more than three times the widest band and a count: that is a load, and no slip.
 //!
 //! A shaft that is stuck cannot tell friction from a load that changes its direction: under one the band widens too,
@@ -63,7 +62,7 @@ use crate::health::Health;
 pub enum RestLearning {
     /// It keeps its first width.
     Off,
-    /// To six counts or 2 % of the torque, whichever is more.
+    /// To 2 % of the torque, or six counts if these are at most 5 %.
     On,
 }
 
@@ -88,8 +87,9 @@ pub struct RestBand {
 const LEAST: f64 = 0.001;
 const MOST: f64 = 0.02;
 const SLOW: f64 = 0.0025;
-/// The widest band is at least so many counts.
+/// The widest band is at least so many counts, where these are no more than this part of the torque.
 const MOST_COUNTS: f64 = 6.0;
+const COARSE: f64 = 0.05;
 /// Time constants of the observer until a shaft stands.
 const STANDS: f64 = 3.0;
 /// A band widens by this at least.
@@ -111,20 +111,37 @@ pub struct Resting {
     stood: f32,
     /// Its error where it last stood.
     anchor: f32,
+    /// 1 once it has moved faster than a shaft that stands, since it last stood outside the band; else 0.
+    slipped: f32,
+    /// Where the target was.
+    turn: i32,
+    angle: f32,
 }
 
 impl Resting {
     /// While the target moves, and before the drive starts.
-    pub const START: Self = Self { share: 0.0, width: 0.0, side: 0.0, stood: 0.0, anchor: 0.0 };
+    pub const START: Self =
+        Self { share: 0.0, width: 0.0, side: 0.0, stood: 0.0, anchor: 0.0, slipped: 0.0, turn: 0, angle: 0.0 };
 
     /// h, 0 to 1: how much of the band is in use.
     pub const fn share(&self) -> f32 {
         self.share
     }
 
-    /// All of it, for logs: h, the width (0 is the least), the side, ticks and error where it last stood.
-    pub const fn numbers(&self) -> [f32; 5] {
-        [self.share, self.width, self.side, self.stood, self.anchor]
+    /// All of it as words, for logs: h, the width (0 is the least), the side, ticks and error where it last stood,
+    /// whether it has slipped since, and the turn and the angle of the target.
+    pub const fn words(&self) -> [u32; 8] {
+        let Self { share, width, side, stood, anchor, slipped, turn, angle } = *self;
+        [
+            share.to_bits(),
+            width.to_bits(),
+            side.to_bits(),
+            stood.to_bits(),
+            anchor.to_bits(),
+            slipped.to_bits(),
+            turn as u32,
+            angle.to_bits(),
+        ]
     }
 }
 
@@ -133,7 +150,8 @@ impl RestBand {
     pub(crate) const fn of(count: f64, largest: f64, omega: f64, period_s: f64, learning: RestLearning) -> Self {
         let error = largest / (omega * omega);
         let least = if LEAST * error > count { LEAST * error } else { count };
-        let widest = if MOST * error > MOST_COUNTS * count { MOST * error } else { MOST_COUNTS * count };
+        let counts = if MOST_COUNTS * count < COARSE * error { MOST_COUNTS * count } else { COARSE * error };
+        let widest = if MOST * error > counts { MOST * error } else { counts };
         let most = match learning {
             RestLearning::On if widest > least => widest,
             _ => least,
@@ -152,8 +170,8 @@ impl RestBand {
         }
     }
 
-    /// What a tick compares with: a step of the encoder, least and largest width, rise of the share, speed and ticks of a
-    /// shaft that stands, the error of a load, half a step.
+    /// What a tick compares with: a step of the encoder, least and largest width, rise of the share, speed and ticks of
+    /// a shaft that stands, the error of a load, half a step.
     pub const fn thresholds(&self) -> [f32; 8] {
         let Self { count, least, most, rise, slow, stands } = *self;
         [count, least, most, rise, slow, stands, LOAD * most + count, 0.5 * count]
@@ -164,8 +182,8 @@ impl RestBand {
         if state.width > self.least { state.width } else { self.least }
     }
 
-    /// Moves a target that rests to the shaft, within the band. Call it before a tick with what the drive knew after the
-    /// last one, `None` before it has started. [`Health::HUNTS`] where the band has widened.
+    /// Moves a target that rests to the shaft, within the band. Call it before a tick with what the drive knew after
+    /// the last one, `None` before it has started. [`Health::HUNTS`] where the band has widened.
     #[inline]
     pub fn place<const E: usize, const N: usize>(
         &self,
@@ -174,9 +192,10 @@ impl RestBand {
         begin: &mut Target<f32, i32, N>,
         end: &mut Target<f32, i32, N>,
     ) -> Health {
-        let rests = *begin == *end && begin.jet[1..].iter().all(|&derivative| derivative == 0.0);
+        let stays = *begin == *end && (begin.turn, begin.jet[0]) == (state.turn, state.angle);
+        let rests = stays && begin.jet[1..].iter().all(|&derivative| derivative == 0.0);
         let Some(known) = known.filter(|_| rests) else {
-            *state = Resting::START;
+            *state = Resting { turn: end.turn, angle: end.jet[0], ..Resting::START };
             return Health::OK;
         };
         let error = known.position[0] - (begin.turn.wrapping_sub(known.turn) as f32 * TAU + begin.jet[0]);
@@ -192,6 +211,9 @@ impl RestBand {
         let (mut width, is_slow) = (self.width(state), speed.abs() < slow);
         let (away, is_near) = (error.abs(), (error - state.anchor).abs() <= count);
         state.share += rise * (1.0 - state.share);
+        if !(is_slow || is_near) {
+            state.slipped = 1.0;
+        }
         state.stood = if !(is_slow || is_near) {
             0.0
         } else if state.stood < stands {
@@ -208,12 +230,12 @@ impl RestBand {
         let stands_at = state.anchor.abs();
         if state.stood >= stands && stands_at > width {
             let side = if state.anchor > 0.0 { 1.0 } else { -1.0 };
-            if side * state.side < 0.0 {
+            if side * state.side * state.slipped < 0.0 {
                 let (grown, here) = (GROWTH * width, SPARE * stands_at + half);
                 let wanted = if here > grown { here } else { grown };
                 width = if wanted < most { wanted } else { most };
             }
-            state.side = side;
+            (state.side, state.slipped) = (side, 0.0);
         }
         state.width = width;
         // Further out less and less of it: a load is answered as without a band.

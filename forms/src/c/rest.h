@@ -13,6 +13,7 @@ static inline float @_rest_shift(@_monitor *monitor, float error, float speed)
     float within;
     monitor->rest_share += $rise$f * (1.0f - monitor->rest_share);
     if (!(is_slow || is_near)) {
+        monitor->rest_slipped = 1.0f;
         monitor->rest_ticks = 0.0f;
     } else {
         monitor->rest_ticks = (monitor->rest_ticks < $stands$f) ? (monitor->rest_ticks + 1.0f) : $stands$f;
@@ -27,13 +28,14 @@ static inline float @_rest_shift(@_monitor *monitor, float error, float speed)
     const float stands_at = @_magnitude(monitor->rest_error);
     if ((monitor->rest_ticks >= $stands$f) && (stands_at > width)) {
         const float side = (monitor->rest_error > 0.0f) ? 1.0f : -1.0f;
-        if ((side * monitor->rest_side) < 0.0f) {
+        if (((side * monitor->rest_side) * monitor->rest_slipped) < 0.0f) {
             const float grown = 1.5f * width;
             const float here = (1.25f * stands_at) + $half$f;
             const float wanted = (here > grown) ? here : grown;
             width = (wanted < $most$f) ? wanted : $most$f;
         }
         monitor->rest_side = side;
+        monitor->rest_slipped = 0.0f;
     }
     monitor->rest_width = width;
     /* Further out less and less of it: a load is answered as without a band. */
@@ -55,6 +57,9 @@ static inline void @_rest_leave(@_monitor *monitor)
     monitor->rest_side = 0.0f;
     monitor->rest_ticks = 0.0f;
     monitor->rest_error = 0.0f;
+    monitor->rest_slipped = 0.0f;
+    monitor->rest_turn = 0;
+    monitor->rest_angle = 0.0f;
 }
 
 /* Moves a target that rests; any other it leaves as it is. */
@@ -64,9 +69,13 @@ static inline unsigned @_rest(@_monitor *monitor, const @_state *state, @_sample
     const @_target *begin = &sample->begin;
     const @_target *end = &sample->end;
     const bool stays = (begin->turn == end->turn) && (begin->r >= end->r) && (begin->r <= end->r);
+    const bool stayed = (begin->turn == monitor->rest_turn) && (begin->r >= monitor->rest_angle) &&
+                        (begin->r <= monitor->rest_angle);
     const bool is_still = (@_magnitude(begin->r_dot) <= 0.0f) && (@_magnitude(end->r_dot) <= 0.0f);
-    if (!(state->started && stays && is_still)) {
+    if (!(state->started && stays && stayed && is_still)) {
         @_rest_leave(monitor);
+        monitor->rest_turn = end->turn;
+        monitor->rest_angle = end->r;
         return 0u;
     }
     @_estimates_of known;

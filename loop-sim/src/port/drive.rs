@@ -497,7 +497,7 @@ where
         let sample = L::sample(*counts, &from, &to);
         self.running.start_at_once(&sample);
         let mut output = self.running.tick(&sample);
-        if !output.health.contains(Health::STOPPED) {
+        if !output.health.intersects(Health::STOPPED.union(Health::BRAKES)) {
             output.health |= hunts;
         }
         if let Some(fence) = &self.around.fence {

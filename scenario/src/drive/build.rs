@@ -900,8 +900,8 @@ fn within_the_band(designed: &DriveDesign, following_error_rad: Option<f64>) -> 
     let following_rad = following_error_rad?;
     (following_rad < f64::from(most)).then(|| {
         format!(
-            "limits.following_error_rad = {} is less than the {} rad that the band at rest may widen to, so a motor that \
-             hunts ends in this alarm: take more, or drive.rest_band = \"fixed\"",
+            "limits.following_error_rad = {} is less than the {} rad that the band at rest may widen to, so a motor \
+             that hunts ends in this alarm: take more, or drive.rest_band = \"fixed\"",
             shown(following_rad),
             shown(rounded(most.into()))
         )

@@ -239,8 +239,8 @@ struct Base<'a> {
 
 impl Base<'_> {
     fn with(&self, sets: &[&str]) -> Result<Experiment, ScenarioError> {
-        // Friction that fades: where it holds, encoders of two steps let the shaft go at other instants, and the noise of u
-        // is not told by their difference.
+        // Friction that fades: where it holds, encoders of two steps let the shaft go at other instants, and the noise
+        // of u is not told by their difference.
         let faded = [format!("friction.model={:?}", "faded")];
         let common = ["fault=[]", "error={}", "load=[]", "drive.uncertain_percent=20"];
         let more = common.iter().chain(sets).map(ToString::to_string);
