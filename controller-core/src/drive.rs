@@ -12,6 +12,7 @@
 //! | to say where it should be | [`Position`], [`Speed`] or [`Hold`], and a [`Target`] for each end of a tick |
 //! | to plan that | [`Joined`], [`Sine`], [`Streamed`], [`Player`], [`shortest`], [`stop`] |
 //! | to go to set-points that come at any time | [`Profile`] |
+//! | to come to rest in friction, to stay within limits | [`RestBand`], [`Fence`] |
 //! | to be told when something is wrong | the gate of a design, [`Monitored`], [`Health`](crate::Health) |
 //! | to tune it in motion, to store it | `retune`, `words` of [`Running`](crate::Running), [`EncoderForm::at_rest`] |
 //! | another plant | [`ChainModel`] with an example, [`map_error`] |

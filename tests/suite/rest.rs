@@ -192,7 +192,7 @@ fn motors_of_four_sizes_come_to_rest_in_friction_that_holds() {
     let [without, with] = [sum(&rows, |[off, ..]| off.loud), sum(&rows, |[.., learns]| learns.loud)];
     println!("{without} and {with} of {runs}");
     assert!(4 * without >= 3 * runs, "{without} of {runs} hunt without a band");
-    assert!(60 * with <= runs.max(60), "{with} of {runs} are loud with one");
+    assert!(16 * with <= runs.max(16), "{with} of {runs} are loud with one");
     assert_eq!(sum(&rows, |[.., learns]| learns.reversing), 0);
     for (name, way, bands) in &rows {
         if matches!(*name, "template" | "direct drive") {
@@ -220,7 +220,7 @@ fn corners_of_fifty_percent_come_to_rest_too() {
             all.iter_mut().zip(of(bands)).for_each(|(all, one)| *all += one);
         }
         println!("{after}: {} without, {} with a band, of {}", all[0], all[1], all[2]);
-        assert!(10 * all[1] <= all[2] && 2 * all[0] >= all[2], "{after}: {all:?}");
+        assert!(8 * all[1] <= all[2] && 2 * all[0] >= all[2], "{after}: {all:?}");
     }
 }
 
