@@ -717,7 +717,7 @@ impl Reply {
                 let [u, sigma, sigma_star] = [a, b, c].map(f32::from_bits);
                 Self::Driven(Driven { u, sigma, sigma_star, health, turn: e as i32, estimates })
             }),
-            134 => Some(Health::from_bits(d as u16)).filter(|_| d < 1 << 19).map(|health| {
+            134 => (d < 1 << 19).then(|| Health::from_bits(d as u16)).map(|health| {
                 let mut estimates = [[0.0; 4]; MAX_E];
                 for (number, word) in estimates.as_flattened_mut().iter_mut().zip(&words[5..]) {
                     *number = f32::from_bits(*word);

@@ -212,15 +212,12 @@ impl RestBand {
         let (away, is_near) = (error.abs(), (error - state.anchor).abs() <= count);
         state.share += rise * (1.0 - state.share);
         if !(is_slow || is_near) {
-            state.slipped = 1.0;
-        }
-        state.stood = if !(is_slow || is_near) {
-            0.0
+            (state.stood, state.slipped) = (0.0, 1.0);
         } else if state.stood < stands {
-            state.stood + 1.0
+            state.stood += 1.0;
         } else {
-            stands
-        };
+            state.stood = stands;
+        }
         if is_slow || !is_near {
             state.anchor = error;
         }
