@@ -476,6 +476,25 @@ struct Around {
     rest_band: Option<RestBand>,
 }
 
+impl Around {
+    /// The targets of a tick, as its law is to have them.
+    fn placed<L, const E: usize, const N: usize>(
+        &self,
+        resting: &mut Resting,
+        running: &Running<Monitored<L, E>>,
+        sample: &Sample<i32, Target<f32, i32, N>, E>,
+    ) -> (L::Sample, Health)
+    where
+        L: Watched<E> + DriveLaw<E, N>,
+    {
+        let Sample { counts, mut begin, mut end } = *sample;
+        let hunts = self
+            .rest_band
+            .map_or(Health::OK, |band| band.place(resting, running.estimates().as_ref(), &mut begin, &mut end));
+        (L::sample(counts, &begin, &end), hunts)
+    }
+}
+
 /// A drive in this process.
 struct Whole<L: Watched<E>, const E: usize> {
     running: Running<Monitored<L, E>>,
@@ -489,12 +508,8 @@ where
     L::State: Send,
 {
     fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError> {
-        let Sample { counts, begin, end } = sample;
-        let (mut from, mut to, mut hunts) = (*begin, *end, Health::OK);
-        if let Some(band) = &self.around.rest_band {
-            hunts = band.place(&mut self.resting, self.running.estimates().as_ref(), &mut from, &mut to);
-        }
-        let sample = L::sample(*counts, &from, &to);
+        let begin = &sample.begin;
+        let (sample, hunts) = self.around.placed(&mut self.resting, &self.running, sample);
         self.running.start_at_once(&sample);
         let mut output = self.running.tick(&sample);
         if !output.health.intersects(Health::STOPPED.union(Health::BRAKES)) {
@@ -526,11 +541,7 @@ where
         })?;
         let (law, around) = *other;
         // The targets of the tick that comes, which moves them itself.
-        let (mut from, mut to, mut resting) = (sample.begin, sample.end, self.resting);
-        if let Some(band) = &around.rest_band {
-            band.place(&mut resting, self.running.estimates().as_ref(), &mut from, &mut to);
-        }
-        let sample = L::sample(sample.counts, &from, &to);
+        let (sample, _) = around.placed(&mut { self.resting }, &self.running, sample);
         self.running.retune(law, &sample).map_err(|error| PortError::Refused(error.to_string()))?;
         self.around = around;
         Ok(())
