@@ -89,7 +89,7 @@ pub use law::{DriveEstimates, DriveLaw, EncoderForm, MOST_DELAY_TICKS, Sample};
 pub use monitor::{
     ALARMS, ANSWERED, BEYOND_CONTROL, BRAKING, Bounds, Monitored, MonitoredState, RUNAWAY, WatchTicks, Watched,
 };
-pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorModel, Switching};
+pub use motor::{DEFAULT_LAG_S, Motor, MotorBandwidths, MotorDesign, MotorDrive, MotorMargin, MotorModel, Switching};
 pub use numbers::LAYOUT;
 #[doc(hidden)]
 pub use profile::{PROFILE_UNITS, jet_of_profile};

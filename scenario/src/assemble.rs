@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use controller_core::drive::MotorMargin;
 use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
 use loop_sim::actuator::{self, Actuator};
 use loop_sim::closed_loop::{Loop, LoopError, close_loop};
@@ -151,6 +152,8 @@ pub struct Drive {
     pub motion: Motion,
     /// Time constant of the current loop, s.
     pub current_lag_s: f64,
+    /// The rule of a motor, whose bandwidths these are or begin with.
+    pub margin: MotorMargin,
     /// What the supply leaves, if the file says it.
     pub top_speed: Option<TopSpeed>,
     /// λ_2: what |σ*| stays below with the quiet gains while every innovation is at most one step of its encoder.

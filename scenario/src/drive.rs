@@ -14,12 +14,14 @@ mod build;
 mod fence;
 mod gear;
 mod inertia;
+mod margin;
 mod planned;
 mod supply;
 #[cfg(test)]
 mod tests;
 
 pub(super) use build::{joint, motor};
+use margin::MarginKey;
 
 table! {
 /// One run of a motor under its drive. What has no default must be given.
@@ -179,14 +181,17 @@ pub struct MotorDriveTable {
     pub period_s: f64 = 1e-3,
     /// What it follows. Default position.
     pub mode: ModeKey = ModeKey::Position,
-    /// Bandwidth of the position error, rad/s; the observer and the reaching law follow it. Default: by rule, of the
-    /// encoder's steps and the phase that period, lag and delay cost.
+    /// Stability margin of the rule for the bandwidths: "fast", "standard", or the peak of the sensitivity function
+    /// with the quiet gain set. Default "fast".
+    pub margin: Option<MarginKey>,
+    /// Bandwidth of the position error, rad/s; the observer and the reaching law change in proportion. Default: by
+    /// rule, of the encoder's steps and the phase that period, lag and delay cost.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub surface_rad_s: Option<f64>,
-    /// Bandwidth of the observer, rad/s. Default: 1.5 times that of the error.
+    /// Bandwidth of the observer, rad/s. Default: by rule.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub observer_rad_s: Option<f64>,
-    /// Gain k_l of the reaching law, 1/s. Default: 8 times the bandwidth of the error, at most one per tick.
+    /// Gain k_l of the reaching law, 1/s. Default: by rule, at most one per tick.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reaching_per_s: Option<f64>,
     /// How well inertia and torque constant are known, percent, at most 50; of an inertia with a range the torque

@@ -6,7 +6,7 @@
 use std::fmt;
 
 use controller_core::bounds::{DisturbanceBounds, ultimate};
-use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign, Switching, bessel_poles};
+use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign, MotorMargin, Switching, bessel_poles};
 use controller_core::error_dynamics::{error_poles, surface_roots};
 use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
 use loop_sim::linear::LawAtRest;
@@ -16,6 +16,7 @@ use scenario::{AtRest, Experiment, Sensed};
 use serde::Serialize;
 
 use crate::Error;
+use crate::gain_sets::{GainSet, MarginPrice, gain_sets, prices};
 use crate::kind::{Kind, observer_limit};
 use crate::map::is_zero;
 use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
@@ -55,6 +56,12 @@ pub struct Design {
     pub limits: Vec<Limit>,
     /// A better design, if there is one.
     pub suggested: Option<Suggested>,
+    /// Of a drive: its gain sets, each as if it stayed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gain_sets: Vec<GainSet>,
+    /// Of a motor: its own figures, and those of the rules with another margin.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub prices: Vec<MarginPrice>,
     /// Of a motor whose file says a range of its inertia: what of it is covered.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inertia_range: Option<Covered>,
@@ -264,6 +271,14 @@ pub fn design(experiment: &Experiment) -> Result<Design, Error> {
         bounds: bounds(experiment),
         limits: limits(experiment, at_rest, &got),
         suggested: suggested(experiment, at_rest, &got)?,
+        gain_sets: experiment
+            .drive
+            .as_ref()
+            .map_or_else(|| Ok(Vec::new()), |drive| gain_sets(&drive.designed, at_rest))?,
+        prices: experiment
+            .drive
+            .as_ref()
+            .map_or_else(|| Ok(Vec::new()), |drive| prices(&drive.designed, drive.current_lag_s, at_rest))?,
         inertia_range: covered(at_rest, at_rest.law.as_ref(), experiment.period_s)?,
         left_out: at_rest.left_out.clone(),
         asked,
@@ -401,11 +416,6 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
     })
 }
 
-/// Delay that the phase of a motor's loop pays for, s: half a period of hold, the current loop, the delay.
-fn late_s(design: &MotorDesign, lag_s: f64, form: Form) -> [f64; 3] {
-    [design.period_s / 2.0, 1.5 * lag_s, form.delay_ticks as f64 * design.period_s]
-}
-
 fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Limit> {
     let period_s = experiment.period_s;
     let mut found = Vec::new();
@@ -429,17 +439,23 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
         let most = observer_limit(&drive.designed);
         match &drive.designed {
             DriveDesign::Motor(DriveOf { design, .. }) => {
-                let [hold, lag, delay] = late_s(design, drive.current_lag_s, form).map(|late_s| 1e3 * late_s);
+                let (lag_s, delay_ticks) = (drive.current_lag_s, form.delay_ticks as u32);
+                let [_, most_rad_s] = design.limits_by_rule(drive.margin, lag_s, delay_ticks);
+                let [hold, lag, delay] =
+                    design.lost_time_s(drive.margin, lag_s, delay_ticks).map(|lost_s| number(1e3 * lost_s));
                 let w = design.bandwidths;
                 // A speed loop has no w_c; its k_l goes with that of the rule.
-                let whose = if form.follows == Follows::Position { "w_c" } else { "w_c of the rule" };
+                let (whose, own_rad_s) = match (drive.margin, form.follows) {
+                    (MotorMargin::Standard, _) => ("w_o", w.observer_rad_s),
+                    (MotorMargin::Fast, Follows::Position) => ("w_c", w.surface_rad_s),
+                    (MotorMargin::Fast, Follows::Speed) => ("w_c of the rule", w.surface_rad_s),
+                };
+                let what = if drive.margin == MotorMargin::Fast { "hold" } else { "hold and law" };
                 let meaning = format!(
-                    "{whose} may be 0.1/({} ms of hold + {} of current loop + {} of delay)",
-                    number(hold),
-                    number(lag),
-                    number(delay)
+                    "{whose} may be {} rad/s, by {hold} ms of {what} + {lag} of current loop + {delay} of delay",
+                    number(most_rad_s)
                 );
-                limit("lost time", w.surface_rad_s * (hold + lag + delay) * 1e-3 / 0.1, meaning);
+                limit("lost time", own_rad_s / most_rad_s, meaning);
                 limit("observer", w.observer_rad_s * period_s / most, format!("w_o times the period may be {most}"));
                 limit("reaching law", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
             }
@@ -509,7 +525,9 @@ fn suggested(
             break;
         }
         let tried = match &drive.designed {
-            DriveDesign::Motor(motor) => vec![for_motor(motor, period_s, drive.current_lag_s, at_rest, declared)?],
+            DriveDesign::Motor(motor) => {
+                vec![for_motor(motor, (drive.margin, drive.current_lag_s), period_s, at_rest, declared)?]
+            }
             DriveDesign::Joint(joint) => for_joint(joint, period_s, at_rest, declared)?,
         };
         // What the next faster one was refused for.
@@ -558,27 +576,31 @@ fn closed(designed: &DriveDesign, at_rest: &AtRest) -> Result<Result<ClosedLoop,
 
 fn for_motor(
     motor: &DriveOf<MotorDesign, 1>,
+    (margin, lag_s): (MotorMargin, f64),
     period_s: f64,
-    lag_s: f64,
     at_rest: &AtRest,
     declared: Option<f64>,
 ) -> Result<Tried, MarginsError> {
     let (design, form) = (motor.design, motor.form);
-    let by_rule = MotorDesign { period_s, ..design }.with_lag(lag_s, form.delay_ticks as u32);
-    let with = |surface_rad_s| DriveDesign::Motor(DriveOf { design: by_rule.with_surface(surface_rad_s), ..*motor });
+    let delay_ticks = form.delay_ticks as u32;
+    let by_rule = MotorDesign { period_s, ..design }.with_margin(margin, lag_s, delay_ticks);
+    let with = |surface_rad_s| {
+        DriveDesign::Motor(DriveOf { design: by_rule.with_surface_by(margin, surface_rad_s), ..*motor })
+    };
     let quiet = declared.map(|most| quiet_enough(by_rule.bandwidths.surface_rad_s, most, at_rest, with)).transpose()?;
     let quiet = quiet.flatten();
-    let by_rule = quiet.map_or(by_rule, |surface_rad_s| by_rule.with_surface(surface_rad_s));
+    let by_rule = quiet.map_or(by_rule, |surface_rad_s| by_rule.with_surface_by(margin, surface_rad_s));
     let w = by_rule.bandwidths;
     let got = closed(&DriveDesign::Motor(DriveOf { design: by_rule, ..*motor }), at_rest)?;
-    let late = late_s(&by_rule, lag_s, form);
+    let late = by_rule.lost_time_s(margin, lag_s, delay_ticks);
     let (lost_s, longest) = (late.iter().sum::<f64>(), late.iter().fold(0.0, |a: f64, b| a.max(*b)));
-    let by_phase = 0.1 / lost_s;
+    let [by_noise, by_phase] = by_rule.limits_by_rule(margin, lag_s, delay_ticks);
     let why = if quiet.is_some() {
         declared_in_words(at_rest)
-    } else if w.surface_rad_s < 0.999 * by_phase {
-        let two_bits = by_phase.min(w.surface_rad_s * libm::pow(4.0, 0.4));
-        format!("noise binds; two more bits would allow {} rad/s", number(two_bits))
+    } else if by_noise < 0.999 * by_phase {
+        let two_bits = by_phase.min(by_noise * libm::pow(4.0, 0.4));
+        let whose = if margin == MotorMargin::Standard { "w_o = " } else { "" };
+        format!("noise binds; two more bits would allow {whose}{} rad/s", number(two_bits))
     } else {
         let remedy = match late.iter().position(|part| *part == longest) {
             Some(0) => "a shorter period",
@@ -590,16 +612,25 @@ fn for_motor(
     };
     let line = format!(
         "surface_rad_s = {}  # then w_o = {}, k_l = {}, alpha = {}",
-        number(w.surface_rad_s),
+        within(w.surface_rad_s, 0.5 / period_s),
         number(w.observer_rad_s),
         number(w.reaching_per_s),
         number(w.offset_per_s)
     );
     let one_set = quiet.and_then(|_| one_set(form, &design.switching, period_s, at_rest));
-    let is_near = (design.bandwidths.surface_rad_s / w.surface_rad_s - 1.0).abs() < 1e-3;
+    let now = design.bandwidths;
+    let is_near = [(now.surface_rad_s, w.surface_rad_s), (now.observer_rad_s, w.observer_rad_s)]
+        .iter()
+        .all(|(now, rule)| (now / rule - 1.0).abs() < 1e-3);
     let is_same = period_s == design.period_s && is_near && one_set.is_none();
     let lines = [line].into_iter().chain(one_set).collect();
     Ok(Tried { word: "the rule".into(), lines, is_same, why: Some(why), got })
+}
+
+/// Three digits that are no more than a limit.
+fn within(value: f64, most: f64) -> String {
+    let text = number(value);
+    if text.parse::<f64>().is_ok_and(|rounded| rounded <= most) { text } else { number(0.995 * value) }
 }
 
 /// The measured sets, the fastest first.

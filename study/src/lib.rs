@@ -7,6 +7,7 @@ pub mod compare;
 pub mod design;
 mod error;
 pub mod figures;
+pub mod gain_sets;
 pub mod identify;
 mod kind;
 pub mod map;

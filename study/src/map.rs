@@ -426,7 +426,7 @@ pub struct Question<'a> {
     /// The scenario.
     pub subject: Subject<'a>,
     /// `KEY=VALUE` that a preset sets at every point.
-    pub held: Option<String>,
+    pub held: Vec<String>,
     /// Along the first axis, then the second; one axis for a line, none for the corners one by one.
     pub axes: Vec<Axis>,
     /// A point is as good as the worst of these; none: only as the scenario says.

@@ -23,6 +23,7 @@ use std::fmt;
 
 use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
 use loop_sim::plant::Plant;
+use loop_sim::port::drive::DriveDesign;
 use loop_sim::solver::SolverError;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::linalg::{Hessenberg, Schur};
@@ -31,6 +32,7 @@ use scenario::{AtRest, Corner, Experiment};
 use serde::Serialize;
 
 use crate::Error;
+use crate::gain_sets::gain_sets;
 
 /// A root or pole, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -363,6 +365,22 @@ impl Loop {
         Ok(found)
     }
 
+    /// The largest |angle| after a step of 1 at the plant's input, of a stable loop whose first number is an angle.
+    pub(crate) fn deflection(&self) -> f64 {
+        const MOST: usize = 100_000;
+        let (mut state, mut largest) = (DVector::zeros(self.input.len()), 0.0_f64);
+        for k in 0..MOST {
+            let next: DVector<f64> = &self.closed * &state + &self.input;
+            let is_settled = k > 100 && (&next - &state).amax() <= 1e-9 * next.amax();
+            state = next;
+            largest = largest.max(state[0].abs());
+            if is_settled {
+                break;
+            }
+        }
+        largest
+    }
+
     /// What must hold of the margins of any loop that is stable. S is 1 far outside of the circle and has no pole
     /// there, so that its peak on the circle is no less; with a gain within the margins all poles are inside, beyond
     /// them one is not. Poles come of the closed loop's matrix, margins of the open one's: where these two disagree,
@@ -494,7 +512,7 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
         )];
     }
     let unstable = unstable_corners(at_rest, law, period_s).unwrap_or_default();
-    let Some(worst) = unstable.first() else { return Vec::new() };
+    let Some(worst) = unstable.first() else { return unstable_when_fast(experiment, at_rest).into_iter().collect() };
     let known = if at_rest.inertia_range.is_some() { "the range of the inertia" } else { "drive.uncertain_percent" };
     vec![format!(
         "unstable in {} of {} corners of what {known} allows, most with {} (a factor of {:.6} in a tick); `host-sim \
@@ -504,6 +522,23 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
         worst.name,
         worst.spectral_radius
     )]
+}
+
+/// Of a motor: its fast gain set, if it stayed, in the worst corner.
+fn unstable_when_fast(experiment: &Experiment, at_rest: &AtRest) -> Option<String> {
+    let designed = experiment.drive.as_ref().map(|drive| drive.designed)?;
+    if !matches!(designed, DriveDesign::Motor(_)) {
+        return None;
+    }
+    let sets = gain_sets(&designed, at_rest).ok()?;
+    let worst = sets.iter().find(|set| set.name == "fast")?.worst.as_ref()?;
+    worst.sensitivity_peak.is_none().then(|| {
+        format!(
+            "the fast gain set is unstable as long as it is in, with {}: drive.gain_sets = 1, a smaller \
+             drive.fast_ratio or a slower drive; `host-sim design` tells more",
+            worst.name
+        )
+    })
 }
 
 impl Margins {

@@ -261,8 +261,9 @@ fn rounded(designed: &DriveDesign) -> DriveDesign {
         surface_rad_s,
         observers_rad_s: w.observers_rad_s.into_iter().map(four).collect(),
         reaching_per_s: four(w.reaching_per_s),
-        offset_per_s: 0.5 * surface_rad_s,
-    };
+        offset_per_s: 0.0,
+    }
+    .with_offset();
     let mut designed = designed.redesigned(&bandwidths, designed.sudden_load_n_m());
     for ratio in designed.fast_ratios() {
         *ratio = four(*ratio);

@@ -8,15 +8,35 @@
 //! bandwidth) and hunts at rest where there is friction; it is for b known to 20 % and little friction.
 //!
 //! # Bandwidths by rule
-//! Surface, observer and reaching law stand as w_c : w_o : k_l = 1 : 1.5 : 8, with $k_l T \le 1$ and
+//! Two things limit bandwidths: the steps of the encoder, which make noise of u, and the phase that the loop loses to
+//! its period T, the lag of the current loop and ticks of delay. With
 //!
-//! $$ w_c = \min\left[ \left(\frac{0.01 \thinspace u_{max} b}{6 \thinspace \mathrm{unit} \sqrt T}\right)^{0.4}, \quad
-//!    \frac{0.1}{T/2 + 1.5 \thinspace \mathrm{lag} + \mathrm{delay}} \right] $$
+//! $$ w_n = \left(\frac{0.01 \thinspace u_{max} b}{6 \thinspace \mathrm{unit} \sqrt T}\right)^{0.4} $$
 //!
-//! The first bound lets the steps of the encoder make 1 % of the current limit as noise of u (fitted: the noise is 4 to
-//! 7 times $\mathrm{unit} \thinspace w_c^{2.5} \sqrt T / b$), the second is phase. With these the loop is stable for
-//! every J and K_t within ±50 % of the nominal, with 0 to 3 ticks of delay (test
-//! `drive_motor::corners_of_the_motor_are_stable`).
+//! the steps make about 1 % of the current limit as noise of u (fitted: the noise is 4 to 7 times
+//! $\mathrm{unit} \thinspace w_c^{2.5} \sqrt T / b$).
+//!
+//! [`MotorMargin::Fast`], which is what [`MotorDesign::by_rule`] takes, has $w_c : w_o : k_l = 1 : 1.5 : 8$ with
+//! $k_l T \le 1$ and
+//!
+//! $$ w_c = \min\left(w_n, \frac{0.1}{T/2 + 1.5 \thinspace \mathrm{lag} + \mathrm{delay}}\right) $$
+//!
+//! [`MotorMargin::Standard`] has a slow observer behind a fast law, which has more margin at the same noise. The law is
+//! as fast as steps and phase let it be, and the observer as fast as the law leaves phase for. With
+//! $L = 0.7 \thinspace T + 1.8 \thinspace \mathrm{lag} + \mathrm{delay}$:
+//!
+//! $$ w_c = \min\left(4.2 w_n, \frac{0.9}{L}, \frac{0.5}{T}\right), \qquad
+//!    k_l = \min\left(11.2 w_n, \frac{3}{L}, \frac{1}{T}\right) $$
+//!
+//! $$ w_o = \min\left(0.7 w_n, \frac{0.093}{0.165/w_c + 0.55/k_l - 0.19 \thinspace T + 1.4 \thinspace \mathrm{lag} +
+//!    \mathrm{delay}}\right) $$
+//!
+//! Its numbers are fitted on data sheets with J from 1e-7 to 0.1 kg m², T from 50 us to 4 ms, lags up to 2 T, 10 to 24
+//! bits and 0 to 3 ticks of delay (test `margin` of the crate `study`): the peak of the sensitivity function is up to
+//! 1.55, that of the fast gain set up to 1.85, and with J and K_t off by ±20 % up to 1.75 and 2.2.
+//!
+//! Either is stable for every J and K_t within ±50 % of the nominal, with 0 to 3 ticks of delay (tests
+//! `drive_motor::corners_of_the_motor_are_stable`, `margin`).
 //!
 //! Bandwidths of one's own are held to $w_c T \le 0.5$, $k_l T \le 1$ and $w_o T \le$ 0.8, 0.5, 0.3, 0.2 with 0, 1, 2,
 //! 3 ticks of delay; of an observer with four states 0.15 and 0.1 with 2 and 3 ([`MotorDesign::observer_limit`]). Up to
@@ -103,6 +123,19 @@ pub struct MotorBandwidths {
     pub reaching_per_s: f64,
     /// α: decay of the offset, 1/s.
     pub offset_per_s: f64,
+}
+
+/// Which rule the bandwidths of a motor follow ([`MotorDesign::with_margin`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MotorMargin {
+    /// A fast observer behind a slow law: the peak of the sensitivity function is up to 2.25, with the fast gain set up
+    /// to 2.7, and with J and K_t off by ±20 % up to 4.2.
+    #[default]
+    Fast,
+    /// A slow observer behind a fast law: peaks up to 1.55, 2.0 and 2.2. A load moves the shaft by about half more, and
+    /// the observer sees half as fast that something is wrong.
+    Standard,
 }
 
 /// How the second gain set comes in. The steps of an encoder fill the innovation with both signs, a load with one:
@@ -240,25 +273,82 @@ impl MotorDesign {
     /// and holding it.
     #[must_use]
     pub const fn with_lag(self, lag_s: f64, delay_ticks: u32) -> Self {
-        let t = self.period_s;
-        let by_phase = 0.1 / (t / 2.0 + 1.5 * lag_s + delay_ticks as f64 * t);
-        let noise = 0.01 * self.largest_acceleration() / (6.0 * self.encoder.unit_rad());
-        // (x/√T)^0.4 = (x²/T)^(1/5).
-        let by_noise = fifth_root(noise * noise / t);
-        self.with_surface(if by_noise < by_phase { by_noise } else { by_phase })
+        self.with_margin(MotorMargin::Fast, lag_s, delay_ticks)
     }
 
-    /// The same proportions for another w_c, with the gate for them.
+    /// The same with this margin.
+    #[must_use]
+    pub const fn with_margin(self, margin: MotorMargin, lag_s: f64, delay_ticks: u32) -> Self {
+        let [noise, phase] = self.limits_by_rule(margin, lag_s, delay_ticks);
+        let binding = lesser(noise, phase);
+        let bandwidths = match margin {
+            MotorMargin::Fast => return self.with_surface(binding),
+            MotorMargin::Standard => {
+                let [surface_rad_s, reaching_per_s] = self.law_by_rule(lag_s, delay_ticks);
+                MotorBandwidths { surface_rad_s, observer_rad_s: binding, reaching_per_s, offset_per_s: 0.5 * binding }
+            }
+        };
+        self.with_bandwidths(bandwidths)
+    }
+
+    /// What the steps of the encoder and the phase let a bandwidth be, rad/s: w_c of the fast rule, w_o of the standard
+    /// one.
+    pub const fn limits_by_rule(&self, margin: MotorMargin, lag_s: f64, delay_ticks: u32) -> [f64; 2] {
+        let [held, lag, delay] = self.lost_time_s(margin, lag_s, delay_ticks);
+        let late_s = held + lag + delay;
+        match margin {
+            MotorMargin::Fast => [self.by_noise(), 0.1 / late_s],
+            MotorMargin::Standard => [0.7 * self.by_noise(), 0.093 / late_s],
+        }
+    }
+
+    /// The time that the loop loses, s, as the rule weighs it: to the hold of a period (and to the law, where the
+    /// observer is what waits for it), to the lag of the current loop, and to ticks of delay.
+    pub const fn lost_time_s(&self, margin: MotorMargin, lag_s: f64, delay_ticks: u32) -> [f64; 3] {
+        let (t, delay_s) = (self.period_s, delay_ticks as f64 * self.period_s);
+        match margin {
+            MotorMargin::Fast => [t / 2.0, 1.5 * lag_s, delay_s],
+            MotorMargin::Standard => {
+                let [surface_rad_s, reaching_per_s] = self.law_by_rule(lag_s, delay_ticks);
+                [0.165 / surface_rad_s + 0.55 / reaching_per_s - 0.19 * t, 1.4 * lag_s, delay_s]
+            }
+        }
+    }
+
+    /// w_c and k_l of the standard rule.
+    const fn law_by_rule(&self, lag_s: f64, delay_ticks: u32) -> [f64; 2] {
+        let (t, noise) = (self.period_s, self.by_noise());
+        let late_s = 0.7 * t + 1.8 * lag_s + delay_ticks as f64 * t;
+        [lesser(4.2 * noise, lesser(0.9 / late_s, 0.5 / t)), lesser(11.2 * noise, lesser(3.0 / late_s, 1.0 / t))]
+    }
+
+    /// $(0.01 \thinspace u_{max} b / (6 \thinspace \mathrm{unit} \sqrt T))^{0.4}$.
+    const fn by_noise(&self) -> f64 {
+        let noise = 0.01 * self.largest_acceleration() / (6.0 * self.encoder.unit_rad());
+        // (x/√T)^0.4 = (x²/T)^(1/5).
+        fifth_root(noise * noise / self.period_s)
+    }
+
+    /// The proportions of the fast rule for another w_c, with the gate for them.
     #[must_use]
     pub const fn with_surface(self, surface_rad_s: f64) -> Self {
-        let fastest = 1.0 / self.period_s;
-        let reaching = 8.0 * surface_rad_s;
-        self.with_bandwidths(MotorBandwidths {
-            surface_rad_s,
-            observer_rad_s: 1.5 * surface_rad_s,
-            reaching_per_s: if reaching < fastest { reaching } else { fastest },
-            offset_per_s: 0.5 * surface_rad_s,
-        })
+        self.with_surface_by(MotorMargin::Fast, surface_rad_s)
+    }
+
+    /// Bandwidths for another w_c, with the gate for them: in the proportions of the fast rule, or, by the standard
+    /// one, in those of the present bandwidths with k_l at most 1/T.
+    #[must_use]
+    pub const fn with_surface_by(self, margin: MotorMargin, surface_rad_s: f64) -> Self {
+        let (w, fastest) = (self.bandwidths, 1.0 / self.period_s);
+        let [observer_rad_s, reaching_per_s, offset_per_s] = match margin {
+            MotorMargin::Fast => [1.5 * surface_rad_s, 8.0 * surface_rad_s, 0.5 * surface_rad_s],
+            MotorMargin::Standard => {
+                let faster = surface_rad_s / w.surface_rad_s;
+                [faster * w.observer_rad_s, faster * w.reaching_per_s, faster * w.offset_per_s]
+            }
+        };
+        let reaching_per_s = lesser(reaching_per_s, fastest);
+        self.with_bandwidths(MotorBandwidths { surface_rad_s, observer_rad_s, reaching_per_s, offset_per_s })
     }
 
     /// The same with other bandwidths and the gate for them.
@@ -304,8 +394,10 @@ impl MotorDesign {
         RestBand::of(count, self.largest_acceleration(), omega, self.period_s, learning)
     }
 
+    /// The brake follows the speed that the observer estimates, so it is slower than that.
     const fn brake_per_s(&self) -> f64 {
-        0.5 * self.bandwidths.surface_rad_s
+        let MotorBandwidths { surface_rad_s, observer_rad_s, .. } = self.bandwidths;
+        lesser(0.5 * surface_rad_s, observer_rad_s / 1.5)
     }
 
     const fn largest_acceleration(&self) -> f64 {
@@ -397,6 +489,10 @@ const fn fifth_root(x: f64) -> f64 {
         steps += 1;
     }
     root
+}
+
+const fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 /// The motor as the tick knows it.

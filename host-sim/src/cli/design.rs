@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use scenario::Experiment;
 use study::design::{AskedPoles, Bound, ClosedLoop, Design, LEAST_PHASE_DEG, Limit, Noise, Suggested};
+use study::gain_sets::{GainSet, MarginPrice, WorstCorner};
 use study::margins::{Margins, Root, UnstableCorner};
 use study::number::significant;
 use study::range::{Covered, End};
@@ -131,7 +132,13 @@ fn slow(poles: &[Root], period_s: f64) -> String {
 }
 
 fn text(design: &Design, experiment: &Experiment) -> String {
-    let head = format!("{}: {}\n{}", experiment.name, experiment.title, table(design, experiment));
+    let mut head = format!("{}: {}\n{}", experiment.name, experiment.title, table(design, experiment));
+    for table in [gain_sets(design), prices(design)].into_iter().flatten() {
+        head = format!("{head}\n{table}");
+    }
+    if !design.gain_sets.is_empty() {
+        head += "\n";
+    }
     remarks(design, experiment).into_iter().fold(head, |text, line| text + &line + "\n")
 }
 
@@ -147,6 +154,7 @@ pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
         say(format!("{head}{what}, {} % used: {meaning}", percent(*used)));
     }
     corners(design, &mut say);
+    guarantee(design).into_iter().for_each(&mut say);
     for warning in &experiment.warnings {
         say(format!("warning: {warning}"));
     }
@@ -193,6 +201,68 @@ fn corners(design: &Design, line: &mut impl FnMut(String)) {
     for words in design.inertia_range.iter().flat_map(inertia_in_words) {
         line(words);
     }
+}
+
+/// Each gain set as if it stayed, in the loop of the data sheet and in its worst corner; none of what has no gain sets.
+pub(super) fn gain_sets(design: &Design) -> Option<Table> {
+    let mut table =
+        Table::new(["gain set", "|S| up to", "phase, deg", "delay, ms", "gain", "|S| in the worst corner", "which is"]);
+    for GainSet { name, margins, worst } in &design.gain_sets {
+        let [corner, which] = match worst {
+            Some(WorstCorner { name, sensitivity_peak }) => {
+                [sensitivity_peak.map_or_else(|| "UNSTABLE".into(), number), name.clone()]
+            }
+            None => [String::new(), String::new()],
+        };
+        let figures = margins.as_ref().map_or_else(
+            || ["UNSTABLE".to_owned(), String::new(), String::new(), String::new()],
+            |it| {
+                let or_any = |value: Option<f64>| value.map_or_else(|| "any".to_owned(), number);
+                [
+                    number(it.sensitivity_peak),
+                    or_any(it.phase_deg),
+                    or_any(it.delay_s.map(|delay_s| 1e3 * delay_s)),
+                    format!("{} to {}", factor_down(it.gain_down), or_any(it.gain_up)),
+                ]
+            },
+        );
+        let [peak, phase, delay, gain] = &figures;
+        table.row([*name, peak, phase, delay, gain, &corner, &which]);
+    }
+    (!design.gain_sets.is_empty()).then_some(table)
+}
+
+/// What another margin would cost; none of what is no motor.
+pub(super) fn prices(design: &Design) -> Option<Table> {
+    let mut table =
+        Table::new(["margin", "|S| quiet", "fast", "in corners", "fast", "noise of u, A", "way of a 10 % load, mrad"]);
+    for MarginPrice { margin, sets, noise_a, deflection_rad } in &design.prices {
+        let name = margin.map_or_else(|| "of the file".into(), |margin| format!("{margin:?}"));
+        let peaks = [0, 1].map(|k| {
+            let or_unstable = |peak: Option<f64>| peak.map_or_else(|| "unstable".into(), number);
+            sets.get(k).map_or_else(Default::default, |set| {
+                let corner = set.worst.as_ref().map(|worst| or_unstable(worst.sensitivity_peak)).unwrap_or_default();
+                [or_unstable(set.margins.map(|margins| margins.sensitivity_peak)), corner]
+            })
+        });
+        let [[quiet, quiet_corner], [fast, fast_corner]] = &peaks;
+        let noise = noise_a.map(number).unwrap_or_default();
+        let way = deflection_rad.map(|rad| number(1e3 * rad)).unwrap_or_default();
+        table.row([name.as_str(), quiet, fast, quiet_corner, fast_corner, &noise, &way]);
+    }
+    (!design.prices.is_empty()).then_some(table)
+}
+
+/// What the peak of |S| guarantees.
+fn guarantee(design: &Design) -> Option<String> {
+    let peaks = design.gain_sets.iter().map(|set| Some(set.margins?.sensitivity_peak));
+    let peak = peaks.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)?;
+    Some(format!(
+        "|S| up to {} leaves at least {} deg of phase and bears {} times the plant's gain",
+        number(peak),
+        number(2.0 * libm::asin(0.5 / peak).to_degrees()),
+        number(peak / (peak - 1.0))
+    ))
 }
 
 /// What of a range of inertia is covered, and its ends.

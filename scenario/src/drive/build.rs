@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use controller_core::drive::{
-    DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorBandwidths, MotorDesign, Mounting, Profile,
-    ProfileLimits,
+    DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorBandwidths, MotorDesign, MotorMargin,
+    Mounting, Profile, ProfileLimits,
 };
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
@@ -19,6 +19,7 @@ use loop_sim::solver;
 
 use super::gear::{Gear, Geared};
 use super::inertia::{Inertia, too_uncertain};
+use super::margin::{self, MarginKey};
 use super::planned::{Asked, Planned, Wanted, ticks_s};
 use super::supply::{self, Keys};
 use super::{
@@ -770,6 +771,7 @@ struct Parts<'a, D, const E: usize> {
     /// Its design with another period; with that of the file as the file says.
     design: &'a dyn Fn(f64) -> D,
     of_kind: fn(DriveOf<D, E>) -> DriveDesign,
+    margin: MotorMargin,
     /// Does the file give a bandwidth?
     is_given: bool,
     top_speed: Option<TopSpeed>,
@@ -1002,6 +1004,7 @@ fn experiment<D: Copy, const E: usize>(
         designed,
         motion,
         current_lag_s: common.lag_s,
+        margin: parts.margin,
         top_speed: parts.top_speed,
         sigma_star_bound,
         twin,
@@ -1099,9 +1102,16 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
     let form = common.form(drive.gain_sets);
+    let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
+    let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2], 0.0);
+    let peak = |design: &MotorDesign| {
+        let law = DriveDesign::Motor(DriveOf { design: *design, form, mounted: [mounted], monitors }).at_rest().ok()?;
+        let plant = plant::Motor::new(believed, believed, lag, Signal::default());
+        margin::sensitivity_peak(law.law.as_ref(), &plant, design.period_s, form.delay_ticks)
+    };
     let design = |period_s: f64| {
         let drive = MotorDriveTable { period_s, ..drive.clone() };
-        inertia.with_gate(motor_design(&drive, sheet, nominal, mounted.encoder, limit, form.gain_sets))
+        inertia.with_gate(motor_design(&drive, sheet, nominal, (mounted.encoder, limit), form.gain_sets, &peak))
     };
     let mut warnings = common.warnings();
     warnings.extend(asked_states(&file.encoder, "encoder"));
@@ -1128,22 +1138,23 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
     let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
-    let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s];
+    let chosen = motor_in_words(&design(common.period_s), drive, sheet.current_lag_s, form);
     experiment(
         &common,
         Parts {
             form,
             mounted: [mounted],
-            monitors: common.monitors(resolved.reaction, [nominal.inertia_kg_m2], 0.0),
+            monitors,
             resolved,
             design: &design,
             of_kind: DriveDesign::Motor,
+            margin: drive.margin.unwrap_or_default().rule(),
             is_given: given.iter().any(Option::is_some),
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             planned,
             warnings,
-            chosen: motor_in_words(&design(common.period_s), drive.surface_rad_s.is_some(), sheet.current_lag_s, form),
+            chosen,
             shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
             states: &MOTOR_STATES,
             x0: vec![sheet.start_rad],
@@ -1171,51 +1182,63 @@ fn motor_design(
     drive: &MotorDriveTable,
     sheet: &MotorTable,
     nominal: Motor,
-    encoder: Encoder,
-    limit: f64,
+    (encoder, limit): (Encoder, f64),
     gain_sets: usize,
+    peak: &dyn Fn(&MotorDesign) -> Option<f64>,
 ) -> MotorDesign {
-    let by_rule = MotorDesign::by_rule(drive.period_s, nominal, encoder, Limits::symmetric(limit))
-        .with_lag(sheet.current_lag_s, drive.delay_ticks as u32);
+    let by_rule = MotorDesign::by_rule(drive.period_s, nominal, encoder, Limits::symmetric(limit));
+    let late = (sheet.current_lag_s, drive.delay_ticks as u32);
+    let by_rule = margin::with_margin(by_rule, drive.margin.unwrap_or_default(), late, peak);
     let fast_ratio = if gain_sets == 1 { 1.0 } else { drive.fast_ratio.unwrap_or(by_rule.fast_ratio) };
-    let design = MotorDesign { fast_ratio, ..by_rule }.with_bandwidths(motor_bandwidths(drive, by_rule.bandwidths));
+    let design = MotorDesign { fast_ratio, ..by_rule }.with_bandwidths(motor_bandwidths(drive, &by_rule));
     MotorDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design }
 }
 
 /// What the file says of them, and what follows of that.
-fn motor_bandwidths(drive: &MotorDriveTable, by_rule: MotorBandwidths) -> MotorBandwidths {
-    let surface_rad_s = drive.surface_rad_s.unwrap_or(by_rule.surface_rad_s);
-    let fastest = 1.0 / drive.period_s;
+fn motor_bandwidths(drive: &MotorDriveTable, by_rule: &MotorDesign) -> MotorBandwidths {
+    let rule = drive.margin.unwrap_or_default().rule();
+    let scaled = drive.surface_rad_s.map_or(*by_rule, |w_c| by_rule.with_surface_by(rule, w_c));
+    let w = scaled.bandwidths;
+    let observer_rad_s = drive.observer_rad_s.unwrap_or(w.observer_rad_s);
     MotorBandwidths {
-        surface_rad_s,
-        observer_rad_s: drive.observer_rad_s.unwrap_or(1.5 * surface_rad_s),
-        reaching_per_s: drive.reaching_per_s.unwrap_or((8.0 * surface_rad_s).min(fastest)),
-        offset_per_s: 0.5 * surface_rad_s,
+        observer_rad_s,
+        reaching_per_s: drive.reaching_per_s.unwrap_or(w.reaching_per_s),
+        offset_per_s: 0.5 * w.surface_rad_s.min(observer_rad_s),
+        ..w
     }
 }
 
 /// Bandwidths and why.
-fn motor_in_words(design: &MotorDesign, is_given: bool, lag_s: f64, form: Form) -> Vec<String> {
-    let w = design.bandwidths;
-    let late_s = design.period_s / 2.0 + 1.5 * lag_s + form.delay_ticks as f64 * design.period_s;
-    let why = if is_given {
-        "as given".into()
-    } else if w.surface_rad_s < 0.999 * 0.1 / late_s {
+fn motor_in_words(design: &MotorDesign, drive: &MotorDriveTable, lag_s: f64, form: Form) -> Vec<String> {
+    let MotorBandwidths { surface_rad_s, observer_rad_s, reaching_per_s, .. } = design.bandwidths;
+    let delay_ticks = form.delay_ticks as u32;
+    let rule = drive.margin.unwrap_or_default().rule();
+    let [noise, phase] = design.limits_by_rule(rule, lag_s, delay_ticks);
+    let lost_s: f64 = design.lost_time_s(rule, lag_s, delay_ticks).iter().sum();
+    let why = if [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s].iter().any(Option::is_some) {
+        "as given".to_owned()
+    } else if let Some(MarginKey::Peak(peak)) = drive.margin {
+        format!("for a sensitivity peak of {peak}")
+    } else if noise < 0.999 * phase {
         "more would make the encoder's steps worth 1 % of the current limit".into()
     } else {
-        format!("the phase lost in {:.2} ms of period, lag and delay allows no more", 1e3 * late_s)
+        format!("the phase lost in {:.2} ms of period, lag and delay allows no more", 1e3 * lost_s)
     };
-    let mut lines = match form.follows {
-        Follows::Position => vec![format!("error {:.0} rad/s: {why}", w.surface_rad_s)],
-        Follows::Speed => {
-            vec![format!("speed {:.0} 1/s, of a rule's {:.0} rad/s: {why}", w.reaching_per_s, w.surface_rad_s)]
-        }
-    };
-    lines.push(format!(
-        "observer {:.0} rad/s, reaching law {:.0} 1/s, gate {:.0} steps",
-        w.observer_rad_s, w.reaching_per_s, design.gate_steps
-    ));
-    lines
+    let reaching = format!("reaching law {reaching_per_s:.0} 1/s, gate {:.0} steps", design.gate_steps);
+    match (rule, form.follows) {
+        (MotorMargin::Fast, Follows::Position) => vec![
+            format!("error {surface_rad_s:.0} rad/s: {why}"),
+            format!("observer {observer_rad_s:.0} rad/s, {reaching}"),
+        ],
+        (MotorMargin::Standard, Follows::Position) => vec![
+            format!("observer {observer_rad_s:.0} rad/s: {why}"),
+            format!("error {surface_rad_s:.0} rad/s, {reaching}"),
+        ],
+        (_, Follows::Speed) => vec![
+            format!("speed {reaching_per_s:.0} 1/s, of a rule's {surface_rad_s:.0} rad/s: {why}"),
+            format!("observer {observer_rad_s:.0} rad/s, {reaching}"),
+        ],
+    }
 }
 
 /// The data sheet on the link's side of the gear, and the limit of the current.
@@ -1407,6 +1430,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             resolved,
             design: &design,
             of_kind: DriveDesign::Joint,
+            margin: MotorMargin::default(),
             is_given: given.iter().any(Option::is_some),
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             planned,

@@ -37,8 +37,9 @@ impl Ours {
             surface_rad_s,
             observers_rad_s: ratios.iter().zip(own).map(observer_rad_s).collect(),
             reaching_per_s: (ratios[observers] * surface_rad_s).min(most_reaching / t),
-            offset_per_s: 0.5 * surface_rad_s,
-        };
+            offset_per_s: 0.0,
+        }
+        .with_offset();
         let load_n_m = designed.limits().max * designed.torque_n_m_per_a();
         // The gates are for them too.
         for (k, ratio) in designed.fast_ratios().iter_mut().enumerate() {
@@ -55,11 +56,23 @@ impl Contender for Ours {
 
     /// Ratios, within what the design allows.
     fn knobs(&self) -> Vec<Knob> {
-        let slow = self.designed.bandwidths().surface_rad_s;
-        let surface = Knob { name: "surface (rad/s)", low: slow / 8.0, high: slow * 8.0, guess: slow };
+        let w = self.designed.bandwidths();
+        let (slow, fastest) = (w.surface_rad_s, 0.5 / self.designed.period_s());
+        // Beyond a half of the rate no design is taken: a drive near that is slowed down only.
+        let high = if 2.0 * slow > fastest { fastest } else { 8.0 * slow };
+        let surface = Knob { name: "surface (rad/s)", low: slow / 8.0, high, guess: slow };
         let [own, fast] = Kind::of(&self.designed).knobs;
         let fast = if self.gain_sets > 1 { fast } else { &[] };
-        [surface].into_iter().chain(own.iter().chain(fast).map(knob)).collect()
+        // The present ratios, each observer over what is slower than it.
+        let slower = [slow].into_iter().chain(w.observers_rad_s.iter().copied());
+        let present = w.observers_rad_s.iter().zip(slower).map(|(own, slower)| own / slower);
+        let present: Vec<f64> = present.chain([w.reaching_per_s / slow]).collect();
+        let mut own: Vec<Knob> = own.iter().map(knob).collect();
+        for (knob, present) in own.iter_mut().zip(present) {
+            knob.low = if present < knob.low { 0.5 * present } else { knob.low };
+            knob.guess = present.min(knob.high);
+        }
+        [surface].into_iter().chain(own).chain(fast.iter().map(knob)).collect()
     }
 
     fn design(&self, knobs: &[f64]) -> Option<Box<dyn Design>> {

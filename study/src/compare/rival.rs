@@ -285,9 +285,11 @@ impl Kind {
         }
     }
 
-    /// What may be chosen, with a guess to begin with from the bandwidth of the surface of this drive.
+    /// What may be chosen, with a guess to begin with from the bandwidths of this drive: of its error, or of an
+    /// observer that is slower.
     pub(super) fn knobs(self, designed: &DriveDesign) -> Vec<Knob> {
-        let slow = designed.bandwidths().surface_rad_s;
+        let w = designed.bandwidths();
+        let slow = w.observers_rad_s.iter().map(|own| own / 0.75).fold(w.surface_rad_s, f64::min);
         let knob = |name, guess: f64| Knob { name, low: guess / 8.0, high: guess * 8.0, guess };
         let [observers, cascade] =
             crate::kind::Kind::of(designed).rivals.map(|of| of.iter().map(|(name, times)| knob(*name, times * slow)));

@@ -150,12 +150,15 @@ fn axes_of(
 
 /// What a preset holds as the file has it: the lag of the current is off, and not known to be another, for which the
 /// rule of a motor would make another drive.
-fn held(preset: Option<&str>, experiment: &Experiment) -> Option<String> {
-    match (preset?, experiment.drive.as_ref()?.designed) {
-        ("delay", designed) if designed.name() == "motor" => {
-            Some(format!("drive.surface_rad_s={:?}", designed.bandwidths().surface_rad_s))
+fn held(preset: Option<&str>, experiment: &Experiment) -> Vec<String> {
+    match (preset, experiment.drive.as_ref().map(|drive| drive.designed)) {
+        (Some("delay"), Some(designed)) if designed.name() == "motor" => {
+            let w = designed.bandwidths();
+            let keys = ["surface_rad_s", "observer_rad_s", "reaching_per_s"];
+            let values = [w.surface_rad_s, w.observers_rad_s[0], w.reaching_per_s];
+            keys.iter().zip(values).map(|(key, value)| format!("drive.{key}={value:?}")).collect()
         }
-        _ => None,
+        _ => Vec::new(),
     }
 }
 
@@ -181,7 +184,7 @@ impl<'a> Question<'a> {
     pub fn of(subject: Subject<'a>, experiment: &Experiment) -> Self {
         Self {
             subject,
-            held: None,
+            held: Vec::new(),
             axes: Vec::new(),
             corners: Vec::new(),
             percent: None,

@@ -109,6 +109,15 @@ pub struct Bandwidths {
     pub offset_per_s: f64,
 }
 
+impl Bandwidths {
+    /// The same with α by rule: half of the slowest of surface and observers.
+    #[must_use]
+    pub fn with_offset(self) -> Self {
+        let slowest = self.observers_rad_s.iter().copied().fold(self.surface_rad_s, f64::min);
+        Self { offset_per_s: 0.5 * slowest, ..self }
+    }
+}
+
 /// Names of a kind of drive, the state that each encoder sees, and the keys of [`Kind::KEYS`].
 type Words = ([&'static str; 2], &'static [usize], (&'static [&'static str], &'static str));
 

@@ -1,0 +1,132 @@
+//! Bandwidths of a motor for a stability margin: one of the two rules, or between them for a peak of the sensitivity
+//! function that is asked for.
+//!
+//! The peak Ms of |S| says how much may be wrong: the phase margin is at least 2 asin(1/(2 Ms)), and the plant's gain
+//! may grow by Ms/(Ms - 1). Here S is the discrete Fourier transform of a pulse's answer: with an impulse w at the
+//! plant's input, v = u + w is the impulse response of S. `study::margins` computes the same of matrices.
+
+use controller_core::drive::{MotorBandwidths, MotorDesign, MotorMargin};
+use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
+use loop_sim::plant::Plant;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A name or a number.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MarginKey {
+    /// One of the rules.
+    Rule(MarginRule),
+    /// Peak of the sensitivity function with the quiet gain set, by the data sheet.
+    Peak(#[schemars(range(min = 1.2, max = 3))] f64),
+}
+
+impl Default for MarginKey {
+    fn default() -> Self {
+        Self::Rule(MarginRule::Fast)
+    }
+}
+
+/// The rules for the bandwidths of a motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MarginRule {
+    /// Peak of the sensitivity function up to 2.2, up to 2.7 with the fast gain set.
+    Fast,
+    /// Peak up to 1.55, up to 2.0 with the fast gain set; a load moves the shaft by about half more.
+    Standard,
+}
+
+impl MarginKey {
+    /// The rule that it is or begins with.
+    pub(super) const fn rule(self) -> MotorMargin {
+        match self {
+            Self::Rule(MarginRule::Fast) => MotorMargin::Fast,
+            Self::Rule(MarginRule::Standard) | Self::Peak(_) => MotorMargin::Standard,
+        }
+    }
+}
+
+/// Slower than the standard rule the observer is made by at most this factor.
+const SLOWEST: f64 = 8.0;
+
+/// This design with the bandwidths of a margin. `peak` is what a design has.
+pub(super) fn with_margin(
+    design: MotorDesign,
+    key: MarginKey,
+    (lag_s, delay_ticks): (f64, u32),
+    peak: impl Fn(&MotorDesign) -> Option<f64>,
+) -> MotorDesign {
+    let of = |margin| design.with_margin(margin, lag_s, delay_ticks);
+    let asked = match key {
+        MarginKey::Rule(_) => return of(key.rule()),
+        MarginKey::Peak(asked) => asked,
+    };
+    let [standard, fast] = [MotorMargin::Standard, MotorMargin::Fast].map(|margin| of(margin).bandwidths);
+    // 0 is the standard rule and 1 the fast one; below 0 the observer alone gets slower.
+    let at = |share: f64| {
+        let between = |slow: f64, fast: f64| slow * (fast / slow).powf(share.max(0.0));
+        let slower = SLOWEST.powf(share.min(0.0));
+        let observer_rad_s = slower * between(standard.observer_rad_s, fast.observer_rad_s);
+        let surface_rad_s = between(standard.surface_rad_s, fast.surface_rad_s);
+        design.with_bandwidths(MotorBandwidths {
+            surface_rad_s,
+            observer_rad_s,
+            reaching_per_s: between(standard.reaching_per_s, fast.reaching_per_s),
+            offset_per_s: 0.5 * surface_rad_s.min(observer_rad_s),
+        })
+    };
+    let (mut low, mut high) = (-1.0, 1.0);
+    for _ in 0..16 {
+        let middle = 0.5 * (low + high);
+        // One that is refused is too fast.
+        if peak(&at(middle)).is_some_and(|peak| peak <= asked) { low = middle } else { high = middle }
+    }
+    at(low)
+}
+
+/// Largest |S| at the plant's input; none of a loop that cannot be computed or does not decay.
+pub(super) fn sensitivity_peak(
+    law: &dyn LawAtRest,
+    plant: &dyn Plant,
+    period_s: f64,
+    delay_ticks: usize,
+) -> Option<f64> {
+    let v = pulse(law, plant, period_s, delay_ticks)?;
+    let size_at = |phase: f64| {
+        let (mut re, mut im) = (0.0, 0.0);
+        for (k, v) in v.iter().enumerate() {
+            let (sin, cos) = (phase * k as f64).sin_cos();
+            (re, im) = (re + v * cos, im - v * sin);
+        }
+        f64::hypot(re, im)
+    };
+    // 60 phases per factor of ten, down to a thousandth of the Nyquist rate.
+    let phases = (0..180).map(|k| std::f64::consts::PI * 10_f64.powf(-f64::from(k) / 60.0));
+    Some(phases.map(size_at).fold(0.0, f64::max))
+}
+
+/// The answer of v to a pulse, until nothing is left of it.
+fn pulse(law: &dyn LawAtRest, plant: &dyn Plant, period_s: f64, delay_ticks: usize) -> Option<Vec<f64>> {
+    const MOST: usize = 20_000;
+    let law = LinearTick::of(law, true);
+    let plant = LinearPlant::of(plant, law.u, period_s).ok()?;
+    let dot = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
+    let (mut x, mut s) = (vec![0.0; plant.gamma.len()], vec![0.0; law.c.len()]);
+    let mut asked = std::collections::VecDeque::from(vec![0.0; delay_ticks]);
+    let (mut all, mut quiet) = (Vec::new(), 0);
+    while quiet < 200 {
+        let angle = &x[..1];
+        asked.push_back(dot(&law.c, &s) + dot(&law.d, angle));
+        let held = asked.pop_front()?;
+        let v = held + if all.is_empty() { 1.0 } else { 0.0 };
+        s = (0..s.len()).map(|i| dot(&law.a[i], &s) + dot(&law.b[i], angle) + law.e[i] * held).collect();
+        x = (0..x.len()).map(|i| dot(&plant.phi[i], &x) + plant.gamma[i] * v).collect();
+        all.push(v);
+        quiet = if v.abs() < 1e-7 { quiet + 1 } else { 0 };
+        if all.len() > MOST || !v.is_finite() {
+            return None;
+        }
+    }
+    Some(all)
+}
