@@ -19,7 +19,9 @@ use crate::Error;
 use crate::gain_sets::{GainSet, MarginPrice, gain_sets, prices};
 use crate::kind::{Kind, observer_limit};
 use crate::map::is_zero;
-use crate::margins::{Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, offset_per_s, unstable_corners};
+use crate::margins::{
+    Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, noise_of, offset_per_s, unstable_corners,
+};
 use crate::number::significant;
 use crate::range::{Covered, covered};
 
@@ -210,8 +212,7 @@ impl ClosedLoop {
 
     /// Noise of u; none of a loop that is not stable.
     fn noise(&self, at_rest: &AtRest) -> Option<f64> {
-        let parts = self.noise_gains.iter().zip(&at_rest.sensed).map(|(gain, sensed)| gain * sensed.rms);
-        self.margins.is_some().then(|| parts.map(|part| part * part).sum::<f64>().sqrt())
+        self.margins.is_some().then(|| noise_of(&self.noise_gains, at_rest))
     }
 
     /// Is most of the noise of u what the file declares, and not what steps make?
@@ -261,6 +262,14 @@ pub fn design(experiment: &Experiment) -> Result<Design, Error> {
         sensor_rms: sensed.rms,
         u_rms: gain * sensed.rms,
     });
+    let (sets, prices) = match &experiment.drive {
+        Some(drive) => {
+            let sets = gain_sets(&drive.designed, at_rest)?;
+            let prices = prices(&drive.designed, &sets, drive.current_lag_s, at_rest)?;
+            (sets, prices)
+        }
+        None => Default::default(),
+    };
     let is_of_offset = |asked: &&AskedPoles| asked.name != OFFSET;
     let rates = asked.iter().filter(is_of_offset).flat_map(|asked| &asked.poles).map(|pole| -pole.re);
     Ok(Design {
@@ -271,14 +280,8 @@ pub fn design(experiment: &Experiment) -> Result<Design, Error> {
         bounds: bounds(experiment),
         limits: limits(experiment, at_rest, &got),
         suggested: suggested(experiment, at_rest, &got)?,
-        gain_sets: experiment
-            .drive
-            .as_ref()
-            .map_or_else(|| Ok(Vec::new()), |drive| gain_sets(&drive.designed, at_rest))?,
-        prices: experiment
-            .drive
-            .as_ref()
-            .map_or_else(|| Ok(Vec::new()), |drive| prices(&drive.designed, drive.current_lag_s, at_rest))?,
+        gain_sets: sets,
+        prices,
         inertia_range: covered(at_rest, at_rest.law.as_ref(), experiment.period_s)?,
         left_out: at_rest.left_out.clone(),
         asked,

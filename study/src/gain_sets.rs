@@ -8,7 +8,7 @@ use loop_sim::port::drive::{DriveDesign, DriveOf, Follows};
 use scenario::{AtRest, Corner};
 use serde::Serialize;
 
-use crate::margins::{Loop, Margins, MarginsError};
+use crate::margins::{Loop, Margins, MarginsError, noise_of};
 
 /// One gain set of a drive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -71,7 +71,7 @@ pub fn gain_sets(designed: &DriveDesign, at_rest: &AtRest) -> Result<Vec<GainSet
 }
 
 /// The drive whose quiet set is the fast one of this; none where there is one set.
-fn fast(designed: &DriveDesign) -> Option<DriveDesign> {
+pub(crate) fn fast(designed: &DriveDesign) -> Option<DriveDesign> {
     let mut fast = *designed;
     let mut w = fast.bandwidths();
     for (observer_rad_s, ratio) in w.observers_rad_s.iter_mut().zip(fast.fast_ratios()) {
@@ -81,19 +81,27 @@ fn fast(designed: &DriveDesign) -> Option<DriveDesign> {
     (designed.form().gain_sets > 1).then_some(fast)
 }
 
-/// The file's own numbers and those of both rules, without a rule that is the file's; nothing of a joint.
+/// The file's own numbers, whose gain sets are known, and those of both rules, without a rule that is the file's;
+/// nothing of a joint.
 ///
 /// # Errors
 /// When a loop has no finite matrices.
-pub fn prices(designed: &DriveDesign, lag_s: f64, at_rest: &AtRest) -> Result<Vec<MarginPrice>, MarginsError> {
+pub fn prices(
+    designed: &DriveDesign,
+    sets: &[GainSet],
+    lag_s: f64,
+    at_rest: &AtRest,
+) -> Result<Vec<MarginPrice>, MarginsError> {
     let DriveDesign::Motor(motor) = designed else { return Ok(Vec::new()) };
-    let by_rule = [("standard", MotorMargin::Standard), ("fast", MotorMargin::Fast)].map(|(name, margin)| {
-        (name, MotorDesign { ..motor.design }.with_margin(margin, lag_s, motor.form.delay_ticks as u32))
-    });
+    let by_rule = [("standard", MotorMargin::Standard), ("fast", MotorMargin::Fast)]
+        .map(|(name, margin)| (name, motor.design.with_margin(margin, lag_s, motor.form.delay_ticks as u32)));
     let own = by_rule.iter().find(|(_, design)| is_near(design, &motor.design)).map(|(name, _)| *name);
     let others = by_rule.into_iter().filter(|(name, _)| Some(*name) != own);
-    let all = [(own, motor.design)].into_iter().chain(others.map(|(name, design)| (Some(name), design)));
-    all.map(|(margin, design)| price(margin, &DriveDesign::Motor(DriveOf { design, ..*motor }), at_rest)).collect()
+    let others = others.map(|(name, design)| {
+        let designed = DriveDesign::Motor(DriveOf { design, ..*motor });
+        price(Some(name), &designed, gain_sets(&designed, at_rest)?, at_rest)
+    });
+    [price(own, designed, sets.to_vec(), at_rest)].into_iter().chain(others).collect()
 }
 
 fn is_near(rule: &MotorDesign, own: &MotorDesign) -> bool {
@@ -106,17 +114,18 @@ fn is_near(rule: &MotorDesign, own: &MotorDesign) -> bool {
     pairs.iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-3)
 }
 
-fn price(margin: Option<&'static str>, designed: &DriveDesign, at_rest: &AtRest) -> Result<MarginPrice, MarginsError> {
-    let sets = gain_sets(designed, at_rest)?;
+fn price(
+    margin: Option<&'static str>,
+    designed: &DriveDesign,
+    sets: Vec<GainSet>,
+    at_rest: &AtRest,
+) -> Result<MarginPrice, MarginsError> {
     let of = |designed: &DriveDesign| -> Result<Option<Loop>, MarginsError> {
         let Ok(law) = designed.at_rest() else { return Ok(None) };
         let it = Loop::of(at_rest, law.law.as_ref(), designed.period_s())?;
         Ok((it.spectral_radius(1.0)? < 1.0).then_some(it))
     };
-    let noise_a = of(designed)?.map(|quiet| {
-        let parts = quiet.noise_gains().into_iter().zip(&at_rest.sensed).map(|(gain, sensed)| gain * sensed.rms);
-        parts.map(|part| part * part).sum::<f64>().sqrt()
-    });
+    let noise_a = of(designed)?.map(|quiet| noise_of(&quiet.noise_gains(), at_rest));
     let pushed =
         if designed.form().follows == Follows::Position { of(&fast(designed).unwrap_or(*designed))? } else { None };
     let load_a = 0.1 * designed.limits().max;

@@ -32,7 +32,7 @@ use scenario::{AtRest, Corner, Experiment};
 use serde::Serialize;
 
 use crate::Error;
-use crate::gain_sets::gain_sets;
+use crate::gain_sets::fast;
 
 /// A root or pole, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -450,6 +450,12 @@ impl Loop {
     }
 }
 
+/// Rms of u that sensors make together, by [`Loop::noise_gains`].
+pub(crate) fn noise_of(noise_gains: &[f64], at_rest: &AtRest) -> f64 {
+    let parts = noise_gains.iter().zip(&at_rest.sensed).map(|(gain, sensed)| gain * sensed.rms);
+    parts.map(|part| part * part).sum::<f64>().sqrt()
+}
+
 /// How fast the slowest of these poles decays, 1/s; negative if one grows.
 pub fn decay_per_s(poles: &[Root]) -> f64 {
     poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min)
@@ -530,15 +536,14 @@ fn unstable_when_fast(experiment: &Experiment, at_rest: &AtRest) -> Option<Strin
     if !matches!(designed, DriveDesign::Motor(_)) {
         return None;
     }
-    let sets = gain_sets(&designed, at_rest).ok()?;
-    let worst = sets.iter().find(|set| set.name == "fast")?.worst.as_ref()?;
-    worst.sensitivity_peak.is_none().then(|| {
-        format!(
-            "the fast gain set is unstable as long as it is in, with {}: drive.gain_sets = 1, a smaller \
-             drive.fast_ratio or a slower drive; `host-sim design` tells more",
-            worst.name
-        )
-    })
+    let law = fast(&designed)?.at_rest().ok()?.law;
+    let unstable = unstable_corners(at_rest, law.as_ref(), experiment.period_s).ok()?;
+    let worst = unstable.first()?;
+    Some(format!(
+        "the fast gain set is unstable as long as it is in, with {}: drive.gain_sets = 1, a smaller drive.fast_ratio \
+         or a slower drive; `host-sim design` tells more",
+        worst.name
+    ))
 }
 
 impl Margins {

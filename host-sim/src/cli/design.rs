@@ -204,7 +204,7 @@ fn corners(design: &Design, line: &mut impl FnMut(String)) {
 }
 
 /// Each gain set as if it stayed, in the loop of the data sheet and in its worst corner; none of what has no gain sets.
-pub(super) fn gain_sets(design: &Design) -> Option<Table> {
+fn gain_sets(design: &Design) -> Option<Table> {
     let mut table =
         Table::new(["gain set", "|S| up to", "phase, deg", "delay, ms", "gain", "|S| in the worst corner", "which is"]);
     for GainSet { name, margins, worst } in &design.gain_sets {
@@ -233,7 +233,7 @@ pub(super) fn gain_sets(design: &Design) -> Option<Table> {
 }
 
 /// What another margin would cost; none of what is no motor.
-pub(super) fn prices(design: &Design) -> Option<Table> {
+fn prices(design: &Design) -> Option<Table> {
     let mut table =
         Table::new(["margin", "|S| quiet", "fast", "in corners", "fast", "noise of u, A", "way of a 10 % load, mrad"]);
     for MarginPrice { margin, sets, noise_a, deflection_rad } in &design.prices {
