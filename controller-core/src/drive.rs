@@ -63,6 +63,7 @@ mod fields;
 mod full_state;
 mod joint;
 mod law;
+mod lower;
 mod monitor;
 mod motor;
 mod numbers;
@@ -86,6 +87,7 @@ pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
 #[doc(hidden)]
 pub use law::ANY_STAGE;
 pub use law::{DriveEstimates, DriveLaw, EncoderForm, MOST_DELAY_TICKS, Sample};
+pub use lower::LowerGains;
 pub use monitor::{
     ALARMS, ANSWERED, BEYOND_CONTROL, BRAKING, Bounds, Monitored, MonitoredState, RUNAWAY, WatchTicks, Watched,
 };

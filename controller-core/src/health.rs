@@ -59,8 +59,8 @@ impl Health {
     /// It is beyond an end of its range, or must brake now to stay within it. Drives only.
     pub const END_OF_RANGE: Self = Self(16_384);
 
-    /// At rest the shaft slips from one side of its target to the other: friction. It is let be within a wider
-    /// [`RestBand`](crate::drive::RestBand). Drives only.
+    /// At rest the shaft slips from one side of its target to the other, in friction, or swings around it, in play: a
+    /// wider [`RestBand`](crate::drive::RestBand) lets it be, or lower gains hold it. Drives only.
     pub const HUNTS: Self = Self(32_768);
 
     /// Every bit that has a meaning.

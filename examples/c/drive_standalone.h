@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x10fe478cu
-#error "two designs with the prefix drive, 0x10fe478cu here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x10fe478cu
+#if DRIVE_STANDALONE != 0xd920c838u
+#error "two designs with the prefix drive, 0xd920c838u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xd920c838u
 #endif
 #else
-#define DRIVE_STANDALONE 0x10fe478cu
+#define DRIVE_STANDALONE 0xd920c838u
 
 #include <float.h>
 #include <stdbool.h>
@@ -126,7 +126,7 @@ enum {
     DRIVE_OVERSPEED = 4096,
     DRIVE_FOLLOWING_ERROR = 8192,
     DRIVE_END_OF_RANGE = 16384, /* beyond an end, or it must brake now */
-    DRIVE_HUNTS = 32768, /* at rest it slips from one side of its target to the other: it is let be in a wider band */
+    DRIVE_HUNTS = 32768, /* at rest it slips or swings from side to side: it is held in a wider band, or by lower gains */
     DRIVE_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };
 

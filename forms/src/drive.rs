@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use controller_core::drive::{ALARMS, Bounds, Encoder, MotorDesign, Mounting};
+use controller_core::drive::{ALARMS, Bounds, Encoder, LowerGains, MotorDesign, Mounting};
 use controller_core::drives;
 use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction, Thresholds};
 use scenario::Drive;
@@ -782,10 +782,7 @@ impl C<'_> {
         let Thresholds { disturbance, ticks, brake, limits: [u_min, u_max], per_gain, .. } = &self.exported.thresholds;
         let shafts = self.shafts();
         let driven = shafts.last().map_or("", String::as_str);
-        let held = match self.exported.drive.designed.form().delay_ticks {
-            0 => "held",
-            late => QUEUED[late - 1],
-        };
+        let held = self.put_out();
         let [stuck_ticks, patience_ticks] = [ticks.stuck, ticks.patience].map(|number| format!("{number:?}"));
         let [slope, u_min, u_max, brake_ticks] =
             [*brake, *u_min, *u_max, ticks.brake].map(|number| format!("{number:?}"));
@@ -875,6 +872,8 @@ impl C<'_> {
         };
         let [count, least, most, rise, slow, stands, load, half] = band.thresholds();
         let number = |number: f32| format!("{number:?}");
+        let calm = band.lower_gains().map(|lower| self.calm(lower));
+        let [calm, members, leave_calm, lowered, calming] = calm.unwrap_or_default();
         let rest = filled(
             include_str!("c/rest.h"),
             &[
@@ -886,6 +885,9 @@ impl C<'_> {
                 ("stands", &number(stands)),
                 ("load", &number(load)),
                 ("half", &number(half)),
+                ("calm", &calm),
+                ("leave_calm", &leave_calm),
+                ("lowered", &lowered),
             ],
         );
         let member = "    float rest_share; /* how much of the band at rest is in use, 0 to 1 */\n\
@@ -898,7 +900,62 @@ impl C<'_> {
                       \x20   float rest_angle;\n";
         let placing = "    @_sample placed = *sample;\n    const unsigned hunts = @_rest(monitor, state, &placed);\n";
         let hunting = "    health |= ((health & ((unsigned)@@_STOPPED | (unsigned)@@_BRAKES)) == 0u) ? hunts : 0u;\n";
-        [rest, member.into(), "    @_rest_leave(monitor);\n".into(), placing.into(), "&placed".into(), hunting.into()]
+        [
+            rest,
+            member.to_owned() + &members,
+            "    @_rest_leave(monitor);\n".into(),
+            placing.into(),
+            "&placed".into(),
+            hunting.to_owned() + &calming,
+        ]
+    }
+
+    /// The lower gains at rest: functions, members of the monitor, how they are left, what is placed while they are in
+    /// use, and what comes after a tick.
+    fn calm(&self, lower: &LowerGains) -> [String; 5] {
+        let ([period, gain, per_gain, band, loud, averaging, forgetting], sets) = lower.numbers();
+        let Thresholds { limits: [u_min, u_max], .. } = &self.exported.thresholds;
+        let number = |number: f32| format!("{number:?}");
+        let [first, second] = sets.map(|set| set.map(|gain| format!("{gain:?}f")).join(", "));
+        let functions = filled(
+            include_str!("c/calm.h"),
+            &[
+                ("period", &number(period)),
+                ("half_period", &number(0.5 * period)),
+                ("gain", &number(gain)),
+                ("per_gain", &number(per_gain)),
+                ("band", &number(band)),
+                ("loud", &number(loud)),
+                ("averaging", &number(averaging)),
+                ("forgetting", &number(forgetting)),
+                ("slow_forgetting", &number(0.25 * forgetting)),
+                ("first", &first),
+                ("second", &second),
+                ("u_min", &number(*u_min)),
+                ("u_max", &number(*u_max)),
+                ("held", &self.put_out()),
+            ],
+        );
+        let members = "    float calm_mean; /* of the current, A */\n\
+                       \x20   float calm_side; /* on which side of it the current was last */\n\
+                       \x20   float calm_reversals; /* that are not forgotten */\n\
+                       \x20   uint32_t calm_set; /* 0, or which of the lower gain sets is in use */\n\
+                       \x20   float calm_q; /* of its observer: error, rad, speed, disturbance */\n\
+                       \x20   float calm_v;\n    float calm_d;\n    float calm_u; /* A, what it put out */\n";
+        let leave = "    @_calm_leave(monitor);\n";
+        let lowered = "    if (monitor->calm_set > 0u) { /* the law is at its target */\n        sample->begin.r += \
+                       error;\n        sample->begin.r_dot = known.speed;\n        sample->end = \
+                       sample->begin;\n        return (unsigned)@@_HUNTS;\n    }\n";
+        let calming = "    health = @_calm(monitor, state, health, output);\n";
+        [functions, members.into(), leave.into(), lowered.into(), calming.into()]
+    }
+
+    /// The member of the state for what a tick puts out.
+    fn put_out(&self) -> &'static str {
+        match self.exported.drive.designed.form().delay_ticks {
+            0 => "held",
+            late => QUEUED[late - 1],
+        }
     }
 
     /// None for a speed: it is a number, and a ramp of it needs no plan.

@@ -9,6 +9,7 @@
 //! | [`Own`] | any right-hand side by its formulas, order 2 to 6 |
 //! | [`Motor`] | a motor with a rigid load: friction, cogging, ripple, current loop |
 //! | [`Joint`] | a flexible joint of one's own: two inertias on a spring, the same motor |
+//! | [`Loose`] | a motor whose load hangs on a gear with play |
 //!
 //! Each but [`Own`] says the same thing twice, by different formulas: [`Plant::rhs`] from the true coefficients and
 //! [`Plant::lumped`] from the nominal ones and the errors. The tests hold them against each other.
@@ -17,6 +18,7 @@ pub(crate) mod benchmark;
 mod chain;
 mod flexible_joint;
 mod joint;
+mod loose;
 mod motor;
 mod own;
 pub(crate) mod shafts;
@@ -27,6 +29,7 @@ pub use benchmark::Benchmark;
 pub use chain::{Chain, ChainError, LastChannel};
 pub use flexible_joint::{FlexibleJoint, JointErrors};
 pub use joint::{Joint, JointBody};
+pub use loose::Loose;
 pub use motor::{Friction, Imperfections, Motor, Shaft, Supply};
 pub use own::Own;
 

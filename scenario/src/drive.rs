@@ -16,6 +16,7 @@ mod gear;
 mod inertia;
 mod margin;
 mod planned;
+mod play;
 mod supply;
 #[cfg(test)]
 mod tests;
@@ -106,6 +107,13 @@ pub struct MotorTable {
     /// Inertia of the load behind the gear, kg m^2, or [smallest, largest]. Default 0.
     #[schemars(extend("default" = 0.0))]
     pub load_inertia_kg_m2: NumberOrRange,
+    /// Play between motor and load, rad behind the gear from one flank to the other. An encoder behind the gear then
+    /// allows less bandwidth. Default 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub play_rad: f64,
+    /// Stiffness of the flanks with play, N m/rad behind the gear. Default: load and motor swing on them at 75 Hz.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub gear_stiffness_n_m: Option<f64>,
     /// Time constant of the current loop, s; 0 for none. Default 2e-4.
     #[schemars(range(min = 0, max = 0.1))]
     pub current_lag_s: f64 = controller_core::drive::DEFAULT_LAG_S,
@@ -220,21 +228,22 @@ pub struct MotorDriveTable {
     pub lost_ticks: u32 = 50,
     /// What goes out after them: "hold" (the last current) or a current, A. Default "hold".
     pub fallback: FallbackKey,
-    /// How far from a target that rests the shaft is let be, against hunting in friction; a speed loop has none.
+    /// How slack a motor is around a target that rests, against hunting in friction and swings in play; a speed loop
+    /// has none.
     /// Default "learns".
     pub rest_band: Option<RestBandKey>,
 }
 }
 
-/// The band around a target that rests, within which the position error does not count.
+/// The band around a target that rests, within which the position error does not count, and lower gains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RestBandKey {
     /// A count, or what 0.1 % of the torque does to the error; where the shaft hunts it widens, up to six counts or 2 %
-    /// of the torque.
+    /// of the torque, and where the shaft swings lower gains hold it.
     #[default]
     Learns,
-    /// It never widens.
+    /// It never widens, and the gains stay.
     Fixed,
     /// There is none.
     Off,

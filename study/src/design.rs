@@ -511,6 +511,9 @@ fn suggested(
         let Some(spec) = &experiment.spec else { return Ok(None) };
         return for_surface(spec, at_rest, experiment.period_s);
     };
+    if drive.is_slowed_by_play {
+        return Ok(None);
+    }
     let is_noisy = present.is_of_declared_noise(at_rest);
     let share_a = NOISE_SHARE * drive.max_current_a;
     // A motor's rule has all the noise of steps that there may be, and knows of no other.

@@ -6,10 +6,10 @@
 //! Compared is every bit of u, sigma, sigma*, health, estimates and state, after every tick.
 
 use controller_core::drive::{
-    Aim, Bounds, ChainModel, DriveEstimates, EncoderForm, JointDesign, JointDrive, Monitored, MotorDesign, MotorDrive,
-    Mounting, Position, Resting, Sample, Speed, Target, Watched,
+    Aim, Bounds, ChainModel, DriveEstimates, DriveLaw, EncoderForm, Fence, JointDesign, JointDrive, Monitored,
+    MotorDesign, MotorDrive, Mounting, Position, RestBand, Resting, Sample, Speed, Target, Watched,
 };
-use controller_core::{ControlLaw, Health, Running};
+use controller_core::{ControlLaw, Health, Output, Running};
 use integration_tests::data::path;
 use integration_tests::sampled;
 use integration_tests::strategy::Rng;
@@ -348,11 +348,18 @@ pub(super) struct Counters {
     held: [i32; 2],
     /// Counts by which an encoder slipped.
     slipped: [i32; 2],
+    /// Ticks for which the shafts are shaken faster than any law can follow.
+    shaken_left: usize,
 }
 
 impl Counters {
     pub(super) fn next(&mut self, rng: &mut Rng, steps: [i64; 2], mounting: &[Mounting]) -> ([i32; 2], [bool; 2]) {
         let (mut counts, mut lost) = ([0; 2], [false; 2]);
+        if rng.chance(0.0005) {
+            self.shaken_left = 200;
+        }
+        self.shaken_left = self.shaken_left.saturating_sub(1);
+        let shaken = [0, 5, 5, 0][self.shaken_left % 4];
         for (i, Mounting { is_reversed, offset_counts }) in mounting.iter().enumerate() {
             for (left, chance) in
                 [(&mut self.lost_left, 0.004), (&mut self.stuck_left, 0.001), (&mut self.wild_left, 0.001)]
@@ -364,7 +371,7 @@ impl Counters {
             if rng.chance(0.0005) {
                 self.slipped[i] = self.slipped[i].wrapping_add(rng.integer(0, 4000) as i32 - 2000);
             }
-            let upright = (steps[i] as i32).wrapping_add(self.slipped[i]);
+            let upright = (steps[i] as i32).wrapping_add(self.slipped[i]).wrapping_add(shaken);
             let read = if *is_reversed { upright.wrapping_neg() } else { upright }.wrapping_add(*offset_counts);
             counts[i] = read;
             if self.wild_left[i] > 0 {
@@ -407,6 +414,34 @@ fn next_current(rng: &mut Rng, what: u32) -> f32 {
     }
 }
 
+/// One tick with all that stands around a law.
+fn whole_tick<L, const E: usize, const N: usize>(
+    running: &mut Running<Monitored<L, E>>,
+    (band, resting): (Option<&RestBand>, &mut Resting),
+    fence: Option<&Fence>,
+    counts: [Option<i32>; E],
+    targets: [Target<f32, i32, N>; 2],
+) -> Output<f32>
+where
+    L: Watched<E> + DriveLaw<E, N>,
+{
+    let ([mut begin, mut end], mut hunts) = (targets, Health::OK);
+    if let Some(band) = band {
+        hunts = band.place(resting, running.estimates().as_ref(), &mut begin, &mut end);
+    }
+    let mut output = running.tick(&L::sample(counts, &begin, &end));
+    if !output.health.intersects(Health::STOPPED | Health::BRAKES) {
+        output.health |= hunts;
+    }
+    if let Some(band) = band {
+        band.calm(resting, running, &mut output);
+    }
+    if let Some(fence) = fence {
+        fence.guard(running, &mut output, &targets[0]);
+    }
+    output
+}
+
 fn run<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     name: &str,
     (law, of): (&Monitored<EncoderForm<f32, M, A, E, N, S, FAST, LATE>, E>, &DriveDesign),
@@ -421,7 +456,7 @@ where
             Scalar = f32,
             Sample = Sample<i32, A::Target, E>,
             Guess = [f32; E],
-            Output = controller_core::Output<f32>,
+            Output = Output<f32>,
             Estimates = DriveEstimates<f32, i32, E>,
         >,
 {
@@ -433,6 +468,7 @@ where
         (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
     let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), vec![0_usize; HEALTHS], 0);
     let (mut ticks, mut turns_gone, mut stopped, mut resting) = (0, 0, false, Resting::START);
+    let mut lowered = 0;
     while ticks < TICKS {
         let what = next_call(&mut rng, stopped);
         if what == FORGET || what == START {
@@ -465,17 +501,8 @@ where
                 said = Some(if what == LOST {
                     running.lost()
                 } else {
-                    let ([mut begin, mut end], mut hunts) = (targets, Health::OK);
-                    if let Some(band) = &band {
-                        hunts = band.place(&mut resting, running.estimates().as_ref(), &mut begin, &mut end);
-                    }
-                    let mut output = running.tick(&Sample { begin: A::told(&begin), end: A::told(&end), ..sample });
-                    if !output.health.intersects(Health::STOPPED | Health::BRAKES) {
-                        output.health |= hunts;
-                    }
-                    if let Some(fence) = &fence {
-                        fence.guard(&mut running, &mut output, &targets[0]);
-                    }
+                    let output = whole_tick(&mut running, (band.as_ref(), &mut resting), fence.as_ref(), read, targets);
+                    lowered += usize::from(resting.is_lowered());
                     output
                 });
             }
@@ -501,7 +528,10 @@ where
         // The state without hash and checksum, then whether it has started.
         let all: Vec<u32> = running.words().collect();
         let [_, started, ref state @ .., _] = all[..] else { panic!("words of a running drive") };
-        let of_the_band = band.filter(|_| started == 1 || words > 0).map(|_| resting.words());
+        let of_the_band = band.filter(|_| started == 1 || words > 0).map(|band| {
+            let members = if band.lower_gains().is_some() { 16 } else { 8 };
+            resting.words().take(members).collect()
+        });
         let state = members_in_c(state, (E, does_brake), of_the_band);
         let length = if started == 1 { state.len() } else { words };
         let known = running.estimates();
@@ -524,6 +554,7 @@ where
     }
     assert_exercised(name, ticks, &seen, turns_gone);
     assert!(band.is_none() || hunted(&seen) > 0, "{name}: the band never widened");
+    assert!(band.is_none() || lowered > 100, "{name}: {lowered} ticks under lower gains");
     Run { asked, words: 4 + words + 2 + 4 * E, answers }
 }
 
@@ -534,7 +565,7 @@ fn hunted(seen: &[usize]) -> usize {
 }
 
 /// Of the words of a state those that C has, with what the band at rest remembers.
-fn members_in_c(state: &[u32], (shafts, does_brake): (usize, bool), band: Option<[u32; 8]>) -> Vec<u32> {
+fn members_in_c(state: &[u32], (shafts, does_brake): (usize, bool), band: Option<Vec<u32>>) -> Vec<u32> {
     // What the monitors count together is no member in C. Nor is that it brakes, where it does not.
     let is_member = |k: usize| k != 1 && (!(8..=9).contains(&k) || does_brake);
     let mut words: Vec<u32> = state.iter().enumerate().filter(|(k, _)| is_member(*k)).map(|(_, word)| *word).collect();

@@ -35,6 +35,7 @@ mod live;
 mod modes;
 mod page;
 mod paper;
+mod play;
 mod precision;
 mod properties;
 mod real_shaft;

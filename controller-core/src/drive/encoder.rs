@@ -206,7 +206,7 @@ pub fn fingerprint(
     let is_neutral = stop_ticks == 0 && fence.is_none() && rest_band.is_none() && is_upright;
     let words = mounting.iter().flat_map(|it| [u32::from(it.is_reversed), it.offset_counts as u32]);
     let words = words.chain([stop_ticks]).chain(fence.into_iter().flat_map(Fence::words));
-    let words = words.chain(rest_band.into_iter().flat_map(|band| band.thresholds().map(f32::to_bits)));
+    let words = words.chain(rest_band.into_iter().flat_map(RestBand::words));
     fingerprint_with(law, words.filter(|_| !is_neutral))
 }
 

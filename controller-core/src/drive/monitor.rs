@@ -384,6 +384,15 @@ impl<L: Watched<E>, const E: usize> Running<Monitored<L, E>> {
             self.design.trip(state);
         }
     }
+
+    /// This goes out instead, within the present limits: the law begins anew from there. 0 before the start.
+    pub(super) fn put_instead(&mut self, u: L::Scalar) -> L::Scalar {
+        let Some(state) = &mut self.state else { return L::Scalar::ZERO };
+        let [u_min, u_max] = self.design.law.range(&state.within);
+        let u = u.limited(u_min, u_max);
+        L::put_instead(&mut state.within, u);
+        u
+    }
 }
 
 impl<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>

@@ -391,7 +391,7 @@ impl MotorDesign {
     /// The band within which a shaft that friction holds at rest is let be.
     pub const fn rest_band(&self, learning: RestLearning) -> RestBand {
         let (count, omega) = (self.encoder.unit_rad(), self.bandwidths.observer_rad_s);
-        RestBand::of(count, self.largest_acceleration(), omega, self.period_s, learning)
+        RestBand::of(count, [self.motor.input_gain(), self.limits.stronger()], omega, self.period_s, learning)
     }
 
     /// The brake follows the speed that the observer estimates, so it is slower than that.

@@ -23,6 +23,9 @@
 //!   counts (if these are no more than 5 % of the torque), whichever is more. That takes eight steps at most.
 //! * It forgets as soon as the error is more than three times the widest band and a count: that is a load, and no slip.
 //!
+//! A shaft in the play of a gear never stands. Where it swings instead, lower gains take over while the target rests
+//! (module `lower`): [`RestBand::calm`] after a tick says which u goes out then.
+//!
 //! A shaft that is stuck cannot tell friction from a load that changes its direction: under one the band widens too,
 //! and the shaft gives way by at most the widest band.
 //!
@@ -52,17 +55,22 @@
 use core::f32::consts::TAU;
 
 use super::law::DriveEstimates;
+use super::lower::{LowerGains, Swing};
+use super::monitor::{Monitored, Watched};
 use super::motor::decay;
 use super::target::Target;
+use crate::controller::Output;
 use crate::health::Health;
+use crate::running::{ControlLaw, Running};
 
-/// May the band widen where a shaft slips from one side of its target to the other?
+/// May a drive become slacker at rest: its band widen where a shaft slips from one side of its target to the other, its
+/// gains sink where it swings around it?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RestLearning {
-    /// It keeps its first width.
+    /// It keeps its first width and its gains.
     Off,
-    /// To 2 % of the torque, or six counts if these are at most 5 %.
+    /// To 2 % of the torque, or six counts if these are at most 5 %; and gains for an eighth of the bandwidth.
     On,
 }
 
@@ -80,6 +88,7 @@ pub struct RestBand {
     /// Below this speed it stands, rad/s, and it stands after so many ticks.
     slow: f32,
     stands: f32,
+    lower: Option<LowerGains>,
 }
 
 /// Of the torque: what the error may be within the band, and within the widest one; and the speed of a shaft that
@@ -116,38 +125,61 @@ pub struct Resting {
     /// Where the target was.
     turn: i32,
     angle: f32,
+    swing: Swing,
 }
+
+/// Nothing is calmed where the drive brakes, or is not sure where its shaft is.
+const OUT_OF_USE: Health = Health::BRAKES.union(Health::WAITS).union(Health::INPUT_REJECTED);
 
 impl Resting {
     /// While the target moves, and before the drive starts.
-    pub const START: Self =
-        Self { share: 0.0, width: 0.0, side: 0.0, stood: 0.0, anchor: 0.0, slipped: 0.0, turn: 0, angle: 0.0 };
+    pub const START: Self = Self {
+        share: 0.0,
+        width: 0.0,
+        side: 0.0,
+        stood: 0.0,
+        anchor: 0.0,
+        slipped: 0.0,
+        turn: 0,
+        angle: 0.0,
+        swing: Swing::NONE,
+    };
 
     /// h, 0 to 1: how much of the band is in use.
     pub const fn share(&self) -> f32 {
         self.share
     }
 
+    /// Of a shaft whose target rests, rad.
+    fn error<const E: usize>(&self, known: &DriveEstimates<f32, i32, E>) -> f32 {
+        known.position[0] - (self.turn.wrapping_sub(known.turn) as f32 * TAU + self.angle)
+    }
+
+    /// Are lower gains in use, because the shaft swung?
+    pub const fn is_lowered(&self) -> bool {
+        self.swing.is_lowered()
+    }
+
     /// All of it as words, for logs: h, the width (0 is the least), the side, ticks and error where it last stood,
-    /// whether it has slipped since, and the turn and the angle of the target.
-    pub const fn words(&self) -> [u32; 8] {
-        let Self { share, width, side, stood, anchor, slipped, turn, angle } = *self;
-        [
-            share.to_bits(),
-            width.to_bits(),
-            side.to_bits(),
-            stood.to_bits(),
-            anchor.to_bits(),
-            slipped.to_bits(),
-            turn as u32,
-            angle.to_bits(),
-        ]
+    /// whether it has slipped since, and the turn and the angle of the target. Then mean of u, on which side of it u
+    /// was, reversals, which of the lower sets is in use, and its q, v, d and u.
+    pub fn words(&self) -> impl Iterator<Item = u32> {
+        let Self { share, width, side, stood, anchor, slipped, turn, angle, swing } = *self;
+        let rest = [share, width, side, stood, anchor, slipped].map(f32::to_bits);
+        rest.into_iter().chain([turn as u32, angle.to_bits()]).chain(swing.words())
     }
 }
 
 impl RestBand {
-    /// For an encoder of this step, rad, the largest acceleration b u_max, rad/s², and the bandwidth of the observer.
-    pub(crate) const fn of(count: f64, largest: f64, omega: f64, period_s: f64, learning: RestLearning) -> Self {
+    /// For an encoder of this step, rad, b, the largest u, and the bandwidth of the observer.
+    pub(crate) const fn of(
+        count: f64,
+        [gain, u_max]: [f64; 2],
+        omega: f64,
+        period_s: f64,
+        learning: RestLearning,
+    ) -> Self {
+        let largest = gain.abs() * u_max;
         let error = largest / (omega * omega);
         let least = if LEAST * error > count { LEAST * error } else { count };
         let counts = if MOST_COUNTS * count < COARSE * error { MOST_COUNTS * count } else { COARSE * error };
@@ -167,14 +199,32 @@ impl RestBand {
             rise: decay(omega * period_s) as f32,
             slow: (SLOW * largest / omega) as f32,
             stands: stands as f32,
+            lower: match learning {
+                RestLearning::On => Some(LowerGains::of(gain, u_max, omega, period_s, most as f32)),
+                RestLearning::Off => None,
+            },
         }
     }
 
     /// What a tick compares with: a step of the encoder, least and largest width, rise of the share, speed and ticks of
     /// a shaft that stands, the error of a load, half a step.
     pub const fn thresholds(&self) -> [f32; 8] {
-        let Self { count, least, most, rise, slow, stands } = *self;
+        let Self { count, least, most, rise, slow, stands, .. } = *self;
         [count, least, most, rise, slow, stands, LOAD * most + count, 0.5 * count]
+    }
+
+    /// The gains that take over where the shaft swings.
+    pub const fn lower_gains(&self) -> Option<&LowerGains> {
+        self.lower.as_ref()
+    }
+
+    /// What a tick compares with and multiplies by, as words for a fingerprint.
+    pub(super) fn words(&self) -> impl Iterator<Item = u32> {
+        let lower = self.lower.iter().flat_map(|lower| {
+            let (numbers, [first, second]) = lower.numbers();
+            numbers.into_iter().chain(first).chain(second)
+        });
+        self.thresholds().into_iter().chain(lower).map(f32::to_bits)
     }
 
     /// The present width to either side of the target, rad.
@@ -195,14 +245,54 @@ impl RestBand {
         let stays = *begin == *end && (begin.turn, begin.jet[0]) == (state.turn, state.angle);
         let rests = stays && begin.jet[1..].iter().all(|&derivative| derivative == 0.0);
         let Some(known) = known.filter(|_| rests) else {
-            *state = Resting { turn: end.turn, angle: end.jet[0], ..Resting::START };
+            if state.share > 0.0 {
+                *state = Resting::START;
+            }
+            (state.turn, state.angle) = (end.turn, end.jet[0]);
             return Health::OK;
         };
-        let error = known.position[0] - (begin.turn.wrapping_sub(known.turn) as f32 * TAU + begin.jet[0]);
+        let error = state.error(known);
+        if state.is_lowered() {
+            // The law has nothing to do: it is at its target.
+            begin.jet[0] += error;
+            if N > 1 {
+                begin.jet[1] = known.speed[0];
+            }
+            *end = *begin;
+            return Health::HUNTS;
+        }
         let shift = self.shift(state, error, known.speed[0]);
         begin.jet[0] += shift;
         end.jet[0] = begin.jet[0];
         Health::HUNTS.when(state.width > self.least)
+    }
+
+    /// After the tick of a drive in front of which this band has [placed](Self::place) its target: where the shaft
+    /// swings at rest, lower gains say what goes out instead. [`Health::HUNTS`] then.
+    pub fn calm<L, const E: usize>(
+        &self,
+        state: &mut Resting,
+        running: &mut Running<Monitored<L, E>>,
+        output: &mut Output<f32>,
+    ) where
+        L: Watched<E> + ControlLaw<Scalar = f32, Estimates = DriveEstimates<f32, i32, E>>,
+    {
+        let is_moving = state.share == 0.0;
+        let Some(lower) = self.lower.as_ref() else { return };
+        if is_moving || output.health.contains(Health::STOPPED) {
+            return;
+        }
+        let Some(known) = running.estimates().filter(|_| !output.health.intersects(OUT_OF_USE)) else {
+            state.swing = Swing::NONE;
+            return;
+        };
+        let error = state.error(&known);
+        let Some(asked) = lower.answer(&mut state.swing, error, output.u) else { return };
+        let u = running.put_instead(asked);
+        state.swing.went_out(u);
+        output.u = u;
+        output.health = output.health.without(Health::SATURATED).union(Health::SATURATED.when(u != asked));
+        output.health |= Health::HUNTS;
     }
 
     /// By how much a target at this error moves; an error that is no number moves nothing.

@@ -18,6 +18,6 @@ enum {
     @@_OVERSPEED = 4096,
     @@_FOLLOWING_ERROR = 8192,
     @@_END_OF_RANGE = 16384, /* beyond an end, or it must brake now */
-    @@_HUNTS = 32768, /* at rest it slips from one side of its target to the other: it is let be in a wider band */
+    @@_HUNTS = 32768, /* at rest it slips or swings from side to side: it is held in a wider band, or by lower gains */
     @@_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
 };

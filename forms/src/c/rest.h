@@ -50,7 +50,15 @@ static inline float @_rest_shift(@_monitor *monitor, float error, float speed)
     return monitor->rest_share * within;
 }
 
-static inline void @_rest_leave(@_monitor *monitor)
+/* Of a shaft whose target rests, rad. */
+static inline float @_rest_error(const @_monitor *monitor, const @_estimates_of *known)
+{
+    @@_AS_WRITTEN
+    const uint32_t turns = (uint32_t)monitor->rest_turn - (uint32_t)known->turn;
+    return known->position - (((float)@_signed(turns) * 6.2831855f) + monitor->rest_angle);
+}
+
+$calm$static inline void @_rest_leave(@_monitor *monitor)
 {
     monitor->rest_share = 0.0f;
     monitor->rest_width = 0.0f;
@@ -60,7 +68,7 @@ static inline void @_rest_leave(@_monitor *monitor)
     monitor->rest_slipped = 0.0f;
     monitor->rest_turn = 0;
     monitor->rest_angle = 0.0f;
-}
+$leave_calm$}
 
 /* Moves a target that rests; any other it leaves as it is. */
 static inline unsigned @_rest(@_monitor *monitor, const @_state *state, @_sample *sample)
@@ -73,16 +81,17 @@ static inline unsigned @_rest(@_monitor *monitor, const @_state *state, @_sample
                         (begin->r <= monitor->rest_angle);
     const bool is_still = (@_magnitude(begin->r_dot) <= 0.0f) && (@_magnitude(end->r_dot) <= 0.0f);
     if (!(state->started && stays && stayed && is_still)) {
-        @_rest_leave(monitor);
+        if (monitor->rest_share > 0.0f) {
+            @_rest_leave(monitor);
+        }
         monitor->rest_turn = end->turn;
         monitor->rest_angle = end->r;
         return 0u;
     }
     @_estimates_of known;
     (void)@_estimates(state, &known);
-    const uint32_t turns = (uint32_t)begin->turn - (uint32_t)known.turn;
-    const float error = known.position - (((float)@_signed(turns) * 6.2831855f) + begin->r);
-    const float shift = @_rest_shift(monitor, error, known.speed);
+    const float error = @_rest_error(monitor, &known);
+$lowered$    const float shift = @_rest_shift(monitor, error, known.speed);
     sample->begin.r += shift;
     sample->end.r = sample->begin.r;
     return (monitor->rest_width > $least$f) ? (unsigned)@@_HUNTS : 0u;

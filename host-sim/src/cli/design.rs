@@ -162,6 +162,9 @@ pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
         None if experiment.drive.is_none() => {
             say(format!("nothing is suggested: by its rules no loop here keeps {LEAST_PHASE_DEG} deg of phase margin"));
         }
+        None if experiment.drive.as_ref().is_some_and(|drive| drive.is_slowed_by_play) => {
+            say("nothing is suggested: the play behind the gear binds".into());
+        }
         None => say(String::from(
             "nothing is suggested: by its rules nothing is better, with this period or an eighth of it; `host-sim \
              tune` looks beyond them, and what is unstable in a corner needs a data sheet that is known better",

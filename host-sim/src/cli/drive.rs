@@ -68,7 +68,7 @@ pub(super) fn table(
         row("first alarm (s)", typed(alarm.t_s, 6), &format!("tick {tick}: {alarms}"));
     }
     if let Some(hunting) = trace.rows.iter().find(|row| row.health.contains(Health::HUNTS)) {
-        let what = "it slipped from side to side at rest: drive.rest_band has widened";
+        let what = "it slipped or swung from side to side at rest: a wider drive.rest_band, or lower gains";
         row("hunted from (s)", typed(hunting.t_s, 6), what);
     }
     how_it_went(experiment, metrics, trace, &mut row);

@@ -102,6 +102,8 @@ pub struct Joint {
     rates_rad_s: [f64; 2],
     jumps_s: Vec<f64>,
     numbers: Numbers<5>,
+    /// Half of the play between flanks, rad, where there are such in place of a spring; then `numbers` has no spring.
+    half_play: Option<f64>,
     exact: Option<Exact>,
 }
 
@@ -115,7 +117,31 @@ impl Joint {
         });
         let jumps_s = merged_jumps_s([&load]);
         let numbers = truth.numbers(&imperfections);
-        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, numbers, exact: None }
+        Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, numbers, half_play: None, exact: None }
+    }
+
+    /// Flanks with this play between them instead of the spring: they push and never pull.
+    #[must_use]
+    pub(super) fn with_play(mut self, play_rad: f64) -> Self {
+        self.half_play = Some(0.5 * play_rad);
+        self.numbers[3][3] = 0.0;
+        self.numbers[4][0] = 0.0;
+        self
+    }
+
+    /// What the flanks push the link with, and the motor back, N m.
+    fn flank_n_m(&self, x: &[f64]) -> f64 {
+        let Some(half_play) = self.half_play else { return 0.0 };
+        let JointBody { stiffness_n_m, spring_damping_n_m_s, .. } = self.truth;
+        let twist = x[2] - x[0];
+        let over = twist - twist.max(-half_play).min(half_play);
+        let pushed = stiffness_n_m * over + spring_damping_n_m_s * (x[3] - x[1]);
+        if over * pushed > 0.0 { pushed } else { 0.0 }
+    }
+
+    /// The current that flows.
+    pub(super) fn current(&self, x: &[f64], u: f64) -> f64 {
+        self.imperfections.current(x, self.driven(x, u))
     }
 
     /// With its step from tick to tick, if but the weight of its link is linear: without friction, cogging, ripple and
@@ -128,18 +154,20 @@ impl Joint {
         let signals = [(1, -1.0 / link, self.load.clone())];
         let fastest_rad_s = self.rates_rad_s[0];
         let part = LinearPart { a, order, b, signals: &signals, sine: weight_n_m / link, fastest_rad_s };
-        let exact = if self.imperfections.is_linear() { Exact::new(&part, period_s) } else { None };
+        let exact =
+            if self.imperfections.is_linear() && self.half_play.is_none() { Exact::new(&part, period_s) } else { None };
         Self { exact, ..self }
     }
 
     /// What pushes the shaft of the motor if it stands, N m.
     fn push_n_m(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
         let load = self.load.value(t_s);
-        match *x {
+        let push = match *x {
             [a, b, c, d] => self.imperfections.push_n_m(&self.numbers, &[a, b, c, d], u, load),
             [a, b, c, d, e] => self.imperfections.push_n_m(&self.numbers, &[a, b, c, d, e], u, load),
             _ => unreachable!("a joint of order {}", x.len()),
-        }
+        };
+        push - self.flank_n_m(x)
     }
 }
 
@@ -165,6 +193,13 @@ impl Plant for Joint {
             [a, b, c, d, e] => dx.copy_from_slice(&of.rates_in(regime, &self.numbers, &[a, b, c, d, e], u, load)),
             _ => unreachable!("a joint of order {}", x.len()),
         }
+        if self.half_play.is_some() {
+            let flank = self.flank_n_m(x);
+            dx[1] += flank / self.truth.link_inertia_kg_m2;
+            if regime != Regime::Held {
+                dx[3] -= flank / self.truth.motor.inertia_kg_m2;
+            }
+        }
     }
 
     fn margin(&self, regime: Regime, t_s: f64, x: &[f64], u: f64) -> f64 {
@@ -172,7 +207,7 @@ impl Plant for Joint {
     }
 
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
-        let current = self.imperfections.current(x, self.driven(x, u));
+        let current = self.current(x, u);
         self.rhs(t_s, x, u, d);
         let truth = [d[1], d[3]];
         let believed = JointBody { spring_damping_n_m_s: 0.0, ..self.nominal };
@@ -221,7 +256,7 @@ impl Plant for Joint {
     /// None with a supply, which these numbers do not have.
     fn parts(&self) -> Option<Parts<'_>> {
         let shafts = Parts::Shafts { numbers: &self.numbers, load: &self.load };
-        self.imperfections.supply.is_none().then_some(shafts)
+        (self.imperfections.supply.is_none() && self.half_play.is_none()).then_some(shafts)
     }
 }
 

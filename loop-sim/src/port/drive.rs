@@ -515,6 +515,9 @@ where
         if !output.health.intersects(Health::STOPPED.union(Health::BRAKES)) {
             output.health |= hunts;
         }
+        if let Some(band) = &self.around.rest_band {
+            band.calm(&mut self.resting, &mut self.running, &mut output);
+        }
         if let Some(fence) = &self.around.fence {
             fence.guard(&mut self.running, &mut output, begin);
         }

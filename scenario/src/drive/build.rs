@@ -21,6 +21,7 @@ use super::gear::{Gear, Geared};
 use super::inertia::{Inertia, too_uncertain};
 use super::margin::{self, MarginKey};
 use super::planned::{Asked, Planned, Wanted, ticks_s};
+use super::play::{InPlay, Play};
 use super::supply::{self, Keys};
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionModel, FrictionTable, JointDriveTable, JointErrorTable,
@@ -33,6 +34,13 @@ use crate::resolve::{self, Problem, Problems, missing, problem};
 use crate::{FallbackKey, FallbackWord, TermTable};
 
 const MOTOR_STATES: [StateName; 3] = [("angle", "rad"), ("speed", "rad/s"), ("current", "A")];
+const LOOSE_STATES: [StateName; 5] = [
+    ("load angle", "rad"),
+    ("load speed", "rad/s"),
+    ("motor angle", "rad"),
+    ("motor speed", "rad/s"),
+    ("current", "A"),
+];
 const JOINT_STATES: [StateName; 5] = [
     ("link angle", "rad"),
     ("link speed", "rad/s"),
@@ -566,7 +574,7 @@ fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
         let Some(bits) = table.bits else { return missing(&format!("{key}.bits"), "bits of the encoder's counter") };
         let all = 1_u64 << bits;
         return match table.counts_per_turn {
-            Some(counts) if u64::from(counts) < all && !counts.is_power_of_two() => problem(
+            Some(counts) if is_ambiguous(counts, all) => problem(
                 "states",
                 format!(
                     "missing: does the counter wrap after {counts} counts (a timer with a reload of {}, an absolute \
@@ -593,6 +601,13 @@ fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
             format!("{states} states: up to 2^31 any number is taken, beyond that 2^32 = 4294967296 alone"),
         ),
     }
+}
+
+/// May a counter of so many states wrap after a turn just as well? One that holds 64 turns or more goes on over turns:
+/// a timer with a reload counts lines of an encoder, and not some hundred steps of Hall sensors.
+fn is_ambiguous(counts_per_turn: u32, all: u64) -> bool {
+    let turn = u64::from(counts_per_turn);
+    turn < all && 64 * turn > all && !counts_per_turn.is_power_of_two()
 }
 
 /// A question about a counter whose number of states was not given, where a turn is less than its bits hold.
@@ -775,6 +790,7 @@ struct Parts<'a, D, const E: usize> {
     /// Does the file give a bandwidth?
     is_given: bool,
     top_speed: Option<TopSpeed>,
+    is_slowed_by_play: bool,
     planned: Planned,
     warnings: Vec<String>,
     chosen: Vec<String>,
@@ -782,6 +798,8 @@ struct Parts<'a, D, const E: usize> {
     states: &'static [StateName],
     x0: Vec<f64>,
     plant: Box<dyn Plant>,
+    /// Which state the encoder measures, where that is not the one that the drive believes in.
+    measured: Option<usize>,
     /// The plant without friction and load.
     smooth: Box<dyn Plant>,
     corners: Vec<Corner>,
@@ -987,7 +1005,9 @@ fn experiment<D: Copy, const E: usize>(
     let sensed = sensed(&mounted, &shafts, &sensing);
     let twin = twin(&designed, &motion, &sensing, &sensed, has_faults);
     let at_rest = at_rest(law, parts.smooth, (parts.corners, parts.inertia_range), sensed, form, &sensing);
-    let sensor: Box<dyn Sensor> = Box::new(Encoders::over(sensing.sensor(common.seed), mounted));
+    let measured: Vec<_> = mounted.iter().map(|(state, it)| (parts.measured.unwrap_or(*state), *it)).collect();
+    let on_the_plant = common.sensing(&measured, plant.order());
+    let sensor: Box<dyn Sensor> = Box::new(Encoders::over(on_the_plant.sensor(common.seed), measured));
     let stage: Box<dyn Actuator> = Box::new(actuator::Ideal);
     let (sensor, stage) = faults.into_iter().fold((sensor, stage), |(sensor, stage), (broken, ticks)| match broken {
         Broken::Encoders(fault, channels) => (Box::new(Faulty::new(sensor, fault, channels, ticks)) as Box<_>, stage),
@@ -1006,6 +1026,7 @@ fn experiment<D: Copy, const E: usize>(
         current_lag_s: common.lag_s,
         margin: parts.margin,
         top_speed: parts.top_speed,
+        is_slowed_by_play: parts.is_slowed_by_play,
         sigma_star_bound,
         twin,
     };
@@ -1075,6 +1096,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let gear = turns.ratio();
     let inertia = Inertia::of(sheet, gear, drive, &mut problems);
     problems.0.extend(too_uncertain(drive.uncertain_percent, Some((&inertia, sheet, gear))));
+    let play = Play::of(sheet, gear, file.encoder.behind_gear, &mut problems);
     let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
     let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
     let keys = Keys { plant: "motor", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
@@ -1089,31 +1111,33 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         noise_rad: &[file.encoder.noise_rad],
         plant: "motor",
     };
-    // On the side of the gear where the angle is meant.
-    let nominal = Motor {
-        inertia_kg_m2: inertia.kg_m2,
-        torque_n_m_per_a: gear * torque,
-        damping_n_m_s: gear * gear * sheet.damping_n_m_s,
-    };
+    let nominal = motor_sheet(sheet, gear, inertia.kg_m2, torque);
     let (believed, truth) = shafts(&nominal, &file.error);
     problems.0.extend(no_fading(&file.friction));
     problems.0.extend(too_steep(&file.friction, limit, &truth, common.period_s));
     let resolved = resolved(&common, &[mounted], default_name, &mut problems);
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
-    let form = common.form(drive.gain_sets);
+    let form = common.form(drive.gain_sets.or_else(|| Play::gain_sets(play.as_ref())));
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2], 0.0);
+    let drive_of =
+        |design: &MotorDesign| DriveDesign::Motor(DriveOf { design: *design, form, mounted: [mounted], monitors });
     let peak = |design: &MotorDesign| {
-        let law = DriveDesign::Motor(DriveOf { design: *design, form, mounted: [mounted], monitors }).at_rest().ok()?;
+        let law = drive_of(design).at_rest().ok()?;
         let plant = plant::Motor::new(believed, believed, lag, Signal::default());
         margin::sensitivity_peak(law.law.as_ref(), &plant, design.period_s, form.delay_ticks)
     };
-    let design = |period_s: f64| {
+    let is_given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s].iter().any(Option::is_some);
+    let followed = play.as_ref().filter(|_| form.follows == Follows::Position);
+    let in_play = InPlay { play: followed, is_given, drive_of: &drive_of, shaft: believed, lag };
+    let by_rule = |period_s: f64| {
         let drive = MotorDriveTable { period_s, ..drive.clone() };
-        inertia.with_gate(motor_design(&drive, sheet, nominal, (mounted.encoder, limit), form.gain_sets, &peak))
+        motor_design(&drive, sheet, nominal, (mounted.encoder, limit), form.gain_sets, &peak)
     };
+    let design = |period_s: f64| inertia.with_gate(in_play.slowed(by_rule(period_s)));
     let mut warnings = common.warnings();
+    warnings.extend(in_play.warning(&by_rule(common.period_s)));
     warnings.extend(asked_states(&file.encoder, "encoder"));
     warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
@@ -1138,8 +1162,9 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
     let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
-    let given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s];
-    let chosen = motor_in_words(&design(common.period_s), drive, sheet.current_lag_s, form);
+    let is_slowed_by_play = in_play.allowed(&by_rule(common.period_s)).is_none_or(|share| share < 1.0);
+    let chosen = motor_in_words(&design(common.period_s), drive, (common.lag_s, form, is_slowed_by_play));
+    let (states, x0, plant) = motor_plant(play.as_ref(), &common, [truth, believed], imperfections, load);
     experiment(
         &common,
         Parts {
@@ -1150,20 +1175,44 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             design: &design,
             of_kind: DriveDesign::Motor,
             margin: drive.margin.unwrap_or_default().rule(),
-            is_given: given.iter().any(Option::is_some),
+            is_given,
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
+            is_slowed_by_play,
             planned,
             warnings,
             chosen,
             shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
-            states: &MOTOR_STATES,
-            x0: vec![sheet.start_rad],
-            plant: Box::new(plant::Motor::new(truth, believed, imperfections, load).sampled(common.period_s)),
+            states,
+            x0,
+            measured: play.as_ref().map(Play::encoder_state),
+            plant,
             smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
             corners: motor_corners(&inertia, uncertain_percent, believed, lag),
             inertia_range: inertia_range(&inertia, uncertain_percent, believed, lag),
         },
     )
+}
+
+/// The data sheet on the side of the gear where the angle is meant.
+fn motor_sheet(sheet: &MotorTable, gear: f64, inertia_kg_m2: f64, torque_n_m_per_a: f64) -> Motor {
+    Motor { inertia_kg_m2, torque_n_m_per_a: gear * torque_n_m_per_a, damping_n_m_s: gear * gear * sheet.damping_n_m_s }
+}
+
+/// States, where they begin, and the shaft itself, which is `truth` and of which the controller believes `believed`.
+fn motor_plant(
+    play: Option<&Play>,
+    common: &Common<'_>,
+    [truth, believed]: [Shaft; 2],
+    imperfections: Imperfections,
+    load: Signal,
+) -> (&'static [StateName], Vec<f64>, Box<dyn Plant>) {
+    let start = common.start_rad;
+    if let Some(play) = play {
+        let plant = play.plant(truth, believed, imperfections, load);
+        return (&LOOSE_STATES, vec![start, 0.0, start], Box::new(plant));
+    }
+    let plant = plant::Motor::new(truth, believed, imperfections, load).sampled(common.period_s);
+    (&MOTOR_STATES, vec![start], Box::new(plant))
 }
 
 /// What the controller believes, and what is true.
@@ -1209,7 +1258,11 @@ fn motor_bandwidths(drive: &MotorDriveTable, by_rule: &MotorDesign) -> MotorBand
 }
 
 /// Bandwidths and why.
-fn motor_in_words(design: &MotorDesign, drive: &MotorDriveTable, lag_s: f64, form: Form) -> Vec<String> {
+fn motor_in_words(
+    design: &MotorDesign,
+    drive: &MotorDriveTable,
+    (lag_s, form, is_slowed_by_play): (f64, Form, bool),
+) -> Vec<String> {
     let MotorBandwidths { surface_rad_s, observer_rad_s, reaching_per_s, .. } = design.bandwidths;
     let delay_ticks = form.delay_ticks as u32;
     let rule = drive.margin.unwrap_or_default().rule();
@@ -1217,6 +1270,8 @@ fn motor_in_words(design: &MotorDesign, drive: &MotorDriveTable, lag_s: f64, for
     let lost_s: f64 = design.lost_time_s(rule, lag_s, delay_ticks).iter().sum();
     let why = if [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s].iter().any(Option::is_some) {
         "as given".to_owned()
+    } else if is_slowed_by_play {
+        "with more it would swing at rest in the play behind the gear".into()
     } else if let Some(MarginKey::Peak(peak)) = drive.margin {
         format!("for a sensitivity peak of {peak}")
     } else if noise < 0.999 * phase {
@@ -1440,6 +1495,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             states: &JOINT_STATES,
             x0: vec![sheet.start_rad, 0.0, motor_rad],
             plant: Box::new(plant::Joint::new(truth, believed, imperfections, load).sampled(common.period_s)),
+            measured: None,
+            is_slowed_by_play: false,
             smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
             inertia_range: None,
             corners: joint_corners(uncertain_percent, &believed, truth.spring_damping_n_m_s, lag),

@@ -8,6 +8,7 @@ use loop_sim::trace::Trace;
 
 use crate::{Experiment, JOINT, MOTOR, Source, parse};
 
+mod play;
 mod remedies;
 
 fn build(text: &str, sets: &[&str]) -> Result<Experiment, String> {

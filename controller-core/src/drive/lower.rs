@@ -1,0 +1,203 @@
+//! Lower gains at rest: for a shaft that swings around its target.
+//!
+//! In the play of a gear the load is loose. The loop then drives another plant than the one it is made for, the shaft
+//! is thrown from one flank to the other, and neither friction nor a wider [`RestBand`](super::RestBand) stops it: it
+//! never stands. What helps is less bandwidth. A late current, or an inertia that is far off, makes such swings too.
+//!
+//! Around its mean u swings through ±5 % of its limit, again and again. Each such reversal counts, and a tick forgets
+//! $0.6 w_o T$ of them: more than five are a loop that swings. The first of two lower gain sets then takes over, while
+//! the target rests; and if u swings under that one too, at a quarter of the rate, the second.
+//!
+//! A set is an observer and a law of their own, for w = $w_o/4$ and $w_o/8$. The observer has three equal poles
+//! $z = e^{-w T}$ and is given $y = p - r$, the error that the drive estimates:
+//!
+//! $$ q^- = q + T v + \tfrac{T^2}{2} (b u + d), \quad v^- = v + T (b u + d), \quad e = y - q^- $$
+//! $$ q = q^- + (1 - z^3) e, \quad v = v^- + \tfrac{3}{2T} (1 - z)^2 (1 + z) e, \quad
+//!    d \leftarrow d + \tfrac{1}{T^2} (1 - z)^3 e $$
+//! $$ u = -(w_c k_l \thinspace \mathrm{beyond}(q) + (w_c + k_l) v + d) / b, \quad
+//!    w_c = \min(\tfrac{16}{3} w, \tfrac{1}{2T}), \quad k_l = \min(\tfrac{40}{3} w, \tfrac1T) $$
+//!
+//! $\mathrm{beyond}(q)$ is what of q is beyond the widest rest band. With lost times as `by_rule` takes them |S| stays
+//! below 1.55, below 1.8 where b is off by a half, and the loop is stable between a third and three times b. The price
+//! is a load step: it moves the shaft three to five times as far, and ten to twenty times under the second set.
+//!
+//! Meanwhile the drive's own law is given a target that is where the shaft is, and its monitors go on. As soon as the
+//! target moves it follows with its own gains, and u may step by as much as the error makes.
+
+use super::motor::decay;
+use crate::real::Real as _;
+
+/// Two lower gain sets and when they take over; part of a [`RestBand`](super::RestBand).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LowerGains {
+    period: f32,
+    /// b, 1/b.
+    gain: f32,
+    per_gain: f32,
+    /// Of q no more than this is let be, rad.
+    band: f32,
+    /// u swings where it is so far from its mean, A.
+    loud: f32,
+    averaging: f32,
+    forgetting: f32,
+    sets: [LowerSet; 2],
+}
+
+/// Gains of an observer, and of a law in the unit of the acceleration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct LowerSet {
+    observer: [f32; 3],
+    law: [f32; 2],
+}
+
+/// Bandwidths of the sets over that of the drive's observer.
+const SHARES: [f64; 2] = [0.25, 0.125];
+/// $w_c$ and $k_l$ over the bandwidth of a set.
+const SURFACE: f64 = 16.0 / 3.0;
+const REACHING: f64 = 40.0 / 3.0;
+/// Of the limit: so far from its mean u swings.
+const LOUD: f64 = 0.05;
+/// Time constants of the observer over which u has its mean.
+const MEAN: f64 = 12.0;
+/// Reversals that are forgotten in a time constant of the observer; and more than so many are a loop that swings.
+const FORGOTTEN: f64 = 0.6;
+const REVERSALS: f32 = 5.0;
+/// A demand beyond it is none.
+const LARGEST: f32 = 1e30;
+
+/// What is remembered of a shaft that may swing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Swing {
+    /// Mean of u, A; on which side of it u was last, -1, 1 or 0 for neither; reversals that are not forgotten.
+    mean: f32,
+    side: f32,
+    reversals: f32,
+    /// 0, or which of the lower sets is in use.
+    set: u32,
+    q: f32,
+    v: f32,
+    d: f32,
+    u: f32,
+}
+
+impl Swing {
+    pub(super) const NONE: Self = Self { mean: 0.0, side: 0.0, reversals: 0.0, set: 0, q: 0.0, v: 0.0, d: 0.0, u: 0.0 };
+
+    pub(super) const fn is_lowered(&self) -> bool {
+        self.set > 0
+    }
+
+    /// What went out of what was asked for.
+    pub(super) const fn went_out(&mut self, u: f32) {
+        self.u = u;
+    }
+
+    pub(super) const fn words(&self) -> [u32; 8] {
+        let Self { mean, side, reversals, set, q, v, d, u } = *self;
+        let [mean, side, reversals] = [mean.to_bits(), side.to_bits(), reversals.to_bits()];
+        [mean, side, reversals, set, q.to_bits(), v.to_bits(), d.to_bits(), u.to_bits()]
+    }
+}
+
+impl LowerSet {
+    const fn numbers(&self) -> [f32; 5] {
+        let Self { observer: [l1, l2, l3], law: [k1, k2] } = *self;
+        [l1, l2, l3, k1, k2]
+    }
+
+    /// For this bandwidth, 1/s.
+    const fn of(omega: f64, t: f64) -> Self {
+        let (away, surface, reaching) = (decay(omega * t), SURFACE * omega, REACHING * omega);
+        let z = 1.0 - away;
+        let surface = if surface < 0.5 / t { surface } else { 0.5 / t };
+        let reaching = if reaching < 1.0 / t { reaching } else { 1.0 / t };
+        let observer = [1.0 - z * z * z, 1.5 * away * away * (1.0 + z) / t, away * away * away / (t * t)];
+        Self {
+            observer: [observer[0] as f32, observer[1] as f32, observer[2] as f32],
+            law: [(surface * reaching) as f32, (surface + reaching) as f32],
+        }
+    }
+}
+
+impl LowerGains {
+    /// For b, the limit of u, the bandwidth of the drive's observer and the widest band.
+    pub(super) const fn of(gain: f64, most: f64, omega: f64, period_s: f64, band: f32) -> Self {
+        Self {
+            period: period_s as f32,
+            gain: gain as f32,
+            per_gain: (1.0 / gain) as f32,
+            band,
+            loud: (LOUD * most) as f32,
+            averaging: decay(omega * period_s / MEAN) as f32,
+            forgetting: (FORGOTTEN * omega * period_s) as f32,
+            sets: [LowerSet::of(SHARES[0] * omega, period_s), LowerSet::of(SHARES[1] * omega, period_s)],
+        }
+    }
+
+    /// What a tick takes, in the order of the members: T, b, 1/b, the band, when u is loud, averaging, forgetting; and
+    /// of each set gains of the observer and of the law.
+    pub const fn numbers(&self) -> ([f32; 7], [[f32; 5]; 2]) {
+        let Self { period, gain, per_gain, band, loud, averaging, forgetting, sets: [first, second] } = *self;
+        ([period, gain, per_gain, band, loud, averaging, forgetting], [first.numbers(), second.numbers()])
+    }
+
+    /// After a tick with this error, rad, and this u: the u that goes out instead, if a lower set is in use.
+    #[inline]
+    pub(super) fn answer(&self, swing: &mut Swing, error: f32, u: f32) -> Option<f32> {
+        let u = if swing.is_lowered() { swing.u } else { u };
+        self.listen(swing, error, u);
+        let set = match swing.set {
+            0 => return None,
+            1 => &self.sets[0],
+            _ => &self.sets[1],
+        };
+        let asked = self.asked(set, swing, error);
+        if asked.abs() <= LARGEST {
+            return Some(asked);
+        }
+        // Of what is no number nothing is left.
+        *swing = Swing::NONE;
+        None
+    }
+
+    /// Does u swing? Then the next set is taken.
+    #[inline]
+    fn listen(&self, swing: &mut Swing, error: f32, u: f32) {
+        let away = u - swing.mean;
+        swing.mean += self.averaging * away;
+        if away.abs() > self.loud {
+            let side = if away > 0.0 { 1.0 } else { -1.0 };
+            if side * swing.side < 0.0 {
+                swing.reversals += 1.0;
+            }
+            swing.side = side;
+        }
+        let forgotten = if swing.is_lowered() { 0.25 * self.forgetting } else { self.forgetting };
+        let left = swing.reversals - forgotten;
+        swing.reversals = if left > 0.0 { left } else { 0.0 };
+        if swing.reversals > REVERSALS && swing.set < 2 {
+            if swing.set == 0 {
+                (swing.q, swing.v, swing.u) = (error, 0.0, swing.mean);
+                swing.d = -(self.gain * swing.mean);
+            }
+            (swing.set, swing.reversals) = (swing.set + 1, 0.0);
+        }
+    }
+
+    /// A tick of the set's observer and law.
+    #[inline]
+    fn asked(&self, set: &LowerSet, swing: &mut Swing, error: f32) -> f32 {
+        let ([l1, l2, l3], [k1, k2], t) = (set.observer, set.law, self.period);
+        let acceleration = self.gain * swing.u + swing.d;
+        let foreseen = swing.q + t * (swing.v + 0.5 * t * acceleration);
+        let innovation = error - foreseen;
+        swing.q = foreseen + l1 * innovation;
+        swing.v = swing.v + t * acceleration + l2 * innovation;
+        swing.d += l3 * innovation;
+        let beyond = swing.q - swing.q.limited(-self.band, self.band);
+        -(self.per_gain * (k1 * beyond + k2 * swing.v + swing.d))
+    }
+}

@@ -1,0 +1,94 @@
+/* LOWER GAINS. In the play of a gear a shaft swings around a target that rests, and never stands. Where the current
+ * goes through $loud$ A around its mean to and fro, again and again, an observer and a law for a quarter of the
+ * bandwidth take over until the target moves; then, if that swings too, for an eighth. HUNTS says so. */
+static inline void @_calm_listens(@_monitor *monitor, float error, float u)
+{
+    @@_AS_WRITTEN
+    const float away = u - monitor->calm_mean;
+    monitor->calm_mean += $averaging$f * away;
+    if (@_magnitude(away) > $loud$f) {
+        const float side = (away > 0.0f) ? 1.0f : -1.0f;
+        monitor->calm_reversals += ((side * monitor->calm_side) < 0.0f) ? 1.0f : 0.0f;
+        monitor->calm_side = side;
+    }
+    monitor->calm_reversals =
+        @_lessened(monitor->calm_reversals, (monitor->calm_set > 0u) ? $slow_forgetting$f : $forgetting$f);
+    if ((monitor->calm_reversals > 5.0f) && (monitor->calm_set < 2u)) {
+        if (monitor->calm_set == 0u) {
+            monitor->calm_q = error;
+            monitor->calm_v = 0.0f;
+            monitor->calm_d = -($gain$f * monitor->calm_mean);
+            monitor->calm_u = monitor->calm_mean;
+        }
+        monitor->calm_set += 1u;
+        monitor->calm_reversals = 0.0f;
+    }
+}
+
+static inline float @_calm_asks(@_monitor *monitor, float error)
+{
+    @@_AS_WRITTEN
+    static const float gains[2][5] = { /* of the observer, of the law */
+        {$first$},
+        {$second$}
+    };
+    const float *set = gains[(monitor->calm_set > 1u) ? 1 : 0];
+    const float acceleration = ($gain$f * monitor->calm_u) + monitor->calm_d;
+    const float foreseen = monitor->calm_q + ($period$f * (monitor->calm_v + ($half_period$f * acceleration)));
+    const float innovation = error - foreseen;
+    monitor->calm_q = foreseen + (set[0] * innovation);
+    monitor->calm_v = (monitor->calm_v + ($period$f * acceleration)) + (set[1] * innovation);
+    monitor->calm_d += set[2] * innovation;
+    float within = (monitor->calm_q > $band$f) ? $band$f : monitor->calm_q;
+    within = (within < -$band$f) ? -$band$f : within;
+    return -($per_gain$f * (((set[3] * (monitor->calm_q - within)) + (set[4] * monitor->calm_v)) + monitor->calm_d));
+}
+
+static inline void @_calm_leave(@_monitor *monitor)
+{
+    monitor->calm_mean = 0.0f;
+    monitor->calm_side = 0.0f;
+    monitor->calm_reversals = 0.0f;
+    monitor->calm_set = 0u;
+    monitor->calm_q = 0.0f;
+    monitor->calm_v = 0.0f;
+    monitor->calm_d = 0.0f;
+    monitor->calm_u = 0.0f;
+}
+
+/* After a tick: the current of a lower set goes out instead, if one is in use. */
+static inline unsigned @_calm(@_monitor *monitor, @_state *state, unsigned health, @_output *output)
+{
+    const unsigned out_of_use = ((unsigned)@@_BRAKES | (unsigned)@@_WAITS) | (unsigned)@@_INPUT_REJECTED;
+    if (!(monitor->rest_share > 0.0f) || ((health & (unsigned)@@_STOPPED) != 0u)) {
+        return health;
+    }
+    if (!state->started || ((health & out_of_use) != 0u)) {
+        @_calm_leave(monitor);
+        return health;
+    }
+    @_estimates_of known;
+    (void)@_estimates(state, &known);
+    const float error = @_rest_error(monitor, &known);
+    @_calm_listens(monitor, error, (monitor->calm_set > 0u) ? monitor->calm_u : output->u);
+    if (monitor->calm_set == 0u) {
+        return health;
+    }
+    const float asked = @_calm_asks(monitor, error);
+    if (!(@_magnitude(asked) <= 1e30f)) {
+        @_calm_leave(monitor);
+        return health;
+    }
+    const float limit = @_magnitude(state->limit);
+    const float u_max = ($u_max$f > limit) ? limit : $u_max$f;
+    const float u_min = ($u_min$f < -limit) ? -limit : $u_min$f;
+    float u = (asked > u_max) ? u_max : asked;
+    u = (u < u_min) ? u_min : u;
+    state->$held$ = u;
+    state->offset = 0.0f;
+    monitor->calm_u = u;
+    output->u = u;
+    const unsigned told = (health & ~(unsigned)@@_SATURATED) | (unsigned)@@_HUNTS;
+    return told | ((u != asked) ? (unsigned)@@_SATURATED : 0u);
+}
+

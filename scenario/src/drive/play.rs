@@ -1,0 +1,232 @@
+//! Play between a motor and its load: what the simulated shaft does, and which bandwidth does not swing in it.
+//!
+//! With the encoder behind the gear the loop goes through the play. In the gap it drives the motor alone and sees a
+//! load that flies freely, so with too much bandwidth it swings from flank to flank for ever. How much is too much has
+//! no formula here: the drive is let loose on its data sheet, without friction and with a push, and watched at rest.
+
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+
+use controller_core::Health;
+use controller_core::drive::{MotorBandwidths, MotorDesign};
+use loop_sim::actuator::{Delayed, Ideal};
+use loop_sim::closed_loop::{Loop, close_loop};
+use loop_sim::plant::{Imperfections, JointBody, Loose, Plant as _, Shaft};
+use loop_sim::port::drive::{DriveDesign, Motion};
+use loop_sim::sensor::encoder::Encoders;
+use loop_sim::signal::Signal;
+use loop_sim::trace::{Ending, Row};
+
+use super::build::rounded;
+use super::{MotorTable, NumberOrRange};
+use crate::error::shown;
+use crate::resolve::{Problem, Problems};
+
+/// Load and motor swing against each other on the flanks with so many rad/s, if the file has no stiffness; and so much
+/// of the critical damping is theirs.
+const FLANKS_RAD_S: f64 = 471.0;
+const FLANKS_DAMPING: f64 = 0.06;
+/// Bandwidths that are tried, over those of the rule.
+const SHARES: [f64; 10] = [1.0, 0.84, 0.7, 0.6, 0.5, 0.42, 0.35, 0.25, 0.17, 0.12];
+/// A current that varies by more than this part of its limit swings.
+const QUIET: f64 = 0.03;
+/// How long it is watched, in time constants of its observer, the first half to settle.
+const WATCHED: f64 = 240.0;
+
+/// What a file says of play.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Play {
+    rad: f64,
+    /// Is the encoder behind it?
+    is_behind: bool,
+    /// Of the inertia that part which hangs behind it.
+    load_share: f64,
+    stiffness_n_m: Option<f64>,
+    /// Shares of the rule that were found already, by period.
+    found: RefCell<Vec<(f64, Option<f64>)>>,
+}
+
+impl Play {
+    /// None without any.
+    pub(super) fn of(sheet: &MotorTable, gear: f64, is_behind: bool, problems: &mut Problems) -> Option<Self> {
+        let mut wrong = |key: &str, message: &str| {
+            problems.0.push(Problem { key: format!("motor.{key}"), message: message.into() });
+        };
+        if sheet.play_rad == 0.0 {
+            if sheet.gear_stiffness_n_m.is_some() {
+                wrong("gear_stiffness_n_m", "only with play_rad above 0: a gear without play is rigid here");
+            }
+            return None;
+        }
+        let mean = |given: NumberOrRange| match given {
+            NumberOrRange::Number(number) => number,
+            NumberOrRange::Range([low, high]) => (low * high).sqrt(),
+        };
+        let load = mean(sheet.load_inertia_kg_m2);
+        let rotor = sheet.inertia_kg_m2.map_or(1.0, mean);
+        if load.is_nan() || load <= 0.0 {
+            wrong("play_rad", "needs motor.load_inertia_kg_m2, of what hangs behind the play");
+            return None;
+        }
+        Some(Self {
+            rad: sheet.play_rad,
+            is_behind,
+            load_share: load / (load + gear * gear * rotor),
+            stiffness_n_m: sheet.gear_stiffness_n_m,
+            found: RefCell::default(),
+        })
+    }
+
+    /// Which state of the plant the encoder measures.
+    pub(super) const fn encoder_state(&self) -> usize {
+        if self.is_behind { 0 } else { 2 }
+    }
+
+    /// A motor that is `truth` and of which the controller believes `believed`.
+    pub(super) fn plant(&self, truth: Shaft, believed: Shaft, imperfections: Imperfections, load: Signal) -> Loose {
+        let whole = truth.inertia_kg_m2;
+        let [hanging, driving] = [self.load_share, 1.0 - self.load_share].map(|share| share * whole);
+        let reduced = hanging * driving / whole;
+        let stiffness_n_m = self.stiffness_n_m.unwrap_or(reduced * FLANKS_RAD_S * FLANKS_RAD_S);
+        let body = JointBody {
+            link_inertia_kg_m2: hanging,
+            link_damping_n_m_s: 0.0,
+            weight_n_m: 0.0,
+            stiffness_n_m,
+            spring_damping_n_m_s: 2.0 * FLANKS_DAMPING * (stiffness_n_m * reduced).sqrt(),
+            motor: Shaft { inertia_kg_m2: driving, ..truth },
+        };
+        Loose::new(body, self.rad, believed, imperfections, load)
+    }
+
+    /// How many gain sets a drive has by rule, if the play says it: a fast set would swing first.
+    pub(super) fn gain_sets(play: Option<&Self>) -> Option<usize> {
+        play.filter(|play| play.is_behind).map(|_| 1)
+    }
+}
+
+/// A drive that is let loose in its play.
+pub(super) struct InPlay<'a> {
+    /// None where no position is followed.
+    pub(super) play: Option<&'a Play>,
+    /// Does the file give a bandwidth? Then it stays.
+    pub(super) is_given: bool,
+    pub(super) drive_of: &'a dyn Fn(&MotorDesign) -> DriveDesign,
+    /// What the data sheet says.
+    pub(super) shaft: Shaft,
+    pub(super) lag: Imperfections,
+}
+
+impl InPlay<'_> {
+    /// The largest share of the bandwidths by rule that rests in the play; none if all swing.
+    pub(super) fn allowed(&self, by_rule: &MotorDesign) -> Option<f64> {
+        let Some(play) = self.play.filter(|play| play.is_behind && !self.is_given) else { return Some(1.0) };
+        let known = play.found.borrow().iter().find(|(period_s, _)| *period_s == by_rule.period_s).copied();
+        if let Some((_, share)) = known {
+            return share;
+        }
+        let rests = |share: &f64| self.swing(play, &slowed(by_rule, *share)).is_some_and(|swing| swing <= QUIET);
+        let share = SHARES.into_iter().find(rests);
+        play.found.borrow_mut().push((by_rule.period_s, share));
+        share
+    }
+
+    /// This design with as much bandwidth as the play allows.
+    pub(super) fn slowed(&self, by_rule: MotorDesign) -> MotorDesign {
+        slowed(&by_rule, self.allowed(&by_rule).unwrap_or(SHARES[SHARES.len() - 1]))
+    }
+
+    /// What the play takes from the design by rule, or what a typed one does in it.
+    pub(super) fn warning(&self, by_rule: &MotorDesign) -> Option<String> {
+        let play = self.play.filter(|play| play.is_behind)?;
+        let remedy = "with the encoder on the motor it does not matter (encoder.behind_gear = false), and the load is \
+                      known to the play";
+        let w_c = by_rule.bandwidths.surface_rad_s;
+        let [rad, all, least] = [play.rad, rounded(w_c), rounded(SHARES[SHARES.len() - 1] * w_c)].map(shown);
+        if self.is_given {
+            let swing = self.swing(play, by_rule).unwrap_or(1.0);
+            return (swing > QUIET).then(|| {
+                format!(
+                    "in the play of {rad} rad this drive swings at rest, with {:.0} % of its current (rms): take \
+                     drive.surface_rad_s below {all}; {remedy}",
+                    100.0 * swing
+                )
+            });
+        }
+        match self.allowed(by_rule) {
+            Some(share) if share < 1.0 => Some(format!(
+                "the play of {rad} rad behind the gear allows w_c = {} rad/s of {all} by rule, with more it swings at \
+                 rest; {remedy}",
+                shown(rounded(share * w_c))
+            )),
+            Some(_) => None,
+            None => Some(format!("in the play of {rad} rad this drive swings even with w_c = {least} rad/s; {remedy}")),
+        }
+    }
+
+    /// How much the current varies at rest, over its limit, on this shaft or on one that the same current accelerates
+    /// half as much more; none if no loop comes of it.
+    fn swing(&self, play: &Play, design: &MotorDesign) -> Option<f64> {
+        let Shaft { inertia_kg_m2, torque_n_m_per_a, .. } = self.shaft;
+        let agile =
+            Shaft { inertia_kg_m2: 0.8 * inertia_kg_m2, torque_n_m_per_a: 1.2 * torque_n_m_per_a, ..self.shaft };
+        let designed = (self.drive_of)(design);
+        let [nominal, agile] = [self.shaft, agile]
+            .map(|truth| swing(&designed, &play.plant(truth, self.shaft, self.lag, Signal::default()), design));
+        Some(nominal?.max(agile?))
+    }
+}
+
+/// All bandwidths by this share.
+fn slowed(design: &MotorDesign, share: f64) -> MotorDesign {
+    if share == 1.0 {
+        return *design;
+    }
+    let MotorBandwidths { surface_rad_s, observer_rad_s, reaching_per_s, offset_per_s } = design.bandwidths;
+    design.with_bandwidths(MotorBandwidths {
+        surface_rad_s: share * surface_rad_s,
+        observer_rad_s: share * observer_rad_s,
+        reaching_per_s: share * reaching_per_s,
+        offset_per_s: share * offset_per_s,
+    })
+}
+
+/// Standard deviation of u at rest after a push, over its limit.
+fn swing(designed: &DriveDesign, plant: &Loose, design: &MotorDesign) -> Option<f64> {
+    let designed = designed.telling().without_rest_band();
+    let (period_s, omega) = (design.period_s, design.bandwidths.observer_rad_s);
+    let limit = designed.max_current_a();
+    let mut port = designed.port(&Motion::rest(0.0, period_s)).ok()?;
+    let periods = ((WATCHED / (omega * period_s)) as usize).clamp(200, 50_000);
+    // As fast as a quarter of the torque makes it in a time constant of the observer.
+    let push = 0.25 * limit * design.motor.input_gain().abs() / omega;
+    let mut x0 = vec![0.0; plant.order()];
+    (x0[1], x0[3]) = (push, push);
+    let mut sums = [0.0; 3];
+    let mut recorder = |row: &Row| {
+        if row.health.contains(Health::STOPPED) {
+            return ControlFlow::Break(());
+        }
+        if 2.0 * row.t_s > periods as f64 * period_s {
+            sums = [sums[0] + 1.0, sums[1] + row.u, sums[2] + row.u * row.u];
+        }
+        ControlFlow::Continue(())
+    };
+    let setup = Loop {
+        plant,
+        sensor: &mut Encoders::new(designed.encoders()),
+        port: port.as_mut(),
+        actuator: &mut Delayed::new(Box::new(Ideal), designed.form().delay_ticks),
+        report: true,
+        x0: &x0,
+        period_s,
+        periods,
+    };
+    let ending = close_loop(setup, &mut recorder).ok()?;
+    if ending != Ending::Finished {
+        return Some(1.0);
+    }
+    let [count, sum, square] = sums;
+    let mean = sum / count;
+    (count > 0.0).then(|| (square / count - mean * mean).max(0.0).sqrt() / limit)
+}
