@@ -913,7 +913,7 @@ impl C<'_> {
     /// The lower gains at rest: functions, members of the monitor, how they are left, what is placed while they are in
     /// use, and what comes after a tick.
     fn calm(&self, lower: &LowerGains) -> [String; 5] {
-        let ([period, gain, per_gain, band, loud, averaging, forgetting], sets) = lower.numbers();
+        let ([period, gain, per_gain, band, load, settled, loud, averaging, forgetting], sets) = lower.numbers();
         let Thresholds { limits: [u_min, u_max], .. } = &self.exported.thresholds;
         let number = |number: f32| format!("{number:?}");
         let [first, second] = sets.map(|set| set.map(|gain| format!("{gain:?}f")).join(", "));
@@ -925,6 +925,8 @@ impl C<'_> {
                 ("gain", &number(gain)),
                 ("per_gain", &number(per_gain)),
                 ("band", &number(band)),
+                ("load", &number(load)),
+                ("settled", &number(settled)),
                 ("loud", &number(loud)),
                 ("averaging", &number(averaging)),
                 ("forgetting", &number(forgetting)),
@@ -940,6 +942,8 @@ impl C<'_> {
                        \x20   float calm_side; /* on which side of it the current was last */\n\
                        \x20   float calm_reversals; /* that are not forgotten */\n\
                        \x20   uint32_t calm_set; /* 0, or which of the lower gain sets is in use */\n\
+                       \x20   float calm_ticks; /* for which it is */\n\
+                       \x20   uint32_t calm_returns; /* loads that have ended such a use */\n\
                        \x20   float calm_q; /* of its observer: error, rad, speed, disturbance */\n\
                        \x20   float calm_v;\n    float calm_d;\n    float calm_u; /* A, what it put out */\n";
         let leave = "    @_calm_leave(monitor);\n";

@@ -348,14 +348,15 @@ pub(super) struct Counters {
     held: [i32; 2],
     /// Counts by which an encoder slipped.
     slipped: [i32; 2],
-    /// Ticks for which the shafts are shaken faster than any law can follow.
+    /// Are they shaken now and then, faster than any law can follow, and for how many ticks still?
+    is_shaken: bool,
     shaken_left: usize,
 }
 
 impl Counters {
     pub(super) fn next(&mut self, rng: &mut Rng, steps: [i64; 2], mounting: &[Mounting]) -> ([i32; 2], [bool; 2]) {
         let (mut counts, mut lost) = ([0; 2], [false; 2]);
-        if rng.chance(0.0005) {
+        if self.is_shaken && rng.chance(0.0005) {
             self.shaken_left = 200;
         }
         self.shaken_left = self.shaken_left.saturating_sub(1);
@@ -464,8 +465,10 @@ where
     let mut running = Running::new(*law);
     let mut under_way = VecDeque::from(vec![0.0; LATE]);
     let (fence, band, does_brake) = (of.fence(), of.rest_band(), of.reaction() == Reaction::Brake);
-    let (mut wanted, mut counters) =
-        (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
+    let (mut wanted, mut counters) = (
+        Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 },
+        Counters { is_shaken: of.rest_band().is_some(), ..Counters::default() },
+    );
     let (mut asked, mut answers, mut seen, mut words) = (Vec::new(), Vec::new(), vec![0_usize; HEALTHS], 0);
     let (mut ticks, mut turns_gone, mut stopped, mut resting) = (0, 0, false, Resting::START);
     let mut lowered = 0;
@@ -529,7 +532,7 @@ where
         let all: Vec<u32> = running.words().collect();
         let [_, started, ref state @ .., _] = all[..] else { panic!("words of a running drive") };
         let of_the_band = band.filter(|_| started == 1 || words > 0).map(|band| {
-            let members = if band.lower_gains().is_some() { 16 } else { 8 };
+            let members = if band.lower_gains().is_some() { 18 } else { 8 };
             resting.words().take(members).collect()
         });
         let state = members_in_c(state, (E, does_brake), of_the_band);

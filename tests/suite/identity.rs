@@ -99,6 +99,13 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &[],
             &["monitor.reaction=\"joined_stop\"", "drive.fallback=0"],
             &["drive.gain_sets=1", "motor.gear=[9, 1]", "motor.load_inertia_kg_m2=0.01"],
+            &[
+                "motor={inertia_kg_m2=2e-8, torque_n_m_per_a=0.0045, max_current_a=0.7, gear=[288, 1], \
+                 load_inertia_kg_m2=1e-4, current_lag_s=1e-3, play_rad=0.01}",
+                "encoder={bits=12, behind_gear=true}",
+                "drive.period_s=2e-3",
+                "reference.frequency_hz=0.2",
+            ],
             &["reference={ kind=\"move\", to_rad=1, start_s=0.1, duration_s=0.25 }"],
             &["reference={ kind=\"points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01 }"],
             &["reference={ kind=\"set_points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01, max_speed_rad_s=3.0, \
@@ -298,6 +305,8 @@ fn values(key: &Key) -> Vec<String> {
         "window_s" => &["[0.3, 1.5]", "[11.0, 19.0]"],
         "gear" => &["[2, 1]", "[10, 1]"],
         "channel" => &["1", "3"],
+        "play_rad" => &["0.02"],
+        "gear_stiffness_n_m" => &["2.0", "100.0"],
         "encoder" => &["\"motor\"", "\"link\""],
         _ => &[],
     };

@@ -242,7 +242,8 @@ fn a_shaft_in_play_is_heard_and_calmed() {
 }
 
 /// A target that moves is followed with the drive's own gains at once, whatever set was in use before it moves and
-/// whatever the sheet says: the way is that of a drive that never was calmed, and the shaft rests again.
+/// whatever the sheet says: the way is that of a drive that never was calmed, give or take where it began, and the
+/// shaft rests again.
 #[test]
 fn a_calmed_shaft_moves_with_its_own_gains() {
     let (there, on) = (way(0.5, 0.1, 0.4), way(0.5, 2.4, 2.7));
@@ -264,7 +265,7 @@ fn a_calmed_shaft_moves_with_its_own_gains() {
                 (worst, deviation)
             });
             println!("{play_rad} {inertia} {torque}: {calmed:.4} rad on the way, {never:.4} never calmed");
-            assert!(calmed <= 1.4 * never && deviation <= 0.02, "{truth:?}: {calmed}, {never} rad, {deviation} A");
+            assert!(calmed <= never + 0.015 && deviation <= 0.02, "{truth:?}: {calmed}, {never} rad, {deviation} A");
         }
     }
     assert!(lowered >= 8, "{lowered} runs had lower gains");

@@ -5,7 +5,7 @@
 //! never stands. What helps is less bandwidth. A late current, or an inertia that is far off, makes such swings too.
 //!
 //! Around its mean u swings through ±5 % of its limit, again and again. Each such reversal counts, and a tick forgets
-//! $0.6 w_o T$ of them: more than five are a loop that swings. The first of two lower gain sets then takes over, while
+//! $0.4 w_o T$ of them: more than five are a loop that swings. The first of two lower gain sets then takes over, while
 //! the target rests; and if u swings under that one too, at a quarter of the rate, the second.
 //!
 //! A set is an observer and a law of their own, for w = $w_o/4$ and $w_o/8$. The observer has three equal poles
@@ -17,9 +17,12 @@
 //! $$ u = -(w_c k_l \thinspace \mathrm{beyond}(q) + (w_c + k_l) v + d) / b, \quad
 //!    w_c = \min(\tfrac{16}{3} w, \tfrac{1}{2T}), \quad k_l = \min(\tfrac{40}{3} w, \tfrac1T) $$
 //!
-//! $\mathrm{beyond}(q)$ is what of q is beyond the widest rest band. With lost times as `by_rule` takes them |S| stays
-//! below 1.55, below 1.8 where b is off by a half, and the loop is stable between a third and three times b. The price
-//! is a load step: it moves the shaft three to five times as far, and ten to twenty times under the second set.
+//! $\mathrm{beyond}(q)$ is what of q is beyond β, four of the widest rest bands. With lost times as `by_rule` takes
+//! them |S| stays below 1.55, below 1.8 where b is off by a half, and the loop is stable from a third to three times b.
+//!
+//! The price is a load step, which moves the shaft ten times as far, or fifty under the second set. So an error of more
+//! than 3 β, once $96/w_o$ have passed, gives the drive its own gains back: a load may press the play to one flank, and
+//! then it is no play. If it swings on, it is heard again. That is done four times at most while the target rests.
 //!
 //! Meanwhile the drive's own law is given a target that is where the shaft is, and its monitors go on. As soon as the
 //! target moves it follows with its own gains, and u may step by as much as the error makes.
@@ -35,8 +38,11 @@ pub struct LowerGains {
     /// b, 1/b.
     gain: f32,
     per_gain: f32,
-    /// Of q no more than this is let be, rad.
+    /// β: of q no more than this is let be, rad; and a larger error is a load.
     band: f32,
+    load: f32,
+    /// Ticks until a lower set has settled.
+    settled: f32,
     /// u swings where it is so far from its mean, A.
     loud: f32,
     averaging: f32,
@@ -62,8 +68,15 @@ const LOUD: f64 = 0.05;
 /// Time constants of the observer over which u has its mean.
 const MEAN: f64 = 12.0;
 /// Reversals that are forgotten in a time constant of the observer; and more than so many are a loop that swings.
-const FORGOTTEN: f64 = 0.6;
+const FORGOTTEN: f64 = 0.4;
 const REVERSALS: f32 = 5.0;
+/// β over the widest band, and an error that is a load over β.
+const BAND: f32 = 4.0;
+const LOAD: f32 = 3.0;
+/// Time constants of the drive's observer until a lower set has settled.
+const SETTLED: f64 = 96.0;
+/// Loads that give the drive its own gains back while its target rests.
+const RETURNS: u32 = 4;
 /// A demand beyond it is none.
 const LARGEST: f32 = 1e30;
 
@@ -75,8 +88,10 @@ pub(super) struct Swing {
     mean: f32,
     side: f32,
     reversals: f32,
-    /// 0, or which of the lower sets is in use.
+    /// 0, or which of the lower sets is in use; for how many ticks; loads that have ended such a use.
     set: u32,
+    ticks: f32,
+    returns: u32,
     q: f32,
     v: f32,
     d: f32,
@@ -84,7 +99,8 @@ pub(super) struct Swing {
 }
 
 impl Swing {
-    pub(super) const NONE: Self = Self { mean: 0.0, side: 0.0, reversals: 0.0, set: 0, q: 0.0, v: 0.0, d: 0.0, u: 0.0 };
+    pub(super) const NONE: Self =
+        Self { mean: 0.0, side: 0.0, reversals: 0.0, set: 0, ticks: 0.0, returns: 0, q: 0.0, v: 0.0, d: 0.0, u: 0.0 };
 
     pub(super) const fn is_lowered(&self) -> bool {
         self.set > 0
@@ -95,10 +111,10 @@ impl Swing {
         self.u = u;
     }
 
-    pub(super) const fn words(&self) -> [u32; 8] {
-        let Self { mean, side, reversals, set, q, v, d, u } = *self;
-        let [mean, side, reversals] = [mean.to_bits(), side.to_bits(), reversals.to_bits()];
-        [mean, side, reversals, set, q.to_bits(), v.to_bits(), d.to_bits(), u.to_bits()]
+    pub(super) fn words(&self) -> impl Iterator<Item = u32> + use<> {
+        let Self { mean, side, reversals, set, ticks, returns, q, v, d, u } = *self;
+        let heard = [mean, side, reversals].map(f32::to_bits).into_iter();
+        heard.chain([set, ticks.to_bits(), returns]).chain([q, v, d, u].map(f32::to_bits))
     }
 }
 
@@ -129,7 +145,9 @@ impl LowerGains {
             period: period_s as f32,
             gain: gain as f32,
             per_gain: (1.0 / gain) as f32,
-            band,
+            band: BAND * band,
+            load: LOAD * BAND * band,
+            settled: (SETTLED / (omega * period_s)) as f32,
             loud: (LOUD * most) as f32,
             averaging: decay(omega * period_s / MEAN) as f32,
             forgetting: (FORGOTTEN * omega * period_s) as f32,
@@ -137,18 +155,23 @@ impl LowerGains {
         }
     }
 
-    /// What a tick takes, in the order of the members: T, b, 1/b, the band, when u is loud, averaging, forgetting; and
-    /// of each set gains of the observer and of the law.
-    pub const fn numbers(&self) -> ([f32; 7], [[f32; 5]; 2]) {
-        let Self { period, gain, per_gain, band, loud, averaging, forgetting, sets: [first, second] } = *self;
-        ([period, gain, per_gain, band, loud, averaging, forgetting], [first.numbers(), second.numbers()])
+    /// What a tick takes, in the order of the members: T, b, 1/b, β, the error of a load, ticks to settle, when u is
+    /// loud, averaging, forgetting; and of each set gains of the observer and of the law.
+    pub const fn numbers(&self) -> ([f32; 9], [[f32; 5]; 2]) {
+        let Self { period, gain, per_gain, band, load, settled, loud, averaging, forgetting, sets: [first, second] } =
+            *self;
+        let numbers = [period, gain, per_gain, band, load, settled, loud, averaging, forgetting];
+        (numbers, [first.numbers(), second.numbers()])
     }
 
-    /// After a tick with this error, rad, and this u: the u that goes out instead, if a lower set is in use.
+    /// After a tick with this error, rad, this speed and this u: the u that goes out instead, if a lower set is in use.
     #[inline]
-    pub(super) fn answer(&self, swing: &mut Swing, error: f32, u: f32) -> Option<f32> {
+    pub(super) fn answer(&self, swing: &mut Swing, [error, speed]: [f32; 2], u: f32) -> Option<f32> {
         let u = if swing.is_lowered() { swing.u } else { u };
-        self.listen(swing, error, u);
+        self.listen(swing, [error, speed], u);
+        if self.is_load(swing, error) {
+            *swing = Swing { mean: swing.u, returns: swing.returns + 1, ..Swing::NONE };
+        }
         let set = match swing.set {
             0 => return None,
             1 => &self.sets[0],
@@ -163,9 +186,19 @@ impl LowerGains {
         None
     }
 
+    /// Is that a load on a lower set that has settled?
+    #[inline]
+    fn is_load(&self, swing: &mut Swing, error: f32) -> bool {
+        if swing.is_lowered() && swing.ticks < self.settled {
+            swing.ticks += 1.0;
+            return false;
+        }
+        swing.is_lowered() && error.abs() > self.load && swing.returns < RETURNS
+    }
+
     /// Does u swing? Then the next set is taken.
     #[inline]
-    fn listen(&self, swing: &mut Swing, error: f32, u: f32) {
+    fn listen(&self, swing: &mut Swing, [error, speed]: [f32; 2], u: f32) {
         let away = u - swing.mean;
         swing.mean += self.averaging * away;
         if away.abs() > self.loud {
@@ -180,10 +213,10 @@ impl LowerGains {
         swing.reversals = if left > 0.0 { left } else { 0.0 };
         if swing.reversals > REVERSALS && swing.set < 2 {
             if swing.set == 0 {
-                (swing.q, swing.v, swing.u) = (error, 0.0, swing.mean);
+                (swing.q, swing.v, swing.u) = (error, speed, swing.mean);
                 swing.d = -(self.gain * swing.mean);
             }
-            (swing.set, swing.reversals) = (swing.set + 1, 0.0);
+            (swing.set, swing.reversals, swing.ticks) = (swing.set + 1, 0.0, 0.0);
         }
     }
 

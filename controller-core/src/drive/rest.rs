@@ -162,7 +162,7 @@ impl Resting {
 
     /// All of it as words, for logs: h, the width (0 is the least), the side, ticks and error where it last stood,
     /// whether it has slipped since, and the turn and the angle of the target. Then mean of u, on which side of it u
-    /// was, reversals, which of the lower sets is in use, and its q, v, d and u.
+    /// was, reversals, which of the lower sets is in use, its ticks, returns, and its q, v, d and u.
     pub fn words(&self) -> impl Iterator<Item = u32> {
         let Self { share, width, side, stood, anchor, slipped, turn, angle, swing } = *self;
         let rest = [share, width, side, stood, anchor, slipped].map(f32::to_bits);
@@ -286,8 +286,8 @@ impl RestBand {
             state.swing = Swing::NONE;
             return;
         };
-        let error = state.error(&known);
-        let Some(asked) = lower.answer(&mut state.swing, error, output.u) else { return };
+        let seen = [state.error(&known), known.speed[0]];
+        let Some(asked) = lower.answer(&mut state.swing, seen, output.u) else { return };
         let u = running.put_instead(asked);
         state.swing.went_out(u);
         output.u = u;

@@ -1,7 +1,8 @@
 /* LOWER GAINS. In the play of a gear a shaft swings around a target that rests, and never stands. Where the current
  * goes through $loud$ A around its mean to and fro, again and again, an observer and a law for a quarter of the
- * bandwidth take over until the target moves; then, if that swings too, for an eighth. HUNTS says so. */
-static inline void @_calm_listens(@_monitor *monitor, float error, float u)
+ * bandwidth take over; then, if that swings too, for an eighth; until the target moves or a load pushes the shaft by
+ * more than $load$ rad. HUNTS says so. */
+static inline void @_calm_listens(@_monitor *monitor, float error, float speed, float u)
 {
     @@_AS_WRITTEN
     const float away = u - monitor->calm_mean;
@@ -16,13 +17,24 @@ static inline void @_calm_listens(@_monitor *monitor, float error, float u)
     if ((monitor->calm_reversals > 5.0f) && (monitor->calm_set < 2u)) {
         if (monitor->calm_set == 0u) {
             monitor->calm_q = error;
-            monitor->calm_v = 0.0f;
+            monitor->calm_v = speed;
             monitor->calm_d = -($gain$f * monitor->calm_mean);
             monitor->calm_u = monitor->calm_mean;
         }
         monitor->calm_set += 1u;
         monitor->calm_reversals = 0.0f;
+        monitor->calm_ticks = 0.0f;
     }
+}
+
+/* Is that a load on a lower set that has settled? */
+static inline bool @_calm_is_load(@_monitor *monitor, float error)
+{
+    if ((monitor->calm_set > 0u) && (monitor->calm_ticks < $settled$f)) {
+        monitor->calm_ticks += 1.0f;
+        return false;
+    }
+    return (monitor->calm_set > 0u) && (@_magnitude(error) > $load$f) && (monitor->calm_returns < 4u);
 }
 
 static inline float @_calm_asks(@_monitor *monitor, float error)
@@ -47,6 +59,8 @@ static inline float @_calm_asks(@_monitor *monitor, float error)
 static inline void @_calm_leave(@_monitor *monitor)
 {
     monitor->calm_mean = 0.0f;
+    monitor->calm_ticks = 0.0f;
+    monitor->calm_returns = 0u;
     monitor->calm_side = 0.0f;
     monitor->calm_reversals = 0.0f;
     monitor->calm_set = 0u;
@@ -70,7 +84,14 @@ static inline unsigned @_calm(@_monitor *monitor, @_state *state, unsigned healt
     @_estimates_of known;
     (void)@_estimates(state, &known);
     const float error = @_rest_error(monitor, &known);
-    @_calm_listens(monitor, error, (monitor->calm_set > 0u) ? monitor->calm_u : output->u);
+    @_calm_listens(monitor, error, known.speed, (monitor->calm_set > 0u) ? monitor->calm_u : output->u);
+    if (@_calm_is_load(monitor, error)) { /* it has its own gains back */
+        const uint32_t returns = monitor->calm_returns + 1u;
+        const float mean = monitor->calm_u;
+        @_calm_leave(monitor);
+        monitor->calm_returns = returns;
+        monitor->calm_mean = mean;
+    }
     if (monitor->calm_set == 0u) {
         return health;
     }

@@ -715,8 +715,8 @@ fn a_motor_and_a_joint_have_a_schema_of_their_own() {
     assert_eq!(schema("paper"), spoken(&["schema"]).1);
     assert_eq!(schema("paper"), schema("chain"));
     assert_eq!(schema("paper"), schema("own"));
-    assert!(schema("motor").contains("torque_n_m_per_a") && !schema("motor").contains("stiffness_n_m"));
-    assert!(schema("joint").contains("stiffness_n_m") && !schema("joint").contains("k_s"));
+    assert!(schema("motor").contains("torque_n_m_per_a") && !schema("motor").contains("link_inertia_kg_m2"));
+    assert!(schema("joint").contains("link_inertia_kg_m2") && !schema("joint").contains("k_s"));
     assert!(
         spoken(&["new", "x", "--plant", "pendulum"]).2.contains("[possible values: paper, motor, joint, chain, own]")
     );

@@ -1096,7 +1096,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let gear = turns.ratio();
     let inertia = Inertia::of(sheet, gear, drive, &mut problems);
     problems.0.extend(too_uncertain(drive.uncertain_percent, Some((&inertia, sheet, gear))));
-    let play = Play::of(sheet, gear, file.encoder.behind_gear, &mut problems);
+    let play = Play::of(sheet, (gear, drive.period_s), file.encoder.behind_gear, &mut problems);
     let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
     let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
     let keys = Keys { plant: "motor", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };

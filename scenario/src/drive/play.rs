@@ -30,8 +30,13 @@ const FLANKS_DAMPING: f64 = 0.06;
 const SHARES: [f64; 10] = [1.0, 0.84, 0.7, 0.6, 0.5, 0.42, 0.35, 0.25, 0.17, 0.12];
 /// A current that varies by more than this part of its limit swings.
 const QUIET: f64 = 0.03;
-/// How long it is watched, in time constants of its observer, the first half to settle.
+/// How long it is watched, in time constants of its observer, the first half to settle; and at most so many ticks.
 const WATCHED: f64 = 240.0;
+const MOST_TICKS: usize = 4000;
+/// Flanks on which load and motor swing slower are no flanks, rad/s; and faster than so many radians a tick no loop
+/// tells them from hard ones, while the solver would take many steps.
+const SOFTEST_RAD_S: f64 = 10.0;
+const HARDEST_RAD: f64 = 20.0;
 
 /// What a file says of play.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,14 +46,19 @@ pub(super) struct Play {
     is_behind: bool,
     /// Of the inertia that part which hangs behind it.
     load_share: f64,
-    stiffness_n_m: Option<f64>,
+    stiffness_n_m: f64,
     /// Shares of the rule that were found already, by period.
     found: RefCell<Vec<(f64, Option<f64>)>>,
 }
 
 impl Play {
     /// None without any.
-    pub(super) fn of(sheet: &MotorTable, gear: f64, is_behind: bool, problems: &mut Problems) -> Option<Self> {
+    pub(super) fn of(
+        sheet: &MotorTable,
+        (gear, period_s): (f64, f64),
+        is_behind: bool,
+        problems: &mut Problems,
+    ) -> Option<Self> {
         let mut wrong = |key: &str, message: &str| {
             problems.0.push(Problem { key: format!("motor.{key}"), message: message.into() });
         };
@@ -60,7 +70,7 @@ impl Play {
         }
         let mean = |given: NumberOrRange| match given {
             NumberOrRange::Number(number) => number,
-            NumberOrRange::Range([low, high]) => (low * high).sqrt(),
+            NumberOrRange::Range([low, high]) => 0.5 * (low + high),
         };
         let load = mean(sheet.load_inertia_kg_m2);
         let rotor = sheet.inertia_kg_m2.map_or(1.0, mean);
@@ -68,13 +78,22 @@ impl Play {
             wrong("play_rad", "needs motor.load_inertia_kg_m2, of what hangs behind the play");
             return None;
         }
-        Some(Self {
-            rad: sheet.play_rad,
-            is_behind,
-            load_share: load / (load + gear * gear * rotor),
-            stiffness_n_m: sheet.gear_stiffness_n_m,
-            found: RefCell::default(),
-        })
+        let driving = gear * gear * rotor;
+        let reduced = load * driving / (load + driving);
+        let range = [SOFTEST_RAD_S, HARDEST_RAD / period_s].map(|swing| reduced * swing * swing);
+        if let Some(given) = sheet.gear_stiffness_n_m.filter(|given| !(range[0]..=range[1]).contains(given)) {
+            let [given, low, high] = [given, rounded(range[0]), rounded(range[1])].map(shown);
+            wrong(
+                "gear_stiffness_n_m",
+                &format!(
+                    "found {given}, expected {low} to {high}: softer ones are no flanks, and harder ones are the same \
+                     to a loop of this period"
+                ),
+            );
+        }
+        let load_share = load / (load + driving);
+        let stiffness_n_m = sheet.gear_stiffness_n_m.unwrap_or(range[1].min(reduced * FLANKS_RAD_S * FLANKS_RAD_S));
+        Some(Self { rad: sheet.play_rad, is_behind, load_share, stiffness_n_m, found: RefCell::default() })
     }
 
     /// Which state of the plant the encoder measures.
@@ -87,7 +106,7 @@ impl Play {
         let whole = truth.inertia_kg_m2;
         let [hanging, driving] = [self.load_share, 1.0 - self.load_share].map(|share| share * whole);
         let reduced = hanging * driving / whole;
-        let stiffness_n_m = self.stiffness_n_m.unwrap_or(reduced * FLANKS_RAD_S * FLANKS_RAD_S);
+        let stiffness_n_m = self.stiffness_n_m;
         let body = JointBody {
             link_inertia_kg_m2: hanging,
             link_damping_n_m_s: 0.0,
@@ -197,7 +216,7 @@ fn swing(designed: &DriveDesign, plant: &Loose, design: &MotorDesign) -> Option<
     let (period_s, omega) = (design.period_s, design.bandwidths.observer_rad_s);
     let limit = designed.max_current_a();
     let mut port = designed.port(&Motion::rest(0.0, period_s)).ok()?;
-    let periods = ((WATCHED / (omega * period_s)) as usize).clamp(200, 50_000);
+    let periods = ((WATCHED / (omega * period_s)) as usize).clamp(200, MOST_TICKS);
     // As fast as a quarter of the torque makes it in a time constant of the observer.
     let push = 0.25 * limit * design.motor.input_gain().abs() / omega;
     let mut x0 = vec![0.0; plant.order()];
