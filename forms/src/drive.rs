@@ -898,14 +898,16 @@ impl C<'_> {
                       \x20   float rest_slipped; /* 1 where it has moved since it last stood outside the band */\n\
                       \x20   int32_t rest_turn; /* where the target was */\n\
                       \x20   float rest_angle;\n";
-        let placing = "    @_sample placed = *sample;\n    const unsigned hunts = @_rest(monitor, state, &placed);\n";
+        let placing = "    @_sample placed;\n    const @_sample *taken = sample;\n    unsigned hunts = 0u;\n    \
+                       if (@_rests(monitor, state, sample)) {\n        placed = *sample;\n        hunts = \
+                       @_rest(monitor, state, &placed);\n        taken = &placed;\n    }\n";
         let hunting = "    health |= ((health & ((unsigned)@@_STOPPED | (unsigned)@@_BRAKES)) == 0u) ? hunts : 0u;\n";
         [
             rest,
             member.to_owned() + &members,
             "    @_rest_leave(monitor);\n".into(),
             placing.into(),
-            "&placed".into(),
+            "taken".into(),
             hunting.to_owned() + &calming,
         ]
     }

@@ -21,7 +21,7 @@
 //! them |S| stays below 1.55, below 1.8 where b is off by a half, and the loop is stable from a third to three times b.
 //!
 //! The price is a load step, which moves the shaft ten times as far, or fifty under the second set. So an error of more
-//! than 3 β, once $96/w_o$ have passed, gives the drive its own gains back: a load may press the play to one flank, and
+//! than 5 β, once $96/w_o$ have passed, gives the drive its own gains back: a load may press the play to one flank, and
 //! then it is no play. If it swings on, it is heard again. That is done four times at most while the target rests.
 //!
 //! Meanwhile the drive's own law is given a target that is where the shaft is, and its monitors go on. As soon as the
@@ -72,7 +72,7 @@ const FORGOTTEN: f64 = 0.4;
 const REVERSALS: f32 = 5.0;
 /// β over the widest band, and an error that is a load over β.
 const BAND: f32 = 4.0;
-const LOAD: f32 = 3.0;
+const LOAD: f32 = 5.0;
 /// Time constants of the drive's observer until a lower set has settled.
 const SETTLED: f64 = 96.0;
 /// Loads that give the drive its own gains back while its target rests.

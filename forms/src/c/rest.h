@@ -70,24 +70,29 @@ $calm$static inline void @_rest_leave(@_monitor *monitor)
     monitor->rest_angle = 0.0f;
 $leave_calm$}
 
-/* Moves a target that rests; any other it leaves as it is. */
+/* Does the target rest? If not, the band begins anew. */
+static inline bool @_rests(@_monitor *monitor, const @_state *state, const @_sample *sample)
+{
+    const @_target *begin = &sample->begin;
+    const @_target *end = &sample->end;
+    if ((begin->r >= end->r) && (begin->r <= end->r) && (begin->turn == end->turn) &&
+        (begin->turn == monitor->rest_turn) && (begin->r >= monitor->rest_angle) &&
+        (begin->r <= monitor->rest_angle) && (@_magnitude(begin->r_dot) <= 0.0f) &&
+        (@_magnitude(end->r_dot) <= 0.0f) && state->started) {
+        return true;
+    }
+    if (monitor->rest_share > 0.0f) {
+        @_rest_leave(monitor);
+    }
+    monitor->rest_turn = end->turn;
+    monitor->rest_angle = end->r;
+    return false;
+}
+
+/* Moves a target that rests. */
 static inline unsigned @_rest(@_monitor *monitor, const @_state *state, @_sample *sample)
 {
     @@_AS_WRITTEN
-    const @_target *begin = &sample->begin;
-    const @_target *end = &sample->end;
-    const bool stays = (begin->turn == end->turn) && (begin->r >= end->r) && (begin->r <= end->r);
-    const bool stayed = (begin->turn == monitor->rest_turn) && (begin->r >= monitor->rest_angle) &&
-                        (begin->r <= monitor->rest_angle);
-    const bool is_still = (@_magnitude(begin->r_dot) <= 0.0f) && (@_magnitude(end->r_dot) <= 0.0f);
-    if (!(state->started && stays && stayed && is_still)) {
-        if (monitor->rest_share > 0.0f) {
-            @_rest_leave(monitor);
-        }
-        monitor->rest_turn = end->turn;
-        monitor->rest_angle = end->r;
-        return 0u;
-    }
     @_estimates_of known;
     (void)@_estimates(state, &known);
     const float error = @_rest_error(monitor, &known);
