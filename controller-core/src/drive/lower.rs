@@ -27,7 +27,8 @@
 //! Meanwhile the drive's own law is given a target that is where the shaft is, and its monitors go on. As soon as the
 //! target moves it follows with its own gains, and u may step by as much as the error makes.
 
-use super::motor::decay;
+use super::monitor::{LARGEST, lessened};
+use super::motor::{decay, lesser};
 use crate::real::Real as _;
 
 /// Two lower gain sets and when they take over; part of a [`RestBand`](super::RestBand).
@@ -77,8 +78,6 @@ const LOAD: f32 = 5.0;
 const SETTLED: f64 = 96.0;
 /// Loads that give the drive its own gains back while its target rests.
 const RETURNS: u32 = 4;
-/// A demand beyond it is none.
-const LARGEST: f32 = 1e30;
 
 /// What is remembered of a shaft that may swing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,10 +125,9 @@ impl LowerSet {
 
     /// For this bandwidth, 1/s.
     const fn of(omega: f64, t: f64) -> Self {
-        let (away, surface, reaching) = (decay(omega * t), SURFACE * omega, REACHING * omega);
+        let (surface, reaching) = (lesser(SURFACE * omega, 0.5 / t), lesser(REACHING * omega, 1.0 / t));
+        let away = decay(omega * t);
         let z = 1.0 - away;
-        let surface = if surface < 0.5 / t { surface } else { 0.5 / t };
-        let reaching = if reaching < 1.0 / t { reaching } else { 1.0 / t };
         let observer = [1.0 - z * z * z, 1.5 * away * away * (1.0 + z) / t, away * away * away / (t * t)];
         Self {
             observer: [observer[0] as f32, observer[1] as f32, observer[2] as f32],
@@ -178,7 +176,7 @@ impl LowerGains {
             _ => &self.sets[1],
         };
         let asked = self.asked(set, swing, error);
-        if asked.abs() <= LARGEST {
+        if asked.abs() <= LARGEST as f32 {
             return Some(asked);
         }
         // Of what is no number nothing is left.
@@ -209,8 +207,7 @@ impl LowerGains {
             swing.side = side;
         }
         let forgotten = if swing.is_lowered() { 0.25 * self.forgetting } else { self.forgetting };
-        let left = swing.reversals - forgotten;
-        swing.reversals = if left > 0.0 { left } else { 0.0 };
+        swing.reversals = lessened(swing.reversals, forgotten);
         if swing.reversals > REVERSALS && swing.set < 2 {
             if swing.set == 0 {
                 (swing.q, swing.v, swing.u) = (error, speed, swing.mean);

@@ -419,7 +419,7 @@ where
 }
 
 /// For no bound, in f32 too.
-const LARGEST: f64 = 1e30;
+pub(super) const LARGEST: f64 = 1e30;
 
 /// State of a [`Monitored`] drive. In this order: more numbers in a row that are all 0 at a start would be set by a
 /// call with a loop in it, which has no bound.
@@ -830,7 +830,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
 
 /// So much less, but not below 0; 0 if it is no number.
 #[inline(always)]
-fn lessened<T: Real>(number: T, by: T) -> T {
+pub(super) fn lessened<T: Real>(number: T, by: T) -> T {
     let less = number - by;
     if less > T::ZERO { less } else { T::ZERO }
 }

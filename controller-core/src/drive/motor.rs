@@ -491,7 +491,7 @@ const fn fifth_root(x: f64) -> f64 {
     root
 }
 
-const fn lesser(a: f64, b: f64) -> f64 {
+pub(super) const fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 

@@ -277,9 +277,9 @@ impl RestBand {
     ) where
         L: Watched<E> + ControlLaw<Scalar = f32, Estimates = DriveEstimates<f32, i32, E>>,
     {
-        let is_moving = state.share == 0.0;
-        let Some(lower) = self.lower.as_ref() else { return };
-        if is_moving || output.health.contains(Health::STOPPED) {
+        let Some(lower) = &self.lower else { return };
+        // A share of 0 is a target that moves.
+        if state.share == 0.0 || output.health.contains(Health::STOPPED) {
             return;
         }
         let Some(known) = running.estimates().filter(|_| !output.health.intersects(OUT_OF_USE)) else {

@@ -1122,22 +1122,22 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let lag = Imperfections { lag_s: sheet.current_lag_s, ..Imperfections::default() };
     let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2], 0.0);
     let drive_of =
-        |design: &MotorDesign| DriveDesign::Motor(DriveOf { design: *design, form, mounted: [mounted], monitors });
+        &|design: &MotorDesign| DriveDesign::Motor(DriveOf { design: *design, form, mounted: [mounted], monitors });
     let peak = |design: &MotorDesign| {
         let law = drive_of(design).at_rest().ok()?;
         let plant = plant::Motor::new(believed, believed, lag, Signal::default());
         margin::sensitivity_peak(law.law.as_ref(), &plant, design.period_s, form.delay_ticks)
     };
     let is_given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s].iter().any(Option::is_some);
-    let followed = play.as_ref().filter(|_| form.follows == Follows::Position);
-    let in_play = InPlay { play: followed, is_given, drive_of: &drive_of, shaft: believed, lag };
+    let in_play = InPlay { play: play.as_ref(), follows: form.follows, is_given, drive_of, shaft: believed, lag };
     let by_rule = |period_s: f64| {
         let drive = MotorDriveTable { period_s, ..drive.clone() };
         motor_design(&drive, sheet, nominal, (mounted.encoder, limit), form.gain_sets, &peak)
     };
     let design = |period_s: f64| inertia.with_gate(in_play.slowed(by_rule(period_s)));
+    let present = by_rule(common.period_s);
     let mut warnings = common.warnings();
-    warnings.extend(in_play.warning(&by_rule(common.period_s)));
+    warnings.extend(in_play.warning(&present));
     warnings.extend(asked_states(&file.encoder, "encoder"));
     warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
@@ -1162,8 +1162,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(supply::too_weak(&keys, supply, limit));
     let load = std::mem::take(&mut resolved.load);
     let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
-    let is_slowed_by_play = in_play.allowed(&by_rule(common.period_s)).is_none_or(|share| share < 1.0);
-    let chosen = motor_in_words(&design(common.period_s), drive, (common.lag_s, form, is_slowed_by_play));
+    let is_slowed = in_play.allowed(&present).is_none_or(|share| share < 1.0);
+    let chosen = motor_in_words(&inertia.with_gate(in_play.slowed(present)), drive, (common.lag_s, form, is_slowed));
     let (states, x0, plant) = motor_plant(play.as_ref(), &common, [truth, believed], imperfections, load);
     experiment(
         &common,
@@ -1177,7 +1177,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             margin: drive.margin.unwrap_or_default().rule(),
             is_given,
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
-            is_slowed_by_play,
+            is_slowed_by_play: is_slowed,
             planned,
             warnings,
             chosen,

@@ -12,7 +12,7 @@ use controller_core::drive::{MotorBandwidths, MotorDesign};
 use loop_sim::actuator::{Delayed, Ideal};
 use loop_sim::closed_loop::{Loop, close_loop};
 use loop_sim::plant::{Imperfections, JointBody, Loose, Plant as _, Shaft};
-use loop_sim::port::drive::{DriveDesign, Motion};
+use loop_sim::port::drive::{DriveDesign, Follows, Motion};
 use loop_sim::sensor::encoder::Encoders;
 use loop_sim::signal::Signal;
 use loop_sim::trace::{Ending, Row};
@@ -28,6 +28,7 @@ const FLANKS_RAD_S: f64 = 471.0;
 const FLANKS_DAMPING: f64 = 0.06;
 /// Bandwidths that are tried, over those of the rule.
 const SHARES: [f64; 10] = [1.0, 0.84, 0.7, 0.6, 0.5, 0.42, 0.35, 0.25, 0.17, 0.12];
+const LEAST_SHARE: f64 = SHARES[SHARES.len() - 1];
 /// A current that varies by more than this part of its limit swings.
 const QUIET: f64 = 0.03;
 /// How long it is watched, in time constants of its observer, the first half to settle; and at most so many ticks.
@@ -126,8 +127,8 @@ impl Play {
 
 /// A drive that is let loose in its play.
 pub(super) struct InPlay<'a> {
-    /// None where no position is followed.
     pub(super) play: Option<&'a Play>,
+    pub(super) follows: Follows,
     /// Does the file give a bandwidth? Then it stays.
     pub(super) is_given: bool,
     pub(super) drive_of: &'a dyn Fn(&MotorDesign) -> DriveDesign,
@@ -137,9 +138,14 @@ pub(super) struct InPlay<'a> {
 }
 
 impl InPlay<'_> {
+    /// The play, if a loop of positions goes through it.
+    fn within(&self) -> Option<&Play> {
+        self.play.filter(|play| play.is_behind && self.follows == Follows::Position)
+    }
+
     /// The largest share of the bandwidths by rule that rests in the play; none if all swing.
     pub(super) fn allowed(&self, by_rule: &MotorDesign) -> Option<f64> {
-        let Some(play) = self.play.filter(|play| play.is_behind && !self.is_given) else { return Some(1.0) };
+        let Some(play) = self.within().filter(|_| !self.is_given) else { return Some(1.0) };
         let known = play.found.borrow().iter().find(|(period_s, _)| *period_s == by_rule.period_s).copied();
         if let Some((_, share)) = known {
             return share;
@@ -152,16 +158,16 @@ impl InPlay<'_> {
 
     /// This design with as much bandwidth as the play allows.
     pub(super) fn slowed(&self, by_rule: MotorDesign) -> MotorDesign {
-        slowed(&by_rule, self.allowed(&by_rule).unwrap_or(SHARES[SHARES.len() - 1]))
+        slowed(&by_rule, self.allowed(&by_rule).unwrap_or(LEAST_SHARE))
     }
 
     /// What the play takes from the design by rule, or what a typed one does in it.
     pub(super) fn warning(&self, by_rule: &MotorDesign) -> Option<String> {
-        let play = self.play.filter(|play| play.is_behind)?;
+        let play = self.within()?;
         let remedy = "with the encoder on the motor it does not matter (encoder.behind_gear = false), and the load is \
                       known to the play";
         let w_c = by_rule.bandwidths.surface_rad_s;
-        let [rad, all, least] = [play.rad, rounded(w_c), rounded(SHARES[SHARES.len() - 1] * w_c)].map(shown);
+        let [rad, all, least] = [play.rad, rounded(w_c), rounded(LEAST_SHARE * w_c)].map(shown);
         if self.is_given {
             let swing = self.swing(play, by_rule).unwrap_or(1.0);
             return (swing > QUIET).then(|| {
