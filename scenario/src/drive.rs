@@ -174,7 +174,8 @@ pub struct EncoderTable {
     pub reversed: bool,
     /// Count at angle 0. Default 0.
     pub offset_counts: i32,
-    /// Standard deviation of white noise of its own angle, before it is rounded to a count, rad. Default 0.
+    /// Standard deviation of white noise of its own angle, before it is rounded to a count, rad; a motor's bandwidth by
+    /// rule allows for it. Default 0.
     #[schemars(range(min = 0, max = 1))]
     pub noise_rad: f64,
 }

@@ -580,6 +580,16 @@ fn closed(designed: &DriveDesign, at_rest: &AtRest) -> Result<Result<ClosedLoop,
     designed.at_rest().map_or_else(|error| Ok(Err(error.why)), |law| closed(law).map(Ok))
 }
 
+/// The rule, which knows the declared noise.
+pub(crate) fn motor_by_rule(
+    design: &MotorDesign,
+    (margin, lag_s, delay_ticks): (MotorMargin, f64, u32),
+    at_rest: &AtRest,
+) -> MotorDesign {
+    let noise_rad = at_rest.sensed.first().map_or(0.0, |sensed| sensed.noise);
+    design.with_margin(margin, lag_s, delay_ticks).with_noise(margin, noise_rad)
+}
+
 fn for_motor(
     motor: &DriveOf<MotorDesign, 1>,
     (margin, lag_s): (MotorMargin, f64),
@@ -589,7 +599,7 @@ fn for_motor(
 ) -> Result<Tried, MarginsError> {
     let (design, form) = (motor.design, motor.form);
     let delay_ticks = form.delay_ticks as u32;
-    let by_rule = MotorDesign { period_s, ..design }.with_margin(margin, lag_s, delay_ticks);
+    let by_rule = motor_by_rule(&MotorDesign { period_s, ..design }, (margin, lag_s, delay_ticks), at_rest);
     let with = |surface_rad_s| {
         DriveDesign::Motor(DriveOf { design: by_rule.with_surface_by(margin, surface_rad_s), ..*motor })
     };
@@ -601,11 +611,17 @@ fn for_motor(
     let late = by_rule.lost_time_s(margin, lag_s, delay_ticks);
     let (lost_s, longest) = (late.iter().sum::<f64>(), late.iter().fold(0.0, |a: f64, b| a.max(*b)));
     let [by_noise, by_phase] = by_rule.limits_by_rule(margin, lag_s, delay_ticks);
+    let (whose, own) = match margin {
+        MotorMargin::Standard => ("w_o = ", w.observer_rad_s),
+        MotorMargin::Fast => ("", w.surface_rad_s),
+    };
     let why = if quiet.is_some() {
         declared_in_words(at_rest)
+    } else if own < 0.999 * by_noise.min(by_phase) {
+        let half = by_noise.min(by_phase).min(own * libm::pow(2.0, 0.4));
+        format!("{}; half of that noise would allow {whose}{} rad/s", declared_in_words(at_rest), number(half))
     } else if by_noise < 0.999 * by_phase {
         let two_bits = by_phase.min(by_noise * libm::pow(4.0, 0.4));
-        let whose = if margin == MotorMargin::Standard { "w_o = " } else { "" };
         format!("noise binds; two more bits would allow {whose}{} rad/s", number(two_bits))
     } else {
         let remedy = match late.iter().position(|part| *part == longest) {
@@ -743,7 +759,9 @@ fn declared_in_words(at_rest: &AtRest) -> String {
                 number(quantum / f64::sqrt(12.0))
             )
         });
-    format!("the declared noise binds ({}): no more bits help", each.collect::<Vec<_>>().join("; "))
+    let is_finer = at_rest.sensed.iter().all(|sensed| sensed.noise * f64::sqrt(12.0) > sensed.quantum);
+    let bits = if is_finer { ": no more bits help" } else { "" };
+    format!("the declared noise binds ({}){bits}", each.collect::<Vec<_>>().join("; "))
 }
 
 /// The sliding motion stays as asked for; α, k_l and the observers follow it: half of it, five and four times it, the

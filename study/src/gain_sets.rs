@@ -8,6 +8,7 @@ use loop_sim::port::drive::{DriveDesign, DriveOf, Follows};
 use scenario::{AtRest, Corner};
 use serde::Serialize;
 
+use crate::design::motor_by_rule;
 use crate::margins::{Loop, Margins, MarginsError, noise_of};
 
 /// One gain set of a drive.
@@ -93,8 +94,9 @@ pub fn prices(
     at_rest: &AtRest,
 ) -> Result<Vec<MarginPrice>, MarginsError> {
     let DriveDesign::Motor(motor) = designed else { return Ok(Vec::new()) };
+    let delay_ticks = motor.form.delay_ticks as u32;
     let by_rule = [("standard", MotorMargin::Standard), ("fast", MotorMargin::Fast)]
-        .map(|(name, margin)| (name, motor.design.with_margin(margin, lag_s, motor.form.delay_ticks as u32)));
+        .map(|(name, margin)| (name, motor_by_rule(&motor.design, (margin, lag_s, delay_ticks), at_rest)));
     let own = by_rule.iter().find(|(_, design)| is_near(design, &motor.design)).map(|(name, _)| *name);
     let others = by_rule.into_iter().filter(|(name, _)| Some(*name) != own);
     let others = others.map(|(name, design)| {

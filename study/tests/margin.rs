@@ -65,6 +65,10 @@ fn found(sets: &[String]) -> Found {
 
 /// The largest of each over these sheets: peaks by the data sheet and in corners, noise.
 fn worst(count: usize, more: &[&str]) -> Found {
+    worst_of(count, more, sheet)
+}
+
+fn worst_of(count: usize, more: &[&str], sheet: impl Fn(usize) -> Vec<String> + Sync) -> Found {
     let all: Vec<_> = (0..count)
         .into_par_iter()
         .map(|k| found(&sheet(k).into_iter().chain(more.iter().map(ToString::to_string)).collect::<Vec<_>>()))
@@ -106,6 +110,23 @@ fn delays_and_a_speed_loop_keep_it() {
     let turning = "reference={kind=\"speed\", speed_rad_s=1}";
     let Found { quiet, fast, .. } = worst(count, &[STANDARD, "drive.mode=\"speed\"", turning]);
     assert!(quiet[0] <= 1.6 && fast[0] <= 2.0 && fast[1] <= 2.2, "{quiet:?} {fast:?}");
+}
+
+/// Declared noise of 1e-6 to 0.03 rad, coarser or finer than the steps: u keeps to what it may have of noise, and the
+/// margins are what they are without.
+#[test]
+fn declared_noise_keeps_both_rules_within_its_share() {
+    let noisy = |k: usize| {
+        let noise_rad = 1e-6 * 3e4_f64.powf(((k + 1) as f64 * 0.725_244_5).fract());
+        sheet(k).into_iter().chain([format!("encoder.noise_rad={noise_rad:e}")]).collect()
+    };
+    let count = if deep() { 2000 } else { 80 };
+    let Found { quiet, fast, noise_share } = worst_of(count, &[STANDARD], noisy);
+    assert!(quiet[0] <= 1.55 && fast[0] <= 2.0 && fast[1] <= 2.2, "{quiet:?} {fast:?}");
+    assert!((0.009..0.0105).contains(&noise_share), "{noise_share}");
+    let Found { quiet, fast, noise_share } = worst_of(count, &["drive.margin=\"fast\""], noisy);
+    assert!(quiet[0] <= 2.25 && fast[0] <= 2.7 && fast[1] <= 4.2, "{quiet:?} {fast:?}");
+    assert!((0.009..0.0105).contains(&noise_share), "{noise_share}");
 }
 
 /// Whatever the rule, the period and the encoder are: in no corner of the data sheet is a gain set unstable. The peaks

@@ -19,7 +19,7 @@ use link::remote::{Loadable, for_target};
 use scenario::{Experiment, ScenarioError, Source};
 
 /// Keys that no law, monitor, gate or encoder knows of, by how their path begins.
-const SIMULATED: [&str; 38] = [
+const SIMULATED: [&str; 37] = [
     "motor.supply_v",
     "motor.resistance_ohm",
     "motor.no_load_rad_s",
@@ -48,7 +48,6 @@ const SIMULATED: [&str; 38] = [
     "motor.start_rad",
     "joint.start_rad",
     "joint.spring_damping_n_m_s",
-    "encoder.noise_rad",
     "encoder.link.noise_rad",
     "drive.jitter_s",
     // Of one file alone: its controller believes numbers of its own, or asks for none of these.

@@ -31,9 +31,12 @@
 //! $$ w_o = \min\left(0.7 w_n, \frac{0.093}{0.165/w_c + 0.55/k_l - 0.19 \thinspace T + 1.4 \thinspace \mathrm{lag} +
 //!    \mathrm{delay}}\right) $$
 //!
-//! Its numbers are fitted on data sheets with J from 1e-7 to 0.1 kg m², T from 50 us to 4 ms, lags up to 2 T, 10 to 24
-//! bits and 0 to 3 ticks of delay (test `margin` of the crate `study`): the peak of the sensitivity function is up to
-//! 1.55, that of the fast gain set up to 1.85, and with J and K_t off by ±20 % up to 1.75 and 2.2.
+//! White noise of the encoder with a standard deviation σ, besides its steps, makes $w_n$ that of a step of
+//! $\sqrt{\mathrm{unit}^2 + 18 \thinspace \sigma^2}$ ([`MotorDesign::with_noise`]).
+//!
+//! The numbers of the standard rule are fitted on data sheets with J from 1e-7 to 0.1 kg m², T from 50 us to 4 ms, lags
+//! up to 2 T, 10 to 24 bits and 0 to 3 ticks of delay (test `margin` of the crate `study`): the peak of the sensitivity
+//! function is up to 1.55, that of the fast gain set up to 1.85, and with J and K_t off by ±20 % up to 1.75 and 2.2.
 //!
 //! Either is stable for every J and K_t within ±50 % of the nominal, with 0 to 3 ticks of delay (tests
 //! `drive_motor::corners_of_the_motor_are_stable`, `margin`).
@@ -232,6 +235,19 @@ pub struct MotorDesign {
     pub lost_ticks: u32,
 }
 
+/// Steps that do as much as white noise with a standard deviation of one: √18.
+const STEPS_PER_NOISE: f64 = 4.243;
+
+/// w_o, w_c and k_l of the standard rule where the steps of the encoder limit them, over w_c of the fast one there.
+const STANDARD_BY_NOISE: [f64; 3] = [0.7, 4.2, 11.2];
+/// Phase that the observer of the standard rule may lose: w_o times the lost time.
+const STANDARD_PHASE: f64 = 0.093;
+
+/// What a law with this w_c and k_l loses of it, s.
+const fn lost_to_law_s([surface_rad_s, reaching_per_s]: [f64; 2]) -> f64 {
+    0.165 / surface_rad_s + 0.55 / reaching_per_s
+}
+
 /// Lag of the current loop, where nobody says another, s.
 pub const DEFAULT_LAG_S: f64 = 2e-4;
 
@@ -298,7 +314,7 @@ impl MotorDesign {
         let late_s = held + lag + delay;
         match margin {
             MotorMargin::Fast => [self.by_noise(), 0.1 / late_s],
-            MotorMargin::Standard => [0.7 * self.by_noise(), 0.093 / late_s],
+            MotorMargin::Standard => [STANDARD_BY_NOISE[0] * self.by_noise(), STANDARD_PHASE / late_s],
         }
     }
 
@@ -309,8 +325,8 @@ impl MotorDesign {
         match margin {
             MotorMargin::Fast => [t / 2.0, 1.5 * lag_s, delay_s],
             MotorMargin::Standard => {
-                let [surface_rad_s, reaching_per_s] = self.law_by_rule(lag_s, delay_ticks);
-                [0.165 / surface_rad_s + 0.55 / reaching_per_s - 0.19 * t, 1.4 * lag_s, delay_s]
+                let law_s = lost_to_law_s(self.law_by_rule(lag_s, delay_ticks));
+                [law_s - 0.19 * t, 1.4 * lag_s, delay_s]
             }
         }
     }
@@ -319,14 +335,64 @@ impl MotorDesign {
     const fn law_by_rule(&self, lag_s: f64, delay_ticks: u32) -> [f64; 2] {
         let (t, noise) = (self.period_s, self.by_noise());
         let late_s = 0.7 * t + 1.8 * lag_s + delay_ticks as f64 * t;
-        [lesser(4.2 * noise, lesser(0.9 / late_s, 0.5 / t)), lesser(11.2 * noise, lesser(3.0 / late_s, 1.0 / t))]
+        let [_, surface, reaching] = STANDARD_BY_NOISE;
+        [
+            lesser(surface * noise, lesser(0.9 / late_s, 0.5 / t)),
+            lesser(reaching * noise, lesser(3.0 / late_s, 1.0 / t)),
+        ]
     }
 
     /// $(0.01 \thinspace u_{max} b / (6 \thinspace \mathrm{unit} \sqrt T))^{0.4}$.
     const fn by_noise(&self) -> f64 {
         let noise = 0.01 * self.largest_acceleration() / (6.0 * self.encoder.unit_rad());
         // (x/√T)^0.4 = (x²/T)^(1/5).
-        fifth_root(noise * noise / self.period_s)
+        root(noise * noise / self.period_s, 5)
+    }
+
+    /// The same for an encoder whose angle has white noise of this standard deviation, rad, besides its steps.
+    ///
+    /// Noise of σ counts as steps of √(unit² + 18 σ²): in the limits that steps set to the bandwidths
+    /// ([`limits_by_rule`](Self::limits_by_rule)), and in the steps of innovation that the fast set waits for, which
+    /// are so many times those of [`Switching::DEFAULT`]. The rms of a step is unit/√12, but with 12 in place of 18
+    /// u would have up to 1.2 of the noise that it may.
+    #[must_use]
+    pub const fn with_noise(mut self, margin: MotorMargin, noise_rad: f64) -> Self {
+        if noise_rad == 0.0 {
+            return self;
+        }
+        let (w, steps) = (self.bandwidths, noise_rad / self.encoder.unit_rad());
+        let step = root(1.0 + STEPS_PER_NOISE * STEPS_PER_NOISE * steps * steps, 2);
+        self.switching.calm_steps = step * Switching::DEFAULT.calm_steps;
+        self.switching.alert_steps = step * Switching::DEFAULT.alert_steps;
+        let by_noise = self.by_noise() / root(step * step, 5);
+        match margin {
+            MotorMargin::Fast if w.surface_rad_s > by_noise => self.slowed(by_noise / w.surface_rad_s),
+            MotorMargin::Fast => self,
+            MotorMargin::Standard => {
+                let [observer, surface, reaching] = STANDARD_BY_NOISE;
+                let surface_rad_s = lesser(w.surface_rad_s, surface * by_noise);
+                let reaching_per_s = lesser(w.reaching_per_s, reaching * by_noise);
+                // The observer leaves the phase that the slower law costs.
+                let more_s =
+                    lost_to_law_s([surface_rad_s, reaching_per_s]) - lost_to_law_s([w.surface_rad_s, w.reaching_per_s]);
+                let by_phase = STANDARD_PHASE / (STANDARD_PHASE / w.observer_rad_s + more_s);
+                let observer_rad_s = lesser(by_phase, observer * by_noise);
+                let offset_per_s = 0.5 * observer_rad_s;
+                self.with_bandwidths(MotorBandwidths { surface_rad_s, observer_rad_s, reaching_per_s, offset_per_s })
+            }
+        }
+    }
+
+    /// All bandwidths times this share, with the gate for them.
+    #[must_use]
+    pub const fn slowed(self, share: f64) -> Self {
+        let MotorBandwidths { surface_rad_s, observer_rad_s, reaching_per_s, offset_per_s } = self.bandwidths;
+        self.with_bandwidths(MotorBandwidths {
+            surface_rad_s: share * surface_rad_s,
+            observer_rad_s: share * observer_rad_s,
+            reaching_per_s: share * reaching_per_s,
+            offset_per_s: share * offset_per_s,
+        })
     }
 
     /// The proportions of the fast rule for another w_c, with the gate for them.
@@ -388,9 +454,12 @@ impl MotorDesign {
         }
     }
 
-    /// The band within which a shaft that friction holds at rest is let be.
+    /// The band within which a shaft that friction holds at rest is let be. Where the fast set waits for longer than
+    /// by [`Switching::DEFAULT`], as for noise, two deviations of that are its step.
     pub const fn rest_band(&self, learning: RestLearning) -> RestBand {
-        let (count, omega) = (self.encoder.unit_rad(), self.bandwidths.observer_rad_s);
+        let steps = 2.0 / STEPS_PER_NOISE * self.switching.calm_steps / Switching::DEFAULT.calm_steps;
+        let count = (if steps > 1.0 { steps } else { 1.0 }) * self.encoder.unit_rad();
+        let omega = self.bandwidths.observer_rad_s;
         RestBand::of(count, [self.motor.input_gain(), self.limits.stronger()], omega, self.period_s, learning)
     }
 
@@ -480,12 +549,16 @@ const OBSERVER: &str = "the observer's bandwidth times period is up to 0.8; up t
 pub(crate) const POSITIVE: &str = "this number of the data sheet must be above 0";
 
 /// By Newton's method from above.
-const fn fifth_root(x: f64) -> f64 {
+const fn root(x: f64, degree: u32) -> f64 {
     let mut root = if x > 1.0 { x } else { 1.0 };
     let mut steps = 0;
     while steps < 400 {
-        let power = root * root * root * root;
-        root -= (root * power - x) / (5.0 * power);
+        let (mut power, mut k) = (root, 2);
+        while k < degree {
+            power *= root;
+            k += 1;
+        }
+        root -= (root * power - x) / (degree as f64 * power);
         steps += 1;
     }
     root

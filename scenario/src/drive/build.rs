@@ -299,8 +299,8 @@ impl Common<'_> {
     /// What lies between the states and the encoders: jitter and noise, at the angles that these see.
     fn sensing(&self, encoders: &[(usize, Mounted)], order: usize) -> Sensing {
         let mut noise = vec![0.0; order];
-        for ((state, Mounted { encoder, .. }), noise_rad) in encoders.iter().zip(self.noise_rad) {
-            noise[*state] = noise_rad * f64::from(encoder.gear_den) / f64::from(encoder.gear_num);
+        for ((state, mounted), noise_rad) in encoders.iter().zip(self.noise_rad) {
+            noise[*state] = noise_of_shaft(mounted, *noise_rad);
         }
         if noise.iter().all(|sigma| *sigma == 0.0) {
             noise.clear();
@@ -763,6 +763,11 @@ fn slower_observer(error: &DriveError, key: &str, period_s: f64) -> Option<Strin
     Some(format!("{key} = {}", shown((most_rad_s / unit + 1e-6).floor() * unit)))
 }
 
+/// Noise of an encoder's own angle, on the side of the gear where the angle is meant.
+fn noise_of_shaft(Mounted { encoder, .. }: &Mounted, noise_rad: f64) -> f64 {
+    noise_rad * f64::from(encoder.gear_den) / f64::from(encoder.gear_num)
+}
+
 /// So many deviations of its noise an encoder is from what is expected, now and then: measured, at 4.3 of them 700
 /// counts of 16 000 were lost, at 8.6 none.
 const NOISE_OF_GATE: f64 = 6.0;
@@ -1132,7 +1137,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let in_play = InPlay { play: play.as_ref(), follows: form.follows, is_given, drive_of, shaft: believed, lag };
     let by_rule = |period_s: f64| {
         let drive = MotorDriveTable { period_s, ..drive.clone() };
-        motor_design(&drive, sheet, nominal, (mounted.encoder, limit), form.gain_sets, &peak)
+        motor_design(&drive, sheet, nominal, (mounted, file.encoder.noise_rad, limit), form.gain_sets, &peak)
     };
     let design = |period_s: f64| inertia.with_gate(in_play.slowed(by_rule(period_s)));
     let present = by_rule(common.period_s);
@@ -1231,13 +1236,14 @@ fn motor_design(
     drive: &MotorDriveTable,
     sheet: &MotorTable,
     nominal: Motor,
-    (encoder, limit): (Encoder, f64),
+    (mounted, noise_rad, limit): (Mounted, f64, f64),
     gain_sets: usize,
     peak: &dyn Fn(&MotorDesign) -> Option<f64>,
 ) -> MotorDesign {
-    let by_rule = MotorDesign::by_rule(drive.period_s, nominal, encoder, Limits::symmetric(limit));
+    let by_rule = MotorDesign::by_rule(drive.period_s, nominal, mounted.encoder, Limits::symmetric(limit));
     let late = (sheet.current_lag_s, drive.delay_ticks as u32);
-    let by_rule = margin::with_margin(by_rule, drive.margin.unwrap_or_default(), late, peak);
+    let by_rule =
+        margin::with_margin(by_rule, drive.margin.unwrap_or_default(), late, noise_of_shaft(&mounted, noise_rad), peak);
     let fast_ratio = if gain_sets == 1 { 1.0 } else { drive.fast_ratio.unwrap_or(by_rule.fast_ratio) };
     let design = MotorDesign { fast_ratio, ..by_rule }.with_bandwidths(motor_bandwidths(drive, &by_rule));
     MotorDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design }
@@ -1268,12 +1274,15 @@ fn motor_in_words(
     let rule = drive.margin.unwrap_or_default().rule();
     let [noise, phase] = design.limits_by_rule(rule, lag_s, delay_ticks);
     let lost_s: f64 = design.lost_time_s(rule, lag_s, delay_ticks).iter().sum();
+    let own = if rule == MotorMargin::Fast { surface_rad_s } else { observer_rad_s };
     let why = if [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s].iter().any(Option::is_some) {
         "as given".to_owned()
     } else if is_slowed_by_play {
         "with more it would swing at rest in the play behind the gear".into()
     } else if let Some(MarginKey::Peak(peak)) = drive.margin {
         format!("for a sensitivity peak of {peak}")
+    } else if own < 0.999 * noise.min(phase) {
+        "more would make the declared noise of the encoder worth 1 % of the current limit".into()
     } else if noise < 0.999 * phase {
         "more would make the encoder's steps worth 1 % of the current limit".into()
     } else {

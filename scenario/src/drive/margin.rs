@@ -50,19 +50,21 @@ impl MarginKey {
 /// Slower than the standard rule the observer is made by at most this factor.
 const SLOWEST: f64 = 8.0;
 
-/// This design with the bandwidths of a margin. `peak` is what a design has.
+/// This design with the bandwidths of a margin, by an encoder with this noise. `peak` is what a design has.
 pub(super) fn with_margin(
     design: MotorDesign,
     key: MarginKey,
     (lag_s, delay_ticks): (f64, u32),
+    noise_rad: f64,
     peak: impl Fn(&MotorDesign) -> Option<f64>,
 ) -> MotorDesign {
-    let of = |margin| design.with_margin(margin, lag_s, delay_ticks);
+    let of = |margin| design.with_margin(margin, lag_s, delay_ticks).with_noise(margin, noise_rad);
     let asked = match key {
         MarginKey::Rule(_) => return of(key.rule()),
         MarginKey::Peak(asked) => asked,
     };
-    let [standard, fast] = [MotorMargin::Standard, MotorMargin::Fast].map(|margin| of(margin).bandwidths);
+    let design = of(MotorMargin::Standard);
+    let [standard, fast] = [design, of(MotorMargin::Fast)].map(|design| design.bandwidths);
     // 0 is the standard rule and 1 the fast one; below 0 the observer alone gets slower.
     let at = |share: f64| {
         let between = |slow: f64, fast: f64| slow * (fast / slow).powf(share.max(0.0));

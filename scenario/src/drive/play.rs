@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 
 use controller_core::Health;
-use controller_core::drive::{MotorBandwidths, MotorDesign};
+use controller_core::drive::MotorDesign;
 use loop_sim::actuator::{Delayed, Ideal};
 use loop_sim::closed_loop::{Loop, close_loop};
 use loop_sim::plant::{Imperfections, JointBody, Loose, Plant as _, Shaft};
@@ -150,7 +150,7 @@ impl InPlay<'_> {
         if let Some((_, share)) = known {
             return share;
         }
-        let rests = |share: &f64| self.swing(play, &slowed(by_rule, *share)).is_some_and(|swing| swing <= QUIET);
+        let rests = |share: &f64| self.swing(play, &by_rule.slowed(*share)).is_some_and(|swing| swing <= QUIET);
         let share = SHARES.into_iter().find(rests);
         play.found.borrow_mut().push((by_rule.period_s, share));
         share
@@ -158,7 +158,10 @@ impl InPlay<'_> {
 
     /// This design with as much bandwidth as the play allows.
     pub(super) fn slowed(&self, by_rule: MotorDesign) -> MotorDesign {
-        slowed(&by_rule, self.allowed(&by_rule).unwrap_or(LEAST_SHARE))
+        match self.allowed(&by_rule).unwrap_or(LEAST_SHARE) {
+            1.0 => by_rule,
+            share => by_rule.slowed(share),
+        }
     }
 
     /// What the play takes from the design by rule, or what a typed one does in it.
@@ -200,20 +203,6 @@ impl InPlay<'_> {
             .map(|truth| swing(&designed, &play.plant(truth, self.shaft, self.lag, Signal::default()), design));
         Some(nominal?.max(agile?))
     }
-}
-
-/// All bandwidths by this share.
-fn slowed(design: &MotorDesign, share: f64) -> MotorDesign {
-    if share == 1.0 {
-        return *design;
-    }
-    let MotorBandwidths { surface_rad_s, observer_rad_s, reaching_per_s, offset_per_s } = design.bandwidths;
-    design.with_bandwidths(MotorBandwidths {
-        surface_rad_s: share * surface_rad_s,
-        observer_rad_s: share * observer_rad_s,
-        reaching_per_s: share * reaching_per_s,
-        offset_per_s: share * offset_per_s,
-    })
 }
 
 /// Standard deviation of u at rest after a push, over its limit.

@@ -370,7 +370,14 @@ fn a_speed_loop_follows_the_speed_and_a_position_loop_keeps_step() {
 /// the mean the angle is late.
 #[test]
 fn noise_and_jitter_of_an_encoder_are_told_as_noise_of_u_beside_its_steps() {
-    let turning = ["reference={kind = \"speed\", speed_rad_s = 20}", "drive.gain_sets=1", "friction={}", "span_s=3"];
+    let turning = [
+        "reference={kind = \"speed\", speed_rad_s = 20}",
+        "drive.gain_sets=1",
+        // The rule would take less for more noise.
+        "drive.surface_rad_s=125",
+        "friction={}",
+        "span_s=3",
+    ];
     let told = |more: &[&str]| {
         let (mut experiment, trace) = ran(MOTOR, &[&turning[..], more].concat());
         experiment.noise(&trace).expect("no faults").moving
