@@ -666,7 +666,9 @@ fn a_loop_that_is_unstable_is_told_wherever_it_could_go_on() {
     let (_, out, _) = spoken(&["run", "--no-files", "--json", &file]);
     let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert!(json["warnings"].to_string().contains("UNSTABLE"), "{json}");
-    let (code, out, err) = spoken(&["export", "--standalone", &file]);
+    let (code, _, err) = spoken(&["export", "--standalone", &file]);
+    assert!(code == status::BAD_INPUT && err.contains("UNSTABLE"), "{err}");
+    let (code, out, err) = spoken(&["export", "--standalone", &file, "--set", "drive.accept_unstable=true"]);
     assert!(code == status::DONE && err.contains("warning: UNSTABLE") && out.contains("UNSTABLE"), "{err}");
     let (_, out, _) = spoken(&["design", &file]);
     assert!(out.contains("\nunstable ") && !out.contains("noise, 0 % used"), "{out}");

@@ -158,6 +158,8 @@ pub struct Drive {
     pub top_speed: Option<TopSpeed>,
     /// Has play behind the gear made its bandwidths smaller than the rule's?
     pub is_slowed_by_play: bool,
+    /// May it be exported although it is unstable?
+    pub accepts_unstable: bool,
     /// λ_2: what |σ*| stays below with the quiet gains while every innovation is at most one step of its encoder.
     pub sigma_star_bound: f64,
     /// What the noise of u is told by; none if something is wrong with the encoders.

@@ -207,6 +207,9 @@ pub struct MotorDriveTable {
     /// constant alone. Default 20.
     #[schemars(range(min = 0))]
     pub uncertain_percent: f64 = 20.0,
+    /// May a drive be exported that is unstable, or is so with numbers as far off as uncertain_percent says? Default
+    /// false.
+    pub accept_unstable: bool,
     /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20 and an
     /// inertia that is at most as far off, else 1.
     #[schemars(range(min = 1, max = 2))]
@@ -633,6 +636,9 @@ pub struct JointDriveTable {
     /// How well the parameters are known, percent, at most 50. Default 20.
     #[schemars(range(min = 0))]
     pub uncertain_percent: f64 = 20.0,
+    /// May a drive be exported that is unstable, or is so with parameters as far off as uncertain_percent says? Default
+    /// false.
+    pub accept_unstable: bool,
     /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20, else 1.
     #[schemars(range(min = 1, max = 2))]
     pub gain_sets: Option<usize>,

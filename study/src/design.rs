@@ -20,7 +20,7 @@ use crate::gain_sets::{GainSet, MarginPrice, gain_sets, prices};
 use crate::kind::{Kind, observer_limit};
 use crate::map::is_zero;
 use crate::margins::{
-    Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, noise_of, offset_per_s, unstable_corners,
+    Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, noise_of, offset_per_s, unstable_corners, warnings,
 };
 use crate::number::significant;
 use crate::range::{Covered, covered};
@@ -484,6 +484,24 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
     }
     found.sort_by(|a, b| b.used.total_cmp(&a.used));
     found
+}
+
+/// Why a drive is not for a motor: it is unstable, or is so within what its file says of how well the plant is known;
+/// with what would be stable, and the key that takes it all the same. None of what is no drive.
+pub fn refused_as_unstable(experiment: &Experiment) -> Option<String> {
+    experiment.drive.as_ref().filter(|drive| !drive.accepts_unstable)?;
+    let why = warnings(experiment).into_iter().next()?;
+    let is_stable = |got: &ClosedLoop| got.margins.is_some() && got.unstable_corners.is_empty();
+    let remedy = match design(experiment) {
+        // It is the fast set alone, and the warning has what helps.
+        Ok(design) if is_stable(&design.got) => String::new(),
+        Ok(Design { suggested: Some(suggested), .. }) if is_stable(&suggested.got) => {
+            let key = |[_, line]: &[String; 2]| format!("drive.{}", line.split("  #").next().unwrap_or(line));
+            format!("take {}; ", suggested.lines.iter().map(key).collect::<Vec<_>>().join(" and "))
+        }
+        _ => "no gains by rule are stable in every corner, which takes a plant that is known better; ".into(),
+    };
+    Some(format!("{why}; {remedy}drive.accept_unstable = true takes it as it is"))
 }
 
 /// A design that is tried for a drive.

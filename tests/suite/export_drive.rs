@@ -128,7 +128,7 @@ const INSTANCES: [Instance; 16] = [
         "joint_one_set",
         JOINT,
         "encoder = { link = { bits = 14, offset_counts = 16000 }, motor = { bits = 12 } }
-         drive = { uncertain_percent = 30, fallback = 1.5 }
+         drive = { uncertain_percent = 30, accept_unstable = true, fallback = 1.5 }
          monitor = { reaction = 'joined_stop', stop_s = 0.05 }",
         joint::<0, 0>,
     ),

@@ -61,7 +61,8 @@ const SIMULATED: [&str; 37] = [
 ];
 
 /// Keys of a design that change nothing of what it does, and why.
-const WITHOUT_EFFECT: [(&str, &str); 2] = [
+const WITHOUT_EFFECT: [(&str, &str); 3] = [
+    ("drive.accept_unstable", "says which designs are refused, and no more"),
     ("controller.observer_pole_limit", "says which designs are refused, and no more"),
     ("controller.k", "of the baseline, which is not exported and has no fingerprint"),
 ];

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
 use scenario::{Experiment, Source};
+use study::design::refused_as_unstable;
 
 use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, free, status, write_file};
 use crate::feature::Feature;
@@ -122,7 +123,7 @@ impl Exporting<'_> {
         bad(format!("{}: {why}", self.file))
     }
 
-    /// A program for a motor must have limits, and a reading of the paper for its figures is no program.
+    /// A program for a motor must have limits and be stable, and a reading of the paper for its figures is no program.
     fn may_be_exported(&self, options: &ExportOptions) -> Result<(), Failure> {
         let (file, experiment) = (self.file, &self.experiment);
         if let (Some(reading), false) = (experiment.figures_only, options.paper) {
@@ -130,6 +131,9 @@ impl Exporting<'_> {
                 "{file}: the reading {reading:?} is for the paper's figures, and no joint has its input gain; set \
                  plant.reading=physical, begin with `host-sim new NAME --plant joint`, or say --paper"
             )));
+        }
+        if let Some(why) = refused_as_unstable(experiment) {
+            return Err(self.refused(&why));
         }
         if options.paper || options.no_limits { Ok(()) } else { refuse_without_limits(experiment, file) }
     }

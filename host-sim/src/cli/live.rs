@@ -13,6 +13,7 @@ use controller_core::drive::ALARMS;
 use loop_sim::port::PortError;
 use pil_wire::{Disturbance, Model, Observed, Order, REPLY_LEN, REQUEST_LEN, Swapped};
 use scenario::Source;
+use study::design::refused_as_unstable;
 use study::number::significant;
 use terminal::stop;
 use terminal::table::Table;
@@ -157,6 +158,9 @@ fn designed(name: &str, text: &str, sets: &[String]) -> Result<Loadable, Failure
     experiment.leave_rest_band();
     if experiment.drive.is_none() {
         return Err(bad(format!("{name}: this is no scenario of a drive: it has no [motor] and no [joint]")));
+    }
+    if let Some(why) = refused_as_unstable(&experiment) {
+        return Err(bad(format!("{name}: {why}")));
     }
     for_target(&experiment).map_err(bad)
 }

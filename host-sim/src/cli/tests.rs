@@ -788,6 +788,37 @@ fn the_results_of_another_scenario_are_left_alone() {
     assert_eq!(named("first").0, status::DONE);
 }
 
+/// What would drive a motor that may swing is not written; what is refused names the key that takes it all the same.
+#[test]
+fn a_drive_that_is_unstable_within_its_data_sheet_is_exported_with_consent_only() {
+    let folder = Folder::new("unstable");
+    // A harmonic drive.
+    let stiff = folder.file("stiff.toml", &scenario::JOINT.replace("stiffness_n_m = 9.0", "stiffness_n_m = 8000.0"));
+    let motor = folder.file("motor.toml", scenario::MOTOR);
+    let joint: [&str; 6] =
+        ["--set", "joint.gear=[100, 1]", "--set", "joint.motor_inertia_kg_m2=1.2e-4", "--set", "encoder.motor.bits=14"];
+    let late = ["--set", "motor.current_lag_s=4e-3", "--set", "drive.surface_rad_s=80"];
+    for (file, sets, words) in [
+        (&stiff, &joint[..], &["no gains by rule are stable in every corner"][..]),
+        (
+            &motor,
+            &[&late[..], &["--set", "drive.gain_sets=1"]].concat(),
+            &["1 of 4 corners", "take drive.surface_rad_s"],
+        ),
+        (&motor, &[&late[..3], &["drive.surface_rad_s=50"]].concat(), &["the fast gain set is unstable"]),
+    ] {
+        let output = folder.path("a.h");
+        let export = [&["export", file, "--standalone", "-o", &output][..], sets].concat();
+        let (status, out, err) = spoken(&export);
+        assert_eq!((status, out.as_str()), (status::BAD_INPUT, ""), "{err}");
+        assert!(words.iter().all(|words| err.contains(words)) && err.contains("drive.accept_unstable = true"), "{err}");
+        assert!(!Path::new(&output).exists());
+        let (status, _, err) = spoken(&[&export[..], &["--set", "drive.accept_unstable=true"]].concat());
+        assert!(status == status::DONE && err.contains("warning: "), "{err}");
+        std::fs::remove_file(&output).expect("a file");
+    }
+}
+
 #[test]
 fn a_map_is_a_table_of_points_two_pictures_and_what_may_be_promised() {
     let folder = Folder::new("map");

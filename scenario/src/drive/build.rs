@@ -70,6 +70,7 @@ struct Common<'a> {
     monitor: MonitorTable,
     limits: LimitsTable,
     uncertain_percent: f64,
+    accepts_unstable: bool,
     /// How much lighter a motor of a range of inertia may be, percent; 0 without a range.
     lighter_percent: f64,
     mode: ModeKey,
@@ -1032,6 +1033,7 @@ fn experiment<D: Copy, const E: usize>(
         margin: parts.margin,
         top_speed: parts.top_speed,
         is_slowed_by_play: parts.is_slowed_by_play,
+        accepts_unstable: common.accepts_unstable,
         sigma_star_bound,
         twin,
     };
@@ -1078,6 +1080,7 @@ macro_rules! common {
             monitor: $file.monitor,
             limits: $file.limits,
             uncertain_percent: $drive.uncertain_percent,
+            accepts_unstable: $drive.accept_unstable,
             period_s: period($drive.period_s, &mut $problems),
             max_current_a: $limit,
             start_rad: $sheet.start_rad,
