@@ -6,6 +6,37 @@ use crate::data::path;
 /// Set to write the tables anew instead of comparing.
 pub const REGENERATE: &str = "GOLDEN";
 
+/// Compares a table with the one in docs/bandwidth.md that stands between `<!-- NAME -->` and `<!-- end -->`.
+///
+/// # Errors
+/// The lines that differ and how to write them anew.
+pub fn in_docs(name: &str, table: &str) -> Result<(), String> {
+    let file = path("../docs/bandwidth.md");
+    let page = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let (begin, end) = (format!("<!-- {name} -->\n"), "<!-- end -->");
+    let parts = page.split_once(&begin).and_then(|(before, rest)| Some((before, rest.split_once(end)?)));
+    let (before, (there, after)) = parts.ok_or_else(|| format!("docs/bandwidth.md has no table {begin}"))?;
+    if std::env::var_os(REGENERATE).is_some_and(|value| value == "write") {
+        return std::fs::write(&file, [before, &begin, table, end, after].concat()).map_err(|error| error.to_string());
+    }
+    if there == table {
+        return Ok(());
+    }
+    Err(format!(
+        "table {name} of docs/bandwidth.md differs, - page, + now:\n{}if the change is meant: cargo xtask tables",
+        changed(there, table)
+    ))
+}
+
+/// The lines that one text alone has.
+fn changed(before: &str, now: &str) -> String {
+    let only = |of: &str, other: &str, sign: char| -> String {
+        let differ = of.lines().filter(|line| !other.lines().any(|kept| kept == *line));
+        differ.map(|line| format!("{sign} {line}\n")).collect::<Vec<_>>().concat()
+    };
+    only(before, now, '-') + &only(now, before, '+')
+}
+
 /// Compares a table with `tests/golden/<name>`.
 ///
 /// # Errors
@@ -19,14 +50,9 @@ pub fn compare(name: &str, table: &str) -> Result<(), String> {
     if golden == table {
         return Ok(());
     }
-    let only = |of: &str, other: &str, sign: char| -> String {
-        let differ = of.lines().filter(|line| !other.lines().any(|kept| kept == *line));
-        differ.map(|line| format!("{sign} {line}\n")).collect::<Vec<_>>().concat()
-    };
     Err(format!(
-        "tests/golden/{name} differs, - golden, + now:\n{}{}if the change is meant: {REGENERATE}=write cargo test -p \
+        "tests/golden/{name} differs, - golden, + now:\n{}if the change is meant: {REGENERATE}=write cargo test -p \
          integration-tests golden, then read the diff",
-        only(&golden, table, '-'),
-        only(table, &golden, '+'),
+        changed(&golden, table),
     ))
 }

@@ -32,6 +32,7 @@ mod golden;
 mod golden_bits;
 mod identity;
 mod live;
+mod margin;
 mod modes;
 mod page;
 mod paper;

@@ -11,8 +11,8 @@ use controller_core::drive::{
     Target,
 };
 use controller_core::{Health, Limits, Running};
-use integration_tests::deep;
 use integration_tests::strategy::Rng;
+use integration_tests::{deep, golden};
 
 /// What is really there; all of it at the shaft behind the gear.
 #[derive(Clone, Copy, Debug)]
@@ -221,24 +221,31 @@ fn rests(sheet: &Sheet, truth: Sheet, learning: RestLearning) -> (Option<f64>, [
 /// and whatever the sheet says of inertia and torque within 20 %. Without lower gains it goes on for ever.
 #[test]
 fn a_shaft_in_play_is_heard_and_calmed() {
+    let mut table = vec![String::from(
+        "| play, rad | J and K_t as on the sheet: without, with | J -20 %, K_t +20 % | J +20 %, K_t -20 % \
+         | heard after, s (where 0.1 A and more) |\n|---|---|---|---|---|\n",
+    )];
     for play_rad in [0.005, 0.01, 0.02] {
+        let (mut cells, mut times) = (Vec::new(), Vec::new());
         for (inertia, torque) in [(1.0, 1.0), (0.8, 1.2), (1.2, 0.8)] {
+            let mut worst = [0.0; 2];
             for friction in [[0.0; 2], GRIPPER.friction] {
                 let truth = Sheet { friction, play_rad, ..GRIPPER }.off(inertia, torque);
-                let (heard, [_, deviation, worst]) = rests(&GRIPPER, truth, RestLearning::On);
+                let (heard, [_, deviation, _]) = rests(&GRIPPER, truth, RestLearning::On);
                 let (_, [_, without, _]) = rests(&GRIPPER, truth, RestLearning::Off);
-                println!(
-                    "play {play_rad} rad, J x {inertia}, K_t x {torque}, friction {:.3} N m: heard after {heard:?} s, \
-                     {deviation:.4} A ({without:.3} A without), error up to {worst:.4} rad",
-                    friction[0]
-                );
+                worst = [f64::max(worst[0], without), f64::max(worst[1], deviation)];
                 if without > 0.1 {
+                    times.extend(heard);
                     assert!(heard.is_some_and(|after| after <= 0.5), "{play_rad}: {heard:?}");
                 }
                 assert!(deviation <= 0.02, "{play_rad}, {inertia}, {torque}, {friction:?}: {deviation} A");
             }
+            cells.push(format!("{:.3}, {:.3}", worst[0], worst[1]));
         }
+        let [least, most] = [f64::min, f64::max].map(|of| times.iter().copied().reduce(of).unwrap_or(f64::NAN));
+        table.push(format!("| {play_rad} | {} | {least:.2} to {most:.2} |\n", cells.join(" | ")));
     }
+    golden::in_docs("play", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
 }
 
 /// A target that moves is followed with the drive's own gains at once, whatever set was in use before it moves and

@@ -40,7 +40,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 25] = [
+const ACTIONS: [Action; 26] = [
     Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
     Action {
         name: "test",
@@ -82,6 +82,11 @@ const ACTIONS: [Action; 25] = [
         run: |gate| capi::run(gate, capi::Cores::All),
     },
     Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },
+    Action {
+        name: "tables",
+        help: "compute tables and figures of docs/bandwidth.md anew, a minute",
+        run: docs::tables,
+    },
     Action {
         name: "docs --offline",
         help: "the same, with KaTeX beside the pages, so that formulas need no connection",
