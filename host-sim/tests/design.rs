@@ -302,7 +302,7 @@ fn answer(text: &str, sets: &[&str], ticks: usize) -> Vec<[f64; 2]> {
         let mut it = experiment(text, sets);
         it.periods = BEFORE + ticks;
         let period_s = it.period_s;
-        let Setup { plant, sensor, port, actuator, report, x0, periods, .. } = it.setup();
+        let Setup { plant, sensor, port, actuator, report, missed, x0, periods, .. } = it.setup();
         let within_s = [BEFORE, BEFORE + 1].map(|k| k as f64 * period_s);
         let plant = Struck { plant, within_s, size };
         let mut rows = Vec::new();
@@ -310,7 +310,7 @@ fn answer(text: &str, sets: &[&str], ticks: usize) -> Vec<[f64; 2]> {
             rows.push([row.u_held, row.x[0]]);
             ControlFlow::Continue(())
         };
-        let setup = Setup { plant: &plant, sensor, port, actuator, report, x0, period_s, periods };
+        let setup = Setup { plant: &plant, sensor, port, actuator, report, missed, x0, period_s, periods };
         close_loop(setup, &mut taken).expect("a run");
         rows.split_off(BEFORE)
     };

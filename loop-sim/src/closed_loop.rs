@@ -11,11 +11,12 @@
 //! All memory is made before: with a [`Recorder`] that keeps nothing, `()`, a run allocates nothing.
 
 use std::fmt;
+use std::ops::Range;
 
 use crate::MAX_ORDER;
 use crate::actuator::Actuator;
 use crate::plant::Plant;
-use crate::port::{ControllerPort, PortError};
+use crate::port::{ControllerPort, PortError, Tick};
 use crate::sensor::Sensor;
 use crate::solver::{self, SolverError};
 use crate::trace::{Ending, Recorder, Row, Trace};
@@ -32,6 +33,8 @@ pub struct Loop<'a> {
     pub actuator: &'a mut dyn Actuator,
     /// Is the controller told what the actuator holds?
     pub report: bool,
+    /// Ticks, from 1, whose interrupt does not come: u stays, and nobody tells the controller.
+    pub missed: &'a [Range<usize>],
     /// True state at t = 0, length n.
     pub x0: &'a [f64],
     /// Period T, s.
@@ -94,7 +97,7 @@ fn run<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> Ended {
             Err(ended) => return ended,
         };
         let ([from_s, to_s], n) = (running.interval(), running.setup.plant.order());
-        let Running { setup: Loop { plant, .. }, x, k } = &mut running;
+        let Running { setup: Loop { plant, .. }, x, k, .. } = &mut running;
         if !plant.exact().is_some_and(|exact| exact.advance(from_s, to_s, u_held, &mut x[..n]))
             && let Err(error) = solver::advance(*plant, from_s, to_s, u_held, &mut x[..n])
         {
@@ -113,13 +116,15 @@ pub(crate) struct Running<'a> {
     /// The true state there, filled up to the plant's order.
     pub(crate) x: [f64; MAX_ORDER],
     pub(crate) k: usize,
+    /// What the controller said last.
+    last: Option<Tick>,
 }
 
 impl<'a> Running<'a> {
     pub(crate) fn new(setup: Loop<'a>) -> Self {
         let mut x = [0.0; MAX_ORDER];
         x[..setup.plant.order()].copy_from_slice(setup.x0);
-        Self { setup, x, k: 0 }
+        Self { setup, x, k: 0, last: None }
     }
 
     /// From this tick to the next, s.
@@ -130,19 +135,23 @@ impl<'a> Running<'a> {
     /// All of a tick but the plant: the u that is held from here on; or how the run has ended.
     pub(crate) fn tick<R: Recorder + ?Sized>(&mut self, recorder: &mut R) -> Result<f64, Ended> {
         let [t_s, _] = self.interval();
-        let Self { setup: Loop { plant, sensor, port, actuator, report, periods, .. }, x, k } = self;
+        let Self { setup: Loop { plant, sensor, port, actuator, report, missed, periods, .. }, x, k, last } = self;
         let n = plant.order();
         if x[..n].iter().any(|value| !value.is_finite() || value.abs() > solver::RUNAWAY) {
             return Err((Ending::Diverged { t_s }, None));
         }
         let mut sample = [0.0; MAX_ORDER];
         sensor.measure(&x[..n], &mut sample[..n]);
-        let tick = match port.tick(&sample[..n]) {
+        let is_missed = missed.iter().any(|ticks| ticks.contains(k));
+        let tick = match last.filter(|_| is_missed).map_or_else(|| port.tick(&sample[..n]), Ok) {
             Ok(tick) => tick,
             Err(error) => return Err((Ending::BrokenOff { t_s }, Some(LoopError::Port(error)))),
         };
+        if !missed.is_empty() {
+            *last = Some(tick);
+        }
         let u_held = plant.driven(&x[..n], actuator.drive(tick.u));
-        if *report {
+        if *report && !is_missed {
             port.report_applied(u_held);
         }
         let mut d = [0.0; MAX_ORDER];

@@ -54,6 +54,8 @@ impl Sensor for Ideal {
 pub struct Sensing {
     /// Of [`Jittered`].
     pub jitter: f64,
+    /// Magnets, one after the other.
+    pub off_centre: Vec<OffCentre>,
     /// Of [`Noise`].
     pub noise: Vec<f64>,
     /// Of [`Quantised`].
@@ -66,14 +68,24 @@ pub struct Sensing {
 
 impl Sensing {
     /// [`Ideal`].
-    pub const IDEAL: Self = Self { jitter: 0.0, noise: Vec::new(), quantum: Vec::new(), delay_ticks: 0, dropout: 0.0 };
+    pub const IDEAL: Self = Self {
+        jitter: 0.0,
+        off_centre: Vec::new(),
+        noise: Vec::new(),
+        quantum: Vec::new(),
+        delay_ticks: 0,
+        dropout: 0.0,
+    };
 
     /// The chain.
     pub fn sensor(&self, seed: u64) -> Box<dyn Sensor> {
-        let Self { jitter, noise, quantum, delay_ticks, dropout } = self;
+        let Self { jitter, off_centre, noise, quantum, delay_ticks, dropout } = self;
         let mut chain: Box<dyn Sensor> = Box::new(Ideal);
         if *jitter > 0.0 {
             chain = Box::new(Jittered::new(chain, *jitter, seed));
+        }
+        if !off_centre.is_empty() {
+            chain = Box::new(Magnets { inner: chain, off_centre: off_centre.clone() });
         }
         if !noise.is_empty() {
             chain = Box::new(Noise::new(chain, noise, seed));
@@ -107,6 +119,35 @@ impl Ticks {
         let (seed, tick) = (self.seed, self.tick);
         self.tick += 1;
         move |pair| philox::noise(seed, tick, purpose, pair)
+    }
+}
+
+/// The magnet of an encoder that is off its centre: its angle has an error once a turn.
+///
+/// $$ \theta \leftarrow \theta + \frac{a}{N} \sin N \theta $$
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OffCentre {
+    /// Whose angle it is, from 0.
+    pub channel: usize,
+    /// N, turns of the encoder in one of the angle.
+    pub turns: f64,
+    /// a, of the encoder's own angle, rad.
+    pub rad: f64,
+}
+
+struct Magnets<S> {
+    inner: S,
+    off_centre: Vec<OffCentre>,
+}
+
+impl<S: Sensor> Sensor for Magnets<S> {
+    fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
+        self.inner.measure(x, sample);
+        for OffCentre { channel, turns, rad } in &self.off_centre {
+            if let Some(angle) = sample.get_mut(*channel) {
+                *angle += rad / turns * libm::sin(turns * *angle);
+            }
+        }
     }
 }
 

@@ -91,6 +91,7 @@ impl Stages {
             port: self.port.as_mut(),
             actuator: self.actuator.as_mut(),
             report: true,
+            missed: &[],
             x0: &self.x0,
             period_s: 1e-3,
             periods: 500,

@@ -1,6 +1,6 @@
 //! From what a scenario means to the stages of the loop.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use controller_core::drive::MotorMargin;
 use controller_core::{ConfigError, Field, Gate, Remedy, SampleLimits};
@@ -61,6 +61,8 @@ pub struct Experiment {
     pub download: Option<Download>,
     /// Is the controller told what the actuator holds? Else it lives on what it asked for.
     pub report: bool,
+    /// Ticks whose interrupt does not come.
+    pub missed: Vec<Range<usize>>,
     /// What to be warned of in the design.
     pub warnings: Vec<String>,
     /// Bounds of the external disturbances per channel; chain plants only.
@@ -256,6 +258,7 @@ impl Experiment {
             port: self.port.as_mut(),
             actuator: self.actuator.as_mut(),
             report: self.report,
+            missed: &self.missed,
             x0: &self.x0,
             period_s: self.period_s,
             periods: self.periods,
@@ -376,6 +379,7 @@ pub(super) fn assemble(
         port,
         download,
         report: file.actuator.report,
+        missed: Vec::new(),
         warnings,
         mu,
         figures_only: (file.plant.kind == PlantKind::FlexibleJoint && file.plant.reading != ReadingKey::Physical)
@@ -550,7 +554,7 @@ fn is_direct(actuator: &ActuatorTable, spec: Option<&ControllerSpec>) -> bool {
 fn sensing_of(table: &SensorTable) -> Sensing {
     let SensorTable { jitter, noise, quantum, delay_ticks, dropout } = table.clone();
     let (noise, quantum) = (noise.unwrap_or_default(), quantum.unwrap_or_default());
-    Sensing { jitter, noise, quantum, delay_ticks, dropout }
+    Sensing { jitter, noise, quantum, delay_ticks, dropout, ..Sensing::IDEAL }
 }
 
 /// Before a controller that keeps limits of its samples, its gate.

@@ -178,6 +178,9 @@ pub struct EncoderTable {
     /// rule allows for it. Default 0.
     #[schemars(range(min = 0, max = 1))]
     pub noise_rad: f64,
+    /// Error of its own angle once a turn, as of a magnet off its centre, rad. Default 0.
+    #[schemars(range(min = 0, max = 0.2))]
+    pub eccentricity_rad: f64,
 }
 
 table! {
@@ -471,6 +474,9 @@ pub enum FaultKind {
     Lost,
     /// The power stage gives less current than `max_current_a`, and the drive is told what flows.
     Derated,
+    /// The interrupt of the control does not come: u stays, and the drive is not told. Its reference is late from then
+    /// on.
+    Missed,
 }
 
 /// The encoders of a joint.

@@ -761,6 +761,7 @@ fn every_key_of_a_schema_stands_in_its_file_to_start_from_and_no_other() {
                 "encoder.motor.reversed",
                 "encoder.motor.offset_counts",
                 "encoder.motor.noise_rad",
+                "encoder.motor.eccentricity_rad",
             ],
         ),
     ];

@@ -108,6 +108,7 @@ impl Run<'_> {
             port: port.as_mut(),
             actuator,
             report: true,
+            missed: &[],
             x0: &self.x0,
             period_s: spec.period_s,
             periods: (self.span_s / spec.period_s).round() as usize,

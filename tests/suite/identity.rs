@@ -19,7 +19,7 @@ use link::remote::{Loadable, for_target};
 use scenario::{Experiment, ScenarioError, Source};
 
 /// Keys that no law, monitor, gate or encoder knows of, by how their path begins.
-const SIMULATED: [&str; 37] = [
+const SIMULATED: [&str; 39] = [
     "motor.supply_v",
     "motor.resistance_ohm",
     "motor.no_load_rad_s",
@@ -49,6 +49,8 @@ const SIMULATED: [&str; 37] = [
     "joint.start_rad",
     "joint.spring_damping_n_m_s",
     "encoder.link.noise_rad",
+    "encoder.eccentricity_rad",
+    "encoder.link.eccentricity_rad",
     "drive.jitter_s",
     // Of one file alone: its controller believes numbers of its own, or asks for none of these.
     "joint: joint.current_lag_s",
@@ -120,6 +122,7 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &["fault=[{ kind=\"jump\", at_s=1, counts=1000 }]"],
             &["fault=[{ kind=\"lost\", at_s=1, for_s=0.02 }]"],
             &["fault=[{ kind=\"derated\", at_s=1, current_a=2.0 }]"],
+            &["fault=[{ kind=\"missed\", at_s=1, for_s=0.01 }]"],
         ],
     ),
     (

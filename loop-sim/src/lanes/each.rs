@@ -133,7 +133,7 @@ fn through<'a, const N: usize>(
     let mut steps = Steps::<N>::new(instructions);
     let has_events = bodies.has_events();
     let mut waiting = runs.into_iter();
-    let mut lanes: [Option<Lane<'a>>; LANES] = [const { None }; LANES];
+    let mut lanes: Vec<Option<Lane<'a>>> = (0..LANES).map(|_| None).collect();
     loop {
         for (l, lane) in lanes.iter_mut().enumerate() {
             settle(l, lane, &mut waiting, &mut steps, &mut bodies, keep);

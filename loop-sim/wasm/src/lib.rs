@@ -85,6 +85,7 @@ fn run(case: u32) -> Option<u64> {
         port: port.as_mut(),
         actuator: &mut actuator,
         report: true,
+        missed: &[],
         x0: &[0.1, 0.0, 0.0, 0.0][..n],
         period_s: PERIOD_S,
         periods: 5000,

@@ -13,7 +13,7 @@ use loop_sim::plant::{self, Friction, Imperfections, JointBody, Plant, Shaft, Su
 use loop_sim::port::drive::{DriveAtRest, DriveDesign, DriveOf, Follows, Form, Goal, Monitors, Motion, Reaction};
 use loop_sim::port::finer::Finer;
 use loop_sim::sensor::encoder::{Encoders, Fault, Faulty, Mounted};
-use loop_sim::sensor::{Sensing, Sensor};
+use loop_sim::sensor::{OffCentre, Sensing, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::solver;
 
@@ -81,9 +81,9 @@ struct Common<'a> {
     delay_ticks: usize,
     observer_states: usize,
     rest_band: Option<RestBandKey>,
-    /// Largest age of a count, s, and the standard deviation of the noise of each encoder's own angle, rad.
+    /// Largest age of a count, s, and what the file says of each encoder.
     jitter_s: f64,
-    noise_rad: &'a [f64],
+    encoders: &'a [&'a EncoderTable],
     seed: u64,
     /// The table of its data sheet.
     plant: &'static str,
@@ -297,16 +297,23 @@ impl Common<'_> {
         (jitter_s > period_s).then(|| Problem { key: "drive.jitter_s".into(), message })
     }
 
-    /// What lies between the states and the encoders: jitter and noise, at the angles that these see.
+    /// What lies between the states and the encoders: jitter, magnets off their centre and noise, at the angles that
+    /// these see.
     fn sensing(&self, encoders: &[(usize, Mounted)], order: usize) -> Sensing {
-        let mut noise = vec![0.0; order];
-        for ((state, mounted), noise_rad) in encoders.iter().zip(self.noise_rad) {
-            noise[*state] = noise_of_shaft(mounted, *noise_rad);
+        let (mut off_centre, mut noise) = (Vec::new(), vec![0.0; order]);
+        for ((state, mounted), table) in encoders.iter().zip(self.encoders) {
+            noise[*state] = noise_of_shaft(mounted, table.noise_rad);
+            if table.eccentricity_rad > 0.0 {
+                let Encoder { gear_num, gear_den, .. } = mounted.encoder;
+                let turns = f64::from(gear_num) / f64::from(gear_den);
+                off_centre.push(OffCentre { channel: *state, turns, rad: table.eccentricity_rad });
+            }
         }
         if noise.iter().all(|sigma| *sigma == 0.0) {
             noise.clear();
         }
-        Sensing { jitter: self.jitter_s / self.period_s, noise, ..Sensing::IDEAL }
+        let jitter = self.jitter_s / self.period_s;
+        Sensing { jitter, off_centre, noise, ..Sensing::IDEAL }
     }
 
     /// What the file says of times after the end of its run, and of choices that do not go together.
@@ -397,10 +404,12 @@ enum Broken {
     Encoders(Fault, Range<usize>),
     /// It gives at most this current, A.
     Stage(f64),
+    /// The interrupt of the control.
+    Interrupt,
 }
 
 fn fault(table: &FaultTable, key: &str, encoders: usize, period_s: f64) -> Result<(Broken, Range<usize>), Problem> {
-    let Some(kind) = table.kind else { return missing(&format!("{key}.kind"), "stuck, jump, lost or derated") };
+    let Some(kind) = table.kind else { return missing(&format!("{key}.kind"), "stuck, jump, lost, derated or missed") };
     let Some(at_s) = table.at_s else { return missing(&format!("{key}.at_s"), "the instant from which on, s") };
     let first = (at_s / period_s).round() as usize;
     let ticks = table.for_s.map_or(usize::MAX, |for_s| ((for_s / period_s).round() as usize).max(1));
@@ -416,10 +425,14 @@ fn fault(table: &FaultTable, key: &str, encoders: usize, period_s: f64) -> Resul
         (FaultKind::Derated, Some(_)) | (_, None) => {}
         (_, Some(_)) => return problem(format!("{key}.current_a"), "only for kind = \"derated\""),
     }
+    if kind == FaultKind::Missed && (table.encoder, table.counts) == (None, None) {
+        return Ok((Broken::Interrupt, ticks));
+    }
     let fault = match (kind, table.counts) {
         (FaultKind::Stuck, None) => Fault::Stuck,
         (FaultKind::Lost, None) => Fault::Lost,
         (FaultKind::Jump, Some(counts)) => Fault::Jump { counts: f64::from(counts) },
+        (FaultKind::Missed, None) => return problem(format!("{key}.encoder"), "not for kind = \"missed\""),
         (FaultKind::Jump, None) => return missing(&format!("{key}.counts"), "by how many counts it is off"),
         (_, _) => return problem(format!("{key}.counts"), "only for kind = \"jump\""),
     };
@@ -948,8 +961,10 @@ fn twin(
     let designed = designed.without_rest_band();
     let finer = Finer::of(&designed);
     let other = finer.map_or(designed, |finer| finer.designed);
+    // Its magnets are as far off.
+    let magnets = Sensing { off_centre: sensing.off_centre.clone(), ..Sensing::IDEAL };
     other.port(motion).ok().filter(|_| !has_faults).map(|port| Twin {
-        sensor: Box::new(Encoders::new(other.encoders())),
+        sensor: Box::new(Encoders::over(magnets.sensor(0), other.encoders())),
         port,
         share: finer.map(|finer| finer.share(noise_steps)),
     })
@@ -1015,9 +1030,14 @@ fn experiment<D: Copy, const E: usize>(
     let on_the_plant = common.sensing(&measured, plant.order());
     let sensor: Box<dyn Sensor> = Box::new(Encoders::over(on_the_plant.sensor(common.seed), measured));
     let stage: Box<dyn Actuator> = Box::new(actuator::Ideal);
+    let mut missed = Vec::new();
     let (sensor, stage) = faults.into_iter().fold((sensor, stage), |(sensor, stage), (broken, ticks)| match broken {
         Broken::Encoders(fault, channels) => (Box::new(Faulty::new(sensor, fault, channels, ticks)) as Box<_>, stage),
         Broken::Stage(most) => (sensor, Box::new(actuator::Derated::new(stage, most, ticks)) as Box<_>),
+        Broken::Interrupt => {
+            missed.push(ticks);
+            (sensor, stage)
+        }
     });
     let held = actuator::Delayed::new(stage, form.delay_ticks);
     let Judged { begins_s, window_s, settling_band, output_unit } = judged(common, &motion, form.follows);
@@ -1056,6 +1076,7 @@ fn experiment<D: Copy, const E: usize>(
         download: None,
         figures_only: None,
         report: true,
+        missed,
         warnings,
         mu: Vec::new(),
         drive: Some(drive),
@@ -1116,7 +1137,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         lighter_percent: inertia.lighter_percent(),
         observer_states: drive.observer_states,
         rest_band: drive.rest_band,
-        noise_rad: &[file.encoder.noise_rad],
+        encoders: &[&file.encoder],
         plant: "motor",
     };
     let nominal = motor_sheet(sheet, gear, inertia.kg_m2, torque);
@@ -1435,7 +1456,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
         lighter_percent: 0.0,
         observer_states: 4,
         rest_band: Some(RestBandKey::Off),
-        noise_rad: &[file.encoder.link.noise_rad, file.encoder.motor.noise_rad],
+        encoders: &[&file.encoder.link, &file.encoder.motor],
         plant: "joint",
     };
     problems.0.extend(no_fading(&file.friction));

@@ -232,6 +232,7 @@ fn swing(designed: &DriveDesign, plant: &Loose, design: &MotorDesign) -> Option<
         port: port.as_mut(),
         actuator: &mut Delayed::new(Box::new(Ideal), designed.form().delay_ticks),
         report: true,
+        missed: &[],
         x0: &x0,
         period_s,
         periods,

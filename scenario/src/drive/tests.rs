@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use controller_core::Health;
+use controller_core::drive::ALARMS;
 use loop_sim::port::drive::{DriveDesign, DriveOf};
 use loop_sim::trace::Trace;
 
@@ -175,7 +176,7 @@ fn all_mistakes_of_a_file_are_told_at_once() {
         "a.toml:2:1: `motor.max_current_a`: missing: the largest current",
         "a.toml:2:1: `motor.torque_n_m_per_a`: missing: the torque constant",
         "a.toml:4:1: `reference.to_rad`: missing: reference.kind = \"move\" needs it",
-        "a.toml:6:1: `fault[1].kind`: missing: stuck, jump, lost or derated",
+        "a.toml:6:1: `fault[1].kind`: missing: stuck, jump, lost, derated or missed",
         "a.toml:10:13: `load[1].amplitude`: a \"ramp\" term has no such key; it has slope",
     ];
     for line in expected {
@@ -428,6 +429,51 @@ fn noise_and_jitter_of_a_drive_are_those_of_its_seed() {
         assert_eq!(plain("seed=7"), plain("seed=8"));
         assert_ne!(plain("seed=7"), with("seed=7"), "{sets:?}");
     }
+}
+
+/// An interrupt that does not come: u and what was said stay, and the reference is late from then on.
+#[test]
+fn a_missed_interrupt_leaves_u_and_makes_the_reference_late() {
+    let turning = "reference={kind = \"speed\", speed_rad_s = 60, duration_s = 0.3}";
+    let (_, whole) = ran(MOTOR, &[turning]);
+    for missed in [1_u32, 4] {
+        let fault = format!("fault=[{{kind = \"missed\", at_s = 1.0, for_s = {}}}]", 1e-3 * f64::from(missed));
+        let (_, trace) = ran(MOTOR, &[turning, &fault]);
+        let rows = &trace.rows;
+        let missed = missed as usize;
+        assert!(rows[..1000].iter().zip(&whole.rows).all(|(row, whole)| row == whole));
+        assert!(rows[1000..1000 + missed].iter().all(|row| (row.u, row.r) == (rows[999].u, rows[999].r)));
+        assert!(rows[1000 + missed..].iter().zip(&whole.rows[1000..]).all(|(row, whole)| row.r == whole.r));
+        // The shaft is ahead of its late target, and waits for it.
+        let error = |k: usize| rows[k].x[0] - rows[k].r;
+        let last = rows.len() - 1;
+        assert!(error(1000 + missed) > 0.05 && error(last).abs() < 1e-3, "{} {}", error(1000 + missed), error(last));
+        assert!(!rows[last].health.intersects(ALARMS), "{:?}", rows[last].health);
+    }
+}
+
+/// Slowly, the drive follows what its encoder says: the shaft is off by the error of the magnet. Fast, there is no
+/// alarm.
+#[test]
+fn a_magnet_off_its_centre_turns_the_shaft_unevenly() {
+    for (gear, shaft_rad) in [("[1, 1]", 0.01), ("[2, 1]", 0.005)] {
+        let sets = [
+            "reference={kind = \"speed\", speed_rad_s = 2, duration_s = 0.3}",
+            "encoder.eccentricity_rad=0.01",
+            "span_s=4",
+            "friction={}",
+            &format!("motor.gear={gear}"),
+        ];
+        let (_, trace) = ran(MOTOR, &sets);
+        for row in trace.rows.iter().filter(|row| row.t_s > 1.0) {
+            let turns = 0.01 / shaft_rad;
+            let expected = -shaft_rad * (turns * row.x[0]).sin();
+            assert!((row.x[0] - row.r - expected).abs() < 0.08 * shaft_rad, "{gear}, {} s", row.t_s);
+        }
+    }
+    let fast = "reference={kind = \"speed\", speed_rad_s = 150, duration_s = 0.5}";
+    let (_, trace) = ran(MOTOR, &[fast, "encoder.bits=12", "encoder.eccentricity_rad=0.0087"]);
+    assert!(trace.rows.iter().all(|row| !row.health.intersects(ALARMS) && (row.x[0] - row.r).abs() < 0.026));
 }
 
 #[test]
@@ -907,7 +953,7 @@ fn a_range_of_inertia_is_designed_for_its_geometric_mean() {
 /// At both ends of 2e-4 to 2e-3, with moves, sines and sudden loads: followed, and no alarm.
 #[test]
 fn a_motor_at_either_end_of_its_range_runs_without_an_alarm() {
-    let alarms = controller_core::drive::ALARMS;
+    let alarms = ALARMS;
     let mut largest = 0.0_f64;
     for (inertia, torque) in [(216.2, 20.0), (216.2, -15.0), (0.0, 0.0), (-68.3, 20.0), (-68.3, -20.0)] {
         for (more, bar) in [

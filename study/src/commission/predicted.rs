@@ -61,6 +61,7 @@ impl Found {
             port: port.as_mut(),
             actuator: &mut Limited::new(Delayed::new(Ideal, designed.form().delay_ticks), -limit, limit),
             report: true,
+            missed: &[],
             x0: &x0,
             period_s,
             periods: (start + ticks + after) as usize,

@@ -190,6 +190,7 @@ impl<'a> Rig<'a> {
             port: &mut self.port,
             actuator: &mut *self.actuator,
             report: true,
+            missed: &[],
             x0: &self.x,
             period_s: self.period_s,
             periods: ticks - 1,

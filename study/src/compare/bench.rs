@@ -670,6 +670,7 @@ impl Bench {
             port,
             actuator: &mut Limited::new(Delayed::new(Ideal, delay_ticks), -limit, limit),
             report: true,
+            missed: &[],
             x0: &run.x0,
             period_s: self.rest.model.period_s,
             periods: run.periods,
