@@ -59,12 +59,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0xd920c838u
-#error "two designs with the prefix drive, 0xd920c838u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0xd920c838u
+#if DRIVE_STANDALONE != 0xd20d2638u
+#error "two designs with the prefix drive, 0xd20d2638u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xd20d2638u
 #endif
 #else
-#define DRIVE_STANDALONE 0xd920c838u
+#define DRIVE_STANDALONE 0xd20d2638u
 
 #include <float.h>
 #include <stdbool.h>
@@ -1776,7 +1776,10 @@ static inline unsigned drive_brake(drive_monitor *monitor, drive_state *state, u
         state->offset = 0.0f;
         output->u = slowing;
         health &= ~(unsigned)DRIVE_SATURATED;
-        health |= is_short ? (unsigned)(DRIVE_SATURATED | DRIVE_BRAKES) : (unsigned)DRIVE_BRAKES;
+        health |= (unsigned)DRIVE_BRAKES;
+        if (is_short) {
+            health |= (unsigned)DRIVE_SATURATED;
+        }
     }
     return health | drive_watch_runaway(monitor);
 }
@@ -2104,7 +2107,8 @@ static inline bool drive_is_near(double rad)
 static inline uint64_t drive_units(double rad)
 {
     const double units = rad * 683565275.5764316;
-    return (uint64_t)(int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
+    const double rounded = units + ((units < 0.0) ? -0.5 : 0.5);
+    return (uint64_t)(int64_t)rounded;
 }
 
 /* Part of a plan: onto a goal. In double, hence not for the interrupt. */
@@ -2192,8 +2196,9 @@ static inline bool drive_stop_goes_back(const drive_jet *present, uint32_t ticks
     bool forward = false;
     bool back = false;
     for (unsigned k = 0; k < 3u; k++) {
+        const unsigned next = k + 1u;
         part[k] = scale * part[k];
-        scale = scale * (tau_s / (double)(k + 1u));
+        scale = scale * (tau_s / (double)next);
     }
     for (unsigned times = 0; times < 3u; times++) {
         for (unsigned k = 1; k < 3u; k++) {
@@ -2202,10 +2207,12 @@ static inline bool drive_stop_goes_back(const drive_jet *present, uint32_t ticks
     }
     *way = 0.0;
     for (unsigned k = 0; k < 3u; k++) {
+        const unsigned next = k + 1u;
+        const unsigned after = next + 4u;
         forward = forward || (part[k] > 0.0);
         back = back || (part[k] < 0.0);
         *way = *way + (share * part[k]);
-        share = share * ((double)(k + 1u) / (double)(k + 1u + 4u));
+        share = share * ((double)next / (double)after);
     }
     *way = tau_s * *way;
     return forward && back;
@@ -2281,6 +2288,9 @@ static inline void drive_jet_of_profile(const uint32_t moved[6], const uint32_t 
 #ifndef DRIVE_PROFILE_WINDOW
 #define DRIVE_PROFILE_WINDOW 128u /* ticks of a window at most, 1 to 128; each takes 12 bytes of a profile */
 #endif
+#if DRIVE_PROFILE_WINDOW > 128
+#error "DRIVE_PROFILE_WINDOW is more than 128"
+#endif
 
 typedef struct {
     uint64_t goal; /* 2^-32 turns, modulo 2^64, as all that follows */
@@ -2305,7 +2315,8 @@ typedef struct {
 /* Part of a profile. */
 static inline int64_t drive_signed_long(uint64_t units)
 {
-    return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-(int64_t)(UINT64_MAX - units) - 1);
+    const uint64_t below = UINT64_MAX - units; /* -1 - units, where that is not negative */
+    return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-1 - (int64_t)below);
 }
 
 /* Part of a profile: 2 pi turn + rad, or what is nearest to it. */
@@ -2409,12 +2420,16 @@ static inline bool drive_profile_start(drive_profile *profile, int32_t turn, dou
 {
     DRIVE_AS_WRITTEN
     const double units = speed_rad_s / 5.851672317068638e-6;
+    const double rounded = units + ((units < 0.0) ? -0.5 : 0.5);
     int64_t step;
+    int64_t sum;
+    int64_t behind;
+    int64_t mean;
     if (!drive_is_near(rad) || !drive_is_near(speed_rad_s) || (units > 1073741823.0) || (units < -1073741823.0) ||
         (profile->acceleration < 1)) {
         return false;
     }
-    step = (int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
+    step = (int64_t)rounded;
     profile->step = (int32_t)step;
     profile->whole = ((profile->step < 0) ? -profile->step : profile->step) / profile->acceleration;
     for (uint32_t k = 0; k < (3u * DRIVE_PROFILE_WINDOW); k++) {
@@ -2423,11 +2438,14 @@ static inline bool drive_profile_start(drive_profile *profile, int32_t turn, dou
     for (uint32_t k = 0; k < 2u; k++) {
         profile->sums[k] = 0u;
     }
-    profile->sums[2] = (uint64_t)(step * (int64_t)profile->all);
+    sum = step * (int64_t)profile->all;
+    behind = (sum * (3 * ((int64_t)profile->window - 1))) / 2;
+    mean = ((step * 3) * (int64_t)profile->window) / 2;
+    profile->sums[2] = (uint64_t)sum;
     profile->earlier[0] = profile->sums[2];
     profile->earlier[1] = profile->sums[2];
-    profile->behind = (uint64_t)(((step * (int64_t)profile->all) * (3 * ((int64_t)profile->window - 1))) / 2);
-    profile->base = drive_place(turn, rad) + (uint64_t)(((step * 3) * (int64_t)profile->window) / 2);
+    profile->behind = (uint64_t)behind;
+    profile->base = drive_place(turn, rad) + (uint64_t)mean;
     drive_profile_stop(profile);
     return true;
 }
@@ -2437,7 +2455,7 @@ static inline bool drive_profile_start(drive_profile *profile, int32_t turn, dou
 static inline bool drive_profile_new(drive_profile *profile, double speed_rad_s, double acceleration_rad_s2, uint32_t window)
 {
     DRIVE_AS_WRITTEN
-    if ((window < 1u) || (window > DRIVE_PROFILE_WINDOW) || (window > 128u) ||
+    if ((window < 1u) || (window > DRIVE_PROFILE_WINDOW) ||
         !drive_profile_is_limit(speed_rad_s, acceleration_rad_s2)) {
         return false;
     }
@@ -2506,7 +2524,10 @@ static inline void drive_profile_advance(drive_profile *profile)
         } else if (whole == 0) {
             next = (acceleration < fastest) ? acceleration : fastest;
             next = ((int64_t)next < distance) ? next : (int32_t)distance;
-            whole = (next == acceleration) ? 1 : 0;
+            whole = 0;
+            if (next == acceleration) {
+                whole = 1;
+            }
         } else if (within && drive_profile_stops(profile, distance, step, whole)) {
             next = step;
         } else {
@@ -2574,7 +2595,7 @@ static inline void drive_profile_next(drive_profile *profile, drive_target *targ
 static inline bool drive_modes_ok(void)
 {
     DRIVE_AS_WRITTEN
-    volatile float given[8] = {1.0f, 5.9604645e-8f, 1.1754944e-38f, 7.1746481e-43f, 0.5f, 1.2676506e30f, 1.00024414f,
+    const volatile float given[8] = {1.0f, 5.9604645e-8f, 1.1754944e-38f, 7.1746481e-43f, 0.5f, 1.2676506e30f, 1.00024414f,
                                1.00048828f};
     const float one = given[0];
     const float half_step = given[1]; /* 2^-24, half of the step of the numbers from 1 on */
@@ -2585,13 +2606,15 @@ static inline bool drive_modes_ok(void)
     const float root = given[6]; /* 1 + 2^-12; its square is 1 + 2^-11 in float, 2^-24 more if it is fused */
     const float infinite = much * much;
     const float none = infinite - infinite;
-    volatile float half_of_it = smallest * given[4];
+    const bool is_below = none <= 0.0f;
+    const bool is_above = none >= 0.0f;
+    const volatile float half_of_it = smallest * given[4];
     bool good = ((one + half_step) <= one) && (((one + step) + half_step) >= (one + (step + step)));
     good = good && ((one + (0.75f * half_step)) <= one) && ((one - (0.25f * half_step)) >= one);
     good = good && ((-one - (0.75f * half_step)) >= -one);
     good = good && ((half_of_it + half_of_it) >= smallest) && ((subnormal * much) >= 9.094947e-13f);
     good = good && (((root * root) - given[7]) <= 0.0f) && (((one + (0.25f * step)) - one) <= 0.0f);
-    good = good && !(none <= 0.0f) && !(none >= 0.0f);
+    good = good && !is_below && !is_above;
     return good;
 }
 

@@ -60,7 +60,10 @@ $load$    const float asked = (@_magnitude(opposed) <= 1e30f) ? opposed : 0.0f;
         state->offset = 0.0f;
         output->u = slowing;
         health &= ~(unsigned)@@_SATURATED;
-        health |= is_short ? (unsigned)(@@_SATURATED | @@_BRAKES) : (unsigned)@@_BRAKES;
+        health |= (unsigned)@@_BRAKES;
+        if (is_short) {
+            health |= (unsigned)@@_SATURATED;
+        }
     }
     return health | @_watch_runaway(monitor);
 }

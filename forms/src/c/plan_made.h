@@ -9,7 +9,8 @@ static inline bool @_is_near(double rad)
 static inline uint64_t @_units(double rad)
 {
     const double units = rad * $units_per_rad$;
-    return (uint64_t)(int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
+    const double rounded = units + ((units < 0.0) ? -0.5 : 0.5);
+    return (uint64_t)(int64_t)rounded;
 }
 
 /* Part of a plan: onto a goal. In double, hence not for the interrupt. */
@@ -93,8 +94,9 @@ static inline bool @_stop_goes_back(const @_jet *present, uint32_t ticks, double
     bool forward = false;
     bool back = false;
     for (unsigned k = 0; k < $speeds$u; k++) {
+        const unsigned next = k + 1u;
         part[k] = scale * part[k];
-        scale = scale * (tau_s / (double)(k + 1u));
+        scale = scale * (tau_s / (double)next);
     }
     for (unsigned times = 0; times < $speeds$u; times++) {
         for (unsigned k = 1; k < $speeds$u; k++) {
@@ -103,10 +105,12 @@ static inline bool @_stop_goes_back(const @_jet *present, uint32_t ticks, double
     }
     *way = 0.0;
     for (unsigned k = 0; k < $speeds$u; k++) {
+        const unsigned next = k + 1u;
+        const unsigned after = next + $taken$u;
         forward = forward || (part[k] > 0.0);
         back = back || (part[k] < 0.0);
         *way = *way + (share * part[k]);
-        share = share * ((double)(k + 1u) / (double)(k + 1u + $taken$u));
+        share = share * ((double)next / (double)after);
     }
     *way = tau_s * *way;
     return forward && back;

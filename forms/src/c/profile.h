@@ -7,6 +7,9 @@
 #ifndef @@_PROFILE_WINDOW
 #define @@_PROFILE_WINDOW $window$u /* ticks of a window at most, 1 to $most_window$; each takes $memory$ bytes of a profile */
 #endif
+#if @@_PROFILE_WINDOW > $most_window$
+#error "@@_PROFILE_WINDOW is more than $most_window$"
+#endif
 
 typedef struct {
     uint64_t goal; /* 2^-32 turns, modulo 2^64, as all that follows */
@@ -31,7 +34,8 @@ typedef struct {
 /* Part of a profile. */
 static inline int64_t @_signed_long(uint64_t units)
 {
-    return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-(int64_t)(UINT64_MAX - units) - 1);
+    const uint64_t below = UINT64_MAX - units; /* -1 - units, where that is not negative */
+    return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-1 - (int64_t)below);
 }
 
 /* Part of a profile: 2 pi turn + rad, or what is nearest to it. */
@@ -135,12 +139,16 @@ static inline bool @_profile_start(@_profile *profile, int32_t turn, double rad,
 {
     @@_AS_WRITTEN
     const double units = speed_rad_s / $started_unit$;
+    const double rounded = units + ((units < 0.0) ? -0.5 : 0.5);
     int64_t step;
+    int64_t sum;
+    int64_t behind;
+    int64_t mean;
     if (!@_is_near(rad) || !@_is_near(speed_rad_s) || (units > $most$) || (units < -$most$) ||
         (profile->acceleration < 1)) {
         return false;
     }
-    step = (int64_t)((units < 0.0) ? (units - 0.5) : (units + 0.5));
+    step = (int64_t)rounded;
     profile->step = (int32_t)step;
     profile->whole = ((profile->step < 0) ? -profile->step : profile->step) / profile->acceleration;
     for (uint32_t k = 0; k < ($averages$u * @@_PROFILE_WINDOW); k++) {
@@ -149,11 +157,14 @@ static inline bool @_profile_start(@_profile *profile, int32_t turn, double rad,
     for (uint32_t k = 0; k < $last$u; k++) {
         profile->sums[k] = 0u;
     }
-    profile->sums[$last$] = (uint64_t)(step * (int64_t)profile->all);
+    sum = step * (int64_t)profile->all;
+    behind = (sum * ($averages$ * ((int64_t)profile->window - 1))) / 2;
+    mean = ((step * $averages$) * (int64_t)profile->window) / 2;
+    profile->sums[$last$] = (uint64_t)sum;
     profile->earlier[0] = profile->sums[$last$];
     profile->earlier[1] = profile->sums[$last$];
-    profile->behind = (uint64_t)(((step * (int64_t)profile->all) * ($averages$ * ((int64_t)profile->window - 1))) / 2);
-    profile->base = @_place(turn, rad) + (uint64_t)(((step * $averages$) * (int64_t)profile->window) / 2);
+    profile->behind = (uint64_t)behind;
+    profile->base = @_place(turn, rad) + (uint64_t)mean;
     @_profile_stop(profile);
     return true;
 }
@@ -163,7 +174,7 @@ static inline bool @_profile_start(@_profile *profile, int32_t turn, double rad,
 static inline bool @_profile_new(@_profile *profile, double speed_rad_s, double acceleration_rad_s2, uint32_t window)
 {
     @@_AS_WRITTEN
-    if ((window < 1u) || (window > @@_PROFILE_WINDOW) || (window > $most_window$u) ||
+    if ((window < 1u) || (window > @@_PROFILE_WINDOW) ||
         !@_profile_is_limit(speed_rad_s, acceleration_rad_s2)) {
         return false;
     }
@@ -232,7 +243,10 @@ static inline void @_profile_advance(@_profile *profile)
         } else if (whole == 0) {
             next = (acceleration < fastest) ? acceleration : fastest;
             next = ((int64_t)next < distance) ? next : (int32_t)distance;
-            whole = (next == acceleration) ? 1 : 0;
+            whole = 0;
+            if (next == acceleration) {
+                whole = 1;
+            }
         } else if (within && @_profile_stops(profile, distance, step, whole)) {
             next = step;
         } else {
