@@ -218,8 +218,7 @@ fn sum(rows: &[(&str, usize, [Tally; 3])], of: impl Fn(&[Tally; 3]) -> usize) ->
     rows.iter().map(|(.., bands)| of(bands)).sum()
 }
 
-/// Without a band nearly all hunt. With one nearly all stand: 9 of 144 do not, 7 of them a gimbal, whose slips the
-/// observer sees slower than the speed of a shaft that stands.
+/// Without a band nearly all hunt. With one nearly all stand: 1 of 144 does not.
 #[test]
 fn motors_of_four_sizes_come_to_rest_in_friction_that_holds() {
     let frictions = if deep() { &[0.5, 1.0, 1.5][..] } else { &[1.0] };
@@ -231,9 +230,9 @@ fn motors_of_four_sizes_come_to_rest_in_friction_that_holds() {
         golden::in_docs("rest", &in_docs(&rows)).unwrap_or_else(|differs| panic!("{differs}"));
     }
     assert!(4 * without >= 3 * runs, "{without} of {runs} hunt without a band");
-    assert!(16 * with <= runs.max(16), "{with} of {runs} are loud with one");
+    assert!(48 * with <= runs, "{with} of {runs} are loud with one");
     let reversing = sum(&rows, |[.., learns]| learns.reversing);
-    assert!(16 * reversing <= runs.max(16), "{reversing} of {runs} reverse with one");
+    assert!(48 * reversing <= runs, "{reversing} of {runs} reverse with one");
     for (name, way, bands) in &rows {
         if name.starts_with("template") || name.starts_with("direct drive") {
             assert!(bands[2].worst_counts <= 2.0, "{name}, {}: {} counts", WAYS[*way], bands[2].worst_counts);

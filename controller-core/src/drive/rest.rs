@@ -95,7 +95,7 @@ pub struct RestBand {
 /// stands, over $w_o$.
 const LEAST: f64 = 0.001;
 const MOST: f64 = 0.02;
-const SLOW: f64 = 0.0025;
+const SLOW: f64 = 0.00125;
 /// The widest band is at least so many counts, where these are no more than this part of the torque.
 const MOST_COUNTS: f64 = 6.0;
 const COARSE: f64 = 0.05;

@@ -1,5 +1,5 @@
 @ The functions of motor.h, exported by version 0.1.0.
-@ Design 0x6385b749 (FNV-1a; `design_hash` in the run.json of a run).
+@ Design 0x177f7306 (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
 @ Scenario motor.toml (CRC-32 0xd1774fd8):
