@@ -882,7 +882,25 @@ fn beyond_gates(designed: &DriveDesign, shafts: &[ShaftOf], sensing: &Sensing) -
                 )
             })
         });
-    each.collect()
+    each.chain(noisy_start(designed, sensing)).collect()
+}
+
+/// Of a motor: a start takes its speed from the first counts. Noise may make that more than the current takes back in
+/// a time constant of the observer.
+fn noisy_start(designed: &DriveDesign, sensing: &Sensing) -> Option<String> {
+    let DriveDesign::Motor(DriveOf { design, .. }) = designed else { return None };
+    let noise_rad = sensing.noise.first().copied().unwrap_or(0.0);
+    let seen_rad_s = f64::sqrt(2.0) * noise_rad / design.period_s;
+    let taken_back_rad_s = design.limits.max * design.motor.input_gain().abs() / design.bandwidths.observer_rad_s;
+    (seen_rad_s > taken_back_rad_s).then(|| {
+        format!(
+            "by its noise of {} rad a drive may start with {} rad/s that are not there, and answer with all its \
+             current: less noise, or drive.period_s above {}",
+            shown(rounded(noise_rad)),
+            shown(rounded(seen_rad_s)),
+            shown(rounded(design.period_s * seen_rad_s / taken_back_rad_s))
+        )
+    })
 }
 
 /// An encoder that is where no other could be.

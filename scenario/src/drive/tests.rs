@@ -414,6 +414,21 @@ fn noise_that_the_gate_of_an_encoder_takes_for_faults_is_told() {
     assert_eq!(warned(8.6), "");
 }
 
+/// Speeds that are only noise, at the start: told with the period that makes them small.
+#[test]
+fn a_start_in_noise_is_told_with_the_period_that_it_takes() {
+    let sheet = "motor={inertia_kg_m2=5.5e-6, torque_n_m_per_a=0.00067, max_current_a=10.0, current_lag_s=3.3e-5}";
+    let warned = |period_s: f64| {
+        let period = format!("drive.period_s={period_s:?}");
+        let noisy = ["encoder.bits=11", "encoder.noise_rad=0.012", "friction={}"];
+        build(MOTOR, &[&[sheet, period.as_str()], &noisy[..]].concat()).expect("a motor").warnings.join("\n")
+    };
+    let told = warned(1e-4);
+    assert!(told.contains("may start with 169.7 rad/s that are not there"), "{told}");
+    let named = told.split("drive.period_s above ").nth(1).and_then(|rest| rest.lines().next()?.parse::<f64>().ok());
+    assert_eq!(warned(1.02 * named.expect("a period")), "");
+}
+
 #[test]
 fn noise_and_jitter_of_a_drive_are_those_of_its_seed() {
     for (text, sets) in [
