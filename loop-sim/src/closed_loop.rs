@@ -143,9 +143,12 @@ impl<'a> Running<'a> {
         let mut sample = [0.0; MAX_ORDER];
         sensor.measure(&x[..n], &mut sample[..n]);
         let is_missed = missed.iter().any(|ticks| ticks.contains(k));
-        let tick = match last.filter(|_| is_missed).map_or_else(|| port.tick(&sample[..n]), Ok) {
-            Ok(tick) => tick,
-            Err(error) => return Err((Ending::BrokenOff { t_s }, Some(LoopError::Port(error)))),
+        let tick = match last {
+            Some(tick) if is_missed => *tick,
+            _ => match port.tick(&sample[..n]) {
+                Ok(tick) => tick,
+                Err(error) => return Err((Ending::BrokenOff { t_s }, Some(LoopError::Port(error)))),
+            },
         };
         if !missed.is_empty() {
             *last = Some(tick);
