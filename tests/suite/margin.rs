@@ -15,7 +15,8 @@ const MOTORS: [(&str, [f64; 3], u32, f64); 4] = [
     ("servo, 1e-2 kg m², 20 bits, 8 kHz", [1e-2, 1.0, 15.0], 20, 1.25e-4),
 ];
 
-fn ran(sets: &[String]) -> (Experiment, Trace) {
+/// The template with these settings, run to its end.
+pub(crate) fn run(sets: &[String]) -> (Experiment, Trace) {
     let source = Source { file: "margin.toml", text: MOTOR, sets };
     let mut experiment = parse(&source, "margin").unwrap_or_else(|error| panic!("{error}"));
     let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
@@ -33,7 +34,7 @@ fn dip(sheet: &[String], torque_n_m: f64, percent: f64) -> f64 {
             format!("load=[{{kind=\"step\", amplitude={}, t0_s=0.05}}]", 0.14 * torque_n_m),
             format!("error={{inertia_percent={}, torque_percent={}}}", inertia * percent, torque * percent),
         ];
-        peak(&ran(&[sheet, &more].concat()).1)
+        peak(&run(&[sheet, &more].concat()).1)
     });
     dips.fold(0.0, f64::max)
 }
@@ -72,7 +73,7 @@ fn margin_is_paid_for_in_stiffness() {
                 format!("span_s={}", duration_s + 0.3),
                 "error.inertia_percent=20".into(),
             ];
-            let (experiment, moved) = ran(&[&sheet[..], &way].concat());
+            let (experiment, moved) = run(&[&sheet[..], &way].concat());
             let at_rest = experiment.at_rest.as_ref().unwrap_or_else(|error| panic!("{error}"));
             let designed = &experiment.drive.as_ref().expect("a drive").designed;
             let sets = gain_sets(designed, at_rest).unwrap_or_else(|error| panic!("{error}"));

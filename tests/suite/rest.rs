@@ -5,14 +5,13 @@
 //! load. From a second after the last of it on nothing changes any more, and a stuck shaft needs no current that
 //! changes.
 
-use std::ops::ControlFlow;
-
 use controller_core::drive::{DriveEstimates, Encoder, Motor, MotorDesign, RestLearning, Resting, Target};
 use controller_core::{Health, Limits};
 use integration_tests::strategy::Rng;
 use integration_tests::{deep, golden};
 use loop_sim::trace::{Row, Trace};
-use scenario::{MOTOR, Source, parse};
+
+use super::margin::run;
 
 /// J, K_t, limit, bits, period; friction as a share of the torque, Coulomb and static.
 struct Sheet {
@@ -23,39 +22,21 @@ struct Sheet {
     friction: [f64; 2],
 }
 
+impl Sheet {
+    const fn new(name: &'static str, numbers: [f64; 3], bits: u32, period_s: f64, friction: [f64; 2]) -> Self {
+        Self { name, numbers, bits, period_s, friction }
+    }
+}
+
 const SHEETS: [Sheet; 5] = [
-    Sheet { name: "template, 14 bits", numbers: [2e-4, 0.05, 10.0], bits: 14, period_s: 1e-3, friction: [0.01, 0.016] },
-    Sheet {
-        name: "the same, friction 4 and 6 % of its torque",
-        numbers: [2e-4, 0.05, 10.0],
-        bits: 14,
-        period_s: 1e-3,
-        friction: [0.04, 0.06],
-    },
-    Sheet { name: "the same, 20 bits", numbers: [2e-4, 0.05, 10.0], bits: 20, period_s: 1e-3, friction: [0.04, 0.06] },
-    Sheet {
-        name: "gimbal, 2e-6 kg m², 14 bits",
-        numbers: [2e-6, 0.03, 1.0],
-        bits: 14,
-        period_s: 1e-3,
-        friction: [0.02, 0.03],
-    },
-    Sheet {
-        name: "direct drive, 5e-3 kg m², 12 bits",
-        numbers: [5e-3, 0.5, 6.0],
-        bits: 12,
-        period_s: 1e-3,
-        friction: [0.02, 0.03],
-    },
+    Sheet::new("template, 14 bits", [2e-4, 0.05, 10.0], 14, 1e-3, [0.01, 0.016]),
+    Sheet::new("the same, friction 4 and 6 % of its torque", [2e-4, 0.05, 10.0], 14, 1e-3, [0.04, 0.06]),
+    Sheet::new("the same, 20 bits", [2e-4, 0.05, 10.0], 20, 1e-3, [0.04, 0.06]),
+    Sheet::new("gimbal, 2e-6 kg m², 14 bits", [2e-6, 0.03, 1.0], 14, 1e-3, [0.02, 0.03]),
+    Sheet::new("direct drive, 5e-3 kg m², 12 bits", [5e-3, 0.5, 6.0], 12, 1e-3, [0.02, 0.03]),
 ];
 /// Its period is an eighth, so it takes eight times as long.
-const SERVO: Sheet = Sheet {
-    name: "servo, 1e-2 kg m², 20 bits, 8 kHz",
-    numbers: [1e-2, 1.0, 15.0],
-    bits: 20,
-    period_s: 1.25e-4,
-    friction: [0.02, 0.03],
-};
+const SERVO: Sheet = Sheet::new("servo, 1e-2 kg m², 20 bits, 8 kHz", [1e-2, 1.0, 15.0], 20, 1.25e-4, [0.02, 0.03]);
 
 const WAYS: [&str; 4] = ["move", "load gone", "slow move", "constant load"];
 /// The last of each way, s; and how long is looked at.
@@ -106,10 +87,7 @@ fn found(sheet: &Sheet, way: usize, target: f64, true_friction: f64, off: [f64; 
         "monitor.reaction=\"tell\"".into(),
     ];
     sets.extend(more.iter().map(ToString::to_string));
-    let mut experiment = parse(&Source { file: "file.toml", text: MOTOR, sets: &sets }, "file")
-        .unwrap_or_else(|error| panic!("{error}"));
-    let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
-    assert_eq!(error, None, "{sets:?}");
+    let (_, trace) = run(&sets);
     let look = |from: f64| trace.rows.iter().filter(move |row| row.t_s >= from);
     let mut way = 0.0;
     let mut reversals = 0;
@@ -226,7 +204,6 @@ fn motors_of_four_sizes_come_to_rest_in_friction_that_holds() {
     let runs = sum(&rows, |[off, ..]| off.of);
     let [without, with] = [sum(&rows, |[off, ..]| off.loud), sum(&rows, |[.., learns]| learns.loud)];
     if deep() {
-        in_docs(&rows).lines().for_each(|line| println!("{line}"));
         golden::in_docs("rest", &in_docs(&rows)).unwrap_or_else(|differs| panic!("{differs}"));
     }
     assert!(4 * without >= 3 * runs, "{without} of {runs} hunt without a band");
@@ -264,12 +241,7 @@ fn corners_of_fifty_percent_come_to_rest_too() {
 }
 
 fn ran(sets: &[&str]) -> Trace {
-    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
-    let mut experiment = parse(&Source { file: "file.toml", text: MOTOR, sets: &sets }, "file")
-        .unwrap_or_else(|error| panic!("{error}"));
-    let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
-    assert_eq!(error, None, "{sets:?}");
-    trace
+    run(&sets.iter().map(ToString::to_string).collect::<Vec<_>>()).1
 }
 
 #[test]

@@ -158,10 +158,7 @@ impl InPlay<'_> {
 
     /// This design with as much bandwidth as the play allows.
     pub(super) fn slowed(&self, by_rule: MotorDesign) -> MotorDesign {
-        match self.allowed(&by_rule).unwrap_or(LEAST_SHARE) {
-            1.0 => by_rule,
-            share => by_rule.slowed(share),
-        }
+        by_rule.slowed(self.allowed(&by_rule).unwrap_or(LEAST_SHARE))
     }
 
     /// What the play takes from the design by rule, or what a typed one does in it.
