@@ -56,6 +56,7 @@ mod axis;
 mod block;
 mod chain;
 mod converted;
+mod coupled;
 mod encoder;
 mod error;
 mod fence;
@@ -79,6 +80,7 @@ pub use block::bessel_poles;
 pub use chain::{ChainModel, map_error};
 #[doc(hidden)]
 pub use converted::NumberName;
+pub use coupled::{JointRatios, JointTick, Regulator};
 pub use encoder::{Encoder, Mounting, fingerprint};
 pub use error::DriveError;
 pub use fence::{FENCED, Fence, FenceLimits, Slowing};

@@ -34,6 +34,7 @@ pub mod gate;
 pub mod health;
 pub mod history;
 pub mod law;
+mod matrix;
 pub mod model;
 pub mod models;
 pub mod modes;

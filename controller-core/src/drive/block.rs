@@ -19,6 +19,7 @@
 
 use super::fields::fields;
 use crate::exponential::{exp_minus_identity, product};
+use crate::matrix;
 use crate::observer::Pole;
 
 /// Poles of an observer with 3 or 4 states and a bandwidth of 1 rad/s, one of each pair: those of a Bessel filter.
@@ -104,9 +105,14 @@ const fn gains<const S: usize>(all: &[[f64; 4]; 4], t: f64, bandwidth_rad_s: f64
         }
         i += 1;
     }
-    let mut last = [0.0; S];
-    last[S - 1] = 1.0;
-    let mut l = solved(rows, last);
+    let mut last = [[0.0]; S];
+    last[S - 1] = [1.0];
+    let solved = matrix::solved(rows, last);
+    let (mut l, mut i) = ([0.0; S], 0);
+    while i < S {
+        l[i] = solved[i][0];
+        i += 1;
+    }
     let poles = bessel_poles(S);
     let mut k = 0;
     while k < poles.len() {
@@ -154,39 +160,6 @@ const fn plus<const S: usize>(a: &[f64; S], b: &[f64; S], factor: f64) -> [f64; 
         i += 1;
     }
     out
-}
-
-/// x of a x = y, by elimination with the largest pivot of each column.
-const fn solved<const S: usize>(mut a: [[f64; S]; S], mut y: [f64; S]) -> [f64; S] {
-    let mut k = 0;
-    while k < S {
-        let (mut best, mut i) = (k, k + 1);
-        while i < S {
-            if a[i][k].abs() > a[best][k].abs() {
-                best = i;
-            }
-            i += 1;
-        }
-        (a[k], a[best], y[k], y[best]) = (a[best], a[k], y[best], y[k]);
-        let mut i = k + 1;
-        while i < S {
-            let factor = a[i][k] / a[k][k];
-            a[i] = plus(&a[i], &a[k], -factor);
-            y[i] -= factor * y[k];
-            i += 1;
-        }
-        k += 1;
-    }
-    while k > 0 {
-        k -= 1;
-        let mut j = k + 1;
-        while j < S {
-            y[k] -= a[k][j] * y[j];
-            j += 1;
-        }
-        y[k] /= a[k][k];
-    }
-    y
 }
 
 #[cfg(test)]
