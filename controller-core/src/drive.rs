@@ -74,6 +74,7 @@ mod rest;
 mod state;
 mod target;
 mod trigonometry;
+mod two_mass;
 
 pub use axis::{Axis, Frame, Stretch, replay};
 pub use block::bessel_poles;
@@ -85,7 +86,7 @@ pub use encoder::{Encoder, Mounting, fingerprint};
 pub use error::DriveError;
 pub use fence::{FENCED, Fence, FenceLimits, Slowing};
 pub use full_state::{FullState, FullStateMemory, Measured};
-pub use joint::{Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
+pub use joint::{Coupled, Joint, JointBandwidths, JointDesign, JointDrive, JointModel};
 #[doc(hidden)]
 pub use law::ANY_STAGE;
 pub use law::{DriveEstimates, DriveLaw, EncoderForm, MOST_DELAY_TICKS, Sample};
@@ -105,6 +106,9 @@ pub use rest::{RestBand, RestLearning, Resting};
 pub use state::EncoderState;
 pub use target::{Aim, Hold, Position, Speed, Target};
 pub use trigonometry::sin_cos;
+pub use two_mass::{CoupledDrive, TwoMass};
+#[doc(hidden)]
+pub use two_mass::{JointPush, Whole};
 
 /// Chooses the types of a drive at run time: `$made!(args, aim, fast gain sets, ticks of delay, states)` for its form:
 /// does it follow a speed, has it two gain sets, have its observers four states; and its ticks of delay, of which more

@@ -12,9 +12,9 @@
 //! (sines, cosines, couplings, whether a sample was lost) goes from the one to the other by its name.
 
 use controller_core::drive::{
-    ANY_STAGE, Aim, ChainModel, DriveError, DriveEstimates, EncoderForm, FullState, Hold, JointDesign, JointDrive,
-    JointModel, Measured, MotorDesign, MotorDrive, MotorModel, Mounting, NumberName, Position, Sample, Speed, Target,
-    Watched,
+    ANY_STAGE, Aim, ChainModel, CoupledDrive, DriveError, DriveEstimates, EncoderForm, FullState, Hold, JointDesign,
+    JointDrive, JointModel, Measured, MotorDesign, MotorDrive, MotorModel, Mounting, NumberName, Position, Sample,
+    Speed, Target, TwoMass, Watched,
 };
 use controller_core::{ControlLaw, Controller, Health, Linear, Output, Real, Words as _, as_within};
 
@@ -88,6 +88,18 @@ impl NamedModel<1, 2> for MotorModel<Symbol> {
 impl NamedModel<2, 4> for JointModel<Symbol> {
     const SHAFTS: [&'static str; 2] = ["_link", "_motor"];
     const PUSHED: &'static [&'static str] = &Self::SHAFTS;
+    const SEEN: &'static [&'static str] = &["g_sin", "g_cos"];
+    fn numbers_of(seen: &[Symbol; 2]) -> Vec<Symbol> {
+        seen.to_vec()
+    }
+    fn seen_of(numbers: &[Symbol]) -> [Symbol; 2] {
+        core::array::from_fn(|i| numbers[i])
+    }
+}
+
+impl NamedModel<2, 4> for TwoMass<Symbol> {
+    const SHAFTS: [&'static str; 2] = ["_link", "_motor"];
+    const PUSHED: &'static [&'static str] = &["_link", "_current", "_asked"];
     const SEEN: &'static [&'static str] = &["g_sin", "g_cos"];
     fn numbers_of(seen: &[Symbol; 2]) -> Vec<Symbol> {
         seen.to_vec()
@@ -492,6 +504,10 @@ pub fn joint<A, const FAST: usize, const LATE: usize>(
 where
     A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
 {
+    if design.coupled.is_some() {
+        let drive = CoupledDrive::<f32, A, FAST, LATE>::try_design(design)?;
+        return Ok(self::drive(&|recorder| coupled_of_constants(&drive, recorder), mounting));
+    }
     let drive = JointDrive::<f32, A, FAST, LATE>::try_design(design)?;
     Ok(self::drive(&|recorder| joint_of_constants(&drive, recorder), mounting))
 }
@@ -507,6 +523,10 @@ pub fn joint_tick<A, const FAST: usize, const LATE: usize>(
 where
     A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
 {
+    if design.coupled.is_some() {
+        let drive = CoupledDrive::<f32, A, FAST, LATE>::try_design(design)?;
+        return Ok(mounted_tick(&|recorder| recorder.silently(|| coupled_of_constants(&drive, recorder)), mounting));
+    }
     let drive = JointDrive::<f32, A, FAST, LATE>::try_design(design)?;
     Ok(mounted_tick(&|recorder| recorder.silently(|| joint_of_constants(&drive, recorder)), mounting))
 }
@@ -517,6 +537,17 @@ fn joint_of_constants<A: Aim<f32, 4> + Aim<Symbol, 4>, const FAST: usize, const 
 ) -> JointDrive<Symbol, A, FAST, LATE> {
     let model = drive.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
     drive.converted(model, &mut |name, number| named::<JointModel<Symbol>, 2, 4>(recorder, name, number))
+}
+
+fn coupled_of_constants<A: Aim<f32, 4> + Aim<Symbol, 4>, const FAST: usize, const LATE: usize>(
+    drive: &CoupledDrive<f32, A, FAST, LATE>,
+    recorder: &Recorder,
+) -> CoupledDrive<Symbol, A, FAST, LATE> {
+    let model = drive.model().converted(&mut |NumberName { name, entry, .. }, number| {
+        let name = if entry == 0 { name.into() } else { format!("{name}_{entry}") };
+        recorder.constant(&name, f64::from(number))
+    });
+    drive.converted(model, &mut |name, number| named::<TwoMass<Symbol>, 2, 4>(recorder, name, number))
 }
 
 impl<M, A, const E: usize, const N: usize, const R: usize, const MASK: u8, const O: usize> Recorded

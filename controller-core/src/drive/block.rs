@@ -33,7 +33,7 @@ pub const fn bessel_poles(states: usize) -> [Pole; 2] {
 
 fields! {
     /// The model of one tick and the gains of its observer with S states: position, speed, d, and, with four, d_1.
-    struct Block<T, const S> {
+    pub(crate) struct Block<T, const S> {
         /// The tick does not use it.
         lambda: T,
         phi: T,

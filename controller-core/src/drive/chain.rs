@@ -9,6 +9,7 @@
 //! of a new plant gives the map, no derivatives of it; [`map_error`] holds one to this definition. For a rigid shaft
 //! the map is the identity and costs nothing.
 
+use super::two_mass::Whole;
 use crate::real::Real;
 use crate::running::Words;
 
@@ -140,6 +141,39 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
 
     /// Every number that the model is made of: what tells it from another.
     fn numbers(&self) -> impl Iterator<Item = T>;
+
+    /// Of a model whose blocks are one within a tick: what is not each block's own. Of such a model x_3 is how far the
+    /// second position is from the first.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn whole(&self) -> Option<&Whole<T, 2, 3>> {
+        None
+    }
+
+    /// Of such a model: the current, and that of the reference, as they are remembered.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn currents(push: &Self::Push) -> [T; 2] {
+        let _ = push;
+        [T::ZERO; 2]
+    }
+
+    /// The couplings with these.
+    #[doc(hidden)]
+    #[inline(always)]
+    #[must_use]
+    fn with_currents(push: Self::Push, currents: [T; 2]) -> Self::Push {
+        let _ = currents;
+        push
+    }
+
+    /// Of such a model: errors of a chain that knows no weight.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn weightless(&self, e: &[T; N], seen: &Self::Seen) -> [T; N] {
+        let _ = seen;
+        *e
+    }
 }
 
 /// How far the map of a model is from its definition, at a state: the largest

@@ -223,6 +223,59 @@ impl JointTick {
     }
 }
 
+/// The largest innovation of each encoder, rad, that a step of d of link or motor makes, by shaft and encoder and per
+/// rad/s² of the step.
+pub(crate) const fn innovations(
+    ratios: &JointRatios,
+    tick: &JointTick,
+    gains: &[[[f64; 3]; 2]; 2],
+    ticks: usize,
+) -> [[f64; 2]; 2] {
+    let (phi, _) = tick.matrices(ratios);
+    let mut peaks = [[0.0; 2]; 2];
+    let mut shaft = 0;
+    while shaft < 2 {
+        // Errors of q, v, d of both shafts; d of one is missing from the start.
+        let (mut x, mut d) = ([0.0; 4], [0.0; 2]);
+        d[shaft] = 1.0;
+        let mut passed = 0;
+        while passed < ticks {
+            let mut next = [0.0; 4];
+            let mut i = 0;
+            while i < 4 {
+                let push = if i % 2 == 0 { tick.g1[i / 2] } else { tick.g2[i / 2] };
+                next[i] = push[0] * d[0] + push[1] * d[1];
+                let mut j = 0;
+                while j < 4 {
+                    next[i] += phi[i][j] * x[j];
+                    j += 1;
+                }
+                i += 1;
+            }
+            let e = [next[0], next[2]];
+            let mut encoder = 0;
+            while encoder < 2 {
+                if e[encoder].abs() > peaks[shaft][encoder] {
+                    peaks[shaft][encoder] = e[encoder].abs();
+                }
+                let mut i = 0;
+                while i < 2 {
+                    let gain = &gains[i][encoder];
+                    next[2 * i] -= gain[0] * e[encoder];
+                    next[2 * i + 1] -= gain[1] * e[encoder];
+                    d[i] -= gain[2] * e[encoder];
+                    i += 1;
+                }
+                encoder += 1;
+            }
+            x = next;
+            passed += 1;
+        }
+        shaft += 1;
+    }
+    peaks
+}
+
 /// The regulator and its σ*, of x = (q_l, v_l, q_m, v_m, i) and d.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regulator {

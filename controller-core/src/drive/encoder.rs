@@ -212,7 +212,7 @@ pub fn fingerprint(
 
 fields! {
     /// What the tick knows of an encoder.
-    struct Sensor<T> {
+    pub(crate) struct Sensor<T> {
         /// One count in the unit of the block's position.
         unit: T,
         /// Half the counter: further it cannot move in a tick.

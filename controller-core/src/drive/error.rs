@@ -38,6 +38,19 @@ impl DriveError {
         if given >= low && given <= high { Ok(()) } else { Err(Self::new(field, given, low, high, why)) }
     }
 
+    /// [`within`](Self::within) of each: field, number, least, most, rule.
+    pub(crate) const fn within_all(rules: &[(&'static str, f64, f64, f64, &'static str)]) -> Result<(), Self> {
+        let mut k = 0;
+        while k < rules.len() {
+            let (field, given, low, high, why) = rules[k];
+            if let Err(error) = Self::within(field, given, low, high, why) {
+                return Err(error);
+            }
+            k += 1;
+        }
+        Ok(())
+    }
+
     /// The allowed number that is nearest to the given one.
     pub const fn nearest(&self) -> f64 {
         if self.given > self.high { self.high } else { self.low }

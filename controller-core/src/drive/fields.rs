@@ -14,13 +14,13 @@
 macro_rules! fields {
     (
         $(#[$meta:meta])*
-        struct $name:ident<T $(, const $dim:ident)*> {
+        $vis:vis struct $name:ident<T $(, const $dim:ident)*> {
             $($(#[$doc:meta])* $field:ident $(as $label:literal)?: $kind:tt,)*
         }
     ) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub(crate) struct $name<T $(, const $dim: usize)*> {
+        $vis struct $name<T $(, const $dim: usize)*> {
             $($(#[$doc])* pub(crate) $field: $kind,)*
         }
 

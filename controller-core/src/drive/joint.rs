@@ -382,6 +382,30 @@ pub struct JointDesign {
     pub gate_steps: [f64; 2],
     /// Lost samples of an encoder in a row that are bridged; then the fallback goes out and the observers start again.
     pub lost_ticks: u32,
+    /// The design of the joint as a whole, for a [`CoupledDrive`](super::CoupledDrive), to which the bandwidths mean
+    /// something else; `None` for one observer per encoder.
+    pub coupled: Option<Coupled>,
+}
+
+/// What the design of a joint as a whole takes besides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Coupled {
+    /// Time constant of the current loop, s.
+    pub lag_s: f64,
+    /// What link and motor encoder resolve, rad behind the gear: one step, or with white noise of a standard deviation
+    /// σ besides, $\sqrt{\text{step}^2 + 18 \sigma^2}$.
+    pub resolution_rad: [f64; 2],
+    /// From so many steps of smoothed innovation on the fast set comes in, and at 2.67 times as many it is all in: link
+    /// and motor; read where there are two sets.
+    pub calm_steps: [f64; 2],
+}
+
+impl Coupled {
+    /// Behind these encoders, without noise; the fast set comes in from 1.5 steps on.
+    pub const fn behind(encoders: &[Encoder; 2], lag_s: f64) -> Self {
+        Self { lag_s, resolution_rad: [encoders[0].unit_rad(), encoders[1].unit_rad()], calm_steps: [1.5; 2] }
+    }
 }
 
 impl JointDesign {
@@ -407,6 +431,7 @@ impl JointDesign {
             switching: Switching::DEFAULT,
             gate_steps: [f64::INFINITY; 2],
             lost_ticks: 50,
+            coupled: None,
         }
         .with_bandwidths(JointBandwidths::DEFAULT, load_n_m)
     }
@@ -414,6 +439,9 @@ impl JointDesign {
     /// The same with other bandwidths and the gates for them.
     #[must_use]
     pub const fn with_bandwidths(mut self, bandwidths: JointBandwidths, load_n_m: f64) -> Self {
+        if self.coupled.is_some() {
+            return self.with_coupled_bandwidths(bandwidths, load_n_m);
+        }
         let link = load_n_m / self.joint.link_inertia_kg_m2;
         let motor = 1.2 * self.largest_current() * self.joint.torque_n_m_per_a / self.joint.motor_inertia_kg_m2;
         self.bandwidths = bandwidths;
@@ -432,12 +460,17 @@ impl JointDesign {
     /// innovations of q times the gates; u at a limit for 0.2 s. The estimate of a step overshoots by half of it for
     /// some ms: where the largest load comes at once and must raise no alarm, declare one and a half times as much. A
     /// wider bound sees a count that sticks later.
-    pub fn bounds<T: Real, A: Aim<T, 4>, const FAST: usize, const LATE: usize>(
+    pub fn bounds<T, M, A, const S: usize, const FAST: usize, const LATE: usize>(
         &self,
-        law: &JointDrive<T, A, FAST, LATE>,
+        law: &EncoderForm<T, M, A, 2, 4, S, FAST, LATE>,
         load_n_m: f64,
         uncertain: f64,
-    ) -> Bounds<2> {
+    ) -> Bounds<2>
+    where
+        T: Real,
+        M: ChainModel<T, 2, 4>,
+        A: Aim<T, 4>,
+    {
         let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, torque_n_m_per_a, .. } = self.joint;
         let (torque, q) = (self.largest_current() * torque_n_m_per_a, misjudged(uncertain));
         let fastest = torque / motor;
@@ -470,12 +503,12 @@ impl JointDesign {
         }
     }
 
-    const fn largest_current(&self) -> f64 {
+    pub(crate) const fn largest_current(&self) -> f64 {
         let Limits { min, max } = self.limits;
         if max > -min { max } else { -min }
     }
 
-    const fn check_encoders(&self) -> Result<(), DriveError> {
+    pub(crate) const fn check_encoders(&self) -> Result<(), DriveError> {
         const WHOLE: &str = "a turn of the link must be a whole number of counts: sin and cos need a base of one turn";
         let fields = ["encoders[0]", "encoders[1]"];
         let mut i = 0;
@@ -506,6 +539,14 @@ impl JointDesign {
         if let Err(error) = self.switching.check() {
             return Err(error);
         }
+        if let Err(error) = self.check_sheet() {
+            return Err(error);
+        }
+        if self.coupled.is_some() { self.check_coupled() } else { self.check_apart(late) }
+    }
+
+    /// Whatever the observers are.
+    const fn check_sheet(&self) -> Result<(), DriveError> {
         let Self { period_s: t, joint, limits, bandwidths: w, .. } = self;
         let t = *t;
         let u_safe = match self.fallback {
@@ -527,6 +568,18 @@ impl JointDesign {
             ("limits.max", limits.max, 0.0, 1e12, limit),
             ("limits.min", limits.min, -1e12, 0.0, limit),
             ("fallback", u_safe, limits.min, limits.max, "the safe u lies outside the limits"),
+            ("bandwidths.offset_per_s", w.offset_per_s * t, 1e-7, 1.0, "alpha times period is 1e-7 to 1"),
+            ("gate_steps[0]", self.gate_steps[0], 2.0, f64::INFINITY, GATE),
+            ("gate_steps[1]", self.gate_steps[1], 2.0, f64::INFINITY, GATE),
+            ("lost_ticks", self.lost_ticks as f64, 1.0, 1e6, "1 to 1e6 samples may be missing"),
+        ];
+        DriveError::within_all(&rules)
+    }
+
+    /// Bandwidths of one observer per encoder.
+    const fn check_apart(&self, late: usize) -> Result<(), DriveError> {
+        let (t, w) = (self.period_s, &self.bandwidths);
+        let rules = [
             ("bandwidths.surface_rad_s", w.surface_rad_s * t, 1e-6, 0.1, "w_c times period is up to 0.1"),
             (
                 "bandwidths.link_rad_s",
@@ -550,22 +603,10 @@ impl JointDesign {
                 "k_l is 2 to 8 times w_c",
             ),
             ("bandwidths.reaching_per_s", w.reaching_per_s * t, 1e-6, 0.3, "k_l times period is up to 0.3"),
-            ("bandwidths.offset_per_s", w.offset_per_s * t, 1e-7, 1.0, "alpha times period is 1e-7 to 1"),
             ("fast_ratios[0]", self.fast_ratios[0], 1.0, 4.0, RATIO),
             ("fast_ratios[1]", self.fast_ratios[1], 1.0, 4.0, RATIO),
-            ("gate_steps[0]", self.gate_steps[0], 2.0, f64::INFINITY, GATE),
-            ("gate_steps[1]", self.gate_steps[1], 2.0, f64::INFINITY, GATE),
-            ("lost_ticks", self.lost_ticks as f64, 1.0, 1e6, "1 to 1e6 samples may be missing"),
         ];
-        let mut k = 0;
-        while k < rules.len() {
-            let (field, given, low, high, why) = rules[k];
-            if let Err(error) = DriveError::within(field, given, low, high, why) {
-                return Err(error);
-            }
-            k += 1;
-        }
-        Ok(())
+        DriveError::within_all(&rules)
     }
 }
 

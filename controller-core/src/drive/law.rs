@@ -58,6 +58,7 @@ use super::fields::fields;
 use super::motor::decay;
 use super::state::EncoderState;
 use super::target::{Aim, Target};
+use super::two_mass::Whole;
 use crate::config::{Fallback, INPUT_LIMIT};
 use crate::controller::Output;
 use crate::design::{self, Coefficients};
@@ -97,7 +98,7 @@ pub struct EncoderForm<T, M, A, const E: usize, const N: usize, const S: usize, 
 
 fields! {
     /// The second gain set of one block.
-    struct FastGains<T, const S> {
+    pub(crate) struct FastGains<T, const S> {
         /// Fast less quiet.
         more: [T; S],
         /// Where it begins to come in, and 1/(where it is all in - where it begins).
@@ -111,7 +112,7 @@ fields! {
 
 fields! {
     /// Which counts are believed.
-    struct Belief<T, const E> {
+    pub(crate) struct Belief<T, const E> {
         /// Where the gate of each encoder closes to, in the unit of its block, and how fast.
         gate: [T; E],
         closing: T,
@@ -199,7 +200,7 @@ const STEPS: f64 = 3.0;
 
 fields! {
     /// Rows of the law, see the module's head; entry j belongs to e_j or Δr^(j-1), from 0, entry i to block i.
-    struct Row<T, const E, const N> {
+    pub(crate) struct Row<T, const E, const N> {
         /// The last one is 1 and not read.
         c: [T; N],
         /// Of a larger e_1 less and less counts: a target further away is approached at a speed that u can brake.
@@ -395,6 +396,8 @@ struct Known<T, V, const E: usize, const N: usize> {
     d: [T; E],
     /// d'; 0 with three states.
     growth: [T; E],
+    /// Of a model that is one within a tick: the current, less that of the reference.
+    current: T,
     seen: V,
 }
 
@@ -423,6 +426,8 @@ struct Asked<T> {
     sigma: T,
     /// Without the offset: kw W + us (σ - W) is to be added.
     bare: T,
+    /// What of it the reference alone asks for, where that is remembered.
+    ahead: T,
 }
 
 impl<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
@@ -451,25 +456,26 @@ where
                 x: [T::ZERO; N],
                 d: [T::ZERO; E],
                 growth: [T::ZERO; E],
+                current: T::ZERO,
                 seen: self.model.seen(&core::array::from_fn(|i| x[i][0])),
             };
             for i in 0..E {
                 (known.x[2 * i], known.x[2 * i + 1], known.d[i]) = (x[i][0], x[i][1], x[i][2]);
                 known.growth[i] = if S == 4 { x[i][3] } else { T::ZERO };
             }
+            if self.model.whole().is_some() {
+                known.x[2] = known.x[2] - known.x[0];
+            }
             let (z, _) = self.model.chain(&known.x, &known.seen);
-            self.sigma(&z, &known.d, &known.growth)
+            self.sigma(&self.model.weightless(&z, &known.seen), &known)
         };
         core::array::from_fn(|i| {
-            let mut gains = self.blocks[i].gains;
-            for set in self.fast.iter().take(usize::from(fast)) {
-                for s in 0..S {
-                    gains[s] += set[i].more[s];
-                }
-            }
+            let level = if fast { T::from_f64(1.0) } else { T::ZERO };
             let step = self.sensors[i].unit;
             let mut x = [[T::ZERO; S]; E];
-            x[i] = gains.map(|gain| gain * step);
+            for (j, x_j) in x.iter_mut().enumerate() {
+                *x_j = self.gains_of(j, i, [level; FAST]).map(|gain| gain * step);
+            }
             sigma(x) / step
         })
     }
@@ -486,10 +492,40 @@ where
         (if sets[1] > sets[0] { sets[1] } else { sets[0] }) / reach
     }
 
+    /// Gains of one block by the innovation of an encoder, with the fast set in by so much.
+    #[inline(always)]
+    fn gains_of(&self, block: usize, encoder: usize, level: [T; FAST]) -> [T; S] {
+        let (mut gains, is_own) = (self.blocks[block].gains, block == encoder);
+        if !is_own {
+            gains = [T::ZERO; S];
+            if let Some(whole) = self.model.whole() {
+                let across = if block == 0 { &whole.link_across } else { &whole.motor_across };
+                for s in 0..S {
+                    gains[s] = across[s];
+                }
+            }
+        }
+        for f in 0..FAST {
+            let mut more = self.fast[f][block].more;
+            if let (Some(whole), false) = (self.model.whole(), is_own) {
+                let across = if block == 0 { &whole.link_more } else { &whole.motor_more };
+                for s in 0..S {
+                    more[s] = across[s];
+                }
+            }
+            if is_own || self.model.whole().is_some() {
+                for s in 0..S {
+                    gains[s] += level[f] * more[s];
+                }
+            }
+        }
+        gains
+    }
+
     /// σ of errors or of a state, with d and d' of the blocks.
     #[inline(always)]
-    fn sigma(&self, e: &[T; N], d: &[T; E], growth: &[T; E]) -> T {
-        let k = &self.row;
+    fn sigma(&self, e: &[T; N], known: &Known<T, M::Seen, E, N>) -> T {
+        let (k, Known { d, growth, .. }) = (&self.row, known);
         let mut sigma = e[N - 1];
         if A::POSITION {
             for j in 0..N - 1 {
@@ -501,6 +537,10 @@ where
             if S == 4 {
                 sigma += k.c_growth[i] * growth[i];
             }
+        }
+        if let Some(whole) = self.model.whole() {
+            sigma += whole.c_motor * d[Self::DRIVEN];
+            sigma += whole.c_current * known.current;
         }
         sigma.called("sigma", 0)
     }
@@ -517,13 +557,21 @@ where
         self.sensors[i].unit * T::from_count(state.at[i])
     }
 
-    /// p, v, d, d' after one more tick under m, the position less that of the same count.
+    /// p, v, d, d' after one more tick under m, the position less that of the same count; of a model that is one within
+    /// a tick with the other's v and m, and the current that is still on its way.
     #[inline(always)]
-    fn foreseen(&self, i: usize, x: &[T; S], m: T) -> [T; S] {
-        let k = &self.blocks[i];
+    fn foreseen(&self, i: usize, all: &[[T; S]; E], m: &[T; E], on_its_way: T) -> [T; S] {
+        let (k, x, m_i) = (&self.blocks[i], &all[i], m[i]);
         let mut next = *x;
-        next[0] += k.g2 * x[1] + k.g1 * m;
-        next[1] = k.phi * x[1] + k.g2 * m;
+        next[0] += k.g2 * x[1] + k.g1 * m_i;
+        next[1] = k.phi * x[1] + k.g2 * m_i;
+        if let Some(whole) = self.model.whole() {
+            let other = Self::DRIVEN - i;
+            next[0] += whole.g2_across[i] * all[other][1] + whole.g1_across[i] * m[other];
+            next[0] += whole.current_q[i] * on_its_way;
+            next[1] += whole.phi_across[i] * all[other][1] + whole.g2_across[i] * m[other];
+            next[1] += whole.current_v[i] * on_its_way;
+        }
         if S == 4 {
             next[0] += k.h1 * x[3];
             next[1] += k.g1 * x[3];
@@ -542,13 +590,35 @@ where
         m
     }
 
+    /// The same of all, where one does something to the others within the tick: known before the first is foreseen.
+    #[inline(always)]
+    fn driven_all(&self, state: &StateOf<Self>) -> [T; E] {
+        let mut m = [T::ZERO; E];
+        if self.model.whole().is_some() {
+            for (i, m_i) in m.iter_mut().enumerate() {
+                *m_i = self.driven(state, i);
+            }
+        }
+        m
+    }
+
+    /// The current that is still on its way to what is held; of a number that is none, 0.
+    #[inline(always)]
+    fn on_its_way(&self, state: &StateOf<Self>) -> T {
+        if self.model.whole().is_none() {
+            return T::ZERO;
+        }
+        sane(M::currents(&state.push)[0] - state.held)
+    }
+
     /// Steps 1 to 3 of an ordinary tick; `None`, and nothing has changed, if a count is missing or not believed or the
     /// base is to move on.
     #[inline(always)]
     fn observe(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Option<M::Seen> {
         T::section("1. Where the counts are, and whether they are believed.");
         let (mut last, mut at, mut raw) = (state.last, state.at, [T::ZERO; E]);
-        let (mut m, mut p) = ([T::ZERO; E], [T::ZERO; E]);
+        let (mut m, mut p) = (self.driven_all(state), [T::ZERO; E]);
+        let on_its_way = self.on_its_way(state);
         for i in 0..E {
             let k = &self.sensors[i];
             let count = counts[i]?;
@@ -556,8 +626,10 @@ where
             let difference = count.since(last[i]).signed(k.unread);
             (last[i], at[i]) = (count, at[i].plus(difference));
             raw[i] = k.unit * T::from_count(at[i]);
-            m[i] = self.driven(state, i);
-            p[i] = self.foreseen(i, &state.x[i], m[i])[0] - k.unit * T::from_count(difference);
+            if self.model.whole().is_none() {
+                m[i] = self.driven(state, i);
+            }
+            p[i] = self.foreseen(i, &state.x, &m, on_its_way)[0] - k.unit * T::from_count(difference);
             if !self.is_believed(state, i, p[i]) {
                 return None;
             }
@@ -582,13 +654,15 @@ where
     pub fn observe_rest(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Observed<M::Seen> {
         T::section("1. Where the counts are, and whether they are believed.");
         let (mut used, [mut missing, mut stepped, mut known]) = ([false; E], [false, false, true]);
-        let (mut m, mut p, mut ahead) = ([T::ZERO; E], [T::ZERO; E], [T::ZERO; E]);
-        let mut position = [T::ZERO; E];
+        let (mut m, mut p, mut ahead) = (self.driven_all(state), [T::ZERO; E], [T::ZERO; E]);
+        let (mut position, on_its_way) = ([T::ZERO; E], self.on_its_way(state));
         for i in 0..E {
             T::channel(i + 1);
             let k = &self.sensors[i];
-            m[i] = self.driven(state, i);
-            p[i] = self.foreseen(i, &state.x[i], m[i])[0];
+            if self.model.whole().is_none() {
+                m[i] = self.driven(state, i);
+            }
+            p[i] = self.foreseen(i, &state.x, &m, on_its_way)[0];
             // Where nothing is measured the couplings see the prediction.
             ahead[i] = state.x[i][0] + self.blocks[i].g2 * state.x[i][1];
             let (mut off, mut steps) = (self.nowhere(), false);
@@ -674,34 +748,130 @@ where
         let push = self.model.push(position, &seen);
 
         T::section("3. Observers.");
-        for i in 0..E {
-            T::channel(i + 1);
-            if let (Some(before), Some(now)) = (M::of_block(&state.push, i), M::of_block(&push, i)) {
-                // The mean of w at both ends.
-                let more = now - before;
-                m[i] += more;
-                p[i] += self.blocks[i].g1 * more;
-            }
-            let mut x = self.foreseen(i, &state.x[i], m[i]);
-            x[0] = p[i].called("p", i + 1);
-            if used[i] {
-                // e = -p.
-                let gains = self.gains(state, i, p[i]);
-                for s in 0..S {
-                    x[s] -= gains[s] * p[i];
+        if self.model.whole().is_some() {
+            self.correct_whole(state, push, m, p, used);
+        } else {
+            for i in 0..E {
+                T::channel(i + 1);
+                if let (Some(before), Some(now)) = (M::of_block(&state.push, i), M::of_block(&push, i)) {
+                    // The mean of w at both ends.
+                    let more = now - before;
+                    m[i] += more;
+                    p[i] += self.blocks[i].g1 * more;
                 }
+                let mut x = self.foreseen(i, &state.x, &m, T::ZERO);
+                x[0] = p[i].called("p", i + 1);
+                if used[i] {
+                    // e = -p.
+                    let gains = self.gains(state, i, p[i]);
+                    for s in 0..S {
+                        x[s] -= gains[s] * p[i];
+                    }
+                }
+                state.x[i] = x;
             }
-            state.x[i] = x;
+            state.push = push;
         }
-        state.push = push;
         state.reach = state.reach * self.belief.closing;
         state.doubt = state.doubt * self.belief.forgetting;
         seen
     }
 
+    /// The same of blocks that are one within a tick: all are foreseen before one is corrected, and every innovation
+    /// corrects all.
+    #[inline(always)]
+    fn correct_whole(&self, state: &mut StateOf<Self>, push: M::Push, mut m: [T; E], mut p: [T; E], used: [bool; E]) {
+        let Some(whole) = self.model.whole() else { return };
+        let on_its_way = self.on_its_way(state);
+        if let (Some(before), Some(now)) = (M::of_block(&state.push, 0), M::of_block(&push, 0)) {
+            // The mean of w at both ends moves both shafts.
+            let more = now - before;
+            m[0] += more;
+            p[0] += self.blocks[0].g1 * more;
+            p[Self::DRIVEN] += whole.g1_across[Self::DRIVEN] * more;
+        }
+        let level = self.level(state, &p, used);
+        let mut x = state.x;
+        for i in 0..E {
+            T::channel(i + 1);
+            x[i] = self.foreseen(i, &state.x, &m, on_its_way);
+            x[i][0] = p[i].called("p", i + 1);
+        }
+        for encoder in 0..E {
+            if used[encoder] {
+                for i in 0..E {
+                    T::channel(i + 1);
+                    let gains = self.gains_of(i, encoder, level);
+                    for s in 0..S {
+                        x[i][s] -= gains[s] * p[encoder];
+                    }
+                }
+            }
+        }
+        state.x = x;
+        let current = state.held + whole.keeps * on_its_way;
+        state.push = M::with_currents(push, [current, M::currents(&state.push)[1]]);
+    }
+
+    /// How far the fast set of blocks that are one is in. One level for all: gains of two filters do not mix. It stays
+    /// for a burst at most, or until u is at a limit; then all must have been calm for a while before it comes again.
+    /// So it ends, whatever the shaft does, and the quiet set has the last word.
+    #[inline(always)]
+    fn level(&self, state: &mut StateOf<Self>, p: &[T; E], used: [bool; E]) -> [T; FAST] {
+        let (one, mut levels) = (T::from_f64(1.0), [T::ZERO; FAST]);
+        let Some(whole) = self.model.whole() else { return levels };
+        let newest = Self::commanded(state);
+        for f in 0..FAST {
+            let mut alarm = T::from_f64(-1.0);
+            for i in 0..E {
+                let k = &self.fast[f][i];
+                let mut smoothed = state.alert[f][i][0];
+                if used[i] {
+                    smoothed -= k.smoothing * (p[i] + smoothed);
+                }
+                state.alert[f][i][0] = smoothed;
+                let above = (smoothed.abs() - k.calm) * k.rate;
+                alarm = alarm.if_below(above, above, alarm);
+            }
+            let (fading, count) = (state.alert[f][0][1] * self.fast[f][0].keep, state.alert[f][Self::DRIVEN][1]);
+            let wanted = fading.if_below(alarm, alarm, fading).limited(T::ZERO, one);
+            // From 0 on it counts the ticks of a burst, below 0 those until it may come again.
+            let locked = -whole.rest;
+            let of_burst = T::ZERO.if_below(wanted, count + one, T::ZERO);
+            let of_burst = of_burst.if_below(whole.burst, of_burst, locked);
+            let of_burst = newest.if_below(self.row.u_max, of_burst, locked);
+            let of_burst = self.row.u_min.if_below(newest, of_burst, locked);
+            let of_rest = alarm.if_below(T::ZERO, count + one, locked);
+            let count = count.if_below(T::ZERO, of_rest, of_burst);
+            levels[f] = count.if_below(one, T::ZERO, wanted);
+            state.alert[f][0][1] = levels[f];
+            state.alert[f][Self::DRIVEN][1] = count;
+        }
+        levels
+    }
+
+    /// How far the second shaft is from the first, of blocks that are one: of integers, but for the estimates.
+    #[inline(always)]
+    fn twist(&self, state: &StateOf<Self>, whole: &Whole<T, 2, 3>) -> T {
+        let last = Self::DRIVEN;
+        let of_counts = if whole.times_link == 0 {
+            self.raw(state, last) - self.raw(state, 0)
+        } else {
+            whole.twist(&[state.at[0], state.at[last]])
+        };
+        of_counts + (state.x[last][0] - state.x[0][0])
+    }
+
     /// w + d - κX of a block at the last tick, u aside; `None` where nothing pushes and nothing pulls back.
     #[inline(always)]
     fn pull(&self, state: &StateOf<Self>, i: usize) -> Option<T> {
+        if let Some(whole) = self.model.whole() {
+            let mut m = whole.spring[i] * self.twist(state, whole) + state.x[i][2];
+            if let Some(half) = M::of_block(&state.push, i) {
+                m += half + half;
+            }
+            return Some(m);
+        }
         let half = M::of_block(&state.push, i)?;
         Some((half + half) + state.x[i][2] - self.model.kappa(i) * self.position(state, i))
     }
@@ -737,6 +907,9 @@ where
     /// The estimates at the beginning of the tick in which u is held.
     #[inline(always)]
     fn known(&self, state: &StateOf<Self>, mut seen: M::Seen, before: &M::Push) -> Known<T, M::Seen, E, N> {
+        if let Some(whole) = self.model.whole() {
+            return self.known_whole(state, seen, before, whole);
+        }
         let (mut x, mut d, mut growth) = ([T::ZERO; N], [T::ZERO; E], [T::ZERO; E]);
         for i in 0..E {
             let (mut position, mut x_i) = (self.position(state, i), state.x[i]);
@@ -752,7 +925,7 @@ where
                 if i == Self::DRIVEN {
                     m += self.model.input_gain() * queued;
                 }
-                let next = self.foreseen(i, &x_i, m);
+                let next = self.foreseen(i, &[x_i; E], &[m; E], T::ZERO);
                 let moved = next[0] - x_i[0];
                 position += moved;
                 x_i = next;
@@ -765,7 +938,49 @@ where
                 growth[i] = state.x[i][3];
             }
         }
-        Known { x, d, growth, seen }
+        Known { x, d, growth, current: T::ZERO, seen }
+    }
+
+    /// The same of blocks that are one within a tick.
+    #[inline(always)]
+    fn known_whole(
+        &self,
+        state: &StateOf<Self>,
+        mut seen: M::Seen,
+        before: &M::Push,
+        whole: &Whole<T, 2, 3>,
+    ) -> Known<T, M::Seen, E, N> {
+        let (last, mut all, mut twist) = (Self::DRIVEN, state.x, self.twist(state, whole));
+        let mut position = self.position(state, 0);
+        let [mut current, asked] = M::currents(&state.push);
+        let half = |push: &M::Push| M::of_block(push, 0).unwrap_or(T::ZERO);
+        let (mut now, more) = (half(&state.push), half(&state.push) - half(before));
+        for queued in state.queued {
+            let on_its_way = sane(current - queued);
+            let mut m = [T::ZERO; E];
+            for (i, m_i) in m.iter_mut().enumerate() {
+                *m_i = whole.spring[i] * twist + all[i][2];
+            }
+            // w at the end of the tick is not known: it goes on as it did.
+            m[0] += (now + now) + more;
+            m[last] += self.model.input_gain() * queued;
+            let mut next = all;
+            for (i, next_i) in next.iter_mut().enumerate() {
+                *next_i = self.foreseen(i, &all, &m, on_its_way);
+            }
+            let moved = next[0][0] - all[0][0];
+            twist += (next[last][0] - all[last][0]) - moved;
+            position += moved;
+            seen = self.model.seen_ahead(seen, moved);
+            now += more;
+            current = queued + whole.keeps * on_its_way;
+            all = next;
+        }
+        let (mut x, mut d) = ([T::ZERO; N], [T::ZERO; E]);
+        for i in 0..E {
+            (x[2 * i], x[2 * i + 1], d[i]) = (if i == 0 { position } else { twist }, all[i][1], all[i][2]);
+        }
+        Known { x, d, growth: [T::ZERO; E], current: sane(current - asked), seen }
     }
 
     /// Step 4, and how far that is from the target.
@@ -790,7 +1005,8 @@ where
     ) -> Asked<T> {
         let k = &self.row;
         let (Known { d, growth, seen, .. }, Errors { e, drift }) = (known, errors);
-        let sigma = self.sigma(e, d, growth);
+        let e = &self.model.weightless(e, seen);
+        let sigma = self.sigma(e, known);
         let mut bare = -(k.per_b * (*drift + self.model.last(seen, d)));
         if A::POSITION {
             for j in 1..N {
@@ -803,6 +1019,7 @@ where
                 bare += k.k_growth[i] * growth[i];
             }
         }
+        let mut ahead = T::ZERO;
         if S == 4 && A::POSITION {
             bare += k.k_last * self.model.last(seen, growth);
         }
@@ -813,9 +1030,20 @@ where
                     feed += k.feed[j] * moved[j];
                 }
             }
-            bare += pace.map_or(feed, |pace| feed * pace);
+            let feed = pace.map_or(feed, |pace| feed * pace);
+            bare += feed;
+            ahead += feed;
         }
-        Asked { sigma, bare: bare.called("bare", 0) }
+        if let Some(whole) = self.model.whole() {
+            ahead -= k.per_b * *drift;
+            let mut of_errors = T::ZERO;
+            for (s, factor) in whole.ahead.iter().enumerate() {
+                of_errors += *factor * e[s + 1];
+            }
+            bare += of_errors + whole.k_current * known.current;
+            ahead += of_errors;
+        }
+        Asked { sigma, bare: bare.called("bare", 0), ahead }
     }
 
     /// Is the target so far away, or no number, that the law must not go for it as it does near it?
@@ -968,6 +1196,10 @@ where
         }
         let turns = T::Count::of(self.sensors[0].base_turns);
         state.turn = if forward { state.turn.plus(turns) } else { state.turn.since(turns) };
+        if self.model.whole().is_some() {
+            // A whole turn changes no sine, and both shafts have made it.
+            return;
+        }
         state.push = M::per_block(core::array::from_fn(|i| M::of_block(&state.push, i).unwrap_or(T::ZERO) + half[i]));
     }
 
@@ -1127,6 +1359,7 @@ where
             return self.refuse(state, Health::OK);
         }
         let asked = self.asked(&known, &Self::approached(errors, far), &sample.begin, &sample.end, None);
+        self.go_ahead(state, asked.ahead);
         let output = if begins {
             self.start_offset(state, asked.sigma, asked.bare, limits)
         } else {
@@ -1163,7 +1396,19 @@ where
             return self.ask_far(state, sample, [before; LATE]);
         }
         let limits = [self.row.u_min, self.row.u_max];
-        self.answer(state, self.asked(&known, &errors, &sample.begin, &sample.end, None), limits)
+        let asked = self.asked(&known, &errors, &sample.begin, &sample.end, None);
+        self.go_ahead(state, asked.ahead);
+        self.answer(state, asked, limits)
+    }
+
+    /// The current of the reference goes on as that of the shaft does.
+    #[inline(always)]
+    fn go_ahead(&self, state: &mut StateOf<Self>, ahead: T) {
+        if let Some(whole) = self.model.whole() {
+            let [current, asked] = M::currents(&state.push);
+            let asked = sane(ahead + whole.keeps * (asked - ahead));
+            state.push = M::with_currents(state.push, [current, asked]);
+        }
     }
 
     /// Far from the target.
@@ -1185,7 +1430,7 @@ where
     #[inline(always)]
     fn answer(&self, state: &mut StateOf<Self>, asked: Asked<T>, limits: [T; 2]) -> Output<T> {
         let k = &self.row;
-        let Asked { sigma, bare } = asked;
+        let Asked { sigma, bare, .. } = asked;
         let sigma_star = (sigma - state.offset).called("sigma_star", 0);
         let demand = (bare + k.k_offset * state.offset + k.us * sigma).called("demand", 0);
         let is_plausible = demand.abs() <= k.plausible;
@@ -1280,7 +1525,9 @@ where
             shift[i] -= self.acceleration(state, i);
             state.x[i][2] += shift[i];
         }
+        let currents = M::currents(&state.push);
         self.remember_counts(state);
+        state.push = M::with_currents(state.push, currents);
         shift
     }
 
@@ -1288,6 +1535,11 @@ where
     fn acceleration(&self, state: &StateOf<Self>, i: usize) -> T {
         let k = &self.blocks[i];
         let mut sum = -k.lambda * state.x[i][1];
+        if self.model.whole().is_some() {
+            let driving =
+                if i == Self::DRIVEN { self.model.input_gain() * M::currents(&state.push)[0] } else { T::ZERO };
+            return sum + driving + (self.pull(state, i).unwrap_or(T::ZERO) - state.x[i][2]);
+        }
         if let Some(half) = M::of_block(&self.push_at_counts(state), i) {
             sum += half + half - self.model.kappa(i) * self.position(state, i);
         }
@@ -1374,6 +1626,12 @@ impl<L: DriveLaw<E, N>, const E: usize, const N: usize> DriveLaw<E, N> for &L {
 #[inline(always)]
 fn lesser<T: Real>(a: T, b: T) -> T {
     a + b - (a - b).abs()
+}
+
+/// The number itself if it is [sound](is_sound), else 0: what is remembered of itself must not stay no number.
+#[inline(always)]
+fn sane<T: Real>(value: T) -> T {
+    value.abs().if_below(T::from_f64(INPUT_LIMIT), value, T::ZERO)
 }
 
 /// Within ±[`INPUT_LIMIT`]? False for NaN and infinities.
@@ -1566,7 +1824,7 @@ where
             growth[i] = growth[i] * unit;
         }
         let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
-        let before = Known { x, d, growth, seen };
+        let before = Known { x, d, growth, current: now.current, seen };
         let Sample { begin, end, .. } = sample;
         let errors = Self::approached(self.errors(&now, new.turn, begin), self.present_far::<ANY_STAGE>(&new));
         let asked = self.asked(&now, &errors, begin, end, None);

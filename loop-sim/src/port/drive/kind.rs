@@ -7,9 +7,9 @@
 use std::any::Any;
 
 use controller_core::drive::{
-    Aim, Bounds, ChainModel, DriveError, DriveLaw, Encoder, EncoderForm, Fence, JointBandwidths, JointDesign,
-    JointDrive, Monitored, MotorBandwidths, MotorDesign, MotorDrive, RestBand, RestLearning, Resting, Sample, Slowing,
-    Switching, Target, WatchTicks, Watched,
+    Aim, Bounds, ChainModel, CoupledDrive, DriveError, DriveLaw, Encoder, EncoderForm, Fence, JointBandwidths,
+    JointDesign, JointDrive, Monitored, MotorBandwidths, MotorDesign, MotorDrive, RestBand, RestLearning, Resting,
+    Sample, Slowing, Switching, Target, WatchTicks, Watched,
 };
 use controller_core::{Limits, Running, drives};
 
@@ -310,6 +310,9 @@ impl Kind<2, 4, 4> for JointDesign {
 
     fn law<U: Use<2, 4>>(&self, form: Form, monitors: &Monitors<2>, user: U) -> Result<U::Out, DriveError> {
         self.validate(form.delay_ticks)?;
+        if self.coupled.is_some() {
+            return drives!(joint form.types() => used!(CoupledDrive, self, monitors, user, [monitors.sudden_load_n_m],));
+        }
         drives!(joint form.types() => used!(JointDrive, self, monitors, user, [monitors.sudden_load_n_m],))
     }
 
@@ -317,6 +320,12 @@ impl Kind<2, 4, 4> for JointDesign {
         self.validate(form.delay_ticks)?;
         let encoders = self.encoders.map(finest);
         let design = Self { encoders, gate_steps: [f64::INFINITY; 2], ..*self };
+        macro_rules! coupled {
+            ($($of:tt)*) => { Ok(at_rest(CoupledDrive::<f64, $($of)*>::try_design(&design)?, self.encoders)) };
+        }
+        if self.coupled.is_some() {
+            return drives!(quiet joint form.types() => coupled!());
+        }
         macro_rules! law {
             ($($of:tt)*) => { Ok(at_rest(JointDrive::<f64, $($of)*>::try_design(&design)?, self.encoders)) };
         }
@@ -326,6 +335,14 @@ impl Kind<2, 4, 4> for JointDesign {
     fn in_f64(&self, of: (Form, [Mounted; 2]), motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
         let (form, mounted) = of;
         self.validate(form.delay_ticks)?;
+        macro_rules! coupled {
+            ($($of:tt)*) => {
+                Ok(boxed::<_, _, 2, 4, _, _, 4>(CoupledDrive::<f64, $($of)*>::try_design(self)?, mounted, motion))
+            };
+        }
+        if self.coupled.is_some() {
+            return drives!(quiet joint form.types() => coupled!());
+        }
         macro_rules! law {
             ($($of:tt)*) => {
                 Ok(boxed::<_, _, 2, 4, _, _, 4>(JointDrive::<f64, $($of)*>::try_design(self)?, mounted, motion))
