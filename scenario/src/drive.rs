@@ -14,6 +14,7 @@ mod build;
 mod fence;
 mod gear;
 mod inertia;
+pub(super) mod joint_rule;
 mod margin;
 mod planned;
 mod play;
