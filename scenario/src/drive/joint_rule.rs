@@ -579,7 +579,7 @@ impl<'a> Search<'a> {
     /// Whether there is a design in the table.
     fn exists(&mut self) -> bool {
         let way = Way { span: self.bounds(), ratio: COARSE, halvings: 0, hopeless: f64::INFINITY, all: true };
-        table().any(|shape| self.largest(&shape, &way).is_some())
+        table_of_shapes().any(|shape| self.largest(&shape, &way).is_some())
     }
 
     /// Bandwidths between which W is searched, rad/s.
@@ -589,20 +589,25 @@ impl<'a> Search<'a> {
 
     /// The best of the table, then down along each number of its shape; then with the fast set.
     fn best(&mut self) -> Option<JointRule> {
-        let mut way = Way { span: self.bounds(), ratio: COARSE, halvings: 4, hopeless: f64::INFINITY, all: false };
+        let mut way = Way { span: self.bounds(), ratio: COARSE, halvings: 4, hopeless: f64::INFINITY, all: true };
+        let mut table: Vec<Found> = Vec::new();
+        for shape in table_of_shapes() {
+            table.extend(self.largest(&shape, &way));
+            way.hopeless = table.iter().map(|one| one.cost + HOPELESS).fold(f64::INFINITY, f64::min);
+            // From then on the corners that matter are active.
+            way.all = table.len() < 3;
+        }
+        table.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let mut found = Vec::new();
-        for shape in table() {
-            found.extend(self.largest(&shape, &way));
-            way.hopeless = found.iter().map(|one: &Found| one.cost + HOPELESS).fold(f64::INFINITY, f64::min);
+        for one in table {
+            if found.len() < DESCENTS {
+                found.extend(self.descended(&one.shape, one.w));
+            }
         }
         if found.is_empty() {
-            found.extend(dense_table().find_map(|shape| self.largest(&shape, &Way { ratio: FINE, ..way })));
-        }
-        found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        found.truncate(DESCENTS);
-        for place in 0..found.len() {
-            let (shape, w) = (found[place].shape, found[place].w);
-            found.extend(self.descended(shape, w));
+            way = Way { ratio: FINE, hopeless: f64::INFINITY, all: true, ..way };
+            let first = dense_table().find_map(|shape| self.largest(&shape, &way))?;
+            found.extend(self.descended(&first.shape, first.w));
         }
         // A fast set needs room: the largest W need not be the best one.
         let mut best = None;
@@ -621,9 +626,10 @@ impl<'a> Search<'a> {
     }
 
     /// The best shape in reach of steps along one number at a time, borne by all corners.
-    fn descended(&mut self, shape: Shape, w: f64) -> Option<Found> {
-        let down = |w: f64| Way { span: [0.3 * w, w], ratio: 1.1, halvings: 2, hopeless: f64::INFINITY, all: true };
-        let mut best = self.largest(&shape, &down(w))?;
+    fn descended(&mut self, shape: &Shape, w: f64) -> Option<Found> {
+        let low = self.bounds()[0];
+        let down = |w: f64| Way { span: [low, w], ratio: 1.1, halvings: 2, hopeless: f64::INFINITY, all: true };
+        let mut best = self.largest(shape, &down(w))?;
         for _ in 0..2 {
             let ended = self.descent(best);
             let promised = ended.cost;
@@ -748,7 +754,7 @@ const DESCENTS: usize = 3;
 const HOPELESS: f64 = 0.8;
 
 /// The shapes to begin with; rigid shafts have two real poles from κ = 1 on.
-fn table() -> impl Iterator<Item = Shape> {
+fn table_of_shapes() -> impl Iterator<Item = Shape> {
     [0.1, 3.0, 0.5, 15.0, 0.02, 90.0].into_iter().flat_map(|walk| {
         [(0.7, 1.7), (2.0, 1.7), (0.35, 6.0), (0.7, 6.0), (2.0, 6.0), (0.35, 20.0), (2.0, 20.0)]
             .map(|(law, apart)| Shape { walk, law, apart })
