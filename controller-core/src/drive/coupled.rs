@@ -432,7 +432,12 @@ const fn current_poles(keeps: f64) -> [f64; 2] {
 const fn natural_logarithm(x: f64) -> f64 {
     let (mut y, mut round) = (0.0, 0);
     while round < 60 {
-        y += x / crate::exponential::phi_functions(y)[0] - 1.0;
+        let step = x / crate::exponential::phi_functions(y)[0] - 1.0;
+        y += step;
+        // The next step would be its square.
+        if step.abs() < 1e-9 {
+            return y;
+        }
         round += 1;
     }
     y

@@ -69,15 +69,23 @@ fn pair(a: f64, b: f64, c: f64, d: f64) -> [Complex; 2] {
 
 /// Scales rows and columns by powers of two until both are of one size.
 fn balance(a: &mut Square, order: usize) {
-    for _ in 0..6 {
+    for _ in 0..4 {
         let mut done = true;
         for i in 0..order {
-            let sum = |entry: &dyn Fn(usize) -> f64| (0..order).filter(|&j| j != i).map(entry).sum::<f64>();
-            let (row, column) = (sum(&|j| a[i][j].abs()), sum(&|j| a[j][i].abs()));
-            if row == 0.0 || column == 0.0 {
+            let (mut row, mut column) = (-a[i][i].abs(), -a[i][i].abs());
+            for j in 0..order {
+                (row, column) = (row + a[i][j].abs(), column + a[j][i].abs());
+            }
+            if !(row > 0.0 && column > 0.0) {
                 continue;
             }
-            let factor = (0.5 * (row / column).log2()).round().exp2();
+            let (mut factor, mut rest) = (1.0, row / column);
+            while rest > 4.0 {
+                (factor, rest) = (2.0 * factor, 0.25 * rest);
+            }
+            while rest < 0.25 {
+                (factor, rest) = (0.5 * factor, 4.0 * rest);
+            }
             if factor == 1.0 {
                 continue;
             }
@@ -136,19 +144,24 @@ fn sweep(a: &mut Square, low: usize, last: usize, exceptional: bool) {
         a[low + 1][low] * a[low + 2][low + 1],
     ];
     for k in low..last {
-        let rows = if k + 1 < last { 3 } else { 2 };
-        let norm = v[..rows].iter().map(|x| x * x).sum::<f64>().sqrt();
+        // Two rows at the end: the third is the second again, by 0.
+        let third = (k + 2).min(last);
+        let norm = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
         if norm != 0.0 {
             let alpha = norm.copysign(v[0]);
             v[0] += alpha;
             let beta = 1.0 / (alpha * v[0]);
             for j in k.saturating_sub(1).max(low)..=last {
-                let dot = beta * (0..rows).map(|i| v[i] * a[k + i][j]).sum::<f64>();
-                (0..rows).for_each(|i| a[k + i][j] -= dot * v[i]);
+                let dot = beta * (v[0] * a[k][j] + v[1] * a[k + 1][j] + v[2] * a[third][j]);
+                a[k][j] -= dot * v[0];
+                a[k + 1][j] -= dot * v[1];
+                a[third][j] -= dot * v[2];
             }
             for row in &mut a[low..=last.min(k + 3)] {
-                let dot = beta * (0..rows).map(|i| v[i] * row[k + i]).sum::<f64>();
-                (0..rows).for_each(|i| row[k + i] -= dot * v[i]);
+                let dot = beta * (v[0] * row[k] + v[1] * row[k + 1] + v[2] * row[third]);
+                row[k] -= dot * v[0];
+                row[k + 1] -= dot * v[1];
+                row[third] -= dot * v[2];
             }
         }
         v = [a[k + 1][k], if k + 2 <= last { a[k + 2][k] } else { 0.0 }, if k + 3 <= last { a[k + 3][k] } else { 0.0 }];
