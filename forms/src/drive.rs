@@ -267,7 +267,7 @@ fn ticks_in_words(ticks: usize) -> String {
 }
 
 /// What is said of a constant, by how its name begins; of a longer beginning first.
-const CONSTANTS: [(&str, &str); 52] = [
+const CONSTANTS: [(&str, &str); 71] = [
     ("k1", "K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle"),
     ("b1", "damping of the link, 1/s"),
     ("gravity", "weight of the link over its inertia, 1/s^2"),
@@ -281,6 +281,25 @@ const CONSTANTS: [(&str, &str); 52] = [
     ("g2", "the block's model of a tick"),
     ("g1", "the block's model of a tick"),
     ("h1", "the block's model of a tick"),
+    ("k_link", "K/J_l, 1/s^2"),
+    ("k_motor", "K/J_m, 1/s^2"),
+    ("b_link", "damping of the link, 1/s"),
+    ("b_motor", "damping of the motor, 1/s"),
+    ("b_current", "K_t/J_m, rad/s^2 per A"),
+    ("d_in_chain", "d of the motor in the chain, by what the law makes of it"),
+    ("spring", "acceleration by a twist of one, 1/s^2"),
+    ("twist_unit", "twist of one count in the common measure of both encoders, rad"),
+    ("current_q", "of a current on its way into the position, rad/A"),
+    ("current_v", "and into the speed, rad/(s A)"),
+    ("keeps", "e^(-T/lag)"),
+    ("link_across", "of the observer of the link, by the encoder of the motor"),
+    ("motor_across", "of the observer of the motor, by the encoder of the link"),
+    ("link_more", "the fast gain set less the quiet one"),
+    ("motor_more", "the fast gain set less the quiet one"),
+    ("k_current", "law, on the current less that of the reference"),
+    ("ahead", "feed-forward, on the errors that are in the model's acceleration"),
+    ("burst", "ticks for which the fast set may stay"),
+    ("rest", "ticks of calm before it may come again"),
     ("gain", "of the observer"),
     ("more", "the fast gain set less the quiet one"),
     ("unit", "one count"),
@@ -323,13 +342,16 @@ const CONSTANTS: [(&str, &str); 52] = [
 ];
 
 /// What is said of a word of the state, by how its name begins.
-const WORDS: [(&str, &str); 25] = [
+const WORDS: [(&str, &str); 28] = [
     ("fresh", "no tick has passed since the start"),
     ("started", ""),
     ("last", "count of the last good sample"),
     ("at", "the same since the base"),
     ("turn", "turn of the base"),
     ("push", "half the coupling at the last tick"),
+    ("push_current", "estimated current, A"),
+    ("push_asked", "current of the reference, A"),
+    ("burst", "ticks for which the fast gains have been in; below 0 those of calm until they may come again"),
     ("p", "estimated position less that of its count"),
     ("v", "estimated speed"),
     ("d_dot", "its rate"),

@@ -170,11 +170,17 @@ pub(super) fn drive(exported: &Drive<'_>) -> String {
             "Motor, MotorBandwidths, MotorDesign, MotorDrive",
         ),
         DriveDesign::Joint(DriveOf { design, mounted, .. }) => (
-            format!("JointDrive<f32, {aim}, {fast}, {late}>"),
+            match design.coupled {
+                Some(_) => format!("CoupledDrive<f32, {aim}, {fast}, {late}>"),
+                None => format!("JointDrive<f32, {aim}, {fast}, {late}>"),
+            },
             format!("JointDesign = {design:#?}"),
             2,
             format!("{:?}", mounted.map(|mounted| mounted.mounting)),
-            "Joint, JointBandwidths, JointDesign, JointDrive",
+            match design.coupled {
+                Some(_) => "Coupled, CoupledDrive, Joint, JointBandwidths, JointDesign",
+                None => "Joint, JointBandwidths, JointDesign, JointDrive",
+            },
         ),
     };
     let design = design.replace("fallback: ", "fallback: Fallback::").replace(": inf,", ": f64::INFINITY,");

@@ -20,6 +20,7 @@ use loop_sim::signal::{Signal, Term};
 use loop_sim::trace::{Row, Trace};
 use serde::Serialize;
 
+use super::drive::coupled::CoupledBy;
 use super::own::Formulas;
 use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved, problem};
 use super::{ActuatorTable, ControllerKind, ErrorTable, PlantKind, PrecisionKey, ReadingKey, Scenario, SensorTable};
@@ -156,6 +157,8 @@ pub struct Drive {
     pub current_lag_s: f64,
     /// The rule of a motor, whose bandwidths these are or begin with.
     pub margin: MotorMargin,
+    /// What the design of a joint as a whole is told besides its sheet.
+    pub coupled: Option<CoupledBy>,
     /// What the supply leaves, if the file says it.
     pub top_speed: Option<TopSpeed>,
     /// Has play behind the gear made its bandwidths smaller than the rule's?

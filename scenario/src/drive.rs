@@ -11,6 +11,7 @@ use serde::Deserialize;
 use super::{FallbackKey, TermTable};
 
 mod build;
+pub(super) mod coupled;
 mod fence;
 mod gear;
 mod inertia;
@@ -626,8 +627,12 @@ pub struct JointDriveTable {
     /// Period T of the ticks, s. Default 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub period_s: f64 = 1e-3,
-    /// Bandwidths. Default: normal if both encoders have 16 bits or more in a turn, else quiet.
+    /// Bandwidths. Default: normal if both encoders have 16 bits or more in a turn, else quiet. "coupled" takes the
+    /// joint as a whole, with gains by rule from the data sheet: stable in every corner of uncertain_percent.
     pub tuning: Option<TuningKey>,
+    /// Of tuning = "coupled": "fast", peaks of the sensitivity function up to 2.4, "standard", up to 1.7, or a peak by
+    /// the data sheet, 1.2 to 3. Default "fast".
+    pub margin: Option<MarginKey>,
     /// Bandwidth of the error instead, rad/s; the others follow in the proportions of `tuning`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub surface_rad_s: Option<f64>,
@@ -649,8 +654,9 @@ pub struct JointDriveTable {
     /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20, else 1.
     #[schemars(range(min = 1, max = 2))]
     pub gain_sets: Option<usize>,
-    /// Bandwidths of the observers in the fast set over those in the quiet one, link and motor. Default [3, 1.5].
-    #[schemars(length(min = 2, max = 2), inner(range(min = 1, max = 4)))]
+    /// Bandwidths of the observers in the fast set over those in the quiet one, link and motor, 1 to 4; of tuning =
+    /// "coupled" 0.5 to 5. Default [3, 1.5], or by rule.
+    #[schemars(length(min = 2, max = 2), inner(range(min = 0.5, max = 5)))]
     pub fast_ratios: Option<Vec<f64>>,
     /// Ticks from the computation of a current until it is held, 0 to 3. Default 0.
     #[schemars(range(min = 0, max = 3))]
@@ -681,6 +687,8 @@ pub enum TuningKey {
     Normal,
     /// For 20 bits and more: stiffer against a load, more noise.
     Firm,
+    /// No set: the joint as a whole, by rule.
+    Coupled,
 }
 
 /// True parameter over that of the data sheet, less 1, percent. Default 0.

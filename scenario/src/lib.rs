@@ -48,6 +48,7 @@ mod resolve;
 mod rewrite;
 
 pub use assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Mu, Sensed, ShaftOf, StateName, TopSpeed};
+pub use drive::coupled::CoupledBy;
 pub use drive::joint_rule::{Binding, FastSet, JointRule, JointSheet, Refused, Remedy, joint_rule};
 pub use drive::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionModel, FrictionTable, JointDriveTable, JointEncoderTable,

@@ -12,7 +12,7 @@ use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
 use loop_sim::linear::LawAtRest;
 use loop_sim::port::drive::{DriveAtRest, DriveDesign, DriveOf, Follows, Form};
 use loop_sim::port::in_process::{self, ControllerSpec};
-use scenario::{AtRest, Experiment, Sensed};
+use scenario::{AtRest, CoupledBy, Experiment, Sensed};
 use serde::Serialize;
 
 use crate::Error;
@@ -462,6 +462,7 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
                 limit("observer", w.observer_rad_s * period_s / most, format!("w_o times the period may be {most}"));
                 limit("reaching law", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
             }
+            DriveDesign::Joint(DriveOf { design: JointDesign { coupled: Some(_), .. }, .. }) => {}
             DriveDesign::Joint(DriveOf { design: JointDesign { bandwidths: w, .. }, .. }) => {
                 limit(
                     "motor's observer",
@@ -552,7 +553,7 @@ fn suggested(
             DriveDesign::Motor(motor) => {
                 vec![for_motor(motor, (drive.margin, drive.current_lag_s), period_s, at_rest, declared)?]
             }
-            DriveDesign::Joint(joint) => for_joint(joint, period_s, at_rest, declared)?,
+            DriveDesign::Joint(joint) => for_joint(joint, drive.coupled, period_s, at_rest, declared)?,
         };
         // What the next faster one was refused for.
         let mut refused = String::from("the fastest set that is measured");
@@ -676,11 +677,16 @@ fn within(value: f64, most: f64) -> String {
 /// The measured sets, the fastest first.
 fn for_joint(
     joint: &DriveOf<JointDesign, 2>,
+    coupled: Option<CoupledBy>,
     period_s: f64,
     at_rest: &AtRest,
     declared: Option<f64>,
 ) -> Result<Vec<Tried>, MarginsError> {
     let (design, form) = (joint.design, joint.form);
+    let as_whole = || coupled.map_or(Ok(None), |by| joint_as_whole(joint, by, period_s, at_rest));
+    if design.coupled.is_some() {
+        return Ok(as_whole()?.into_iter().collect());
+    }
     let sets =
         [("firm", JointBandwidths::FIRM), ("normal", JointBandwidths::DEFAULT), ("quiet", JointBandwidths::QUIET)];
     let tried = sets.map(|(word, set)| {
@@ -699,7 +705,35 @@ fn for_joint(
         Ok(Tried { word: format!("{word:?}"), lines: vec![line], is_same, why: None, got })
     });
     let slower = declared.map(|most| slower_joint(joint, period_s, at_rest, most)).transpose()?.flatten();
-    tried.into_iter().chain(slower.map(Ok)).collect()
+    let mut tried = tried.into_iter().chain(slower.map(Ok)).collect::<Result<Vec<_>, _>>()?;
+    // Only where none of the sets will do: the search takes longer than all of them.
+    if tried.iter().all(|tried| tried.got.as_ref().map_or(true, |got| !got.unstable_corners.is_empty())) {
+        tried.extend(as_whole()?);
+    }
+    Ok(tried)
+}
+
+/// The joint as a whole, by rule; none where the rule refuses it.
+fn joint_as_whole(
+    joint: &DriveOf<JointDesign, 2>,
+    by: CoupledBy,
+    period_s: f64,
+    at_rest: &AtRest,
+) -> Result<Option<Tried>, MarginsError> {
+    let Ok((design, rule)) = by.by_rule(&JointDesign { period_s, ..joint.design }) else { return Ok(None) };
+    let w = design.bandwidths;
+    let line = format!(
+        "tuning = \"coupled\"  # poles of a rigid shaft {} and {}, observers {} and {}",
+        number(w.surface_rad_s),
+        number(w.reaching_per_s),
+        number(w.link_rad_s),
+        number(w.motor_rad_s)
+    );
+    let got = closed(&DriveDesign::Joint(DriveOf { design, ..*joint }), at_rest)?;
+    let is_same =
+        design.coupled == joint.design.coupled && w == joint.design.bandwidths && period_s == joint.design.period_s;
+    let why = Some(format!("the joint as a whole: {} binds", rule.binding));
+    Ok(Some(Tried { word: "\"coupled\"".into(), lines: vec![line], is_same, why, got }))
 }
 
 /// The quiet set, slowed until the declared noise makes no more than this.

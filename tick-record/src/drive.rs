@@ -67,6 +67,8 @@ pub trait NamedModel<const E: usize, const N: usize>: ChainModel<Symbol, E, N> +
     const SHAFTS: [&'static str; E];
     /// Those that are pushed.
     const PUSHED: &'static [&'static str];
+    /// What follows the smoothed innovation of each encoder.
+    const LEVELS: [&'static str; E];
     /// What is seen of the positions.
     const SEEN: &'static [&'static str];
     /// That, as numbers.
@@ -78,6 +80,7 @@ pub trait NamedModel<const E: usize, const N: usize>: ChainModel<Symbol, E, N> +
 impl NamedModel<1, 2> for MotorModel<Symbol> {
     const SHAFTS: [&'static str; 1] = [""];
     const PUSHED: &'static [&'static str] = &[];
+    const LEVELS: [&'static str; 1] = ["level"];
     const SEEN: &'static [&'static str] = &[];
     fn numbers_of((): &()) -> Vec<Symbol> {
         Vec::new()
@@ -88,6 +91,7 @@ impl NamedModel<1, 2> for MotorModel<Symbol> {
 impl NamedModel<2, 4> for JointModel<Symbol> {
     const SHAFTS: [&'static str; 2] = ["_link", "_motor"];
     const PUSHED: &'static [&'static str] = &Self::SHAFTS;
+    const LEVELS: [&'static str; 2] = ["level_link", "level_motor"];
     const SEEN: &'static [&'static str] = &["g_sin", "g_cos"];
     fn numbers_of(seen: &[Symbol; 2]) -> Vec<Symbol> {
         seen.to_vec()
@@ -100,6 +104,7 @@ impl NamedModel<2, 4> for JointModel<Symbol> {
 impl NamedModel<2, 4> for TwoMass<Symbol> {
     const SHAFTS: [&'static str; 2] = ["_link", "_motor"];
     const PUSHED: &'static [&'static str] = &["_link", "_current", "_asked"];
+    const LEVELS: [&'static str; 2] = ["level", "burst"];
     const SEEN: &'static [&'static str] = &["g_sin", "g_cos"];
     fn numbers_of(seen: &[Symbol; 2]) -> Vec<Symbol> {
         seen.to_vec()
@@ -187,7 +192,11 @@ pub const QUEUED: [&str; 3] = ["queued", "queued_2", "queued_3"];
 
 /// Names of the numbers of a state, in their order: of `states` estimates a shaft, with two gain sets, so many ticks
 /// late.
-fn state_names(shafts: &[&str], pushed: &[&str], states: usize, has_fast: bool, late: usize) -> Vec<String> {
+fn state_names<M, const E: usize, const N: usize>(states: usize, has_fast: bool, late: usize) -> Vec<String>
+where
+    M: NamedModel<E, N>,
+{
+    let (shafts, pushed) = (&M::SHAFTS, M::PUSHED);
     let of = |names: &[&str], shafts: &[&str]| -> Vec<String> {
         shafts.iter().flat_map(|shaft| names.iter().map(move |name| format!("{name}{shaft}"))).collect()
     };
@@ -198,7 +207,8 @@ fn state_names(shafts: &[&str], pushed: &[&str], states: usize, has_fast: bool, 
     all.extend(of(&["push"], pushed));
     all.extend(of(&["p", "v", "d", "d_dot"][..states], shafts));
     if has_fast {
-        all.extend(of(&["smoothed", "level"], shafts));
+        let names = shafts.iter().zip(M::LEVELS);
+        all.extend(names.flat_map(|(shaft, level)| [format!("smoothed{shaft}"), level.into()]));
     }
     all.push("reach".into());
     all.extend(of(&["missed"], shafts));
@@ -215,7 +225,7 @@ where
     A: NamedAim<N>,
 {
     fn state_names() -> Vec<String> {
-        state_names(&M::SHAFTS, M::PUSHED, S, FAST == 1, LATE)
+        state_names::<M, E, N>(S, FAST == 1, LATE)
     }
 
     fn sample(&self, recorder: &Recorder) -> Self::Sample {
@@ -543,10 +553,7 @@ fn coupled_of_constants<A: Aim<f32, 4> + Aim<Symbol, 4>, const FAST: usize, cons
     drive: &CoupledDrive<f32, A, FAST, LATE>,
     recorder: &Recorder,
 ) -> CoupledDrive<Symbol, A, FAST, LATE> {
-    let model = drive.model().converted(&mut |NumberName { name, entry, .. }, number| {
-        let name = if entry == 0 { name.into() } else { format!("{name}_{entry}") };
-        recorder.constant(&name, f64::from(number))
-    });
+    let model = drive.model().converted(&mut |name, number| named::<TwoMass<Symbol>, 2, 4>(recorder, name, number));
     drive.converted(model, &mut |name, number| named::<TwoMass<Symbol>, 2, 4>(recorder, name, number))
 }
 

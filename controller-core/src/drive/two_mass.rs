@@ -223,13 +223,13 @@ impl<T: Real> TwoMass<T> {
         let mut of = |name, number| to(super::NumberName { name, encoder: 0, entry: 0 }, number);
         TwoMass {
             whole,
-            k1: of("k1", self.k1),
-            k2: of("k2", self.k2),
-            b1: of("b1", self.b1),
-            b2: of("b2", self.b2),
+            k1: of("k_link", self.k1),
+            k2: of("k_motor", self.k2),
+            b1: of("b_link", self.b1),
+            b2: of("b_motor", self.b2),
             gravity: of("gravity", self.gravity),
-            b: of("b", self.b),
-            d_motor: of("d_motor", self.d_motor),
+            b: of("b_current", self.b),
+            d_motor: of("d_in_chain", self.d_motor),
         }
     }
 }

@@ -17,6 +17,7 @@ use loop_sim::sensor::{OffCentre, Sensing, Sensor};
 use loop_sim::signal::Signal;
 use loop_sim::solver;
 
+use super::coupled::{self, AsWhole, CoupledBy};
 use super::gear::{Gear, Geared};
 use super::inertia::{Inertia, too_uncertain};
 use super::margin::{self, MarginKey};
@@ -806,6 +807,7 @@ struct Parts<'a, D, const E: usize> {
     design: &'a dyn Fn(f64) -> D,
     of_kind: fn(DriveOf<D, E>) -> DriveDesign,
     margin: MotorMargin,
+    coupled: Option<CoupledBy>,
     /// Does the file give a bandwidth?
     is_given: bool,
     top_speed: Option<TopSpeed>,
@@ -1069,6 +1071,7 @@ fn experiment<D: Copy, const E: usize>(
         motion,
         current_lag_s: common.lag_s,
         margin: parts.margin,
+        coupled: parts.coupled,
         top_speed: parts.top_speed,
         is_slowed_by_play: parts.is_slowed_by_play,
         accepts_unstable: common.accepts_unstable,
@@ -1222,6 +1225,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             design: &design,
             of_kind: DriveDesign::Motor,
             margin: drive.margin.unwrap_or_default().rule(),
+            coupled: None,
             is_given,
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             is_slowed_by_play: is_slowed,
@@ -1433,6 +1437,7 @@ fn joint_in_words(design: &JointDesign, tuning: TuningKey, drive: &JointDriveTab
         TuningKey::Quiet => "quiet",
         TuningKey::Normal => "normal",
         TuningKey::Firm => "firm",
+        TuningKey::Coupled => "coupled",
     };
     let why = match (drive.surface_rad_s, drive.tuning) {
         (Some(_), _) => "as given".into(),
@@ -1485,7 +1490,29 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let encoders = [link.encoder, motor.encoder];
     let load_n_m = drive.sudden_load_n_m.unwrap_or(limit * nominal.torque_n_m_per_a);
     let tuning = drive.tuning.unwrap_or_else(|| tuning_for(encoders));
+    let form = common.form(drive.gain_sets);
+    let coupled = CoupledBy {
+        lag_s: sheet.current_lag_s,
+        noise_rad: [
+            noise_of_shaft(&link, file.encoder.link.noise_rad),
+            noise_of_shaft(&motor, file.encoder.motor.noise_rad),
+        ],
+        delay_ticks: form.delay_ticks,
+        uncertain: drive.uncertain_percent / 100.0,
+        peak: coupled::peak_of(drive.margin),
+        load_n_m,
+    };
+    let bare = |period_s| JointDesign {
+        lost_ticks: drive.lost_ticks,
+        fallback: fallback(drive.fallback),
+        ..JointDesign::new(period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
+    };
+    let as_whole = (tuning == TuningKey::Coupled).then(|| AsWhole::of(coupled, drive, &bare(common.period_s)));
+    let as_whole = as_whole.transpose().map_err(|problem| vec![problem])?;
     let design = |period_s: f64| {
+        if let Some(as_whole) = &as_whole {
+            return as_whole.design(&bare(period_s));
+        }
         let design = JointDesign::new(period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
             .with_bandwidths(joint_bandwidths(&JointDriveTable { period_s, ..drive.clone() }, tuning), load_n_m);
         let fast_ratios = drive.fast_ratios.as_deref().and_then(|ratios| ratios.try_into().ok());
@@ -1530,18 +1557,22 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     experiment(
         &common,
         Parts {
-            form: common.form(drive.gain_sets),
+            form: as_whole.as_ref().map_or(form, |it| it.form(form, drive.gain_sets)),
             mounted: [link, motor],
             monitors: common.monitors(resolved.reaction, inertia, load_n_m),
             resolved,
             design: &design,
             of_kind: DriveDesign::Joint,
             margin: MotorMargin::default(),
+            coupled: Some(coupled),
             is_given: given.iter().any(Option::is_some),
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             planned,
             warnings,
-            chosen: joint_in_words(&design(common.period_s), tuning, drive),
+            chosen: match &as_whole {
+                Some(as_whole) => as_whole.in_words(&design(common.period_s)),
+                None => joint_in_words(&design(common.period_s), tuning, drive),
+            },
             shafts: vec![shaft(1, "link", inertia[0]), shaft(3, "motor", inertia[1])],
             states: &JOINT_STATES,
             x0: vec![sheet.start_rad, 0.0, motor_rad],
@@ -1581,5 +1612,7 @@ fn bandwidths_of(tuning: TuningKey) -> JointBandwidths {
         TuningKey::Quiet => JointBandwidths::QUIET,
         TuningKey::Normal => JointBandwidths::DEFAULT,
         TuningKey::Firm => JointBandwidths::FIRM,
+        // Of a joint as a whole they follow from the sheet.
+        TuningKey::Coupled => JointBandwidths::DEFAULT,
     }
 }

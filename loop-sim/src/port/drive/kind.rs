@@ -493,6 +493,11 @@ impl DriveDesign {
         each!(self, drive => words(drive).0[1])
     }
 
+    /// Is it a joint that is designed as a whole?
+    pub const fn is_whole(&self) -> bool {
+        matches!(self, Self::Joint(DriveOf { design: JointDesign { coupled: Some(_), .. }, .. }))
+    }
+
     /// Keys of the bandwidths of its observers in a scenario file.
     pub const fn observer_keys(&self) -> &'static [&'static str] {
         each!(self, drive => words(drive).2.0)
