@@ -52,6 +52,9 @@ const FAST_PEAK: f64 = 3.0;
 /// A loop is stable if its spectral radius is below this.
 const STABLE: f64 = 1.0 - 1e-6;
 
+/// Most k_l T: a faster pole of a rigid shaft is over within a tick.
+const FASTEST: f64 = 1.5;
+
 /// Tolerances above this are demanded of the ratios only.
 const OF_PARAMETERS: f64 = 0.2;
 
@@ -440,6 +443,9 @@ impl<'a> Search<'a> {
     /// Whether a design meets what is demanded by the data sheet: noise up to `noise`, |S| up to `peak`.
     fn nominally(&self, of: &Bandwidths, noise: f64, peak: f64) -> Result<Gains, Binding> {
         let sheet = self.sheet;
+        if of.poles[1] * sheet.period_s > FASTEST {
+            return Err(Binding::NoRealPole);
+        }
         let law = Regulator::of(&self.ratios, &self.tick, sheet.period_s, of.poles).ok_or(Binding::NoRealPole)?;
         let gains = self.tick.observer_gains(&self.ratios, sheet.period_s, sheet.steps_rad, of.observers);
         let angles = if sheet.joint.weight_n_m == 0.0 { 1 } else { ANGLES.len() };
@@ -480,7 +486,9 @@ impl<'a> Search<'a> {
     /// Whether the active corners, or all, bear a design; the one that does not becomes active.
     fn borne(&mut self, gains: &Gains, slow: f64, peak: f64, all: bool) -> Option<[f64; 2]> {
         let mut worst = [0.0_f64; 2];
-        let bad = |[radius, size]: [f64; 2]| !(radius < STABLE && size <= peak);
+        // What swings for longer than a hundred time constants of the loop is as good as unstable.
+        let stable = STABLE.min(1.0 - 0.1 * slow);
+        let bad = |[radius, size]: [f64; 2]| !(radius < stable && size <= peak);
         for place in 0..self.active.len() {
             let number = self.active[place];
             let found = self.in_corner(number, gains, slow);
