@@ -417,7 +417,7 @@ fn random_data_sheets_have_gains_that_hold_or_are_refused() {
     let [designs, slow, refusals, behind, failures] =
         ["design", "too slow to simulate", "refusal", "behind_gear", "failure"].map(count);
     println!(
-        "{designs} designs that rest, {slow} not simulated, {refusals} refusals, {behind} with behind_gear only, {failures} failures"
+        "{designs} rest, {slow} not simulated, {refusals} refusals, {behind} with behind_gear only, {failures} failures"
     );
     assert_eq!(failures, 0);
     assert!(4 * (designs + slow) > 3 * sheets.len() && 2 * designs > sheets.len(), "{designs} + {slow} designs");
