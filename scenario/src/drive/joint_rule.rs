@@ -18,15 +18,17 @@
 //!   20 % of tolerance) hanging, at 1 rad and upside down; and 16 of the parameters each with a current loop of no lag
 //!   and of twice the lag. Whatever swings there dies out within a hundred time constants of the slower of observer and
 //!   regulator.
+//! * The regulator is stable with any smaller gain of u too, so that it does not swing between the limits of u for
+//!   ever after it was there once.
 //! * The regulator has a real pole to reach with, and k_l T is at most [`FASTEST`].
 //!
 //! Corners of the parameters are the hard ones: ±20 % of K and J_l are -33 to +50 % of their ratio.
 //!
 //! # How it is searched
 //! A shape is as good as its largest feasible W, found by steps down and bisection. Shapes are compared by what a load
-//! does: the mean logarithm of the dip and of the area under it, nominal and in the worst of four corners [`BEYOND`] the
-//! tolerance. The area is the error under a load that grows steadily, so it stands for moves with a wrong inertia. A
-//! table of shapes comes first; the best ones descend along each number. Few corners decide most verdicts, so these
+//! does: the mean logarithm of the dip and of the area under it, nominal and in the worst of four corners [`BEYOND`]
+//! the tolerance. The area is the error under a load that grows steadily, so it stands for moves with a wrong
+//! inertia. A table of shapes comes first; the best ones descend along each number. Few corners decide most verdicts, so these
 //! ("active") are asked first, and all of them before a design counts as the best.
 //!
 //! # Fast set
@@ -102,6 +104,8 @@ pub enum Binding {
     Period,
     /// The regulator has no real pole left to reach with.
     NoRealPole,
+    /// The regulator would be unstable with less gain, as at the limit of u.
+    Saturation,
     /// The peak of |S| by the data sheet.
     Margin,
     /// Current noise from encoder counts.
@@ -116,6 +120,7 @@ impl fmt::Display for Binding {
             Self::Noise => "the current noise from the encoder counts",
             Self::Margin => "the peak of |S| by the data sheet",
             Self::Corner => "a corner of the tolerance",
+            Self::Saturation => "the largest current, at which the loop would swing",
             Self::NoRealPole => "the spring, which leaves no real pole to reach with",
             Self::Period => "the period",
         })
@@ -162,8 +167,8 @@ pub struct JointRule {
     pub noise_share: f64,
     /// Largest spectral radius of all corners.
     pub radius: f64,
-    /// Dip of the link under a load step, rad per N m: by the data sheet, and in the worst of four corners of 1.75 times
-    /// the tolerance (ten times the first where that is unstable).
+    /// Dip of the link under a load step, rad per N m: by the data sheet, and in the worst of four corners of 1.75
+    /// times the tolerance (ten times the first where that is unstable).
     pub dips_rad_per_n_m: [f64; 2],
 }
 
@@ -461,6 +466,9 @@ impl<'a> Search<'a> {
             return Err(Binding::NoRealPole);
         }
         let law = Regulator::of(&self.ratios, &self.tick, sheet.period_s, of.poles).ok_or(Binding::NoRealPole)?;
+        if !self.model.bears_limits(&law) {
+            return Err(Binding::Saturation);
+        }
         let gains = self.tick.observer_gains(&self.ratios, sheet.period_s, sheet.steps_rad, of.observers);
         let angles = if sheet.joint.weight_n_m == 0.0 { 1 } else { ANGLES.len() };
         let gravity = sheet.joint.weight_n_m / sheet.joint.link_inertia_kg_m2;
@@ -655,7 +663,10 @@ impl<'a> Search<'a> {
         for _ in 0..2 {
             let ended = self.descent(best);
             let promised = ended.cost;
-            best = self.largest(&ended.shape, &down(ended.w))?;
+            let Some(borne) = self.largest(&ended.shape, &down(ended.w)) else {
+                return self.largest(shape, &down(w));
+            };
+            best = borne;
             // A corner that was not active may have had more to say.
             if best.cost < promised + 0.01 {
                 break;

@@ -124,6 +124,27 @@ impl Model {
         Self { phi, gamma, push, keeps: tick.keeps, period_s, unit, delay }
     }
 
+    /// Whether the regulator stays stable with any smaller gain of u, as of a u at its limit.
+    ///
+    /// The observer takes the u that is applied, so a limit scales the feedback alone. A loop that a smaller gain
+    /// makes unstable can swing between the limits for ever.
+    pub(super) fn bears_limits(&self, law: &Regulator) -> bool {
+        let feedback = self.feedback(law);
+        (1..=8).map(|k| 0.5_f64.powi(k)).all(|gain| {
+            let mut a = [[0.0; MOST]; MOST];
+            for i in 0..PLANT {
+                (0..PLANT).for_each(|j| a[i][j] = self.phi[i][j] - gain * self.gamma[i] * feedback[j]);
+            }
+            eigenvalues(a, PLANT).is_some_and(|poles| poles.iter().all(|[re, im]| re.hypot(*im) < 1.0 + 1e-9))
+        })
+    }
+
+    /// K in the units of the module's head.
+    fn feedback(&self, law: &Regulator) -> [f64; PLANT] {
+        let (k, t, unit) = (law.feedback, self.period_s, self.unit);
+        [k[0] * unit, k[1] * unit / t, k[2] * unit, k[3] * unit / t, k[4]]
+    }
+
     /// States after a tick of the joint with x, under u and the accelerations.
     fn moved(&self, x: [f64; PLANT], u: f64, push: [f64; 2]) -> [f64; PLANT] {
         std::array::from_fn(|i| {
@@ -220,9 +241,7 @@ fn ticked(
     for k in 0..model.delay {
         ahead = model.moved(ahead, s[OWN + k], [xi[2] + pull, xi[5]]);
     }
-    let k = law.feedback;
-    let feedback = [k[0] * unit, k[1] * unit / t, k[2] * unit, k[3] * unit / t, k[4]];
-    let by_state: f64 = feedback.iter().zip(ahead).map(|(k, x)| k * x).sum();
+    let by_state: f64 = model.feedback(law).iter().zip(ahead).map(|(k, x)| k * x).sum();
     let u = (law.disturbance[0] * xi[2] + law.disturbance[1] * xi[5]) * unit / (t * t) - by_state;
     let mut next = [0.0; OWN + QUEUE];
     let applied = if model.delay > 0 { s[OWN] } else { u };
