@@ -21,6 +21,7 @@ use loop_sim::trace::{Row, Trace};
 use serde::Serialize;
 
 use super::drive::coupled::CoupledBy;
+use super::drive::joint_rule::JointRule;
 use super::own::Formulas;
 use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved, problem};
 use super::{ActuatorTable, ControllerKind, ErrorTable, PlantKind, PrecisionKey, ReadingKey, Scenario, SensorTable};
@@ -159,6 +160,8 @@ pub struct Drive {
     pub margin: MotorMargin,
     /// What the design of a joint as a whole is told besides its sheet.
     pub coupled: Option<CoupledBy>,
+    /// What its rule says, where the design is by it.
+    pub joint_rule: Option<JointRule>,
     /// What the supply leaves, if the file says it.
     pub top_speed: Option<TopSpeed>,
     /// Has play behind the gear made its bandwidths smaller than the rule's?

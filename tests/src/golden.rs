@@ -6,16 +6,16 @@ use crate::data::path;
 /// Set to write the tables anew instead of comparing.
 pub const REGENERATE: &str = "GOLDEN";
 
-/// Compares a table with the one in docs/bandwidth.md that stands between `<!-- NAME -->` and `<!-- end -->`.
+/// Compares a table with the one of a page in docs that stands between `<!-- NAME -->` and `<!-- end -->`.
 ///
 /// # Errors
 /// The lines that differ and how to write them anew.
-pub fn in_docs(name: &str, table: &str) -> Result<(), String> {
-    let file = path("../docs/bandwidth.md");
-    let page = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+pub fn in_docs(page: &str, name: &str, table: &str) -> Result<(), String> {
+    let file = path("../docs").join(page);
+    let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
     let (begin, end) = (format!("<!-- {name} -->\n"), "<!-- end -->");
-    let parts = page.split_once(&begin).and_then(|(before, rest)| Some((before, rest.split_once(end)?)));
-    let (before, (there, after)) = parts.ok_or_else(|| format!("docs/bandwidth.md has no table {begin}"))?;
+    let parts = text.split_once(&begin).and_then(|(before, rest)| Some((before, rest.split_once(end)?)));
+    let (before, (there, after)) = parts.ok_or_else(|| format!("docs/{page} has no table {begin}"))?;
     if std::env::var_os(REGENERATE).is_some_and(|value| value == "write") {
         return std::fs::write(&file, [before, &begin, table, end, after].concat()).map_err(|error| error.to_string());
     }
@@ -23,7 +23,7 @@ pub fn in_docs(name: &str, table: &str) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "table {name} of docs/bandwidth.md differs, - page, + now:\n{}if the change is meant: cargo xtask tables",
+        "table {name} of docs/{page} differs, - page, + now:\n{}if the change is meant: cargo xtask tables",
         changed(there, table)
     ))
 }

@@ -6,8 +6,9 @@
 //! Compared is every bit of u, sigma, sigma*, health, estimates and state, after every tick.
 
 use controller_core::drive::{
-    Aim, Bounds, ChainModel, DriveEstimates, DriveLaw, EncoderForm, Fence, JointDesign, JointDrive, Monitored,
-    MotorDesign, MotorDrive, Mounting, Position, RestBand, Resting, Sample, Speed, Target, Watched,
+    Aim, Bounds, ChainModel, CoupledDrive, DriveError, DriveEstimates, DriveLaw, EncoderForm, Fence, JointDesign,
+    JointDrive, Monitored, MotorDesign, MotorDrive, Mounting, Position, RestBand, Resting, Sample, Speed, Target,
+    Watched,
 };
 use controller_core::{ControlLaw, Health, Output, Running};
 use integration_tests::data::path;
@@ -37,10 +38,15 @@ const JOINT: &str = "joint = { link_inertia_kg_m2 = 0.23, link_damping_n_m_s = 0
     stiffness_n_m = 9.0, motor_inertia_kg_m2 = 9.31e-4, motor_damping_n_m_s = 0.07, torque_n_m_per_a = 0.119,
     max_current_a = 30 }";
 
+/// A harmonic drive.
+const STIFF: &str = "joint = { link_inertia_kg_m2 = 0.4, link_damping_n_m_s = 0.5, weight_n_m = 10,
+    stiffness_n_m = 8000.0, motor_inertia_kg_m2 = 1.2e-4, motor_damping_n_m_s = 2e-4, torque_n_m_per_a = 0.08,
+    max_current_a = 8, gear = [100, 1] }";
+
 /// A scenario in two parts, and the Rust drive of it.
 type Instance = (&'static str, &'static str, &'static str, fn(&str, &str) -> Run);
 
-const INSTANCES: [Instance; 16] = [
+const INSTANCES: [Instance; 19] = [
     (
         "two_sets",
         MOTOR,
@@ -157,6 +163,35 @@ const INSTANCES: [Instance; 16] = [
          limits = { low_rad = -3 }",
         joint::<1, 3>,
     ),
+    (
+        "coupled",
+        JOINT,
+        "encoder = { link = { bits = 20 }, motor = { bits = 20, reversed = true, offset_counts = 77 } }
+         drive = { tuning = 'coupled', surface_rad_s = 27, reaching_per_s = 390, link_rad_s = 58, motor_rad_s = 850, \
+         gain_sets = 2, fast_ratios = [4, 3], lost_ticks = 8 }
+         monitor = { reaction = 'brake' }",
+        coupled::<1, 0>,
+    ),
+    (
+        "coupled_stiff",
+        STIFF,
+        "encoder = { link = { bits = 19 }, motor = { bits = 32, states = 4294967296, counts_per_turn = 16384 } }
+         drive = { tuning = 'coupled', surface_rad_s = 45, reaching_per_s = 80, link_rad_s = 170, motor_rad_s = 230, \
+         gain_sets = 1, fallback = 0.5 }
+         monitor = { reaction = 'fallback' }",
+        coupled::<0, 0>,
+    ),
+    (
+        "coupled_late2",
+        JOINT,
+        // Of these there is no common measure that 32 bits hold.
+        "encoder = { link = { bits = 24 }, motor = { bits = 16, states = 65536, counts_per_turn = 4001 } }
+         drive = { tuning = 'coupled', surface_rad_s = 15, reaching_per_s = 60, link_rad_s = 40, motor_rad_s = 200, \
+         gain_sets = 2, fast_ratios = [1.5, 1.5], delay_ticks = 2, accept_unstable = true }
+         monitor = { reaction = 'brake' }
+         limits = { low_rad = -3 }",
+        coupled::<1, 2>,
+    ),
 ];
 
 /// Words of a request: what, three flags and counts, turns, jets, a current.
@@ -204,10 +239,21 @@ where
 }
 
 fn joint<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
+    of_joint(name, text, JointDrive::<f32, Position, FAST, LATE>::try_design)
+}
+
+fn coupled<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run {
+    of_joint(name, text, CoupledDrive::<f32, Position, FAST, LATE>::try_design)
+}
+
+fn of_joint<L>(name: &str, text: &str, law: impl Fn(&JointDesign) -> Result<L, DriveError>) -> Run
+where
+    L: Watched<2> + DriveLaw<2, 4>,
+{
     let of = design_of(text);
     let DriveDesign::Joint(DriveOf { design, mounted, .. }) = of else { panic!("{name} is a joint") };
     let JointDesign { joint, encoders, .. } = design;
-    let law = JointDrive::<f32, Position, FAST, LATE>::try_design(&design).expect("a good design");
+    let law = law(&design).expect("a good design");
     let (link, rotor) = (joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2);
     let plant = Plant {
         gain: [0.0, joint.torque_n_m_per_a / rotor],

@@ -19,7 +19,7 @@ use link::remote::{Loadable, for_target};
 use scenario::{Experiment, ScenarioError, Source};
 
 /// Keys that no law, monitor, gate or encoder knows of, by how their path begins.
-const SIMULATED: [&str; 39] = [
+const SIMULATED: [&str; 37] = [
     "motor.supply_v",
     "motor.resistance_ohm",
     "motor.no_load_rad_s",
@@ -48,12 +48,10 @@ const SIMULATED: [&str; 39] = [
     "motor.start_rad",
     "joint.start_rad",
     "joint.spring_damping_n_m_s",
-    "encoder.link.noise_rad",
     "encoder.eccentricity_rad",
     "encoder.link.eccentricity_rad",
     "drive.jitter_s",
     // Of one file alone: its controller believes numbers of its own, or asks for none of these.
-    "joint: joint.current_lag_s",
     "chain: plant.a",
     "chain: plant.b",
     "own: plant.constants.m",
@@ -131,6 +129,8 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &[],
             &["monitor.reaction=\"joined_stop\"", "drive.fallback=0", "joint.gear=[9, 1]"],
             &["drive.gain_sets=1"],
+            // Lag, noise and margin are of the design as a whole.
+            &["drive.tuning=\"coupled\""],
             &["reference={ kind=\"sine\", amplitude_rad=0.5, frequency_hz=0.2 }"],
             &["reference={ kind=\"points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01 }"],
             &["reference={ kind=\"set_points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01, max_speed_rad_s=3.0, \

@@ -1,5 +1,6 @@
 //! One suite, a module per question.
 
+mod any_joint;
 mod brake;
 mod budget;
 mod capi;

@@ -95,5 +95,5 @@ fn margin_is_paid_for_in_stiffness() {
         let price = dips[1] / dips[0];
         assert!((0.9..2.2).contains(&price), "{name}: the standard margin costs {price} times the way under a load");
     }
-    golden::in_docs("margin", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
+    golden::in_docs("bandwidth.md", "margin", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
 }

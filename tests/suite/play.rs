@@ -245,7 +245,7 @@ fn a_shaft_in_play_is_heard_and_calmed() {
         let [least, most] = [f64::min, f64::max].map(|of| times.iter().copied().reduce(of).unwrap_or(f64::NAN));
         table.push(format!("| {play_rad} | {} | {least:.2} to {most:.2} |\n", cells.join(" | ")));
     }
-    golden::in_docs("play", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
+    golden::in_docs("bandwidth.md", "play", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
 }
 
 /// A target that moves is followed with the drive's own gains at once, whatever set was in use before it moves and

@@ -204,7 +204,7 @@ fn motors_of_four_sizes_come_to_rest_in_friction_that_holds() {
     let runs = sum(&rows, |[off, ..]| off.of);
     let [without, with] = [sum(&rows, |[off, ..]| off.loud), sum(&rows, |[.., learns]| learns.loud)];
     if deep() {
-        golden::in_docs("rest", &in_docs(&rows)).unwrap_or_else(|differs| panic!("{differs}"));
+        golden::in_docs("bandwidth.md", "rest", &in_docs(&rows)).unwrap_or_else(|differs| panic!("{differs}"));
     }
     assert!(4 * without >= 3 * runs, "{without} of {runs} hunt without a band");
     assert!(48 * with <= runs, "{with} of {runs} are loud with one");

@@ -31,15 +31,18 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Computes what docs/bandwidth.md shows anew: its tables, its figures and the answers of `design` to its scenarios.
+/// Computes what docs/bandwidth.md and docs/joints.md show anew: their tables, figures and the answers of `design` to scenarios.
 pub(crate) fn tables(gate: &mut Gate) -> Outcome {
     let write = |invocation: Invocation| invocation.env("GOLDEN", "write").env("DEEP", "1");
     let figures = Invocation::cargo(&["test", "-p", "host-sim", "--test", "rest", "--test", "design", "--"]);
     let tables = Invocation::cargo(&["test", "-p", "integration-tests", "--test", "suite", "--"]);
-    // They write the same page: one after the other.
-    let tables = tables.with(&["--test-threads", "1", "margin::", "rest::motors", "play::a_shaft"]);
+    // They write the same pages: one after the other.
+    let tables = tables.with(&["--test-threads", "1", "margin::", "rest::motors", "play::a_shaft", "any_joint::"]);
     let figures = figures.with(&["--test-threads", "1", "in_its_band", "in_play", "its_price", "the_page"]);
-    gate.commands("tables and figures of docs/bandwidth.md, written anew", &[write(figures), write(tables)])
+    gate.commands(
+        "tables and figures of docs/bandwidth.md and docs/joints.md, written anew",
+        &[write(figures), write(tables)],
+    )
 }
 
 /// The same, then KaTeX beside the pages, so that they are read without a connection.

@@ -20,6 +20,7 @@ use loop_sim::solver;
 use super::coupled::{self, AsWhole, CoupledBy};
 use super::gear::{Gear, Geared};
 use super::inertia::{Inertia, too_uncertain};
+use super::joint_rule::JointRule;
 use super::margin::{self, MarginKey};
 use super::planned::{Asked, Planned, Wanted, ticks_s};
 use super::play::{InPlay, Play};
@@ -808,6 +809,7 @@ struct Parts<'a, D, const E: usize> {
     of_kind: fn(DriveOf<D, E>) -> DriveDesign,
     margin: MotorMargin,
     coupled: Option<CoupledBy>,
+    joint_rule: Option<JointRule>,
     /// Does the file give a bandwidth?
     is_given: bool,
     top_speed: Option<TopSpeed>,
@@ -1072,6 +1074,7 @@ fn experiment<D: Copy, const E: usize>(
         current_lag_s: common.lag_s,
         margin: parts.margin,
         coupled: parts.coupled,
+        joint_rule: parts.joint_rule,
         top_speed: parts.top_speed,
         is_slowed_by_play: parts.is_slowed_by_play,
         accepts_unstable: common.accepts_unstable,
@@ -1226,6 +1229,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             of_kind: DriveDesign::Motor,
             margin: drive.margin.unwrap_or_default().rule(),
             coupled: None,
+            joint_rule: None,
             is_given,
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             is_slowed_by_play: is_slowed,
@@ -1565,6 +1569,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             of_kind: DriveDesign::Joint,
             margin: MotorMargin::default(),
             coupled: Some(coupled),
+            joint_rule: as_whole.as_ref().and_then(|it| it.rule),
             is_given: given.iter().any(Option::is_some),
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             planned,

@@ -104,7 +104,7 @@ impl CoupledBy {
 pub(super) struct AsWhole {
     by: CoupledBy,
     /// None where the file has all bandwidths.
-    rule: Option<JointRule>,
+    pub(super) rule: Option<JointRule>,
     /// w_c, k_l, link, motor.
     given: [Option<f64>; 4],
     fast_ratios: Option<[f64; 2]>,
