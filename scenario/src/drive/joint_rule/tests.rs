@@ -409,7 +409,7 @@ fn a_load_that_takes_u_to_its_limit_leaves_no_swinging() {
 /// `DEEP=1` for 3000 of them, `DEEP=n` for n.
 #[test]
 fn random_data_sheets_have_gains_that_hold_or_are_refused() {
-    let count = std::env::var("DEEP").map_or(40, |deep| deep.parse().map_or(3000, |n| if n == 1 { 3000 } else { n }));
+    let count = std::env::var("DEEP").map_or(30, |deep| deep.parse().map_or(3000, |n| if n == 1 { 3000 } else { n }));
     let mut draw = Draw(1);
     let sheets: Vec<(usize, JointSheet)> = (0..count).map(|k| (k, draw.sheet())).collect();
     let verdicts = on_two_threads(&sheets, |(number, sheet)| {
