@@ -298,7 +298,9 @@ fn in_corner(sheet: &JointSheet, rule: &JointRule, corner: usize) -> Option<Rest
 
 /// Whether a joint ended at rest, where it should be, with the quiet set.
 fn rests(sheet: &JointSheet, end: &Rest) -> bool {
-    let fine = end.step_share < 0.01 && end.error_rad < 4.0 * sheet.steps_rad[0] + 2e-4 && end.level < 0.1;
+    let fine = end.step_share < 0.01
+        && end.error_rad < 4.0 * sheet.steps_rad[0] + sheet.steps_rad[1] + 2e-4
+        && end.level < 0.1;
     if !fine {
         println!("{end:?} of {sheet:?}");
     }
