@@ -27,8 +27,8 @@
 //! # How it is searched
 //! A shape is as good as its largest feasible W, found by steps down and bisection. Shapes are compared by what a load
 //! does: the mean logarithm of the dip and of the area under it, nominal and in the worst of four corners [`BEYOND`]
-//! the tolerance. The area is the error under a load that grows steadily, so it stands for moves with a wrong
-//! inertia. A table of shapes comes first; the best ones descend along each number. Few corners decide most verdicts, so these
+//! the tolerance. The area is the error under a load that grows steadily, so it stands for moves with a wrong inertia.
+//! A table of shapes comes first; the best ones descend along each number. Few corners decide most verdicts, so these
 //! ("active") are asked first, and all of them before a design counts as the best.
 //!
 //! # Fast set

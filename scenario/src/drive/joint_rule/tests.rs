@@ -298,7 +298,9 @@ fn in_corner(sheet: &JointSheet, rule: &JointRule, corner: usize) -> Option<Rest
 
 /// Whether a joint ended at rest, where it should be, with the quiet set.
 fn rests(sheet: &JointSheet, end: &Rest) -> bool {
-    let fine = end.step_share < 0.01 && end.error_rad < 4.0 * sheet.steps_rad[0] + 2e-4 && end.level < 0.1;
+    let fine = end.step_share < 0.01
+        && end.error_rad < 4.0 * sheet.steps_rad[0] + sheet.steps_rad[1] + 2e-4
+        && end.level < 0.1;
     if !fine {
         println!("{end:?} of {sheet:?}");
     }
@@ -378,10 +380,38 @@ fn joints_in_corners_come_to_rest() {
     assert!(most > 0.5, "no load brings a fast set in: {most}");
 }
 
+/// A soft spring under a fast regulator: linear and stable, and swinging between the limits after one load.
+#[test]
+fn a_load_that_takes_u_to_its_limit_leaves_no_swinging() {
+    let joint = Joint {
+        link_inertia_kg_m2: 1.1076,
+        link_damping_n_m_s: 4.19e-3,
+        weight_n_m: 0.0,
+        stiffness_n_m: 86.0,
+        motor_inertia_kg_m2: 0.434,
+        motor_damping_n_m_s: 1.309,
+        torque_n_m_per_a: 0.661,
+    };
+    let sheet = JointSheet {
+        joint,
+        steps_rad: [7.49e-7, 3.19e-7],
+        period_s: 3.517e-4,
+        lag_s: 1.7e-5,
+        delay_ticks: 0,
+        most_a: 29.24,
+        uncertain: 0.1,
+        peak: 2.4,
+        noise_share: 1e-3,
+    };
+    let rule = joint_rule(&sheet).expect("gains");
+    let end = in_corner(&sheet, &rule, 0b10101).expect("a short simulation");
+    assert!(rests(&sheet, &end), "{rule:?}");
+}
+
 /// `DEEP=1` for 3000 of them, `DEEP=n` for n.
 #[test]
 fn random_data_sheets_have_gains_that_hold_or_are_refused() {
-    let count = std::env::var("DEEP").map_or(40, |deep| deep.parse().map_or(3000, |n| if n == 1 { 3000 } else { n }));
+    let count = std::env::var("DEEP").map_or(30, |deep| deep.parse().map_or(3000, |n| if n == 1 { 3000 } else { n }));
     let mut draw = Draw(1);
     let sheets: Vec<(usize, JointSheet)> = (0..count).map(|k| (k, draw.sheet())).collect();
     let verdicts = on_two_threads(&sheets, |(number, sheet)| {
