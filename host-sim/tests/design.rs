@@ -650,10 +650,10 @@ fn the_page_from_bandwidth_to_gains_shows_what_the_command_says() {
     }
 }
 
-/// A motor as light as its gear makes it heavy, before a coarse encoder: at 1 kHz no set holds it.
+/// A motor as light as its gear makes it heavy, before a coarse encoder: at 1 kHz no set of bandwidths holds it.
 const LIGHT: &str = "span_s = 0.5\n[joint]\nlink_inertia_kg_m2 = 0.0244\nmotor_inertia_kg_m2 = 1.27e-6\n\
     stiffness_n_m = 2854\ntorque_n_m_per_a = 0.0159\nmax_current_a = 2.111017\nweight_n_m = 0.0257\ngear = [100, 1]\n\
-    [encoder.link]\nbits = 17\n[encoder.motor]\nbits = 12\n[drive]\nsudden_load_n_m = 0.336\n";
+    [encoder.link]\nbits = 17\n[encoder.motor]\nbits = 12\n[drive]\nsudden_load_n_m = 0.336\ntuning = \"normal\"\n";
 
 #[test]
 fn a_loop_that_is_unstable_is_told_wherever_it_could_go_on() {
@@ -661,8 +661,7 @@ fn a_loop_that_is_unstable_is_told_wherever_it_could_go_on() {
     let file = folder.file("light.toml", LIGHT);
     let (code, out, _) = spoken(&["run", "--no-files", &file]);
     assert!(code == status::DONE && out.contains("warning: UNSTABLE: at rest the loop grows"), "{out}");
-    // A shorter period helps, and which.
-    assert!(out.contains("suggested: [drive] period_s = 0.0005, tuning = \"firm\""), "{out}");
+    assert!(out.contains("suggested: [drive] tuning = \"coupled\""), "{out}");
     let (_, out, _) = spoken(&["run", "--no-files", "--json", &file]);
     let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert!(json["warnings"].to_string().contains("UNSTABLE"), "{json}");
@@ -672,12 +671,11 @@ fn a_loop_that_is_unstable_is_told_wherever_it_could_go_on() {
     assert!(code == status::DONE && err.contains("warning: UNSTABLE") && out.contains("UNSTABLE"), "{err}");
     let (_, out, _) = spoken(&["design", &file]);
     assert!(out.contains("\nunstable ") && !out.contains("noise, 0 % used"), "{out}");
-    assert!(out.contains("[drive]\nperiod_s = 0.0005\ntuning = \"firm\""), "{out}");
+    assert!(out.contains("[drive]\ntuning = \"coupled\""), "{out}");
     let (_, out, _) = spoken(&["design", "--json", &file]);
     assert!(!out.contains("-0.0"), "{out}");
     // What is suggested is stable, as it says.
-    let (_, out, _) =
-        spoken(&["run", "--no-files", &file, "--set", "drive.period_s=5e-4", "--set", "drive.tuning=firm"]);
+    let (_, out, _) = spoken(&["run", "--no-files", &file, "--set", "drive.tuning=coupled"]);
     assert!(out.contains("loop at rest: decay ") && !out.contains("warning: UNSTABLE"), "{out}");
 }
 
@@ -720,17 +718,16 @@ fn what_binds_stands_first_among_the_limits() {
     assert!(out.contains("limited by lost time, 100 % used") && out.contains("as it is; lost time binds"), "{out}");
 }
 
-/// The set that is taken by the bits of the encoders may be more than the loop bears: then `run` says what `design`
-/// would.
+/// A set of bandwidths may be more than the loop bears: then `run` says what `design` would.
 #[test]
 fn a_tuning_that_is_too_much_is_told_with_the_other() {
     let folder = Folder::new("tuning");
     let text = "[joint]\nlink_inertia_kg_m2 = 0.05\nmotor_inertia_kg_m2 = 4e-5\nstiffness_n_m = 120\n\
                 torque_n_m_per_a = 0.04\nmax_current_a = 12\ngear = [50, 1]\nweight_n_m = 2\n[encoder.link]\n\
-                bits = 17\n[encoder.motor]\nbits = 12\n[drive]\nsudden_load_n_m = 5\n";
+                bits = 17\n[encoder.motor]\nbits = 12\n[drive]\nsudden_load_n_m = 5\ntuning = \"normal\"\n";
     let file = folder.file("mine.toml", text);
     let (_, out, _) = spoken(&["run", "--no-files", &file]);
-    assert!(out.contains("tuning \"normal\", by the bits of the encoders"), "{out}");
+    assert!(out.contains("tuning \"normal\", as given"), "{out}");
     assert!(out.contains("suggested: [drive] tuning = \"quiet\": \"normal\" would make 0.177 A of noise"), "{out}");
     let (_, out, _) = spoken(&["run", "--no-files", &file, "--set", "drive.tuning=quiet"]);
     assert!(!out.contains("suggested"), "{out}");

@@ -332,6 +332,14 @@ fn asked(experiment: &Experiment) -> Vec<AskedPoles> {
             let form = drive.designed.form();
             let (w, kind) = (drive.designed.bandwidths(), Kind::of(&drive.designed));
             let (count, meaning) = kind.error;
+            if drive.designed.is_whole() {
+                // Of the filter of both encoders no pole is one encoder's.
+                let rigid = "of a rigid shaft; the spring bends it";
+                let lines = [("error w_c", w.surface_rad_s), ("reaching law k_l", w.reaching_per_s)];
+                let mut lines: Vec<_> = lines.into_iter().map(|(name, rate)| one(name, real(rate), rigid)).collect();
+                lines.push(one(OFFSET, real(offset_per_s(experiment)), "what is left of the start, by itself"));
+                return lines;
+            }
             let surface = one("error w_c", vec![real(w.surface_rad_s)[0]; count], meaning);
             // A speed loop has none.
             let surface = (form.follows == Follows::Position).then_some(surface);
@@ -392,6 +400,20 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
     };
     if let Some(drive) = &experiment.drive {
         let (gates, unit) = (drive.designed.gate_steps(), Kind::of(&drive.designed).sigma_unit);
+        let spring = match drive.designed {
+            DriveDesign::Joint(DriveOf { design: JointDesign { joint, .. }, .. }) => {
+                let (link, motor) =
+                    (joint.stiffness_n_m / joint.link_inertia_kg_m2, joint.stiffness_n_m / joint.motor_inertia_kg_m2);
+                let (anti, both) = (link.sqrt(), (link + motor).sqrt());
+                let per_tick =
+                    format!("both shafts on the spring; {} rad per tick", number(both * experiment.period_s));
+                vec![
+                    one("anti-resonance", anti, "rad/s", "the link on the spring while the motor is held"),
+                    one("resonance", both, "rad/s", &per_tick),
+                ]
+            }
+            DriveDesign::Motor(_) => Vec::new(),
+        };
         let gates = drive.shafts.iter().zip(gates).map(|(shaft, steps)| {
             one(
                 &format!("gate of the {}", shaft.name),
@@ -408,7 +430,7 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
                 one("speed at full current", it.full_current_rad_s, "rad/s", &at_full),
             ]
         });
-        return gates.chain([sigma]).chain(speeds.into_iter().flatten()).collect();
+        return spring.into_iter().chain(gates).chain([sigma]).chain(speeds.into_iter().flatten()).collect();
     }
     let mu: Vec<Vec<f64>> = experiment.mu.iter().map(|mu| mu.by_order.clone()).collect();
     let found = experiment.spec.as_ref().and_then(|spec| ultimates(&spec.config, &mu));

@@ -246,9 +246,13 @@ fn coupled<const FAST: usize, const LATE: usize>(name: &str, text: &str) -> Run 
     of_joint(name, text, CoupledDrive::<f32, Position, FAST, LATE>::try_design)
 }
 
-fn of_joint<L>(name: &str, text: &str, law: impl Fn(&JointDesign) -> Result<L, DriveError>) -> Run
+fn of_joint<M, const S: usize, const FAST: usize, const LATE: usize>(
+    name: &str,
+    text: &str,
+    law: impl Fn(&JointDesign) -> Result<EncoderForm<f32, M, Position, 2, 4, S, FAST, LATE>, DriveError>,
+) -> Run
 where
-    L: Watched<2> + DriveLaw<2, 4>,
+    M: ChainModel<f32, 2, 4>,
 {
     let of = design_of(text);
     let DriveDesign::Joint(DriveOf { design, mounted, .. }) = of else { panic!("{name} is a joint") };

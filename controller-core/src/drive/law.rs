@@ -656,6 +656,7 @@ where
         let (mut used, [mut missing, mut stepped, mut known]) = ([false; E], [false, false, true]);
         let (mut m, mut p, mut ahead) = (self.driven_all(state), [T::ZERO; E], [T::ZERO; E]);
         let (mut position, on_its_way) = ([T::ZERO; E], self.on_its_way(state));
+        let mut has_stepped = [None; E];
         for i in 0..E {
             T::channel(i + 1);
             let k = &self.sensors[i];
@@ -688,6 +689,30 @@ where
                 known = known && state.missed[i] <= self.belief.lost_ticks;
             }
             position[i] = self.raw(state, i) + ahead[i];
+            has_stepped[i] = steps.then_some(off);
+        }
+        if let (Some(whole), true) = (self.model.whole(), stepped) {
+            // What has moved one shaft has moved the other: a twist of both moments would be a spring wound up.
+            missing = false;
+            let mut jumped = [T::ZERO; E];
+            for i in 0..E {
+                if used[i] {
+                    continue;
+                }
+                let along = has_stepped[i].is_some() || self.steps_along(state, i, counts[i]);
+                if along {
+                    jumped[i] = -has_stepped[i].unwrap_or(state.off[i]);
+                    (p[i], ahead[i]) = (T::ZERO, T::ZERO);
+                    position[i] = self.raw(state, i);
+                } else {
+                    missing = true;
+                }
+            }
+            // A twist that comes of it pulled before and pulls no more: else each step would be followed by another.
+            let twisted = jumped[Self::DRIVEN] - jumped[0];
+            for i in 0..E {
+                state.x[i][2] -= whole.spring[i] * twisted;
+            }
         }
         let seen = self.correct(state, &position, m, p, used);
         Observed { seen: self.model.seen_ahead(seen, state.x[0][0] - ahead[0]), missing, stepped, known }
@@ -716,6 +741,19 @@ where
             state.doubt = steps;
         }
         is_step
+    }
+
+    /// Takes the count of a shaft that was not believed along with the other that steps, if what has been missed may
+    /// explain it.
+    #[inline(always)]
+    fn steps_along(&self, state: &mut StateOf<Self>, i: usize, count: Option<T::Count>) -> bool {
+        let Some(count) = count else { return false };
+        let is_near = state.off[i].abs() <= self.belief.gate[i] * (state.missed[i] * state.missed[i]);
+        if is_near {
+            let moved = self.sensors[i].moved(count.since(state.last[i]));
+            (state.last[i], state.at[i], state.missed[i]) = (count, state.at[i].plus(moved), T::ZERO);
+        }
+        is_near
     }
 
     /// How far it moves in a tick, and twice what counts agree to: above it, it does move.
@@ -811,6 +849,13 @@ where
         state.x = x;
         let current = state.held + whole.keeps * on_its_way;
         state.push = M::with_currents(push, [current, M::currents(&state.push)[1]]);
+        // What has been believed overshoots in the estimates, and so in the next predictions: the gate opens for that.
+        for i in 0..E {
+            if used[i] {
+                let twice = p[i].abs() + p[i].abs();
+                state.reach = state.reach.if_below(twice, twice, state.reach);
+            }
+        }
     }
 
     /// How far the fast set of blocks that are one is in. One level for all: gains of two filters do not mix. It stays

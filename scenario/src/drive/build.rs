@@ -1493,7 +1493,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
 
     let encoders = [link.encoder, motor.encoder];
     let load_n_m = drive.sudden_load_n_m.unwrap_or(limit * nominal.torque_n_m_per_a);
-    let tuning = drive.tuning.unwrap_or_else(|| tuning_for(encoders));
+    let tuning = drive.tuning.unwrap_or_else(|| tuning_for(&nominal, encoders));
     let form = common.form(drive.gain_sets);
     let coupled = CoupledBy {
         lag_s: sheet.current_lag_s,
@@ -1531,6 +1531,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(asked_states(&file.encoder.link, "encoder.link"));
     warnings.extend(asked_states(&file.encoder.motor, "encoder.motor"));
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
+    warnings.extend(as_whole.as_ref().and_then(|it| it.weak(limit * nominal.torque_n_m_per_a)));
     warnings.extend(friction_warnings(&file.friction, limit * truth.motor.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let asked = Asked {
@@ -1591,9 +1592,13 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     )
 }
 
-fn tuning_for(encoders: [Encoder; 2]) -> TuningKey {
+/// The joint as a whole where its spring holds the link beyond the bandwidth of the error, which the sets of bandwidths
+/// do not bear; else by the bits of the encoders.
+fn tuning_for(joint: &Joint, encoders: [Encoder; 2]) -> TuningKey {
     let is_fine = encoders.iter().all(|encoder| encoder.unit_rad() < 1.5 * Encoder::absolute(16).unit_rad());
-    if is_fine { TuningKey::Normal } else { TuningKey::Quiet }
+    let by_bits = if is_fine { TuningKey::Normal } else { TuningKey::Quiet };
+    let held = joint.stiffness_n_m / joint.link_inertia_kg_m2;
+    if held > bandwidths_of(by_bits).surface_rad_s.powi(2) { TuningKey::Coupled } else { by_bits }
 }
 
 /// Those of a tuning, at what the period bears, and what the file says instead.

@@ -17,6 +17,8 @@ use crate::resolve::{Problem, problem};
 const NOISE_SHARE: f64 = 1e-3;
 /// Peaks of |S| of the two margins.
 const PEAKS: [f64; 2] = [2.4, 1.7];
+/// A joint that a load of 14 % of its torque moves by so much is told, rad.
+const WEAK_RAD: f64 = 0.05;
 /// Sheets that are remembered.
 const REMEMBERED: usize = 64;
 
@@ -118,13 +120,22 @@ impl AsWhole {
     pub(super) fn of(by: CoupledBy, drive: &JointDriveTable, bare: &JointDesign) -> Result<Self, Problem> {
         let given = [drive.surface_rad_s, drive.reaching_per_s, drive.link_rad_s, drive.motor_rad_s];
         let fast_ratios = drive.fast_ratios.as_deref().and_then(|ratios| ratios.try_into().ok());
-        let rule = if given.iter().all(Option::is_some) {
+        // What no drive is made of has its own message from the design.
+        let slow = 1e-2 / bare.period_s;
+        let [surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, offset_per_s] = [slow; 5];
+        let any = JointBandwidths { surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, offset_per_s };
+        let is_drive = by.with_bandwidths(bare, any, [1.5; 2]).validate(by.delay_ticks).is_ok();
+        let rule = if given.iter().all(Option::is_some) || !is_drive {
             None
         } else {
             let found = by.by_rule(bare);
             Some(found.map_err(|refused| Problem { key: "drive.tuning".into(), message: refused.to_string() })?.1)
         };
-        if drive.gain_sets == Some(2) && fast_ratios.is_none() && !rule.is_some_and(|rule| rule.fast.is_some()) {
+        if is_drive
+            && drive.gain_sets == Some(2)
+            && fast_ratios.is_none()
+            && !rule.is_some_and(|rule| rule.fast.is_some())
+        {
             let message = "no second gain set by rule helps this joint; type drive.fast_ratios for one, or take 1";
             return problem("drive.gain_sets", message);
         }
@@ -147,6 +158,19 @@ impl AsWhole {
         let calm_steps = self.rule.and_then(|rule| rule.fast).map_or([1.5; 2], |fast| fast.calm_steps);
         let fast_ratios = self.fast_ratios.unwrap_or(by_rule.fast_ratios);
         self.by.with_bandwidths(&JointDesign { fast_ratios, ..*bare }, bandwidths, calm_steps)
+    }
+
+    /// What is taken, and is hardly a drive: the limits leave next to no bandwidth.
+    pub(super) fn weak(&self, torque_n_m: f64) -> Option<String> {
+        let rule = self.rule.as_ref()?;
+        let dip_rad = rule.dips_rad_per_n_m[0] * 0.14 * torque_n_m;
+        (dip_rad > WEAK_RAD).then(|| {
+            format!(
+                "a load of 14 % of the torque moves the link by {dip_rad:.2} rad: {} leaves no more bandwidth (poles of a \
+                 rigid shaft {:.2} and {:.2} 1/s); a smaller drive.uncertain_percent, finer encoders or a stiffer spring do",
+                rule.binding, rule.surface_rad_s, rule.reaching_per_s
+            )
+        })
     }
 
     /// Two gain sets where the rule or the file has a second one.

@@ -33,9 +33,11 @@
 //!
 //! # Fast set
 //! Gains of an observer with the bandwidths W_l f_l and W_m f_m, with the regulator as it is: the least dip among those
-//! that are stable in all corners while they stay in, with |S| up to [`FAST_PEAK`]. It may come in when the innovation
-//! exceeds three times the rms that it makes of its own counts, so it does not keep itself in. Of two designs the one
-//! with the better pair wins: the dip of the fast set, the area of the quiet one.
+//! that are stable while they stay in, with |S| up to [`FAST_PEAK`]: by the data sheet at every angle and with either
+//! lag, and in the corners of the ratios. Those of the parameters are wider, and a stay ends after 2.5/W_l whatever
+//! happens. It may come in when the innovation exceeds three times the rms that it makes of its own counts, so it does
+//! not keep itself in. Of two designs the one with the better pair wins: the dip of the fast set, the area of the quiet
+//! one.
 //!
 //! # Refusal
 //! If neither the table nor a denser one has a design, each kind of change is tried by itself: period, bits of either
@@ -60,6 +62,9 @@ const BEYOND: f64 = 1.75;
 
 /// Most |S| of a fast set that stays in.
 const FAST_PEAK: f64 = 3.0;
+
+/// The resonance times the period is below this, or no sample tells which way the spring swings.
+const SEEN: f64 = 3.0;
 
 /// A loop is stable if its spectral radius is below this.
 const STABLE: f64 = 1.0 - 1e-6;
@@ -188,6 +193,11 @@ pub enum Remedy {
 }
 
 impl Remedy {
+    /// Does the rule find gains with this change?
+    fn helps(&self, sheet: &JointSheet) -> bool {
+        self.applied(sheet).is_some_and(|changed| Search::of(&changed).is_some_and(|mut search| search.exists()))
+    }
+
     /// The data sheet with this change; `None` for a joint that is to be driven as a motor.
     pub fn applied(&self, sheet: &JointSheet) -> Option<JointSheet> {
         let mut out = *sheet;
@@ -215,7 +225,9 @@ impl fmt::Display for Remedy {
             Self::Bits([link, motor]) => write!(f, "{link} and {motor} more bits of the encoders of link and motor"),
             Self::Tolerance(p) => write!(f, "parameters known to +-{} %", (p * 1e3).round() / 10.0),
             Self::Peak(peak) => write!(f, "a peak of |S| of {peak}"),
-            Self::BehindGear => f.write_str("behind_gear: the joint driven as a rigid motor"),
+            Self::BehindGear => {
+                f.write_str("the joint driven as a rigid [motor] with its load, by the encoder of the motor")
+            }
         }
     }
 }
@@ -267,6 +279,8 @@ struct Bandwidths {
 struct Corner {
     plant: Plant,
     angle: usize,
+    /// Must the fast set bear it too, as if it stayed in?
+    of_fast: bool,
 }
 
 /// Gains and the loops by the data sheet.
@@ -327,6 +341,14 @@ pub fn joint_rule(sheet: &JointSheet) -> Result<JointRule, Refused> {
         let r = JointRatios::of(&sheet.joint, sheet.lag_s);
         (r.k1 + r.k2).sqrt() * sheet.period_s
     };
+    let sag_rad = sheet.joint.weight_n_m / sheet.joint.stiffness_n_m;
+    let refused = |binding, remedies| Err(Refused { binding, resonance_per_tick: resonance, sag_rad, remedies });
+    // No number among them is none either.
+    if !(resonance < SEEN) {
+        let shorter = Remedy::Period(0.5 * sheet.period_s * SEEN / resonance);
+        let remedies = [shorter].into_iter().filter(|remedy| sheet.period_s < 1.0 && remedy.helps(sheet));
+        return refused(Binding::Period, remedies.chain([Remedy::BehindGear]).collect());
+    }
     let mut binding = Binding::Period;
     if let Some(mut search) = Search::of(sheet) {
         if let Some(found) = search.best() {
@@ -334,20 +356,26 @@ pub fn joint_rule(sheet: &JointSheet) -> Result<JointRule, Refused> {
         }
         binding = search.furthest;
     }
-    let sag_rad = sheet.joint.weight_n_m / sheet.joint.stiffness_n_m;
-    Err(Refused { binding, resonance_per_tick: resonance, sag_rad, remedies: remedies(sheet) })
+    refused(binding, remedies(sheet))
 }
 
 /// The smallest change of each kind after which gains exist.
 fn remedies(sheet: &JointSheet) -> Vec<Remedy> {
-    let helps = |remedy: &Remedy| {
-        remedy.applied(sheet).is_some_and(|changed| Search::of(&changed).is_some_and(|mut search| search.exists()))
+    // No encoder counts finer than 2^24 a turn of the link.
+    let is_made = |remedy: &Remedy| match *remedy {
+        Remedy::Bits(more) => (0..2).all(|k| {
+            let finest = std::f64::consts::TAU / f64::from(1_u32 << 24);
+            more[k] == 0 || sheet.steps_rad[k] * 0.5_f64.powi(more[k] as i32) > 0.99 * finest
+        }),
+        _ => true,
     };
+    let helps = |remedy: &Remedy| is_made(remedy) && remedy.helps(sheet);
     let first = |mut from: &mut dyn Iterator<Item = Remedy>| Iterator::find(&mut from, helps);
     let bits = |of: fn(u32) -> [u32; 2]| {
         // The most first: mostly none helps, and then one trial shows it.
         let all = |more| Remedy::Bits(of(more));
-        if helps(&all(8)) { first(&mut (1..=8).map(all)) } else { None }
+        let most = (1..=8).rev().find(|&more| is_made(&all(more)))?;
+        if helps(&all(most)) { first(&mut (1..=most).map(all)) } else { None }
     };
     let mut found = Vec::new();
     found.extend(first(&mut [0.5, 0.25, 0.125].iter().map(|by| Remedy::Period(sheet.period_s * by))));
@@ -403,7 +431,7 @@ impl<'a> Search<'a> {
         let own = |joint: &Joint, lag_s: f64, angle: usize| {
             let spring = joint.weight_n_m / joint.link_inertia_kg_m2 * ANGLES[angle].cos();
             let plant = Plant::of(&JointRatios::of(joint, lag_s), [spring, 1.0 / joint.link_inertia_kg_m2], t, unit)?;
-            Some(Corner { plant, angle })
+            Some(Corner { plant, angle, of_fast: false })
         };
         let angles = if joint.weight_n_m == 0.0 { 1 } else { ANGLES.len() };
         let nominal = (0..angles.min(2)).map(|k| Some(own(joint, sheet.lag_s, k)?.plant)).collect::<Option<_>>()?;
@@ -413,10 +441,10 @@ impl<'a> Search<'a> {
         let spring = joint.weight_n_m / joint.link_inertia_kg_m2 * ANGLES[at].cos();
         for corner in 0..32 {
             let plant = Plant::of(&with_ratios(&ratios, corner, p), [spring, 0.0], t, unit)?;
-            corners.push(Corner { plant, angle: at });
+            corners.push(Corner { plant, angle: at, of_fast: true });
         }
         for angle in 0..angles {
-            corners.push(own(joint, sheet.lag_s, angle)?);
+            corners.push(Corner { of_fast: true, ..own(joint, sheet.lag_s, angle)? });
             if p <= OF_PARAMETERS {
                 for corner in 0..parameters {
                     corners.push(own(&with_parameters(joint, corner, p), sheet.lag_s, angle)?);
@@ -424,7 +452,7 @@ impl<'a> Search<'a> {
             }
         }
         for lag_s in [0.0, 2.0 * sheet.lag_s] {
-            corners.push(own(joint, lag_s, at)?);
+            corners.push(Corner { of_fast: true, ..own(joint, lag_s, at)? });
             for corner in 0..16 {
                 corners.push(own(&with_parameters(joint, corner, p.min(OF_PARAMETERS)), lag_s, at)?);
             }
@@ -506,13 +534,16 @@ impl<'a> Search<'a> {
     }
 
     /// Whether the active corners, or all, bear a design; the one that does not becomes active.
-    fn borne(&mut self, gains: &Gains, slow: f64, peak: f64, all: bool) -> Option<[f64; 2]> {
+    fn borne(&mut self, gains: &Gains, slow: f64, peak: f64, (all, is_fast): (bool, bool)) -> Option<[f64; 2]> {
         let mut worst = [0.0_f64; 2];
         // What swings for longer than a hundred time constants of the loop is as good as unstable.
         let stable = STABLE.min(1.0 - 0.1 * slow);
         let bad = |[radius, size]: [f64; 2]| !(radius < stable && size <= peak);
         for place in 0..self.active.len() {
             let number = self.active[place];
+            if is_fast && !self.corners[number].of_fast {
+                continue;
+            }
             let found = self.in_corner(number, gains, slow);
             if bad(found) {
                 self.active[..=place].rotate_right(1);
@@ -522,6 +553,9 @@ impl<'a> Search<'a> {
         }
         if all {
             for number in 0..self.corners.len() {
+                if is_fast && !self.corners[number].of_fast {
+                    continue;
+                }
                 let found = self.in_corner(number, gains, slow);
                 if bad(found) {
                     self.active.insert(0, number);
@@ -536,7 +570,7 @@ impl<'a> Search<'a> {
     fn feasible(&mut self, shape: &Shape, w: f64, all: bool) -> Result<Gains, Binding> {
         let of = self.bandwidths(shape, w);
         let found = self.nominally(&of, self.sheet.noise_share, self.sheet.peak).and_then(|gains| {
-            self.borne(&gains, self.slow(&of), CORNER_PEAK, all).map(|_| gains).ok_or(Binding::Corner)
+            self.borne(&gains, self.slow(&of), CORNER_PEAK, (all, false)).map(|_| gains).ok_or(Binding::Corner)
         });
         if let Err(limit) = found {
             self.furthest = self.furthest.max(limit);
@@ -562,7 +596,8 @@ impl<'a> Search<'a> {
                 }
                 above = w;
                 w /= ratio;
-                if w < low {
+                // Nor is it a number where the sheet has none.
+                if !(w >= low) {
                     return None;
                 }
             };
@@ -711,7 +746,8 @@ impl<'a> Search<'a> {
         }
         let slow = self.slow(&best.bandwidths);
         // Accepted in all corners before.
-        let [radius, corner_peak] = self.borne(&best.gains, slow, f64::INFINITY, true).unwrap_or([f64::INFINITY; 2]);
+        let [radius, corner_peak] =
+            self.borne(&best.gains, slow, f64::INFINITY, (true, false)).unwrap_or([f64::INFINITY; 2]);
         let Bandwidths { poles: [surface_rad_s, reaching_per_s], observers: [link_rad_s, motor_rad_s] } =
             best.bandwidths;
         JointRule {
@@ -743,7 +779,7 @@ impl<'a> Search<'a> {
                     continue;
                 }
                 let Ok(gains) = self.nominally(&of, f64::INFINITY, FAST_PEAK) else { continue };
-                if self.borne(&gains, slow, f64::INFINITY, false).is_some() {
+                if self.borne(&gains, slow, f64::INFINITY, (false, true)).is_some() {
                     let (_, dips) = self.cost(&of, &gains);
                     let by = (dips[0] / quiet.dips[0]) * (dips[1] / quiet.dips[1]);
                     all.push((by, [link, motor], gains, dips[0] / quiet.dips[0]));
@@ -755,7 +791,7 @@ impl<'a> Search<'a> {
             if by > 0.8 || dip_ratio > 0.95 {
                 continue;
             }
-            if let Some([radius, corner_peak]) = self.borne(&gains, slow, f64::INFINITY, true) {
+            if let Some([radius, corner_peak]) = self.borne(&gains, slow, f64::INFINITY, (true, true)) {
                 let calm_steps = [1.0; 2];
                 let set = FastSet { ratios, calm_steps, peak: gains.peak, corner_peak, dip_ratio, radius };
                 return (quiet.cost + 0.25 * by.log10(), Some(set));
@@ -768,7 +804,7 @@ impl<'a> Search<'a> {
     fn calm_steps(&self, gains: &Gains) -> [f64; 2] {
         let noise = self.sheet.steps_rad.map(|step| step / 12_f64.sqrt());
         let mut calm = [1.0_f64; 2];
-        for corner in &self.corners {
+        for corner in self.corners.iter().filter(|corner| corner.of_fast) {
             let one = Loop::of(&corner.plant, &gains.controllers[corner.angle]);
             let innovation = one.map_or([0.0; 2], |one| one.noise(noise, self.model.unit).1);
             for k in 0..2 {

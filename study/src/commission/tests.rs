@@ -365,7 +365,9 @@ fn commissioned(text: &str, sets: &[String], wrong: [f64; 2]) -> Report {
 #[test]
 fn a_stiff_drive_is_held_to_what_is_expected_of_it() {
     for stiffness in [90, 200] {
-        let sets = sets(&[&format!("joint.stiffness_n_m={stiffness}"), "load=[]"]);
+        // With one observer per encoder, whose error it is.
+        let stiff = format!("joint.stiffness_n_m={stiffness}");
+        let sets = sets(&[&stiff, "drive.tuning=\"normal\"", "load=[]"]);
         let Report { outcome, verified, .. } = commissioned(scenario::JOINT, &sets, [1.0; 2]);
         println!("{stiffness}: {verified:?}");
         assert_eq!(outcome, Outcome::Accepted, "{stiffness}");
