@@ -627,9 +627,9 @@ pub struct JointDriveTable {
     /// Period T of the ticks, s. Default 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub period_s: f64 = 1e-3,
-    /// Bandwidths. "coupled" takes the joint as a whole, with gains by rule from the data sheet: stable in every corner
-    /// of uncertain_percent. Default: "coupled" where the spring is stiff, K/J_l above the square of the bandwidth of the
-    /// error, else "normal" if both encoders have 16 bits or more in a turn, else "quiet".
+    /// Bandwidths. "coupled" takes the joint as a whole, with gains by rule from the data sheet: stable in every
+    /// corner of uncertain_percent. Default: "coupled" where the spring is stiff, K/J_l above the square of the
+    /// bandwidth of the error, else "normal" if both encoders have 16 bits or more in a turn, else "quiet".
     pub tuning: Option<TuningKey>,
     /// Of tuning = "coupled": "fast", peaks of the sensitivity function up to 2.4, "standard", up to 1.7, or a peak by
     /// the data sheet, 1.2 to 3. Default "fast".

@@ -59,7 +59,7 @@ pub fn gain_sets(designed: &DriveDesign, at_rest: &AtRest) -> Result<Vec<GainSet
             let it = Loop::with(at_rest, plant, law.as_ref(), period_s)?;
             if it.spectral_radius(1.0)? < 1.0 { it.margins().map(Some) } else { Ok(None) }
         };
-        // Of a joint as a whole the rule holds it in the corners of the ratios; in these it would have to stay, and cannot.
+        // Of a joint as a whole the rule holds it in corners of ratios; in these it would have to stay, and cannot.
         let is_bounded = designed.is_whole() && name == "fast";
         let corners = if is_bounded { &[][..] } else { &at_rest.corners[..] };
         let corners = corners.iter().map(|Corner { name, plant }| {

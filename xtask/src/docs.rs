@@ -31,7 +31,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Computes what docs/bandwidth.md and docs/joints.md show anew: their tables, figures and the answers of `design` to scenarios.
+/// Computes what docs/bandwidth.md and docs/joints.md show anew: tables, figures, answers of `design` to scenarios.
 pub(crate) fn tables(gate: &mut Gate) -> Outcome {
     let write = |invocation: Invocation| invocation.env("GOLDEN", "write").env("DEEP", "1");
     let figures = Invocation::cargo(&["test", "-p", "host-sim", "--test", "rest", "--test", "design", "--"]);

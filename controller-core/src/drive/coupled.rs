@@ -25,8 +25,8 @@
 //! $(3 \beta_j a^2,\ 3 \beta_j a^4,\ a^6)/12$ in a tick: alone, such an observer has the bandwidth $W_j$.
 //!
 //! # Regulator
-//! The least of $\sum q_l^2 + \theta^2 v_l^2 + \rho u^2$, over the joint with its current. For a rigid shaft that places
-//! two poles, and they are what is asked for: $w_c$ and $k_l$, with $w^2 = w_c k_l$, $\rho = b_r^2/w^4$,
+//! The least of $\sum q_l^2 + \theta^2 v_l^2 + \rho u^2$, over the joint with its current. For a rigid shaft that
+//! places two poles, and they are what is asked for: $w_c$ and $k_l$, with $w^2 = w_c k_l$, $\rho = b_r^2/w^4$,
 //! $\theta^2 = (w_c^2 + k_l^2)/w^4$, $b_r = b k_1/(k_1 + k_2)$. A spring that gives way bends them to what it bears.
 //!
 //! # It is the law of the paper
@@ -162,10 +162,11 @@ impl JointTick {
         (f, gamma)
     }
 
-    /// Gains of the observer: `gains[shaft][encoder]` is what position, speed and d of a shaft gain of the innovation of an
-    /// encoder, by its unit and a self.
+    /// Gains of the observer: `gains[shaft][encoder]` is what position, speed and d of a shaft gain of the innovation
+    /// of an encoder, by its unit and a tick.
     ///
-    /// `steps_rad`: one step of each encoder, or what stands for it where its noise is larger; `bandwidths`: W_j, rad/s.
+    /// `steps_rad`: one step of each encoder, or what stands for it where its noise is larger; `bandwidths`: W_j,
+    /// rad/s.
     pub const fn observer_gains(
         &self,
         ratios: &JointRatios,

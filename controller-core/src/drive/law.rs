@@ -464,7 +464,7 @@ where
                 known.growth[i] = if S == 4 { x[i][3] } else { T::ZERO };
             }
             if self.model.whole().is_some() {
-                known.x[2] = known.x[2] - known.x[0];
+                known.x[2] -= known.x[0];
             }
             let (z, _) = self.model.chain(&known.x, &known.seen);
             self.sigma(&self.model.weightless(&z, &known.seen), &known)
@@ -500,8 +500,8 @@ where
             gains = [T::ZERO; S];
             if let Some(whole) = self.model.whole() {
                 let across = if block == 0 { &whole.link_across } else { &whole.motor_across };
-                for s in 0..S {
-                    gains[s] = across[s];
+                for (gain, across) in gains.iter_mut().zip(across) {
+                    *gain = *across;
                 }
             }
         }
@@ -509,8 +509,8 @@ where
             let mut more = self.fast[f][block].more;
             if let (Some(whole), false) = (self.model.whole(), is_own) {
                 let across = if block == 0 { &whole.link_more } else { &whole.motor_more };
-                for s in 0..S {
-                    more[s] = across[s];
+                for (more, across) in more.iter_mut().zip(across) {
+                    *more = *across;
                 }
             }
             if is_own || self.model.whole().is_some() {

@@ -113,8 +113,8 @@ pub struct TwoMass<T> {
 }
 
 impl TwoMass<f64> {
-    pub(crate) const fn new(r: &JointRatios, gravity: f64, whole: Whole<f64, 2, 3>, d_motor: f64) -> Self {
-        Self { whole, k1: r.k1, k2: r.k2, b1: r.b1, b2: r.b2, gravity, b: r.b, d_motor }
+    pub(crate) const fn new(r: &JointRatios, gravity: f64, whole: &Whole<f64, 2, 3>, d_motor: f64) -> Self {
+        Self { whole: *whole, k1: r.k1, k2: r.k2, b1: r.b1, b2: r.b2, gravity, b: r.b, d_motor }
     }
 
     /// Every number rounded to the nearest f32.
@@ -329,6 +329,11 @@ impl<T: Real> ChainModel<T, 2, 4> for TwoMass<T> {
     }
 }
 
+const REACHING: &str = "k_l is at least w_c, and times the period at most 2";
+const RATIO: &str = "the fast set is 0.5 to 5 times as fast as the quiet one";
+const CALM: &str = "the fast set comes in from 1e-3 to 1e6 steps of innovation on";
+const RESOLUTION: &str = "an encoder resolves 1e-9 to 1 rad";
+
 /// The drive of a flexible joint that is designed as a whole: stable where an observer of each encoder is not.
 ///
 /// `CoupledDrive` alone is in f32, follows a position, has one gain set and no delay; the parameters are those of a
@@ -399,7 +404,7 @@ impl JointDesign {
         (self.switching.smoothing_s, self.switching.keep_s) =
             (SMOOTHING / bandwidths.link_rad_s, KEEP / bandwidths.link_rad_s);
         self.gate_steps = [f64::INFINITY; 2];
-        if self.check_coupled().is_err() || !(self.period_s > 0.0) {
+        if self.check_coupled().is_err() || self.period_s <= 0.0 || self.period_s.is_nan() {
             return self;
         }
         let (ratios, tick) = self.tick();
@@ -454,10 +459,6 @@ impl JointDesign {
     pub(super) const fn check_coupled(&self) -> Result<(), DriveError> {
         let (t, w) = (self.period_s, &self.bandwidths);
         let Some(Coupled { lag_s, resolution_rad, calm_steps }) = self.coupled else { return Ok(()) };
-        const REACHING: &str = "k_l is at least w_c, and times the period at most 2";
-        const RATIO: &str = "the fast set is 0.5 to 5 times as fast as the quiet one";
-        const CALM: &str = "the fast set comes in from 1e-3 to 1e6 steps of innovation on";
-        const RESOLUTION: &str = "an encoder resolves 1e-9 to 1 rad";
         let rules = [
             ("coupled.lag_s", lag_s, 0.0, 0.1, "the lag of the current loop is 0 to 0.1 s"),
             ("coupled.resolution_rad[0]", resolution_rad[0], 1e-9, 1.0, RESOLUTION),
@@ -539,7 +540,7 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, TwoM
             model: TwoMass::new(
                 &ratios,
                 joint.weight_n_m / joint.link_inertia_kg_m2,
-                whole,
+                &whole,
                 -law.k_d[1] * ratios.k1 * ratios.b,
             ),
             blocks,

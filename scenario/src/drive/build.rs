@@ -808,8 +808,7 @@ struct Parts<'a, D, const E: usize> {
     design: &'a dyn Fn(f64) -> D,
     of_kind: fn(DriveOf<D, E>) -> DriveDesign,
     margin: MotorMargin,
-    coupled: Option<CoupledBy>,
-    joint_rule: Option<JointRule>,
+    coupled: (Option<CoupledBy>, Option<JointRule>),
     /// Does the file give a bandwidth?
     is_given: bool,
     top_speed: Option<TopSpeed>,
@@ -1073,8 +1072,8 @@ fn experiment<D: Copy, const E: usize>(
         motion,
         current_lag_s: common.lag_s,
         margin: parts.margin,
-        coupled: parts.coupled,
-        joint_rule: parts.joint_rule,
+        coupled: parts.coupled.0,
+        joint_rule: parts.coupled.1,
         top_speed: parts.top_speed,
         is_slowed_by_play: parts.is_slowed_by_play,
         accepts_unstable: common.accepts_unstable,
@@ -1145,8 +1144,7 @@ macro_rules! common {
 pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) -> Result<Experiment, Vec<Problem>> {
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.motor, &file.drive);
-    let turns = Gear::of(sheet.gear);
-    let gear = turns.ratio();
+    let (turns, gear) = (Gear::of(sheet.gear), Gear::of(sheet.gear).ratio());
     let inertia = Inertia::of(sheet, gear, drive, &mut problems);
     problems.0.extend(too_uncertain(drive.uncertain_percent, Some((&inertia, sheet, gear))));
     let play = Play::of(sheet, (gear, drive.period_s), file.encoder.behind_gear, &mut problems);
@@ -1228,8 +1226,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             design: &design,
             of_kind: DriveDesign::Motor,
             margin: drive.margin.unwrap_or_default().rule(),
-            coupled: None,
-            joint_rule: None,
+            coupled: (None, None),
             is_given,
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             is_slowed_by_play: is_slowed,
@@ -1458,6 +1455,70 @@ fn joint_in_words(design: &JointDesign, tuning: TuningKey, drive: &JointDriveTab
     ]
 }
 
+/// The designs of a file of a joint, for its period and others.
+struct JointDesigns<'a> {
+    drive: &'a JointDriveTable,
+    /// With its period, before bandwidths.
+    bare: JointDesign,
+    tuning: TuningKey,
+    by: CoupledBy,
+    as_whole: Option<AsWhole>,
+    form: Form,
+}
+
+impl<'a> JointDesigns<'a> {
+    /// # Errors
+    /// A joint that no gains by rule fit.
+    fn of(
+        file: &'a JointScenario,
+        (nominal, limit): (&Joint, f64),
+        [link, motor]: [&Mounted; 2],
+        form: Form,
+    ) -> Result<Self, Vec<Problem>> {
+        let (drive, encoders) = (&file.drive, [link.encoder, motor.encoder]);
+        let load_n_m = drive.sudden_load_n_m.unwrap_or(limit * nominal.torque_n_m_per_a);
+        let noise = [(link, &file.encoder.link), (motor, &file.encoder.motor)];
+        let by = CoupledBy {
+            lag_s: file.joint.current_lag_s,
+            noise_rad: noise.map(|(mounted, table)| noise_of_shaft(mounted, table.noise_rad)),
+            delay_ticks: form.delay_ticks,
+            uncertain: drive.uncertain_percent / 100.0,
+            peak: coupled::peak_of(drive.margin),
+            load_n_m,
+        };
+        let bare = JointDesign {
+            lost_ticks: drive.lost_ticks,
+            fallback: fallback(drive.fallback),
+            ..JointDesign::new(drive.period_s, *nominal, encoders, Limits::symmetric(limit), load_n_m)
+        };
+        let tuning = drive.tuning.unwrap_or_else(|| tuning_for(nominal, encoders));
+        let as_whole = (tuning == TuningKey::Coupled).then(|| AsWhole::of(by, drive, &bare)).transpose();
+        let as_whole = as_whole.map_err(|problem| vec![problem])?;
+        let form = as_whole.as_ref().map_or(form, |it| it.form(form, drive.gain_sets));
+        Ok(Self { drive, bare, tuning, by, as_whole, form })
+    }
+
+    fn design(&self, period_s: f64) -> JointDesign {
+        let bare = JointDesign { period_s, ..self.bare };
+        if let Some(as_whole) = &self.as_whole {
+            return as_whole.design(&bare);
+        }
+        let table = JointDriveTable { period_s, ..self.drive.clone() };
+        let design = bare.with_bandwidths(joint_bandwidths(&table, self.tuning), self.by.load_n_m);
+        let fast_ratios = self.drive.fast_ratios.as_deref().and_then(|ratios| ratios.try_into().ok());
+        JointDesign { fast_ratios: fast_ratios.unwrap_or(design.fast_ratios), ..design }
+    }
+
+    /// Bandwidths and why.
+    fn in_words(&self, period_s: f64) -> Vec<String> {
+        let design = self.design(period_s);
+        match &self.as_whole {
+            Some(as_whole) => as_whole.in_words(&design),
+            None => joint_in_words(&design, self.tuning, self.drive),
+        }
+    }
+}
+
 /// The experiment of a joint. Of a file that is not whole the rules alone are held, without its design.
 ///
 /// # Errors
@@ -1491,47 +1552,14 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let resolved = resolved(&common, &[link, motor], default_name, &mut problems);
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
-    let encoders = [link.encoder, motor.encoder];
-    let load_n_m = drive.sudden_load_n_m.unwrap_or(limit * nominal.torque_n_m_per_a);
-    let tuning = drive.tuning.unwrap_or_else(|| tuning_for(&nominal, encoders));
-    let form = common.form(drive.gain_sets);
-    let coupled = CoupledBy {
-        lag_s: sheet.current_lag_s,
-        noise_rad: [
-            noise_of_shaft(&link, file.encoder.link.noise_rad),
-            noise_of_shaft(&motor, file.encoder.motor.noise_rad),
-        ],
-        delay_ticks: form.delay_ticks,
-        uncertain: drive.uncertain_percent / 100.0,
-        peak: coupled::peak_of(drive.margin),
-        load_n_m,
-    };
-    let bare = |period_s| JointDesign {
-        lost_ticks: drive.lost_ticks,
-        fallback: fallback(drive.fallback),
-        ..JointDesign::new(period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
-    };
-    let as_whole = (tuning == TuningKey::Coupled).then(|| AsWhole::of(coupled, drive, &bare(common.period_s)));
-    let as_whole = as_whole.transpose().map_err(|problem| vec![problem])?;
-    let design = |period_s: f64| {
-        if let Some(as_whole) = &as_whole {
-            return as_whole.design(&bare(period_s));
-        }
-        let design = JointDesign::new(period_s, nominal, encoders, Limits::symmetric(limit), load_n_m)
-            .with_bandwidths(joint_bandwidths(&JointDriveTable { period_s, ..drive.clone() }, tuning), load_n_m);
-        let fast_ratios = drive.fast_ratios.as_deref().and_then(|ratios| ratios.try_into().ok());
-        JointDesign {
-            fast_ratios: fast_ratios.unwrap_or(design.fast_ratios),
-            lost_ticks: drive.lost_ticks,
-            fallback: fallback(drive.fallback),
-            ..design
-        }
-    };
+    let designs = JointDesigns::of(file, (&nominal, limit), [&link, &motor], common.form(drive.gain_sets))?;
+    let load_n_m = designs.by.load_n_m;
+    let design = |period_s: f64| designs.design(period_s);
     let mut warnings = common.warnings();
     warnings.extend(asked_states(&file.encoder.link, "encoder.link"));
     warnings.extend(asked_states(&file.encoder.motor, "encoder.motor"));
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
-    warnings.extend(as_whole.as_ref().and_then(|it| it.weak(limit * nominal.torque_n_m_per_a)));
+    warnings.extend(designs.as_whole.as_ref().and_then(|it| it.weak(limit * nominal.torque_n_m_per_a)));
     warnings.extend(friction_warnings(&file.friction, limit * truth.motor.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let asked = Asked {
@@ -1562,23 +1590,19 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     experiment(
         &common,
         Parts {
-            form: as_whole.as_ref().map_or(form, |it| it.form(form, drive.gain_sets)),
+            form: designs.form,
             mounted: [link, motor],
             monitors: common.monitors(resolved.reaction, inertia, load_n_m),
             resolved,
             design: &design,
             of_kind: DriveDesign::Joint,
             margin: MotorMargin::default(),
-            coupled: Some(coupled),
-            joint_rule: as_whole.as_ref().and_then(|it| it.rule),
+            coupled: (Some(designs.by), designs.as_whole.as_ref().and_then(|it| it.rule)),
             is_given: given.iter().any(Option::is_some),
             top_speed: supply::top_speed(supply, nominal.torque_n_m_per_a, limit),
             planned,
             warnings,
-            chosen: match &as_whole {
-                Some(as_whole) => as_whole.in_words(&design(common.period_s)),
-                None => joint_in_words(&design(common.period_s), tuning, drive),
-            },
+            chosen: designs.in_words(common.period_s),
             shafts: vec![shaft(1, "link", inertia[0]), shaft(3, "motor", inertia[1])],
             states: &JOINT_STATES,
             x0: vec![sheet.start_rad, 0.0, motor_rad],
@@ -1620,9 +1644,8 @@ fn joint_bandwidths(drive: &JointDriveTable, tuning: TuningKey) -> JointBandwidt
 fn bandwidths_of(tuning: TuningKey) -> JointBandwidths {
     match tuning {
         TuningKey::Quiet => JointBandwidths::QUIET,
-        TuningKey::Normal => JointBandwidths::DEFAULT,
         TuningKey::Firm => JointBandwidths::FIRM,
-        // Of a joint as a whole they follow from the sheet.
-        TuningKey::Coupled => JointBandwidths::DEFAULT,
+        // Those of a joint as a whole follow from the sheet, and nobody reads these.
+        TuningKey::Normal | TuningKey::Coupled => JointBandwidths::DEFAULT,
     }
 }

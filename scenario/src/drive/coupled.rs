@@ -134,7 +134,7 @@ impl AsWhole {
         if is_drive
             && drive.gain_sets == Some(2)
             && fast_ratios.is_none()
-            && !rule.is_some_and(|rule| rule.fast.is_some())
+            && rule.is_none_or(|rule| rule.fast.is_none())
         {
             let message = "no second gain set by rule helps this joint; type drive.fast_ratios for one, or take 1";
             return problem("drive.gain_sets", message);
@@ -166,8 +166,9 @@ impl AsWhole {
         let dip_rad = rule.dips_rad_per_n_m[0] * 0.14 * torque_n_m;
         (dip_rad > WEAK_RAD).then(|| {
             format!(
-                "a load of 14 % of the torque moves the link by {dip_rad:.2} rad: {} leaves no more bandwidth (poles of a \
-                 rigid shaft {:.2} and {:.2} 1/s); a smaller drive.uncertain_percent, finer encoders or a stiffer spring do",
+                "a load of 14 % of the torque moves the link by {dip_rad:.2} rad: {} leaves no more bandwidth (poles \
+                 of a rigid shaft {:.2} and {:.2} 1/s); a smaller drive.uncertain_percent, finer encoders or a stiffer \
+                 spring do",
                 rule.binding, rule.surface_rad_s, rule.reaching_per_s
             )
         })
@@ -188,8 +189,8 @@ impl AsWhole {
                 format!(", with the fast set {:.2} and {:.2}", fast.peak, fast.corner_peak)
             });
             lines.push(format!(
-                "the joint as a whole, by rule: limited by {}; |S| up to {:.2}, in the worst corner {:.2}{fast}; steps of \
-                 the encoders make {:.2} % of the current limit",
+                "the joint as a whole, by rule: limited by {}; |S| up to {:.2}, in the worst corner {:.2}{fast}; steps \
+                 of the encoders make {:.2} % of the current limit",
                 rule.binding,
                 rule.peak,
                 rule.corner_peak,

@@ -343,8 +343,7 @@ pub fn joint_rule(sheet: &JointSheet) -> Result<JointRule, Refused> {
     };
     let sag_rad = sheet.joint.weight_n_m / sheet.joint.stiffness_n_m;
     let refused = |binding, remedies| Err(Refused { binding, resonance_per_tick: resonance, sag_rad, remedies });
-    // No number among them is none either.
-    if !(resonance < SEEN) {
+    if resonance >= SEEN || resonance.is_nan() {
         let shorter = Remedy::Period(0.5 * sheet.period_s * SEEN / resonance);
         let remedies = [shorter].into_iter().filter(|remedy| sheet.period_s < 1.0 && remedy.helps(sheet));
         return refused(Binding::Period, remedies.chain([Remedy::BehindGear]).collect());
@@ -596,8 +595,7 @@ impl<'a> Search<'a> {
                 }
                 above = w;
                 w /= ratio;
-                // Nor is it a number where the sheet has none.
-                if !(w >= low) {
+                if w < low || w.is_nan() {
                     return None;
                 }
             };

@@ -311,7 +311,8 @@ impl Kind<2, 4, 4> for JointDesign {
     fn law<U: Use<2, 4>>(&self, form: Form, monitors: &Monitors<2>, user: U) -> Result<U::Out, DriveError> {
         self.validate(form.delay_ticks)?;
         if self.coupled.is_some() {
-            return drives!(joint form.types() => used!(CoupledDrive, self, monitors, user, [monitors.sudden_load_n_m],));
+            let load = monitors.sudden_load_n_m;
+            return drives!(joint form.types() => used!(CoupledDrive, self, monitors, user, [load],));
         }
         drives!(joint form.types() => used!(JointDrive, self, monitors, user, [monitors.sudden_load_n_m],))
     }
