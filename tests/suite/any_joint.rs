@@ -1,5 +1,5 @@
-//! Ten joints that nobody tuned for, stiff and soft, each with the gains that its file has without a tuning of its
-//! own and as a whole by rule: the table of docs/joints.md.
+//! Ten joints that nobody tuned for, stiff and soft, each with the set of bandwidths for its encoders and as a whole by
+//! rule: the table of docs/joints.md.
 //!
 //! A joint moves by 1 rad, is loaded with 14 % of its motor's torque, and let go again: nominal, and in corners of its
 //! data sheet's ±20 %. It swings in a corner if u does not come to rest there.
@@ -45,6 +45,13 @@ impl Sheet {
     fn torque_n_m(&self) -> f64 {
         let [gear, _, torque, .., limit] = self.numbers;
         gear * torque * limit
+    }
+
+    /// The set of bandwidths for its encoders.
+    fn by_bits(&self) -> &'static str {
+        let fine = f64::from(1 << 16) / 1.5;
+        let [link, motor] = self.counts.map(f64::from);
+        if link > fine && motor * self.numbers[0] > fine { "normal" } else { "quiet" }
     }
 
     /// Of resonance and period.
@@ -175,15 +182,15 @@ fn joints_of_any_kind_have_gains_by_rule_that_swing_in_no_corner() {
     )];
     let mut failures = Vec::new();
     for sheet in &SHEETS {
-        for tuning in [None, Some("drive.tuning=\"coupled\"")] {
-            let is_whole = tuning.is_some();
-            // Without one the table alone is made, not the bars.
+        for tuning in [sheet.by_bits(), "coupled"] {
+            let is_whole = tuning == "coupled";
+            // Of a set the table alone is made, not the bars.
             if !is_whole && !deep() {
                 continue;
             }
-            let more: Vec<&str> = tuning.into_iter().collect();
-            let (experiment, nominal) = sheet.found([0.0; 5], &more);
-            let (worst, swinging, of) = corners(sheet, &more);
+            let set = format!("drive.tuning={tuning:?}");
+            let (experiment, nominal) = sheet.found([0.0; 5], &[&set]);
+            let (worst, swinging, of) = corners(sheet, &[&set]);
             let drive = experiment.drive.as_ref().expect("a drive");
             let peaks = drive
                 .joint_rule
@@ -193,7 +200,7 @@ fn joints_of_any_kind_have_gains_by_rule_that_swing_in_no_corner() {
                 "| {} | {:.2} | {} | {peaks} | {} | {} | {} | {} | {swinging} of {of} |\n",
                 sheet.name,
                 sheet.resonance(),
-                if is_whole { "`coupled`" } else { "without" },
+                format_args!("`{tuning}`"),
                 shown(nominal.moved),
                 shown(worst.moved),
                 shown(nominal.dip),
@@ -245,8 +252,8 @@ fn a_refused_joint_is_taken_with_the_change_that_is_named() {
     taken(&["drive.period_s=5e-4"]).unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// What makes the error of a sine, one imperfection switched off at a time: the joint as its file has it without a
-/// tuning, then with encoders of 24 bits, without the lag of the current loop, without weight, without all three, and
+/// What makes the error of a sine, one imperfection switched off at a time: the joint with one observer per encoder,
+/// then with encoders of 24 bits, without the lag of the current loop, without weight, without all three, and
 /// with the spring inside the tick.
 #[test]
 fn it_is_the_spring_within_the_tick_that_makes_the_error_of_a_stiff_joint() {
@@ -273,9 +280,12 @@ fn it_is_the_spring_within_the_tick_that_makes_the_error_of_a_stiff_joint() {
         // Behind a gear no encoder of 24 bits a turn of the link is taken.
         let fine: &[&str] = if sheet.numbers[0] > 1.0 { &fine[..1] } else { &fine };
         let all = if sheet.numbers[0] > 1.0 { [fine, &no_lag, &no_weight].concat() } else { all.clone() };
-        let found = [&[][..], fine, &no_lag, &no_weight, &all, &["drive.tuning=\"coupled\""]].map(rms);
+        let set = format!("drive.tuning={:?}", sheet.by_bits());
+        let of_set = |more: &[&str]| rms(&[&[set.as_str()], more].concat());
+        let apart = [&[][..], fine, &no_lag, &no_weight, &all].map(of_set);
+        let found = apart.into_iter().chain([rms(&["drive.tuning=\"coupled\""])]).collect::<Vec<_>>();
         let [gear, _, _, _, link, stiffness, ..] = sheet.numbers;
-        let columns: Vec<String> = found.into_iter().map(shown).collect();
+        let columns: Vec<String> = found.iter().map(|rms| shown(*rms)).collect();
         table.push(format!("| {} | {:.0} | {} |\n", sheet.name, stiffness / link, columns.join(" | ")));
         assert!(gear >= 1.0 && found[5] < found[0].max(2e-6), "{}: {found:?}", sheet.name);
     }
