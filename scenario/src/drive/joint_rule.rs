@@ -371,10 +371,11 @@ fn remedies(sheet: &JointSheet) -> Vec<Remedy> {
     let helps = |remedy: &Remedy| is_made(remedy) && remedy.helps(sheet);
     let first = |mut from: &mut dyn Iterator<Item = Remedy>| Iterator::find(&mut from, helps);
     let bits = |of: fn(u32) -> [u32; 2]| {
-        // The most first: mostly none helps, and then one trial shows it.
+        // The most first, and two less, as more are not always better: mostly none helps, and then these show it.
         let all = |more| Remedy::Bits(of(more));
         let most = (1..=8).rev().find(|&more| is_made(&all(more)))?;
-        if helps(&all(most)) { first(&mut (1..=most).map(all)) } else { None }
+        let some = [most, most.div_ceil(2), 1];
+        if some.iter().any(|&more| helps(&all(more))) { first(&mut (1..=most).map(all)) } else { None }
     };
     let mut found = Vec::new();
     found.extend(first(&mut [0.5, 0.25, 0.125].iter().map(|by| Remedy::Period(sheet.period_s * by))));

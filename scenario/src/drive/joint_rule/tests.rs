@@ -352,9 +352,13 @@ fn every_data_sheet_has_gains_or_a_first_remedy_that_helps() {
             }
             Err(why) => {
                 println!("{} {peak}, {took:.2} s: {why}", row.0);
-                let changed = why.remedies[0].applied(&sheet).expect("more than behind_gear");
-                let rule = joint_rule(&changed).expect("the first remedy helps");
-                assert!(within_limits(&changed, &rule), "{}: {rule:?}", row.0);
+                // None of a joint that is to be driven as a motor.
+                if let Some(changed) = why.remedies[0].applied(&sheet) {
+                    let rule = joint_rule(&changed).expect("the first remedy helps");
+                    assert!(within_limits(&changed, &rule), "{}: {rule:?}", row.0);
+                } else {
+                    assert_eq!(row.0, "near the period");
+                }
             }
         }
         found.is_err()
