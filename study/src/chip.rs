@@ -1,21 +1,23 @@
-//! What the tick of a scenario's law costs on a Cortex-M4F: the figures of `firmware/budgets.toml` for the instances
-//! that are measured there, which a test of the suite holds together.
+//! The cost of a tick on a Cortex-M4F, from `firmware/budgets.toml`: the ceilings that CI holds the code to.
 //!
 //! Cycles are a bound for every input, and what an ordinary tick takes, flash and memory without wait states
 //! (`cycle-bound`). The cost is one of the shape, not of the numbers in it.
+
+use std::sync::OnceLock;
 
 use controller_core::Shape;
 use loop_sim::port::drive::{DriveDesign, Follows, Form};
 use loop_sim::port::in_process::{Model, Precision};
 use scenario::Experiment;
+use toml_edit::{ArrayOfTables, Table};
 
 use crate::kind::Kind;
 
 /// An instance of the tick as it is shipped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cost {
     /// Its name in `firmware/budgets.toml`.
-    pub instance: &'static str,
+    pub instance: String,
     /// Cycles of an ordinary tick.
     pub typical: u32,
     /// Cycles of any tick.
@@ -28,28 +30,37 @@ pub struct Cost {
     pub coefficients: u32,
 }
 
-const fn cost(instance: &'static str, [typical, bound, flash, state, coefficients]: [u32; 5]) -> Cost {
-    Cost { instance, typical, bound, flash, state, coefficients }
+/// Every instance that has all of these figures, from the file itself: they stand once.
+fn costs() -> &'static [Cost] {
+    static COSTS: OnceLock<Vec<Cost>> = OnceLock::new();
+    COSTS.get_or_init(|| {
+        let file: toml_edit::DocumentMut =
+            include_str!("../../firmware/budgets.toml").parse().expect("ceilings that CI has read");
+        let instances = file["instance"].as_array_of_tables().into_iter().flat_map(ArrayOfTables::iter);
+        instances.filter_map(measured).collect()
+    })
 }
 
-/// All that are known.
-pub const COSTS: [Cost; 12] = [
-    cost("joint, r = 1", [150, 288, 748, 28, 132]),
-    cost("joint, r = 2", [205, 336, 936, 48, 168]),
-    cost("joint, r = 3", [258, 377, 1052, 56, 192]),
-    cost("joint, r = 2, channel 4 alone", [161, 298, 792, 32, 144]),
-    cost("joint, r = 3, all channels", [402, 517, 1448, 96, 264]),
-    cost("motor", [226, 849, 7540, 60, 220]),
-    cost("motor, two sets", [283, 855, 7838, 68, 248]),
-    cost("motor, late", [248, 876, 7952, 64, 220]),
-    cost("motor, speed", [192, 706, 4852, 60, 220]),
-    cost("joint with two encoders", [619, 1744, 13448, 104, 384]),
-    cost("joint with two encoders, two sets", [762, 1870, 14152, 120, 448]),
-    cost("joint with two encoders, late", [708, 1883, 15552, 108, 384]),
-];
+/// `None` of a part of a tick, which has no state of its own.
+fn measured(instance: &Table) -> Option<Cost> {
+    let of = |figure: &str| u32::try_from(instance["ceiling"].get(figure)?.as_integer()?).ok();
+    Some(Cost {
+        instance: instance["name"].as_str()?.to_owned(),
+        typical: of("typical")?,
+        bound: of("bound")?,
+        flash: of("flash")?,
+        state: of("state")?,
+        coefficients: of("coefficients")?,
+    })
+}
+
+/// Of an instance by its name in `firmware/budgets.toml`.
+pub fn cost(instance: &str) -> Option<&'static Cost> {
+    costs().iter().find(|cost| cost.instance == instance)
+}
 
 /// Of the tick of a scenario, if its shape is one of those.
-pub fn cost_of(experiment: &Experiment) -> Option<Cost> {
+pub fn cost_of(experiment: &Experiment) -> Option<&'static Cost> {
     let name = match (&experiment.drive, &experiment.spec) {
         (Some(drive), _) => of_drive(&drive.designed)?,
         (None, Some(spec)) if spec.precision == Precision::F32 && matches!(spec.model, Model::Linear(_)) => {
@@ -64,7 +75,7 @@ pub fn cost_of(experiment: &Experiment) -> Option<Cost> {
         }
         _ => return None,
     };
-    COSTS.iter().find(|cost| cost.instance == name).copied()
+    cost(name)
 }
 
 fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
@@ -85,7 +96,7 @@ fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
 /// sets and each tick of delay cost, added up.
 pub fn cycles(designed: &DriveDesign) -> u32 {
     let Form { gain_sets, delay_ticks, .. } = designed.form();
-    let bound = |name: &str| COSTS.iter().find(|cost| cost.instance == name).map_or(0, |cost| cost.bound);
+    let bound = |name: &str| cost(name).map_or(0, |cost| cost.bound);
     let kind = Kind::of(designed).instance;
     let more = |what: &str| bound(&format!("{kind}, {what}")) - bound(kind);
     bound(kind) + if gain_sets > 1 { more("two sets") } else { 0 } + delay_ticks as u32 * more("late")
@@ -95,18 +106,15 @@ pub fn cycles(designed: &DriveDesign) -> u32 {
 mod tests {
     use super::*;
 
-    /// As CI counts them.
     #[test]
-    fn costs_are_those_of_the_budgets() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/budgets.toml");
-        let budgets: toml_edit::DocumentMut =
-            std::fs::read_to_string(path).expect("the ceilings").parse().expect("a table");
-        let instances = budgets["instance"].as_array_of_tables().expect("instances");
-        for Cost { instance, typical, bound, flash, state, coefficients } in COSTS {
-            let found = instances.iter().find(|it| it["name"].as_str() == Some(instance)).expect(instance);
-            let of = |figure: &str| found["ceiling"][figure].as_integer().map(|value| value as u32);
-            let ceilings = ["typical", "bound", "flash", "state", "coefficients"].map(of);
-            assert_eq!(ceilings, [typical, bound, flash, state, coefficients].map(Some), "{instance}");
+    fn every_instance_that_a_drive_or_a_chain_can_have_is_measured() {
+        let chains = ["joint, r = 1", "joint, r = 2", "joint, r = 3", "joint, r = 2, channel 4 alone"];
+        let others = ["joint, r = 3, all channels", "motor", "motor, two sets", "motor, late", "motor, speed"];
+        let joints = ["", ", two sets", ", late"].map(|more| format!("joint with two encoders{more}"));
+        for name in chains.into_iter().chain(others).chain(joints.iter().map(String::as_str)) {
+            let found = cost(name).expect(name);
+            assert!(found.typical > 100 && found.typical < found.bound, "{found:?}");
+            assert!(found.state > 0 && found.coefficients > found.state, "{found:?}");
         }
     }
 
@@ -119,9 +127,9 @@ mod tests {
                 scenario::parse(&source, "test").expect("a scenario")
             };
             let one = with(&["drive.gain_sets=1"]);
-            assert_eq!(cost_of(&one).map(|cost| cost.instance), Some(kind));
+            assert_eq!(cost_of(&one).map(|cost| &*cost.instance), Some(kind));
             let sets = with(&["drive.gain_sets=2"]);
-            assert_eq!(cost_of(&sets).map(|cost| cost.instance.to_owned()), Some(format!("{kind}, two sets")));
+            assert_eq!(cost_of(&sets).map(|cost| cost.instance.clone()), Some(format!("{kind}, two sets")));
             let bound = |experiment: &Experiment| cycles(&experiment.drive.as_ref().expect("a drive").designed);
             assert_eq!(Some(bound(&one)), cost_of(&one).map(|cost| cost.bound));
             assert_eq!(Some(bound(&sets)), cost_of(&sets).map(|cost| cost.bound));

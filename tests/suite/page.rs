@@ -114,7 +114,7 @@ fn a_report_of_two_drives_is_drawn_zoomed_and_read() {
         assert_eq!(changed.as_bool(), Some(group == 0), "chart {k}: {found}");
     }
     let selected = found["selected"].as_str().expect("a text");
-    let of_joint = study::chip::COSTS.iter().find(|cost| cost.instance == "joint with two encoders, two sets");
+    let of_joint = study::chip::cost("joint with two encoders, two sets");
     let bound = of_joint.expect("a joint").bound.to_string();
     for words in ["hash of the design", "phase margin", "my-motor", "any tick, bound", &bound] {
         assert!(selected.contains(words), "{words}: {selected}");

@@ -1062,7 +1062,7 @@ fn what_cannot_be_reached_is_told_and_nothing_is_written() {
     assert!(err.contains("not met: settling (lost in 4 of 9 plants, first J -50 %, K_t +50 %); nothing is"), "{err}");
     assert!(told.lines().any(|line| line.starts_with("settling") && line.ends_with("lost     NOT MET")), "{told}");
     assert!(!folder.0.join("t.toml").exists());
-    let of_motor = study::chip::COSTS.iter().find(|cost| cost.instance == "motor").expect("a motor");
+    let of_motor = study::chip::cost("motor").expect("a motor");
     let dear = format!("a tick of this drive takes up to {} with one gain set", of_motor.bound);
     for (more, told) in [
         (["--noise", "0"], "expected a number above 0"),
