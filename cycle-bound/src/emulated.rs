@@ -16,8 +16,8 @@ use crate::log::{Log, Messages};
 use crate::qemu::{Clock, Process, Trace, is_last};
 use crate::trace;
 
-/// An image that does not end by itself has said enough when its trace is as large as this: some million instructions.
-const ENOUGH_BYTES: u64 = 160 << 20;
+/// An image that does not end by itself has said enough when its trace is as large as this: two million instructions.
+const ENOUGH_BYTES: u64 = 200 << 20;
 /// Nor does a function that is never called keep anyone waiting for longer.
 const ENOUGH_TIME: Duration = Duration::from_secs(30);
 /// How often it is looked at.

@@ -14,7 +14,7 @@
 use std::fmt::Write as _;
 
 use controller_core::drive::{
-    DriveLaw as _, Frame, JointDrive, LAYOUT, Monitored, MotorDrive, Position, Target, replay,
+    CoupledDrive, DriveLaw as _, Frame, JointDrive, LAYOUT, Monitored, MotorDrive, Position, Target, replay,
 };
 use controller_core::{ControlLaw, Health, Output, Running, Words};
 use pil_wire::{CORE_VERSION, Counts, Instance, LAYOUT_ID, Model, Tuned, checksum, halves};
@@ -106,9 +106,12 @@ impl Loadable {
         let joint = self.instance.model == Model::Joint;
         let part = |at: usize| LAYOUT.split(';').nth(at).unwrap_or_default().split_whitespace();
         let design = part(usize::from(joint)).skip(1).map(|name| name.trim_start_matches("it."));
+        let is_whole = joint && self.instance.r == 3;
+        let coupled = part(2).skip(1).filter(|_| is_whole);
         // Of the monitors, a disturbance of each shaft first.
         let disturbances: &[&str] = if joint { &["d_link", "d_motor"] } else { &["d"] };
-        design.chain(disturbances.iter().copied()).chain(part(2).skip(1)).map(String::from).collect()
+        let monitors = disturbances.iter().copied().chain(part(3).skip(1));
+        design.chain(coupled).chain(monitors).map(String::from).collect()
     }
 }
 
@@ -240,6 +243,10 @@ impl BlackBox {
             Joint 4 1: JointDrive<f32, Position, 1, 0>, 2, 4;
             Joint 4 2: JointDrive<f32, Position, 0, 1>, 2, 4;
             Joint 4 3: JointDrive<f32, Position, 1, 1>, 2, 4;
+            Joint 3 0: CoupledDrive<f32, Position, 0, 0>, 2, 4;
+            Joint 3 1: CoupledDrive<f32, Position, 1, 0>, 2, 4;
+            Joint 3 2: CoupledDrive<f32, Position, 0, 1>, 2, 4;
+            Joint 3 3: CoupledDrive<f32, Position, 1, 1>, 2, 4;
         }
     }
 

@@ -70,15 +70,9 @@ impl TryFrom<&DriveDesign> for Loadable {
                  export it as C or Rust (host-sim export --lang c --standalone, --lang rust)"
             ));
         }
-        if drive.is_whole() {
-            return Err("the image on the chip takes a joint with one observer per encoder, this drive has \
-                        drive.tuning = \"coupled\": export it as C or Rust (host-sim export --lang c --standalone, \
-                        --lang rust), or take tuning = \"normal\""
-                .into());
-        }
         let (model, n, r) = match drive {
             DriveDesign::Motor(_) => (Model::Motor, 2, if observer_states > 3 { 4 } else { 3 }),
-            DriveDesign::Joint(_) => (Model::Joint, 4, 4),
+            DriveDesign::Joint(_) => (Model::Joint, 4, if drive.is_whole() { 3 } else { 4 }),
         };
         let flags = [
             (gain_sets > 1, Instance::TWO_SETS),

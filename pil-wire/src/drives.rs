@@ -1,10 +1,11 @@
-//! Every drive that the image carries: motor and joint, all forms of both, with their monitors.
+//! Every drive that the image carries: motor and joint, all forms of both, with their monitors. A joint as a whole has
+//! three states per observer, one with an observer per encoder has four.
 //!
 //! What a drive is told to do and what it has (gain sets, delay, states) are types; a request names them at run time,
 //! as it does the shapes of the other ticks.
 
 use controller_core::drive::{
-    Bounds, DriveError, DriveLaw, Encoder, EncoderForm, Joined, JointDesign, JointDrive, JointModel, Monitored,
+    Bounds, CoupledDrive, DriveError, DriveLaw, Encoder, EncoderForm, Joined, JointDesign, JointDrive, Monitored,
     MotorDesign, MotorDrive, MotorModel, Position, Reference, Rest, Speed, Target, Watched, gap, shortest, stop,
 };
 use controller_core::{Health, Limits, Output, Running};
@@ -13,7 +14,7 @@ use crate::frame::{Counts, Driven, Instance, Model, RETUNE_ERRORS, Reason, Refus
 use crate::{MAX_E, MAX_N};
 
 /// Most words that a drive is designed from.
-pub(crate) const MOST_DRIVE_WORDS: usize = 2 * (JointDesign::NUMBERS + Bounds::<2>::NUMBERS + 1);
+pub(crate) const MOST_DRIVE_WORDS: usize = 2 * (JointDesign::COUPLED_NUMBERS + Bounds::<2>::NUMBERS + 1);
 /// The feed-forward of a plan stays within this share of the limits.
 const SHARE: f64 = 0.9;
 /// And its speed within this share of what an encoder can follow.
@@ -209,43 +210,49 @@ impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
     }
 }
 
-impl<const FAST: usize, const LATE: usize> Tuned<2, 4>
-    for EncoderForm<f32, JointModel<f32>, Position, 2, 4, 4, FAST, LATE>
-{
-    const INSTANCE: Instance = Instance { n: 4, r: 4, mask: form(FAST, LATE), model: Model::Joint };
-    type Design = JointDesign;
-    type Plan = Joined<f32, Rest<f32>, 4>;
+/// A drive of a joint, by how many states its observers have and how its design is read.
+macro_rules! tuned_joint {
+    ($drive:ident, $states:literal, $described:ident) => {
+        impl<const FAST: usize, const LATE: usize> Tuned<2, 4> for $drive<f32, Position, FAST, LATE> {
+            const INSTANCE: Instance = Instance { n: 4, r: $states, mask: form(FAST, LATE), model: Model::Joint };
+            type Design = JointDesign;
+            type Plan = Joined<f32, Rest<f32>, 4>;
 
-    fn read_as(words: &[u32], at_rest: bool) -> Result<(JointDesign, Monitored<Self, 2>), Refusal> {
-        made(words, JointDesign::from_numbers, |design| {
-            Self::try_design(design).map(|law| if at_rest { law.at_rest() } else { law })
-        })
-    }
+            fn read_as(words: &[u32], at_rest: bool) -> Result<(JointDesign, Monitored<Self, 2>), Refusal> {
+                made(words, JointDesign::$described, |design| {
+                    Self::try_design(design).map(|law| if at_rest { law.at_rest() } else { law })
+                })
+            }
 
-    fn limits(design: &JointDesign) -> Limits {
-        design.limits
-    }
+            fn limits(design: &JointDesign) -> Limits {
+                design.limits
+            }
 
-    fn rest(goal: Rest<f32>) -> Self::Plan {
-        Joined::new(goal, [0.0; 4], 0, 1, 1.0)
-    }
+            fn rest(goal: Rest<f32>) -> Self::Plan {
+                Joined::new(goal, [0.0; 4], 0, 1, 1.0)
+            }
 
-    fn plan(
-        design: &JointDesign,
-        present: &Self::Plan,
-        goal: Option<Rest<f32>>,
-        start: u32,
-        range: [u32; 2],
-    ) -> Result<(Self::Plan, u32), Refusal> {
-        let asked = |jet: &[f64; 5]| design.joint.feed_forward(jet);
-        let reach = Reach::of(design.period_s, design.limits, &design.encoders);
-        reach.plan(&present.at(start), goal, start, range, asked)
-    }
+            fn plan(
+                design: &JointDesign,
+                present: &Self::Plan,
+                goal: Option<Rest<f32>>,
+                start: u32,
+                range: [u32; 2],
+            ) -> Result<(Self::Plan, u32), Refusal> {
+                let asked = |jet: &[f64; 5]| design.joint.feed_forward(jet);
+                let reach = Reach::of(design.period_s, design.limits, &design.encoders);
+                reach.plan(&present.at(start), goal, start, range, asked)
+            }
 
-    fn left(plan: &Self::Plan, tick: u32) -> u32 {
-        plan.left(tick)
-    }
+            fn left(plan: &Self::Plan, tick: u32) -> u32 {
+                plan.left(tick)
+            }
+        }
+    };
 }
+
+tuned_joint!(JointDrive, 4, from_numbers);
+tuned_joint!(CoupledDrive, 3, from_coupled_numbers);
 
 /// A record in motion remembers two currents, and the form has one bit for the delay.
 const fn form(fast: usize, late: usize) -> u8 {
@@ -307,7 +314,8 @@ impl Reach {
 /// An enum of all drives.
 macro_rules! drives {
     ($($name:ident:
-        $model:ident $design:ident $drive:ident<$aim:ty, $fast:literal, $late:literal $(, $states:literal)?>,
+        $model:ident $design:ident $described:ident
+        $drive:ident<$aim:ty, $fast:literal, $late:literal $(, $states:literal)?>,
         $e:literal encoders, $r:literal states, form $form:literal;)*) => {
         pub(crate) enum Drives {
             $($name(Driving<$drive<f32, $aim, $fast, $late $(, $states)?>, $e, { 2 * $e }>),)*
@@ -318,7 +326,7 @@ macro_rules! drives {
             pub(crate) fn load(instance: Instance, words: &[u32]) -> Result<Self, Refusal> {
                 match (instance.model, instance.r, instance.mask) {
                     $((Model::$model, $r, $form) => {
-                        let law = drives!(law $design $drive<$aim, $fast, $late $(, $states)?>; words);
+                        let law = drives!(law $design $described $drive<$aim, $fast, $late $(, $states)?>; words);
                         Ok(Self::$name(Driving::new(law)))
                     })*
                     _ => Err(none(instance)),
@@ -334,7 +342,7 @@ macro_rules! drives {
             ) -> Result<Driven, Refusal> {
                 match (self, instance.model, instance.r, instance.mask) {
                     $((Self::$name(driving), Model::$model, $r, $form) => {
-                        driving.retune(drives!(law $design $drive<$aim, $fast, $late $(, $states)?>; words), counts)
+                        driving.retune(drives!(law $design $described $drive<$aim, $fast, $late $(, $states)?>; words), counts)
                     })*
                     _ => Err(none(instance)),
                 }
@@ -347,8 +355,8 @@ macro_rules! drives {
             }
         }
     };
-    (law $design:ident $drive:ident<$($of:tt),*>; $words:ident) => {
-        made($words, $design::from_numbers, $drive::<f32, $($of),*>::try_design)?.1
+    (law $design:ident $described:ident $drive:ident<$($of:tt),*>; $words:ident) => {
+        made($words, $design::$described, $drive::<f32, $($of),*>::try_design)?.1
     };
 }
 
@@ -358,24 +366,28 @@ const fn none(instance: Instance) -> Refusal {
 
 // The form is 1 for two gain sets, 2 for a tick of delay, 4 for a speed.
 drives! {
-    MotorOne: Motor MotorDesign MotorDrive<Position, 0, 0, 3>, 1 encoders, 3 states, form 0;
-    MotorTwo: Motor MotorDesign MotorDrive<Position, 1, 0, 3>, 1 encoders, 3 states, form 1;
-    MotorOneLate: Motor MotorDesign MotorDrive<Position, 0, 1, 3>, 1 encoders, 3 states, form 2;
-    MotorTwoLate: Motor MotorDesign MotorDrive<Position, 1, 1, 3>, 1 encoders, 3 states, form 3;
-    MotorOneFour: Motor MotorDesign MotorDrive<Position, 0, 0, 4>, 1 encoders, 4 states, form 0;
-    MotorTwoFour: Motor MotorDesign MotorDrive<Position, 1, 0, 4>, 1 encoders, 4 states, form 1;
-    MotorOneLateFour: Motor MotorDesign MotorDrive<Position, 0, 1, 4>, 1 encoders, 4 states, form 2;
-    MotorTwoLateFour: Motor MotorDesign MotorDrive<Position, 1, 1, 4>, 1 encoders, 4 states, form 3;
-    SpeedOne: Motor MotorDesign MotorDrive<Speed, 0, 0, 3>, 1 encoders, 3 states, form 4;
-    SpeedTwo: Motor MotorDesign MotorDrive<Speed, 1, 0, 3>, 1 encoders, 3 states, form 5;
-    SpeedOneLate: Motor MotorDesign MotorDrive<Speed, 0, 1, 3>, 1 encoders, 3 states, form 6;
-    SpeedTwoLate: Motor MotorDesign MotorDrive<Speed, 1, 1, 3>, 1 encoders, 3 states, form 7;
-    SpeedOneFour: Motor MotorDesign MotorDrive<Speed, 0, 0, 4>, 1 encoders, 4 states, form 4;
-    SpeedTwoFour: Motor MotorDesign MotorDrive<Speed, 1, 0, 4>, 1 encoders, 4 states, form 5;
-    SpeedOneLateFour: Motor MotorDesign MotorDrive<Speed, 0, 1, 4>, 1 encoders, 4 states, form 6;
-    SpeedTwoLateFour: Motor MotorDesign MotorDrive<Speed, 1, 1, 4>, 1 encoders, 4 states, form 7;
-    JointOne: Joint JointDesign JointDrive<Position, 0, 0>, 2 encoders, 4 states, form 0;
-    JointTwo: Joint JointDesign JointDrive<Position, 1, 0>, 2 encoders, 4 states, form 1;
-    JointOneLate: Joint JointDesign JointDrive<Position, 0, 1>, 2 encoders, 4 states, form 2;
-    JointTwoLate: Joint JointDesign JointDrive<Position, 1, 1>, 2 encoders, 4 states, form 3;
+    MotorOne: Motor MotorDesign from_numbers MotorDrive<Position, 0, 0, 3>, 1 encoders, 3 states, form 0;
+    MotorTwo: Motor MotorDesign from_numbers MotorDrive<Position, 1, 0, 3>, 1 encoders, 3 states, form 1;
+    MotorOneLate: Motor MotorDesign from_numbers MotorDrive<Position, 0, 1, 3>, 1 encoders, 3 states, form 2;
+    MotorTwoLate: Motor MotorDesign from_numbers MotorDrive<Position, 1, 1, 3>, 1 encoders, 3 states, form 3;
+    MotorOneFour: Motor MotorDesign from_numbers MotorDrive<Position, 0, 0, 4>, 1 encoders, 4 states, form 0;
+    MotorTwoFour: Motor MotorDesign from_numbers MotorDrive<Position, 1, 0, 4>, 1 encoders, 4 states, form 1;
+    MotorOneLateFour: Motor MotorDesign from_numbers MotorDrive<Position, 0, 1, 4>, 1 encoders, 4 states, form 2;
+    MotorTwoLateFour: Motor MotorDesign from_numbers MotorDrive<Position, 1, 1, 4>, 1 encoders, 4 states, form 3;
+    SpeedOne: Motor MotorDesign from_numbers MotorDrive<Speed, 0, 0, 3>, 1 encoders, 3 states, form 4;
+    SpeedTwo: Motor MotorDesign from_numbers MotorDrive<Speed, 1, 0, 3>, 1 encoders, 3 states, form 5;
+    SpeedOneLate: Motor MotorDesign from_numbers MotorDrive<Speed, 0, 1, 3>, 1 encoders, 3 states, form 6;
+    SpeedTwoLate: Motor MotorDesign from_numbers MotorDrive<Speed, 1, 1, 3>, 1 encoders, 3 states, form 7;
+    SpeedOneFour: Motor MotorDesign from_numbers MotorDrive<Speed, 0, 0, 4>, 1 encoders, 4 states, form 4;
+    SpeedTwoFour: Motor MotorDesign from_numbers MotorDrive<Speed, 1, 0, 4>, 1 encoders, 4 states, form 5;
+    SpeedOneLateFour: Motor MotorDesign from_numbers MotorDrive<Speed, 0, 1, 4>, 1 encoders, 4 states, form 6;
+    SpeedTwoLateFour: Motor MotorDesign from_numbers MotorDrive<Speed, 1, 1, 4>, 1 encoders, 4 states, form 7;
+    JointOne: Joint JointDesign from_numbers JointDrive<Position, 0, 0>, 2 encoders, 4 states, form 0;
+    JointTwo: Joint JointDesign from_numbers JointDrive<Position, 1, 0>, 2 encoders, 4 states, form 1;
+    JointOneLate: Joint JointDesign from_numbers JointDrive<Position, 0, 1>, 2 encoders, 4 states, form 2;
+    JointTwoLate: Joint JointDesign from_numbers JointDrive<Position, 1, 1>, 2 encoders, 4 states, form 3;
+    WholeOne: Joint JointDesign from_coupled_numbers CoupledDrive<Position, 0, 0>, 2 encoders, 3 states, form 0;
+    WholeTwo: Joint JointDesign from_coupled_numbers CoupledDrive<Position, 1, 0>, 2 encoders, 3 states, form 1;
+    WholeOneLate: Joint JointDesign from_coupled_numbers CoupledDrive<Position, 0, 1>, 2 encoders, 3 states, form 2;
+    WholeTwoLate: Joint JointDesign from_coupled_numbers CoupledDrive<Position, 1, 1>, 2 encoders, 3 states, form 3;
 }

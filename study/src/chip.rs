@@ -80,6 +80,14 @@ pub fn cost_of(experiment: &Experiment) -> Option<&'static Cost> {
 
 fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
     let Form { follows, gain_sets, delay_ticks, observer_states } = designed.form();
+    if designed.is_whole() {
+        return Some(match (gain_sets, delay_ticks) {
+            (1, 0) => "joint as a whole",
+            (2, 0) => "joint as a whole, two sets",
+            (1, 1) => "joint as a whole, late",
+            _ => return None,
+        });
+    }
     Some(match (designed.name(), follows, gain_sets, delay_ticks, observer_states) {
         ("motor", Follows::Position, 1, 0, 3) => "motor",
         ("motor", Follows::Position, 2, 0, 3) => "motor, two sets",
@@ -97,7 +105,7 @@ fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
 pub fn cycles(designed: &DriveDesign) -> u32 {
     let Form { gain_sets, delay_ticks, .. } = designed.form();
     let bound = |name: &str| cost(name).map_or(0, |cost| cost.bound);
-    let kind = Kind::of(designed).instance;
+    let kind = if designed.is_whole() { "joint as a whole" } else { Kind::of(designed).instance };
     let more = |what: &str| bound(&format!("{kind}, {what}")) - bound(kind);
     bound(kind) + if gain_sets > 1 { more("two sets") } else { 0 } + delay_ticks as u32 * more("late")
 }
@@ -110,7 +118,8 @@ mod tests {
     fn every_instance_that_a_drive_or_a_chain_can_have_is_measured() {
         let chains = ["joint, r = 1", "joint, r = 2", "joint, r = 3", "joint, r = 2, channel 4 alone"];
         let others = ["joint, r = 3, all channels", "motor", "motor, two sets", "motor, late", "motor, speed"];
-        let joints = ["", ", two sets", ", late"].map(|more| format!("joint with two encoders{more}"));
+        let of = |joint: &str| ["", ", two sets", ", late"].map(|more| format!("{joint}{more}"));
+        let joints = ["joint with two encoders", "joint as a whole"].map(of).concat();
         for name in chains.into_iter().chain(others).chain(joints.iter().map(String::as_str)) {
             let found = cost(name).expect(name);
             assert!(found.typical > 100 && found.typical < found.bound, "{found:?}");
@@ -120,9 +129,13 @@ mod tests {
 
     #[test]
     fn a_form_that_is_measured_is_found_and_others_are_added_up() {
-        for (text, kind) in [(scenario::MOTOR, "motor"), (scenario::JOINT, "joint with two encoders")] {
+        for (text, kind, tuning) in [
+            (scenario::MOTOR, "motor", None),
+            (scenario::JOINT, "joint with two encoders", Some("drive.tuning=normal")),
+            (scenario::JOINT, "joint as a whole", Some("drive.tuning=coupled")),
+        ] {
             let with = |sets: &[&str]| {
-                let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+                let sets: Vec<String> = sets.iter().copied().chain(tuning).map(str::to_owned).collect();
                 let source = scenario::Source { file: "test.toml", text, sets: &sets };
                 scenario::parse(&source, "test").expect("a scenario")
             };

@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use integration_tests::data::path;
+use integration_tests::golden;
 use integration_tests::program::{Folder, Spoken, host_sim};
 use serde_json::Value as Json;
 
@@ -381,4 +382,47 @@ fn the_bound_of_every_control_interrupt_leaves_a_tenth_of_its_period() {
         held += 1;
     }
     assert_eq!(held, scenarios.len());
+}
+
+/// What each row of the table is in the file of ceilings.
+const DRIVES: [(&str, &str); 18] = [
+    ("motor", "motor"),
+    ("motor, two gain sets", "motor, two sets"),
+    ("motor, one tick of delay", "motor, late"),
+    ("motor, speed loop", "motor, speed"),
+    ("motor, one gain set, monitors that brake and stop it", "motor, watched"),
+    ("joint, one observer per encoder", "joint with two encoders"),
+    ("the same, held at angle 0, no reference", "joint with two encoders, held"),
+    ("the same, two gain sets", "joint with two encoders, two sets"),
+    ("the same, one tick of delay", "joint with two encoders, late"),
+    ("the same, one gain set, monitors that brake and stop it", "joint with two encoders, watched"),
+    ("joint as a whole (`coupled`)", "joint as a whole"),
+    ("the same, two gain sets", "joint as a whole, two sets"),
+    ("the same, one tick of delay", "joint as a whole, late"),
+    ("joint, all four states measured, three channels observed", "joint, measured"),
+    ("the same, held at 0, no reference", "joint, measured, held"),
+    ("joint, two gain sets: the interrupt of `drive`, with plan, monitors and black box", "interrupt of drive"),
+    ("motor, two gain sets: the interrupt of `motor`, the same", "interrupt of motor"),
+    ("joint, two gain sets, from C: the interrupt of `drive.c`", "interrupt of drive.c"),
+];
+
+/// The figures of the page are those that the code is held to.
+#[test]
+fn the_table_of_drives_is_that_of_the_ceilings() {
+    let text = std::fs::read_to_string(path("../firmware/budgets.toml")).expect("the ceilings");
+    let file: toml_edit::DocumentMut = text.parse().expect("a table");
+    let instances = file["instance"].as_array_of_tables().expect("instances");
+    let mut table = String::from(
+        "| instance | typical | pipelined | bound | flash | state | coefficients |\n|---|---:|---:|---:|---:|---:|---:|\n",
+    );
+    for (row, name) in DRIVES {
+        let instance = instances.iter().find(|it| it["name"].as_str() == Some(name)).expect(name);
+        let of = |figure: &str| match instance["ceiling"].get(figure).and_then(toml_edit::Item::as_integer) {
+            Some(ceiling) => ceiling.to_string(),
+            None => "in the state".into(),
+        };
+        let figures = ["typical", "pipelined", "bound", "flash", "state", "coefficients"].map(of).join(" | ");
+        table += &format!("| {row} | {figures} |\n");
+    }
+    golden::in_docs("cycles.md", "drives", &table).unwrap_or_else(|error| panic!("{error}"));
 }

@@ -133,12 +133,14 @@ fn every_kind_of_design_and_of_trouble_has_the_same_bits_on_the_chip() {
 fn drives_have_the_same_bits_on_the_chip_on_a_bad_wire_too() {
     let folder = Folder::new("pil-drives");
     let faults = "fault=[{kind='lost', at_s=0.3, for_s=0.02}, {kind='jump', at_s=0.35, counts=900, for_s=0.004}]";
-    let cases: [(&str, &[&str], &[&str]); 5] = [
+    let cases: [(&str, &[&str], &[&str]); 7] = [
         ("motor", &["drive.delay_ticks=1"], &[]),
         ("motor", &["drive.mode='speed'", "reference={kind='speed', speed_rad_s=20}"], &[]),
         ("motor", &["drive.uncertain_percent=50", "drive.observer_states=4"], &["--faults", "0.05", "--seed", "5"]),
         ("joint", &["monitor.reaction='fallback'", faults], &[]),
+        ("joint", &["drive.tuning='coupled'"], &[]),
         ("joint", &["drive.delay_ticks=1"], &[]),
+        ("joint", &["drive.tuning='coupled'", "drive.delay_ticks=1", faults], &[]),
     ];
     for (plant, sets, wire) in sampled(cases, 4) {
         let label = format!("{plant} {sets:?}");

@@ -115,7 +115,11 @@ fn every_form_of_a_drive_has_the_same_bits_over_the_wire() {
         let sets = [form.as_str(), &reaction, faults];
         let turning = [&sets[..], &["drive.mode='speed'", "reference={ kind='speed', speed_rad_s=20 }"]].concat();
         let joint = sets.map(|set| if set.contains("states") { "drive.lost_ticks=8" } else { set });
-        for (text, sets) in [(scenario::MOTOR, &sets[..]), (scenario::MOTOR, &turning), (scenario::JOINT, &joint)] {
+        let whole = joint.map(|set| if set.ends_with("=50") { "drive.margin='standard'" } else { set });
+        let whole = [&whole[..], &["drive.tuning='coupled'"]].concat();
+        let motors = [(scenario::MOTOR, &sets[..]), (scenario::MOTOR, &turning)];
+        let joints = [(scenario::JOINT, &joint[..]), (scenario::JOINT, &whole)];
+        for (text, sets) in motors.into_iter().chain(joints) {
             let trace = assert_same(&format!("{sets:?}"), &mut drive(text, sets));
             seen.extend(trace.rows.iter().map(|row| row.health));
         }

@@ -118,7 +118,15 @@ impl Design<'_> {
         Statement::new("a target that is not finite is refused, and costs the observers nothing", questions)
     }
 
+    /// Do the observers correct each other, as those of a joint as a whole do?
+    fn is_whole(&self) -> bool {
+        self.functions.state.iter().any(|word| word.name == "burst")
+    }
+
     fn is_observer(&self, name: &str) -> bool {
+        if self.is_whole() && ["level", "burst"].contains(&name) {
+            return true;
+        }
         let words = ["p", "v", "d", "d_dot", "smoothed", "level", "missed", "off"];
         self.shafts.iter().any(|shaft| name.strip_suffix(shaft).is_some_and(|word| words.contains(&word)))
     }
@@ -160,23 +168,18 @@ impl Design<'_> {
     }
 
     /// Two ticks that differ in a count that is lost, and in nothing else, are one; and what was not used corrects
-    /// neither d nor d'.
+    /// neither d nor d'. Of a joint as a whole each count corrects both shafts: nothing is learned where none is used.
     fn lost(&self) -> Statement {
         let observe = &self.functions.observe;
         let mut questions = Vec::new();
         for shaft in &self.shafts {
             let count = format!("count{shaft}");
-            let mut script = Script::default();
-            let one = script.record("t_", observe, &mut |script, port| script.any(&port.name, port.kind));
-            let other = script.record("o_", observe, &mut |script, port| {
-                if port.name == count { script.any("other_count", Kind::Count) } else { port.name.clone() }
-            });
-            script.suppose(&format!("lost{shaft}"));
-            let alike = one.iter().zip(other.iter()).map(|((_, one), (_, other))| same(one, other));
-            questions.push(Question::new(&format!("{count} is not read"), &script, &all(alike)));
+            questions.extend(self.is_not_read(shaft, &count));
 
             let step = Step::of(observe);
-            let unused = not(&format!("(fp.isZero {})", step.after(&format!("missed{shaft}"))));
+            let is_unused = |shaft: &&str| not(&format!("(fp.isZero {})", step.after(&format!("missed{shaft}"))));
+            let of_all = self.is_whole();
+            let unused = all(self.shafts.iter().filter(|other| of_all || *other == shaft).map(is_unused));
             let (d, d_dot) = (format!("d{shaft}"), format!("d_dot{shaft}"));
             let mut kept = vec![same(step.after(&format!("last{shaft}")), &format!("last{shaft}"))];
             if step.gives(&d_dot) {
@@ -190,6 +193,31 @@ impl Design<'_> {
                 .push(step.ask(&format!("what is not used of {count} is not learned"), &then(&unused, &all(kept))));
         }
         Statement::new("nothing is learned from a lost sample, any bits", questions)
+    }
+
+    /// In both cases of the other shaft, since one count decides what becomes of the other. What is lost is a constant:
+    /// as a supposition it does not reach into all that depends on it.
+    fn is_not_read(&self, shaft: &str, count: &str) -> Vec<Question> {
+        let observe = &self.functions.observe;
+        let ask = |others: bool| {
+            let is_lost = |port: &str| {
+                port.strip_prefix("lost").map(|of| if of == shaft || others { "true" } else { "false" }.to_string())
+            };
+            let mut script = Script::default();
+            let one = script.record("t_", observe, &mut |script, port| {
+                is_lost(&port.name).unwrap_or_else(|| script.any(&port.name, port.kind))
+            });
+            let other = script.record("o_", observe, &mut |script, port| match is_lost(&port.name) {
+                Some(lost) => lost,
+                None if port.name == count => script.any("other_count", Kind::Count),
+                None => port.name.clone(),
+            });
+            let alike = one.iter().zip(other.iter()).map(|((_, one), (_, other))| same(one, other));
+            let case = if others { "" } else { ", the other is there" };
+            Question::new(&format!("{count} is not read{case}"), &script, &all(alike))
+        };
+        let cases = if self.shafts.len() > 1 { &[true, false][..] } else { &[true] };
+        cases.iter().copied().map(ask).collect()
     }
 
     /// From any bits in the state a count is believed, or the drive gives up before too many are lost.

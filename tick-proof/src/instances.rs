@@ -13,7 +13,7 @@ use tick_record::drive::{self, NamedAim};
 use tick_record::monitor::monitor;
 
 use crate::Functions;
-use designs::{JOINT_DRIVE, MOTOR};
+use designs::{JOINT_DRIVE, JOINT_WHOLE, MOTOR};
 
 #[path = "../../tick-record/src/bin/tick-record/designs.rs"]
 #[allow(dead_code, reason = "what is proved of any b(x) and of any exponential needs none of them")]
@@ -46,7 +46,7 @@ const UPPER: u8 = channels(4, 2, [2, 3, 4]);
 const ALL_FOUR: u8 = channels(4, 3, [1, 2, 3, 4]);
 
 /// All of them, those that must be proved first.
-pub const ALL: [Instance; 26] = [
+pub const ALL: [Instance; 30] = [
     must("joint_r1", "joint, observer of order 1", joint::<1, DRIVEN, 1>),
     must("joint_r2", "joint, observers of order 2", joint::<2, BOTH, 2>),
     must("joint_r3", "joint, observers of order 3", joint::<3, BOTH, 2>),
@@ -56,6 +56,7 @@ pub const ALL: [Instance; 26] = [
     must("joint_drive_two_sets", "joint's drive, two gain sets", joint_drive::<Position, 1, 0>),
     must("motor_watched", "monitors of one shaft", monitors::<1>),
     must("joint_drive_watched", "monitors of two shafts", monitors::<2>),
+    must("joint_whole_two_sets", "joint as a whole, two gain sets", joint_whole::<Position, 1, 0>),
     tried("benchmark", "Eq. (59)", || plain::<2, 2, 0b11, 2>(Benchmark::<Libm>::nominal().gradient, 1.0)),
     tried("chain_n3", "chain of order 3", || plain::<3, 2, 0b110, 2>([-4.2, -7.7, -4.2], 1.5)),
     tried("joint_r2_driven", "joint, order 2 in channel 4 alone", joint::<2, DRIVEN, 1>),
@@ -71,6 +72,9 @@ pub const ALL: [Instance; 26] = [
     tried("joint_drive_late", "joint's drive, a tick of delay", joint_drive::<Position, 0, 1>),
     tried("joint_drive_late_two_sets", "the same, two gain sets", joint_drive::<Position, 1, 1>),
     tried("joint_drive_held", "joint's drive, held at 0", joint_drive::<Hold, 0, 0>),
+    tried("joint_whole", "joint as a whole", joint_whole::<Position, 0, 0>),
+    tried("joint_whole_late", "the same, a tick of delay", joint_whole::<Position, 0, 1>),
+    tried("joint_whole_late_two_sets", "the same, two gain sets", joint_whole::<Position, 1, 1>),
     tried("joint_measured", "joint's drive on a measured state", measured::<Position>),
     tried("joint_measured_held", "the same, held at 0", measured::<Hold>),
 ];
@@ -139,6 +143,13 @@ where
     A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
 {
     Functions::Drive(drive::joint::<A, FAST, LATE>(&JOINT_DRIVE, [Mounting::UPRIGHT; 2]).expect("a good design"))
+}
+
+fn joint_whole<A, const FAST: usize, const LATE: usize>() -> Functions
+where
+    A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
+{
+    Functions::Drive(drive::joint::<A, FAST, LATE>(&JOINT_WHOLE, [Mounting::UPRIGHT; 2]).expect("a good design"))
 }
 
 fn monitors<const E: usize>() -> Functions {

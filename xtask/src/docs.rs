@@ -31,16 +31,24 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Computes what docs/bandwidth.md and docs/joints.md show anew: tables, figures, answers of `design` to scenarios.
+/// Computes the tables and figures of docs/bandwidth.md, docs/joints.md and docs/cycles.md anew.
 pub(crate) fn tables(gate: &mut Gate) -> Outcome {
     let write = |invocation: Invocation| invocation.env("GOLDEN", "write").env("DEEP", "1");
     let figures = Invocation::cargo(&["test", "-p", "host-sim", "--test", "rest", "--test", "design", "--"]);
     let tables = Invocation::cargo(&["test", "-p", "integration-tests", "--test", "suite", "--"]);
     // They write the same pages: one after the other.
-    let tables = tables.with(&["--test-threads", "1", "margin::", "rest::motors", "play::a_shaft", "any_joint::"]);
+    let tables = tables.with(&[
+        "--test-threads",
+        "1",
+        "margin::",
+        "rest::motors",
+        "play::a_shaft",
+        "any_joint::",
+        "budget::the_table",
+    ]);
     let figures = figures.with(&["--test-threads", "1", "in_its_band", "in_play", "its_price", "the_page"]);
     gate.commands(
-        "tables and figures of docs/bandwidth.md and docs/joints.md, written anew",
+        "tables and figures of bandwidth.md, joints.md and cycles.md in docs, written anew",
         &[write(figures), write(tables)],
     )
 }

@@ -82,11 +82,7 @@ const ACTIONS: [Action; 26] = [
         run: |gate| capi::run(gate, capi::Cores::All),
     },
     Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },
-    Action {
-        name: "tables",
-        help: "compute tables and figures of docs/bandwidth.md anew, a minute",
-        run: docs::tables,
-    },
+    Action { name: "tables", help: "compute the tables and figures of docs anew, a minute", run: docs::tables },
     Action {
         name: "docs --offline",
         help: "the same, with KaTeX beside the pages, so that formulas need no connection",

@@ -696,16 +696,12 @@ where
             missing = false;
             let mut jumped = [T::ZERO; E];
             for i in 0..E {
-                if used[i] {
-                    continue;
-                }
-                let along = has_stepped[i].is_some() || self.steps_along(state, i, counts[i]);
+                let along = has_stepped[i].is_some() || (!used[i] && self.steps_along(state, i, counts[i]));
+                missing = missing || !(used[i] || along);
                 if along {
                     jumped[i] = -has_stepped[i].unwrap_or(state.off[i]);
                     (p[i], ahead[i]) = (T::ZERO, T::ZERO);
                     position[i] = self.raw(state, i);
-                } else {
-                    missing = true;
                 }
             }
             // A twist that comes of it pulled before and pulls no more: else each step would be followed by another.

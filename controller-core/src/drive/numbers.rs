@@ -5,7 +5,7 @@
 //! by the design, as always; of a whole number only that part is read.
 
 use super::encoder::Encoder;
-use super::joint::{Joint, JointDesign};
+use super::joint::{Coupled, Joint, JointDesign};
 use super::monitor::Bounds;
 use super::motor::{Motor, MotorDesign};
 use crate::config::Fallback;
@@ -50,10 +50,12 @@ macro_rules! numbers {
             }
         })*
 
-        /// Names of the numbers of a [`MotorDesign`] and of a [`JointDesign`]; behind them come those of their
-        /// [`Bounds`], disturbances first, and the bits of the alarms that stop the drive.
+        /// Names of the numbers of a [`MotorDesign`] and of a [`JointDesign`], with those that [`Coupled`] adds to the
+        /// latter; behind them come those of their [`Bounds`], disturbances first, and the bits of the alarms that stop
+        /// the drive.
         pub const LAYOUT: &str = concat!(
             $(stringify!($design), $(" ", stringify!($place),)* " hold safe; ",)*
+            "Coupled lag_s resolution_link resolution_motor calm_link calm_motor; ",
             "d sigma* stuck wrong_way patience brake_per_s brake_ticks stops_at"
         );
     };
@@ -79,6 +81,28 @@ numbers! {
         it.fast_ratios[1], it.switching.calm_steps, it.switching.alert_steps, it.switching.smoothing_s,
         it.switching.keep_s, it.gate_steps[0], it.gate_steps[1], it.lost_ticks,
     ];
+}
+
+impl JointDesign {
+    /// How many numbers the design of a joint as a whole has: those of a [`JointDesign`], then those of [`Coupled`].
+    pub const COUPLED_NUMBERS: usize = Self::NUMBERS + 5;
+
+    /// Its numbers in the order of [`LAYOUT`]; `None` for a design with one observer per encoder.
+    pub fn to_coupled_numbers(&self) -> Option<[f64; Self::COUPLED_NUMBERS]> {
+        let Coupled { lag_s, resolution_rad: [link, motor], calm_steps: [calm_link, calm_motor] } = self.coupled?;
+        let mut numbers = [0.0; Self::COUPLED_NUMBERS];
+        numbers[..Self::NUMBERS].copy_from_slice(&self.to_numbers());
+        numbers[Self::NUMBERS..].copy_from_slice(&[lag_s, link, motor, calm_link, calm_motor]);
+        Some(numbers)
+    }
+
+    /// Of its numbers.
+    pub fn from_coupled_numbers(numbers: &[f64; Self::COUPLED_NUMBERS]) -> Self {
+        let of = |i: usize| numbers[Self::NUMBERS + i];
+        let coupled = Coupled { lag_s: of(0), resolution_rad: [of(1), of(2)], calm_steps: [of(3), of(4)] };
+        let design = Self::from_numbers(&core::array::from_fn(|i| numbers[i]));
+        Self { coupled: Some(coupled), ..design }
+    }
 }
 
 impl<const E: usize> Bounds<E> {
@@ -123,6 +147,10 @@ mod tests {
             JointDesign::from_numbers(&core::array::from_fn(numbers)).to_numbers(),
             core::array::from_fn(numbers)
         );
+        let numbers = |i: usize| if i == JointDesign::NUMBERS - 2 { 0.0 } else { i as f64 + 1.0 };
+        let coupled = JointDesign::from_coupled_numbers(&core::array::from_fn(numbers));
+        assert_eq!(coupled.to_coupled_numbers(), Some(core::array::from_fn(numbers)));
+        assert_eq!(JointDesign { coupled: None, ..coupled }.to_coupled_numbers(), None);
         let holding = MotorDesign { fallback: Fallback::HoldLast, ..motor };
         assert_eq!(MotorDesign::from_numbers(&holding.to_numbers()), holding);
         let bounds = Bounds {

@@ -17,8 +17,8 @@ use core::hint::black_box;
 use core::mem::MaybeUninit;
 
 use controller_core::drive::{
-    Aim, DriveLaw, FullState, Hold, Joint as JointData, JointDrive, JointModel, Measured, Monitored, MotorDrive,
-    Position, Speed, Target, WatchTicks, sin_cos,
+    Aim, CoupledDrive, DriveLaw, FullState, Hold, Joint as JointData, JointDrive, JointModel, Measured, Monitored,
+    MotorDrive, Position, Speed, Target, WatchTicks, sin_cos,
 };
 use controller_core::{
     Benchmark, ControlLaw, Controller, Exp, FlexibleJoint, Gate, Gated, Libm, Micromath, NominalModel, Output,
@@ -36,7 +36,7 @@ use stm32f4::stm32f405::Peripherals;
 // What the texts are designed from that its machine code is held to.
 #[path = "../../../tick-record/src/bin/tick-record/designs.rs"]
 mod designs;
-use designs::{JOINT_DRIVE, MOTOR, Nothing, VaryingGain};
+use designs::{JOINT_DRIVE, JOINT_WHOLE, MOTOR, Nothing, VaryingGain};
 
 /// Calls of each instance with good samples: enough to see saturation, few enough for a log of every instruction.
 const TICKS: u32 = 200;
@@ -128,6 +128,9 @@ drives! {
     joint_drive_held: JointDrive<f32, Hold> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
     joint_drive_two_sets: JointDrive<f32, Position, 1> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
     joint_drive_late: JointDrive<f32, Position, 0, 1> = Law::design(&JOINT_DRIVE), counts::<Law, 2, 4>();
+    joint_whole: CoupledDrive = Law::design(&JOINT_WHOLE), counts::<Law, 2, 4>();
+    joint_whole_two_sets: CoupledDrive<f32, Position, 1> = Law::design(&JOINT_WHOLE), counts::<Law, 2, 4>();
+    joint_whole_late: CoupledDrive<f32, Position, 0, 1> = Law::design(&JOINT_WHOLE), counts::<Law, 2, 4>();
     motor_watched: Monitored<MotorDrive, 1> =
         Law::from_parts(<MotorDrive>::design(&MOTOR), [1e6], 1e6, PATIENCE, 0.25).braking(), counts::<Law, 1, 2>();
     joint_drive_watched: Monitored<JointDrive, 2> =

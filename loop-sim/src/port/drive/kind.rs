@@ -297,7 +297,7 @@ impl Kind<2, 4, 4> for JointDesign {
     }
 
     fn numbers(&self) -> Vec<f64> {
-        self.to_numbers().into()
+        self.to_coupled_numbers().map_or_else(|| self.to_numbers().into(), Into::into)
     }
 
     fn slowing(&self, delay_ticks: usize) -> Slowing {

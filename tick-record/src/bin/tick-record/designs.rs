@@ -1,7 +1,7 @@
 //! What the instances of the image `budget` are designed from: one file for the image, for the texts that it is held
 //! to, and for the proofs. Of a drive the text knows the widths of the counters from here, its numbers may be any.
 
-use controller_core::drive::{Encoder, Joint as JointData, JointDesign, Motor, MotorDesign};
+use controller_core::drive::{Coupled, Encoder, Joint as JointData, JointBandwidths, JointDesign, Motor, MotorDesign};
 use controller_core::{Exp, FlexibleJoint, Limits, NominalModel, Real};
 
 pub(crate) const MOTOR: MotorDesign = MotorDesign::by_rule(
@@ -12,6 +12,17 @@ pub(crate) const MOTOR: MotorDesign = MotorDesign::by_rule(
 );
 pub(crate) const JOINT_DRIVE: JointDesign =
     JointDesign::new(1e-3, JointData::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
+/// The same joint as a whole, with the gains of `scenario/scenarios/joint.toml` by rule.
+pub(crate) const JOINT_WHOLE: JointDesign = {
+    let bandwidths = JointBandwidths {
+        surface_rad_s: 27.0,
+        reaching_per_s: 390.0,
+        link_rad_s: 58.0,
+        motor_rad_s: 850.0,
+        offset_per_s: 10.0,
+    };
+    JOINT_DRIVE.coupled_by(Coupled::behind(&JOINT_DRIVE.encoders, 2e-4), bandwidths, 1.3)
+};
 
 /// The joint with b(x) = b_0 (1 + x_1²/2): what a varying gain costs.
 #[derive(Clone, Copy)]
