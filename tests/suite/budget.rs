@@ -385,7 +385,7 @@ fn the_bound_of_every_control_interrupt_leaves_a_tenth_of_its_period() {
 }
 
 /// What each row of the table is in the file of ceilings.
-const DRIVES: [(&str, &str); 18] = [
+const DRIVES: [(&str, &str); 17] = [
     ("motor", "motor"),
     ("motor, two gain sets", "motor, two sets"),
     ("motor, one tick of delay", "motor, late"),
@@ -403,7 +403,6 @@ const DRIVES: [(&str, &str); 18] = [
     ("the same, held at 0, no reference", "joint, measured, held"),
     ("joint, two gain sets: the interrupt of `drive`, with plan, monitors and black box", "interrupt of drive"),
     ("motor, two gain sets: the interrupt of `motor`, the same", "interrupt of motor"),
-    ("joint, two gain sets, from C: the interrupt of `drive.c`", "interrupt of drive.c"),
 ];
 
 /// The figures of the page are those that the code is held to.
