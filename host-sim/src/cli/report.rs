@@ -446,7 +446,7 @@ fn poles(design: &Design) -> Figure {
 fn on_chip(experiment: &Experiment) -> Section {
     let mut says = Vec::new();
     let mut tables = Vec::new();
-    if let Some(Cost { instance, typical, bound, flash, state, coefficients }) = chip::cost_of(experiment) {
+    if let Some(&Cost { ref instance, typical, bound, flash, state, coefficients }) = chip::cost_of(experiment) {
         says.push(format!("the tick that is shipped as {instance:?} in firmware/budgets.toml, on a Cortex-M4F"));
         let mut table = Table::new(["of the tick", "value", "unit", "meaning"]);
         let microseconds =
