@@ -55,8 +55,8 @@ fn share(bandwidth_rad_s: f64, period_s: f64) -> f64 {
 }
 
 /// Of a P-PI with a notch, by the data sheet: a loop of the speed with half of the frequency at which the link alone
-/// swings on its spring, position and integral four times as slow, the crossover twice as slow again, a filter beyond the
-/// resonance, and a notch there. It is narrow: the lag of a wide one costs more phase below than ±50 % of K leave.
+/// swings on its spring, position and integral four times as slow, the crossover twice as slow again, a filter beyond
+/// the resonance, and a notch there. It is narrow: the lag of a wide one costs more phase below than ±50 % of K leave.
 pub(super) fn notch_knobs(task: &Task) -> Vec<Knob> {
     let [alone, resonance] = task.model.resonances_rad_s();
     let highest = HIGHEST * std::f64::consts::PI / task.model.period_s;
@@ -74,7 +74,8 @@ pub(super) fn notch_knobs(task: &Task) -> Vec<Knob> {
     ]
 }
 
-/// A notch (s² + ω²)/(s² + 2 ζ ω s + ω²) by Tustin's rule, prewarped at ω: y = b_0 (x + x'') + a_1 x' - a_1 y' - a_2 y''.
+/// A notch (s² + ω²)/(s² + 2 ζ ω s + ω²) by Tustin's rule, prewarped at ω: with x' and x'' of one and two ticks before,
+/// y = b_0 (x + x'') + a_1 x' - a_1 y' - a_2 y''.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Notch {
     b_0: f64,
@@ -171,7 +172,7 @@ mod tests {
         }
     }
 
-    /// Prewarping keeps the zero at the centre, even at half of half the rate, where without it it would be 15 % too low.
+    /// Prewarping keeps the zero at the centre, even at half of half the rate, where it would be 15 % too low without.
     #[test]
     fn the_notch_lets_nothing_of_its_centre_through() {
         let t = 1e-3;

@@ -56,7 +56,8 @@ impl Contender for Ours {
         if self.gain_sets > 1 { "ours, two gain sets" } else { "ours, one gain set" }
     }
 
-    /// Ratios, within what the design allows; of a joint as a whole the rule's numbers, and as far from them as rivals go.
+    /// Ratios, within what the design allows; of a joint as a whole about the rule's numbers, as far from them as those
+    /// of a rival.
     fn knobs(&self) -> Vec<Knob> {
         let w = self.designed.bandwidths();
         let (slow, fastest) = (w.surface_rad_s, 0.5 / self.designed.period_s());

@@ -33,8 +33,8 @@
 //!    u = u_\text{ff} + N \frac{k_v}{b} \Big( \sigma + k_t (e_m - e_l) + k_i \int \sigma \Big) $$
 //!
 //! P-PI has F = N = 1, and b of the motor alone. It needs the spring fed back: without it P on the link alone gives
-//! $s^3 + b_1 s^2 + k_1 s + k_p k_1$ behind however fast a loop of the motor's speed, which is unstable on any joint that
-//! damps little.
+//! $s^3 + b_1 s^2 + k_1 s + k_p k_1$ behind however fast a loop of the motor's speed, which is unstable on any joint
+//! that damps little.
 //!
 //! P-PI with a notch is what servo drives have for a resonance: $k_t = 0$, b of both shafts as one, speed of the motor,
 //! and position by dual feedback, the motor's above the crossover F and the link's below it. So the link is where it
