@@ -141,8 +141,8 @@ mod tests {
         Bench::new("joint.toml", scenario::JOINT, &sets).expect("a joint").designed
     }
 
-    /// A search begins with what the rule says, however it has shaped it, and none of its ends leaves what a design
-    /// may be.
+    /// A search begins with what the rule says, however it has shaped it, goes as far to either side as with a rival,
+    /// and none of its ends leaves what a design may be.
     #[test]
     fn the_guess_of_a_joint_as_a_whole_is_the_drive_by_rule() {
         let designed = stiff();
@@ -150,6 +150,10 @@ mod tests {
         for gain_sets in [1, 2] {
             let ours = Ours { designed, gain_sets };
             let knobs = ours.knobs();
+            for Knob { name, low, high, guess } in &knobs[..4] {
+                let spans = [guess / low, high / guess].map(|span| (span / 8.0 - 1.0).abs());
+                assert!(spans.iter().all(|off| *off < 1e-12), "{name}: {low} to {high} about {guess}");
+            }
             let of = |of: fn(&Knob) -> f64| ours.designed(&knobs.iter().map(of).collect::<Vec<_>>()).expect("a drive");
             let (guessed, by_rule) = (of(|knob| knob.guess).bandwidths(), designed.bandwidths());
             let rates = |w: &Bandwidths| [&[w.surface_rad_s, w.reaching_per_s], &w.observers_rad_s[..]].concat();
