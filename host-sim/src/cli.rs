@@ -207,7 +207,8 @@ enum Command {
     Report(ReportOptions),
     /// Tune our drive and its rivals with the same effort, and show what each does: table and figure.
     ///
-    /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI. docs/comparison.md says how.
+    /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI, and on a joint P-PI with a
+    /// notch. docs/comparison.md says how.
     Compare(CompareOptions),
     /// Reproduce the figures of the paper and hold its claims against what comes out.
     Figures {

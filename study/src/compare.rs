@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`bench`](Bench) | the runs, the figures, the cost |
 //! | `rival` | the laws of the books |
+//! | `cascade` | of these the cascades, and the notch |
 //! | `ours` | our drive as one of them |
 //! | `linear` | is the exact sampled loop stable? |
 //! | `tune` | random and local search, one seed |
@@ -35,6 +36,7 @@ use loop_sim::port::ControllerPort;
 use loop_sim::port::drive::DriveDesign;
 
 mod bench;
+mod cascade;
 pub(crate) mod corners;
 mod linear;
 pub(crate) mod matrix;
@@ -111,7 +113,7 @@ impl Contender for Rival {
     }
 
     fn knobs(&self) -> Vec<Knob> {
-        self.kind.knobs(&self.task.designed)
+        self.kind.knobs(&self.task)
     }
 
     fn design(&self, knobs: &[f64]) -> Option<Box<dyn Design>> {
@@ -161,5 +163,5 @@ pub fn contenders(bench: &Bench) -> Vec<Box<dyn Contender>> {
     let designed = bench.designed;
     let ours = [2, 1].map(|gain_sets| Box::new(ours::Ours { designed, gain_sets }) as Box<dyn Contender>);
     let rival = |kind| Box::new(Rival { kind, task: bench.task().clone() }) as Box<dyn Contender>;
-    ours.into_iter().chain(rival::Kind::ALL.map(rival)).collect()
+    ours.into_iter().chain(rival::Kind::all(bench.task().model.encoders()).map(rival)).collect()
 }

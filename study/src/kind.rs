@@ -41,6 +41,7 @@ impl Kind {
     pub(crate) const fn of(designed: &DriveDesign) -> &'static Self {
         match designed {
             DriveDesign::Motor(_) => &MOTOR,
+            DriveDesign::Joint(_) if designed.is_whole() => &WHOLE,
             DriveDesign::Joint(_) => &JOINT,
         }
     }
@@ -93,7 +94,7 @@ static MOTOR: Kind = Kind {
     instance: "motor",
 };
 
-static JOINT: Kind = Kind {
+const OF_JOINT: Kind = Kind {
     error: (3, "the error, three equal poles"),
     observers: &["observer of the link", "observer of the motor"],
     reaching: "sigma*",
@@ -121,4 +122,21 @@ static JOINT: Kind = Kind {
         motor_alone: false,
     },
     instance: "joint with two encoders",
+};
+
+static JOINT: Kind = OF_JOINT;
+
+/// A joint that is designed as a whole. Its numbers come of a rule that knows the joint: a search begins with them, and
+/// goes as far to either side as with any other law.
+static WHOLE: Kind = Kind {
+    most: (&[Some(2.0), Some(4.0)], 1.5),
+    knobs: [
+        &[("link/surface", 0.3, 60.0, 5.0), ("motor/link", 0.1, 50.0, 3.0), ("reaching/surface", 1.0, 100.0, 6.0)],
+        &[("link fast/quiet", 0.5, 5.0, 2.0), ("motor fast/quiet", 0.5, 5.0, 1.5)],
+    ],
+    rivals: [
+        OF_JOINT.rivals[0],
+        &[("kp (1/s)", 0.15), ("kt (1/s)", 0.5), ("kv (1/s)", 3.0), ("ki (1/s)", 0.1), ("filter (rad/s)", 8.0)],
+    ],
+    ..OF_JOINT
 };

@@ -2,7 +2,7 @@
 //!
 //! A law is $m' = A m + B y$, where an entry of m' is the u that is held until the next tick. The matrices are not
 //! derived a second time: every entry of the memory, and every angle, is moved a little and the law ticks once; ours as
-//! the module `linear` of `loop-sim` has it, a rival here. That is exact but for what gravity bends (1e-7 of an entry).
+//! the module `linear` of `loop-sim` has it, a rival here. That is exact but for rounding.
 
 use loop_sim::linear::{LinearPlant, LinearTick, is_idle};
 use loop_sim::plant::Plant;
@@ -13,8 +13,8 @@ use super::matrix::{Matrix, spectral_radius};
 use super::rival::{HELD, Law, Told};
 use super::task::Aim;
 
-/// Moved by so much, rad and the like.
-const NUDGE: f64 = 1e-4;
+/// Moved by so much, rad and the like: no law comes to its limit by it, however stiff it is.
+const NUDGE: f64 = 1e-9;
 
 /// A law near rest.
 #[derive(Clone, Debug)]
@@ -140,9 +140,9 @@ impl Sampled {
 mod tests {
     use std::sync::Arc;
 
+    use controller_core::drive::{Joint, JointRatios, JointTick, Regulator};
     use loop_sim::plant::Imperfections;
-
-    use loop_sim::port::drive::Bandwidths;
+    use loop_sim::port::drive::{Bandwidths, DriveOf};
 
     use super::super::rival::Kind;
     use super::super::task::Task;
@@ -166,7 +166,7 @@ mod tests {
     }
 
     fn guesses(kind: Kind, task: &Task) -> Law {
-        let knobs: Vec<f64> = kind.knobs(&task.designed).iter().map(|knob| knob.guess).collect();
+        let knobs: Vec<f64> = kind.knobs(task).iter().map(|knob| knob.guess).collect();
         kind.law(task, &knobs).expect("a law")
     }
 
@@ -197,6 +197,39 @@ mod tests {
         }
     }
 
+    /// Of a joint as a whole: what estimates leave to the regulator are the eigenvalues of Φ - Γ K, which is computed
+    /// apart from any tick, the lag of the current in it. Of one whose spring is 10 % softer they are not.
+    #[test]
+    fn the_matrix_of_a_joint_as_a_whole_has_the_poles_of_its_regulator() {
+        let text = scenario::JOINT
+            .replace("stiffness_n_m = 9.0", "stiffness_n_m = 300.0")
+            .replace("weight_n_m = 0.23", "weight_n_m = 0.0");
+        let designed = bench(&text).designed;
+        let DriveDesign::Joint(DriveOf { design, .. }) = &designed else { panic!("a joint") };
+        let (t, lag_s) = (design.period_s, design.coupled.expect("a joint as a whole").lag_s);
+        let linear = Linear::of_ours(&designed).expect("a design");
+        let off = |stiffness: f64| {
+            let sheet = Joint { stiffness_n_m: stiffness * design.joint.stiffness_n_m, ..design.joint };
+            let ratios = JointRatios::of(&sheet, lag_s);
+            let tick = JointTick::of(&ratios, t);
+            let (phi, gamma) = tick.matrices(&ratios);
+            let w = design.bandwidths;
+            let k = Regulator::of(&ratios, &tick, t, [w.surface_rad_s, w.reaching_per_s]).expect("a gain").feedback;
+            let closed = Matrix::from_fn(5, 5, |i, j| phi[i][j] - gamma[i] * k[j]);
+            let plant = sheet_of(&designed).plant(0.0, Imperfections { lag_s, ..Imperfections::default() });
+            let plant = Sampled::new(plant.as_ref(), t).expect("a slow plant");
+            let found = crate::margins::eigenvalues(linear.closed(&plant)).expect("numbers");
+            let nearest = |pole: &nalgebra::Complex<f64>| {
+                found.iter().map(|z| (z.re - pole.re).hypot(z.im - pole.im)).fold(f64::INFINITY, f64::min)
+            };
+            let poles = crate::margins::eigenvalues(closed).expect("numbers");
+            poles.iter().map(nearest).fold(0.0, f64::max)
+        };
+        let (same, softer) = (off(1.0), off(0.9));
+        println!("{same:.1e}, softer {softer:.1e}");
+        assert!(same < 1e-7 && softer > 1e-3, "{same:e} {softer:e}");
+    }
+
     /// 1 + G C z^-L of a rigid shaft without friction, G = b T²/2 (z + 1)/(z - 1)², from the book, L ticks late.
     #[test]
     fn the_cascade_on_a_rigid_shaft_is_its_closed_form() {
@@ -221,13 +254,50 @@ mod tests {
         }
     }
 
+    /// det(z - Φ) of the joint, and with C of both encoders from the book: 1 + G C, each denominator taken out.
+    #[test]
+    fn the_cascade_with_a_notch_on_a_joint_is_its_closed_form() {
+        for text in
+            [scenario::JOINT.to_owned(), scenario::JOINT.replace("stiffness_n_m = 9.0", "stiffness_n_m = 300.0")]
+        {
+            let task = bench(&text).task().clone();
+            let (t, knobs) = (task.model.period_s, [7.0, 12.0, 35.0, 9.0, 800.0, 400.0, 0.6]);
+            let [kp, crossing, kv, ki, filter, centre, damping] = knobs;
+            let plant = nominal(&task);
+            let law = Kind::Notch.law(&task, &knobs).expect("a law");
+            let closed = Linear::of_rival(&law, 2, 0).expect("linear").closed(&plant);
+            let [fresh, crossing] = [filter, crossing].map(|w| 1.0 - (-w * t).exp());
+            let kappa = (0.5 * centre * t).tan();
+            let whole = 1.0 + 2.0 * damping * kappa + kappa * kappa;
+            for z in [2.0, -1.5, 0.5, 3.0] {
+                let one = Matrix::identity(4, 4) * z - plant.phi.view((0, 0), (4, 4));
+                let g = one.clone().lu().solve(&plant.gamma.rows(0, 4).into_owned()).expect("no pole of the joint");
+                let middle = 2.0 * (kappa * kappa - 1.0) * z;
+                let below = z * z + (middle + 1.0 - 2.0 * damping * kappa + kappa * kappa) / whole;
+                let notch = ((1.0 + kappa * kappa) * (z * z + 1.0) + middle) / whole / below;
+                let differenced = fresh * (z - 1.0) / (t * (z - 1.0 + fresh));
+                let slow = crossing * z / (z - 1.0 + crossing);
+                let speed_loop = kv / task.model.rigid_gain() * notch * (1.0 + ki * t * z / (z - 1.0));
+                let [link, motor] = [kp * slow, kp * (1.0 - slow) + differenced];
+                let loop_gain = speed_loop * (link * g[0] + motor * g[2]);
+                let states = one.determinant() * (z - 1.0) * (z - 1.0 + fresh) * (z - 1.0 + crossing) * below;
+                let spare = f64::powi(z, i32::try_from(closed.nrows()).expect("few") - 9);
+                let (found, expected) = (characteristic(&closed, z), (1.0 + loop_gain) * states * spare);
+                assert!((found / expected - 1.0).abs() < 1e-6, "z = {z}: {found:e} of {expected:e}");
+            }
+        }
+    }
+
     /// What the matrix says of the loop is how the law itself decays on the plant, tick by tick.
     #[test]
     fn laws_decay_as_their_matrices_say() {
         for text in [scenario::JOINT, scenario::MOTOR] {
             let task = bench(text).task().clone();
             let plant = nominal(&task);
-            for kind in [Kind::Lqg, Kind::Lqi] {
+            for kind in [Kind::Lqg, Kind::Lqi, Kind::Notch] {
+                if kind == Kind::Notch && task.model.encoders() < 2 {
+                    continue;
+                }
                 let law = Arc::new(guesses(kind, &task));
                 let encoders = task.model.encoders();
                 let told = Linear::of_rival(&law, encoders, 0).expect("linear").radius(&plant);

@@ -1,6 +1,6 @@
 //! The rivals: laws of the books on the same counts, each with the same feed-forward as ours.
 //!
-//! All but the cascade are an observer and a feedback of what it sees, with everything of one tick exact in Φ, Γ:
+//! All but the cascades are an observer and a feedback of what it sees, with everything of one tick exact in Φ, Γ:
 //!
 //! $$ \hat\xi^- = F \hat\xi + G u + H \bar w, \qquad \hat\xi = \hat\xi^- + L (y - C \hat\xi^-), \qquad
 //!    \xi = (x, d) $$
@@ -16,6 +16,7 @@
 //! | ADRC | per encoder q, q', d with a triple pole (Gao 2003), the model known | all poles at w |
 //! | super-twisting | that of ADRC | surface (s + w)^(n-1) and the law of Levant (1993), its root implicit in time |
 //! | P-PI | none | P on the output's error, PI on the motor's, differenced and filtered; of a joint the spring too |
+//! | P-PI, notch | none | of a joint: P on motor and link, PI on the motor, a notch before the current |
 //!
 //! The Kalman filter believes in steps of the encoder of variance 1/12, and in a plant whose states walk: with k states
 //! per encoder the j-th by a variance of $\beta \binom{k}{j} (\omega T)^{2j}/12$ steps² per tick, the last without β.
@@ -25,8 +26,28 @@
 //! of the PI rest while u is beyond its limits. Under a tick of delay the estimates are foreseen by one tick with the u
 //! that is under way.
 //!
-//! A cascade without the spring fed back is unstable on any joint that damps little: P on the link alone gives
-//! $s^3 + b_1 s^2 + k_1 s + k_p k_1$ behind however fast a loop of the motor's speed.
+//! Both cascades are one law. With the errors $e_m$ and $e_l$ of motor and link behind the gear, low-pass filters D and
+//! F of the first order, and a notch N,
+//!
+//! $$ e = e_m + F (e_l - e_m), \qquad \sigma = D \dot e_m + k_p e, \qquad
+//!    u = u_\text{ff} + N \frac{k_v}{b} \Big( \sigma + k_t (e_m - e_l) + k_i \int \sigma \Big) $$
+//!
+//! P-PI has F = N = 1, and b of the motor alone. It needs the spring fed back: without it P on the link alone gives
+//! $s^3 + b_1 s^2 + k_1 s + k_p k_1$ behind however fast a loop of the motor's speed, which is unstable on any joint
+//! that damps little.
+//!
+//! P-PI with a notch is what servo drives have for a resonance: $k_t = 0$, b of both shafts as one, speed of the motor,
+//! and position by dual feedback, the motor's above the crossover F and the link's below it. So the link is where it
+//! should be in the end, and swings on its spring without the position loop driving it on. The notch is on what is fed
+//! back; the feed-forward knows the spring and passes it by. It is prewarped at its centre and goes by Tustin's rule:
+//!
+//! $$ N(s) = \frac{s^2 + \omega^2}{s^2 + 2 \zeta \omega s + \omega^2}, \qquad
+//!    s \to \frac{\omega}{\kappa} \thinspace \frac{z - 1}{z + 1}, \qquad
+//!    N(z) = \frac{(1 + \kappa^2)(z^2 + 1) + 2 (\kappa^2 - 1) z}
+//!    {(1 + 2 \zeta \kappa + \kappa^2) z^2 + 2 (\kappa^2 - 1) z + 1 - 2 \zeta \kappa + \kappa^2}, \qquad
+//!    \kappa = \tan \frac{\omega T}{2} $$
+//!
+//! Its width ζ may become so small that there is no notch: the search may do without.
 //!
 //! With its state in f64 and angles from an unbounded count a rival has no rounding to fear; ours is f32.
 
@@ -34,10 +55,10 @@ use std::sync::Arc;
 
 use controller_core::{Health, MAX_R};
 use loop_sim::MAX_ORDER;
-use loop_sim::port::drive::DriveDesign;
 use loop_sim::port::{ControllerPort, PortError, Tick};
 
 use super::Knob;
+use super::cascade::{self, Gains};
 use super::matrix::{Matrix, ackermann, held, kalman, regulator};
 use super::task::{Aim, Angles, Model, Task};
 
@@ -46,13 +67,13 @@ pub(super) const HELD: usize = 0;
 /// With a delay: what will be held then; what comes after it is at the end of the memory.
 const QUEUED: usize = 1;
 /// 1 while u is beyond its limits.
-const BEYOND: usize = 2;
+pub(super) const BEYOND: usize = 2;
 /// An integral: ζ, that of the twisting, or of the PI.
-const INTEGRAL: usize = 3;
+pub(super) const INTEGRAL: usize = 3;
 /// w at the last tick; of the cascade the last error and the filter.
-const LAST: usize = 4;
-/// ξ.
-const ESTIMATE: usize = 6;
+pub(super) const LAST: usize = 4;
+/// ξ; of a cascade what it remembers more.
+pub(super) const ESTIMATE: usize = 6;
 
 /// What a law is told in a tick.
 pub(super) struct Told<'a> {
@@ -75,19 +96,7 @@ fn queue(memory: &[f64], late: usize) -> impl DoubleEndedIterator<Item = usize> 
 #[derive(Clone, Debug)]
 pub(super) enum Law {
     Feedback(Box<Feedback>),
-    Cascade { model: Arc<Model>, limit: f64, gains: CascadeGains },
-}
-
-/// With s = filtered difference of the motor's error + kp times the output's, and the error of the spring:
-/// u = (s + kt spring + ki ∫ s) kv / (motor's gain).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CascadeGains {
-    kp: f64,
-    kt: f64,
-    kv: f64,
-    ki: f64,
-    /// Share that the filter takes of what is new.
-    fresh: f64,
+    Cascade { model: Arc<Model>, limit: f64, gains: Gains },
 }
 
 #[derive(Clone, Debug)]
@@ -142,8 +151,9 @@ impl Law {
                 memory
             }
             Self::Cascade { model, .. } => {
-                let mut memory = vec![0.0; ESTIMATE];
-                memory[LAST] = motor_error(model, y, aim);
+                let mut memory = vec![0.0; ESTIMATE + cascade::MORE];
+                let error = cascade::motor_error(model, y, aim);
+                (memory[LAST], memory[ESTIMATE]) = (error, error - (aim.x[0] - y[0]));
                 memory
             }
         };
@@ -155,7 +165,7 @@ impl Law {
     pub(super) fn tick(&self, memory: &mut [f64], told: &Told<'_>, is_first: bool) -> f64 {
         let (u, limit) = match self {
             Self::Feedback(law) => (law.tick(memory, told, is_first), law.limit),
-            Self::Cascade { model, limit, gains } => (cascade(model, gains, memory, told), *limit),
+            Self::Cascade { model, limit, gains } => (cascade::tick(model, gains, memory, told), *limit),
         };
         memory[BEYOND] = f64::from(u8::from(u.abs() > limit));
         let limited = u.clamp(-limit, limit);
@@ -234,25 +244,6 @@ impl Twist {
     }
 }
 
-/// Where the motor should be less where it is; the output is the motor where there is no joint.
-fn motor_error(model: &Model, y: &[f64; 2], aim: &Aim) -> f64 {
-    let driven = model.encoders() - 1;
-    aim.x[2 * driven] - y[driven]
-}
-
-fn cascade(model: &Model, gains: &CascadeGains, memory: &mut [f64], told: &Told<'_>) -> f64 {
-    let error = motor_error(model, &told.y, told.now);
-    let [last, filtered] = [memory[LAST], memory[LAST + 1]];
-    let filtered = filtered + gains.fresh * ((error - last) / model.period_s - filtered);
-    (memory[LAST], memory[LAST + 1]) = (error, filtered);
-    let output_error = told.now.x[0] - told.y[0];
-    let s = filtered + gains.kp * output_error;
-    if memory[BEYOND] < 0.5 {
-        memory[INTEGRAL] += gains.ki * model.period_s * s;
-    }
-    told.then.feed + gains.kv / model.b[model.order() - 1] * (s + gains.kt * (error - output_error) + memory[INTEGRAL])
-}
-
 /// The kinds of rivals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -261,10 +252,16 @@ pub(super) enum Kind {
     Adrc,
     SuperTwisting,
     Cascade,
+    Notch,
 }
 
 impl Kind {
-    pub(super) const ALL: [Self; 5] = [Self::Lqg, Self::Lqi, Self::Adrc, Self::SuperTwisting, Self::Cascade];
+    const ALL: [Self; 6] = [Self::Lqg, Self::Lqi, Self::Adrc, Self::SuperTwisting, Self::Cascade, Self::Notch];
+
+    /// Those for a plant with so many encoders: a motor has no resonance to be notched.
+    pub(super) fn all(encoders: usize) -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(move |kind| encoders > 1 || *kind != Self::Notch)
+    }
 
     pub(super) const fn name(self) -> &'static str {
         match self {
@@ -273,6 +270,7 @@ impl Kind {
             Self::Adrc => "ADRC with model",
             Self::SuperTwisting => "super-twisting",
             Self::Cascade => "P-PI",
+            Self::Notch => "P-PI, notch",
         }
     }
 
@@ -280,23 +278,38 @@ impl Kind {
     const fn disturbances(self, ours: usize) -> usize {
         match self {
             Self::Lqg => ours,
-            Self::Lqi | Self::Cascade => 0,
+            Self::Lqi | Self::Cascade | Self::Notch => 0,
             Self::Adrc | Self::SuperTwisting => 1,
         }
     }
 
     /// What may be chosen, with a guess to begin with from the bandwidths of this drive: of its error, or of an
-    /// observer that is slower.
-    pub(super) fn knobs(self, designed: &DriveDesign) -> Vec<Knob> {
+    /// observer that is slower; of a joint as a whole from both poles of its error and from its observers; for a notch
+    /// from the data sheet.
+    pub(super) fn knobs(self, task: &Task) -> Vec<Knob> {
+        if self == Self::Notch {
+            return cascade::notch_knobs(task);
+        }
+        let designed = &task.designed;
         let w = designed.bandwidths();
-        let slow = w.observers_rad_s.iter().map(|own| own / 0.75).fold(w.surface_rad_s, f64::min);
+        let is_whole = designed.is_whole();
+        let slow = if is_whole {
+            libm::sqrt(w.surface_rad_s * w.reaching_per_s)
+        } else {
+            w.observers_rad_s.iter().map(|own| own / 0.75).fold(w.surface_rad_s, f64::min)
+        };
+        // On a shaft that is stiff below its resonance the quadratic law then has poles about there.
+        let reaching = if is_whole { task.model.resonances_rad_s()[1].powi(2) / slow } else { 5.0 * slow };
         let knob = |name, guess: f64| Knob { name, low: guess / 8.0, high: guess * 8.0, guess };
-        let [observers, cascade] =
-            crate::kind::Kind::of(designed).rivals.map(|of| of.iter().map(|(name, times)| knob(*name, times * slow)));
+        let [observers, cascade] = crate::kind::Kind::of(designed).rivals;
+        let observer = |(&(name, times), own): (&(&'static str, f64), &f64)| {
+            knob(name, if is_whole { *own } else { times * slow })
+        };
+        let observers = observers.iter().zip(&w.observers_rad_s).map(observer);
         let own: &[Knob] = match self {
             Self::Lqg | Self::Lqi => &[
                 knob("surface (rad/s)", slow),
-                knob("reaching (1/s)", 5.0 * slow),
+                knob("reaching (1/s)", reaching),
                 Knob { name: "damping of the filter", low: 0.05, high: 2.0, guess: 0.5 },
             ],
             Self::Adrc => &[knob("poles (rad/s)", 1.5 * slow)],
@@ -304,7 +317,9 @@ impl Kind {
                 knob("surface (rad/s)", slow),
                 Knob { name: "disturbance's rate (A/s)", low: 0.3, high: 3e4, guess: 100.0 },
             ],
-            Self::Cascade => return cascade.collect(),
+            Self::Cascade | Self::Notch => {
+                return cascade.iter().map(|(name, times)| knob(*name, times * slow)).collect();
+            }
         };
         own.iter().copied().chain(observers).collect()
     }
@@ -313,13 +328,12 @@ impl Kind {
     pub(super) fn law(self, task: &Task, knobs: &[f64]) -> Option<Law> {
         let (model, limit) = (&task.model, task.max_current_a());
         let t = model.period_s;
-        if self == Self::Cascade {
-            let (kp, kt, [kv, ki, filter]) = match *knobs {
-                [kp, kv, ki, filter] => (kp, 0.0, [kv, ki, filter]),
-                [kp, kt, kv, ki, filter] => (kp, kt, [kv, ki, filter]),
-                _ => return None,
-            };
-            let gains = CascadeGains { kp, kt, kv, ki, fresh: 1.0 - libm::exp(-filter * t) };
+        let gains = match self {
+            Self::Cascade => Some(Gains::new(model, knobs)?),
+            Self::Notch => Some(Gains::notched(model, knobs)?),
+            _ => None,
+        };
+        if let Some(gains) = gains {
             return Some(Law::Cascade { model: model.clone(), limit, gains });
         }
         let order = model.order();
@@ -337,7 +351,9 @@ impl Kind {
         let (pi, n) = whole.rests()?;
         let surface = || ackermann(&phi, &gamma, &vec![libm::exp(-own[0] * t); order - 1]);
         let (k, k_i, twist) = match self {
-            Self::Lqg | Self::Cascade => (quadratic(model, &phi, &gamma, own[0], own[1], false)?.0, 0.0, None),
+            Self::Lqg | Self::Cascade | Self::Notch => {
+                (quadratic(model, &phi, &gamma, own[0], own[1], false)?.0, 0.0, None)
+            }
             Self::Lqi => {
                 let (k, k_i) = quadratic(model, &phi, &gamma, own[0], own[1], true)?;
                 (k, k_i, None)

@@ -92,6 +92,16 @@ impl Model {
         self.order() / 2
     }
 
+    /// Both shafts as one, rad/s² per A.
+    pub(super) fn rigid_gain(&self) -> f64 {
+        if self.order() == 2 { self.gain } else { self.gain / (self.spring + self.motor_spring) }
+    }
+
+    /// Of a joint: how fast the link swings on its spring behind a motor that is held, and both against each other.
+    pub(super) fn resonances_rad_s(&self) -> [f64; 2] {
+        [self.spring, self.spring + self.motor_spring].map(libm::sqrt)
+    }
+
     /// The states on a jet r, r', r'', r''', rad and s; a motor has two of them.
     pub fn state(&self, &[r, r_1, r_2, r_3]: &[f64; 4]) -> [f64; 4] {
         if self.order() == 2 {
