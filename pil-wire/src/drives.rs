@@ -342,7 +342,8 @@ macro_rules! drives {
             ) -> Result<Driven, Refusal> {
                 match (self, instance.model, instance.r, instance.mask) {
                     $((Self::$name(driving), Model::$model, $r, $form) => {
-                        driving.retune(drives!(law $design $described $drive<$aim, $fast, $late $(, $states)?>; words), counts)
+                        let law = drives!(law $design $described $drive<$aim, $fast, $late $(, $states)?>; words);
+                        driving.retune(law, counts)
                     })*
                     _ => Err(none(instance)),
                 }
