@@ -6,7 +6,9 @@
 use std::fmt;
 
 use controller_core::bounds::{DisturbanceBounds, ultimate};
-use controller_core::drive::{JointBandwidths, JointDesign, MotorDesign, MotorMargin, Switching, bessel_poles};
+use controller_core::drive::{
+    JointBandwidths, JointDesign, JointRatios, MotorDesign, MotorMargin, Switching, bessel_poles,
+};
 use controller_core::error_dynamics::{error_poles, surface_roots};
 use controller_core::{AnyConfig, ObserverGains, Pole, Surface};
 use loop_sim::linear::LawAtRest;
@@ -402,9 +404,8 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
         let (gates, unit) = (drive.designed.gate_steps(), Kind::of(&drive.designed).sigma_unit);
         let spring = match drive.designed {
             DriveDesign::Joint(DriveOf { design: JointDesign { joint, .. }, .. }) => {
-                let (link, motor) =
-                    (joint.stiffness_n_m / joint.link_inertia_kg_m2, joint.stiffness_n_m / joint.motor_inertia_kg_m2);
-                let (anti, both) = (link.sqrt(), (link + motor).sqrt());
+                let JointRatios { k1, k2, .. } = JointRatios::of(&joint, 0.0);
+                let (anti, both) = (k1.sqrt(), (k1 + k2).sqrt());
                 let per_tick =
                     format!("both shafts on the spring; {} rad per tick", number(both * experiment.period_s));
                 vec![

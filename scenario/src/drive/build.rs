@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use controller_core::drive::{
-    DriveError, Encoder, Joint, JointBandwidths, JointDesign, Motor, MotorBandwidths, MotorDesign, MotorMargin,
-    Mounting, Profile, ProfileLimits,
+    DriveError, Encoder, Joint, JointBandwidths, JointDesign, JointRatios, Motor, MotorBandwidths, MotorDesign,
+    MotorMargin, Mounting, Profile, ProfileLimits,
 };
 use controller_core::{Fallback, Limits};
 use loop_sim::actuator::{self, Actuator};
@@ -1419,6 +1419,24 @@ fn joint_corners(percent: f64, believed: &JointBody, spring_damping_n_m_s: f64, 
     })
 }
 
+/// One shaft that nobody sees: no design, and what takes its place where the spring is stiff.
+fn one_encoder(is_on_link: bool, joint: &Joint, gear: Gear) -> Problem {
+    let JointRatios { k1, k2, .. } = JointRatios::of(joint, 0.0);
+    let turns = gear.ratio();
+    let inertia_kg_m2 = (joint.link_inertia_kg_m2 + joint.motor_inertia_kg_m2) / (turns * turns);
+    let (key, unseen, swings_rad_s, more) = if is_on_link {
+        ("encoder.motor", "motor", (k1 + k2).sqrt(), ", its encoder with behind_gear = true")
+    } else {
+        ("encoder.link", "link", k1.sqrt(), "")
+    };
+    let message = format!(
+        "missing: a joint's drive needs an encoder on each side. Without this one nobody sees the {unseen} swing on \
+         the spring, at {swings_rad_s:.0} rad/s and above. A loop that is ten times slower may take both shafts for \
+         one: host-sim new FILE.toml --plant motor, with inertia_kg_m2 = {inertia_kg_m2:.3e}{more}"
+    );
+    Problem { key: key.into(), message }
+}
+
 /// A load that nothing could hold makes gates that believe anything.
 fn wide_gates(load_n_m: f64, strongest_n_m: f64) -> Option<String> {
     let times = load_n_m / strongest_n_m;
@@ -1536,6 +1554,10 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     // The spring carries the weight.
     let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
     problems.0.extend(on_link(&file.encoder.link));
+    let alone = [&file.encoder.link, &file.encoder.motor].map(|table| *table == EncoderTable::default());
+    if problems.0.is_empty() && alone[0] != alone[1] {
+        return Err(vec![one_encoder(alone[1], &nominal, turns)]);
+    }
     let link = mounted(&file.encoder.link, (Gear::NONE, "joint"), sheet.start_rad, "encoder.link", &mut problems);
     let motor = mounted(&file.encoder.motor, (turns, "joint"), motor_rad, "encoder.motor", &mut problems);
     let common = common! {

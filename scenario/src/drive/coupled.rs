@@ -76,16 +76,8 @@ impl CoupledBy {
 
     /// The design with the bandwidths of a rule.
     pub fn with(&self, design: &JointDesign, rule: &JointRule) -> JointDesign {
-        let JointRule { surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, .. } = *rule;
-        let bandwidths = JointBandwidths {
-            surface_rad_s,
-            reaching_per_s,
-            link_rad_s,
-            motor_rad_s,
-            offset_per_s: 0.5 * surface_rad_s,
-        };
-        let (ratios, calm_steps) = rule.fast.map_or(([1.0; 2], [1.5; 2]), |fast| (fast.ratios, fast.calm_steps));
-        self.with_bandwidths(&JointDesign { fast_ratios: ratios, ..*design }, bandwidths, calm_steps)
+        let (fast_ratios, calm_steps) = fast_of(rule);
+        self.with_bandwidths(&JointDesign { fast_ratios, ..*design }, bandwidths_of(rule), calm_steps)
     }
 
     /// The design with these bandwidths.
@@ -100,6 +92,16 @@ impl CoupledBy {
         let coupled = Coupled { lag_s: self.lag_s, resolution_rad, calm_steps: [steps(0), steps(1)] };
         design.coupled_by(coupled, bandwidths, self.load_n_m)
     }
+}
+
+fn bandwidths_of(rule: &JointRule) -> JointBandwidths {
+    let JointRule { surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, .. } = *rule;
+    JointBandwidths { surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, offset_per_s: 0.5 * surface_rad_s }
+}
+
+/// Ratios of the fast gain set, and the steps of innovation at which it comes in.
+fn fast_of(rule: &JointRule) -> ([f64; 2], [f64; 2]) {
+    rule.fast.map_or(([1.0; 2], [1.5; 2]), |fast| (fast.ratios, fast.calm_steps))
 }
 
 /// The design of a file as a whole, by rule and by what the file says instead.
@@ -144,9 +146,9 @@ impl AsWhole {
 
     /// For another period too: with the bandwidths of the file's.
     pub(super) fn design(&self, bare: &JointDesign) -> JointDesign {
-        let by_rule = self.rule.map_or(*bare, |rule| self.by.with(bare, &rule));
+        let w = self.rule.as_ref().map_or(bare.bandwidths, bandwidths_of);
+        let (by_rule, calm_steps) = self.rule.as_ref().map_or((bare.fast_ratios, [1.5; 2]), fast_of);
         let [surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s] = self.given;
-        let w = by_rule.bandwidths;
         let surface = surface_rad_s.unwrap_or(w.surface_rad_s);
         let bandwidths = JointBandwidths {
             surface_rad_s: surface,
@@ -155,8 +157,7 @@ impl AsWhole {
             motor_rad_s: motor_rad_s.unwrap_or(w.motor_rad_s),
             offset_per_s: 0.5 * surface,
         };
-        let calm_steps = self.rule.and_then(|rule| rule.fast).map_or([1.5; 2], |fast| fast.calm_steps);
-        let fast_ratios = self.fast_ratios.unwrap_or(by_rule.fast_ratios);
+        let fast_ratios = self.fast_ratios.unwrap_or(by_rule);
         self.by.with_bandwidths(&JointDesign { fast_ratios, ..*bare }, bandwidths, calm_steps)
     }
 

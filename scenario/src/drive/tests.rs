@@ -250,6 +250,26 @@ fn a_file_that_says_what_cannot_matter_is_warned_of() {
 }
 
 /// Below the finest encoder that a drive reads there is nothing to hold its noise against; at rest nothing is needed.
+/// Of both data sheets: a spring of 9 N m/rad, and one behind a gear of 100.
+#[test]
+fn a_joint_with_one_encoder_is_told_what_nobody_sees_and_what_may_take_its_place() {
+    let without = |key: &str| {
+        let (begin, rest) = JOINT.split_once(&format!("[encoder.{key}]")).expect("the table");
+        let end = rest.find("\n[").expect("another table");
+        [begin, &rest[end..]].concat()
+    };
+    let geared = ["joint.gear=[100, 1]", "joint.motor_inertia_kg_m2=1.2e-4", "joint.stiffness_n_m=8000"];
+    for (key, sets, told) in [
+        ("link", &[][..], ["swing on the spring, at 6 rad/s", "inertia_kg_m2 = 2.309e-1"]),
+        ("motor", &[], ["swing on the spring, at 99 rad/s", "2.309e-1, its encoder with behind_gear = true"]),
+        ("motor", &geared, ["swing on the spring, at 204 rad/s", "inertia_kg_m2 = 1.430e-4"]),
+    ] {
+        let error = build(&without(key), sets).err().expect(key);
+        assert!(error.contains(&format!("`encoder.{key}`: missing: a joint's drive needs")), "{error}");
+        assert!(told.iter().all(|told| error.contains(told)), "{key}: {error}");
+    }
+}
+
 #[test]
 fn the_finest_encoder_has_noise_at_rest_only() {
     let noise = |bits: &str| {
