@@ -80,22 +80,17 @@ pub fn cost_of(experiment: &Experiment) -> Option<&'static Cost> {
 
 fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
     let Form { follows, gain_sets, delay_ticks, observer_states } = designed.form();
-    if designed.is_whole() {
-        return Some(match (gain_sets, delay_ticks) {
-            (1, 0) => "joint as a whole",
-            (2, 0) => "joint as a whole, two sets",
-            (1, 1) => "joint as a whole, late",
-            _ => return None,
-        });
-    }
-    Some(match (designed.name(), follows, gain_sets, delay_ticks, observer_states) {
+    Some(match (Kind::of(designed).instance, follows, gain_sets, delay_ticks, observer_states) {
         ("motor", Follows::Position, 1, 0, 3) => "motor",
         ("motor", Follows::Position, 2, 0, 3) => "motor, two sets",
         ("motor", Follows::Position, 1, 1, 3) => "motor, late",
         ("motor", Follows::Speed, 1, 0, 3) => "motor, speed",
-        ("joint", Follows::Position, 1, 0, _) => "joint with two encoders",
-        ("joint", Follows::Position, 2, 0, _) => "joint with two encoders, two sets",
-        ("joint", Follows::Position, 1, 1, _) => "joint with two encoders, late",
+        ("joint with two encoders", Follows::Position, 1, 0, _) => "joint with two encoders",
+        ("joint with two encoders", Follows::Position, 2, 0, _) => "joint with two encoders, two sets",
+        ("joint with two encoders", Follows::Position, 1, 1, _) => "joint with two encoders, late",
+        ("joint as a whole", Follows::Position, 1, 0, _) => "joint as a whole",
+        ("joint as a whole", Follows::Position, 2, 0, _) => "joint as a whole, two sets",
+        ("joint as a whole", Follows::Position, 1, 1, _) => "joint as a whole, late",
         _ => return None,
     })
 }
@@ -105,7 +100,7 @@ fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
 pub fn cycles(designed: &DriveDesign) -> u32 {
     let Form { gain_sets, delay_ticks, .. } = designed.form();
     let bound = |name: &str| cost(name).map_or(0, |cost| cost.bound);
-    let kind = if designed.is_whole() { "joint as a whole" } else { Kind::of(designed).instance };
+    let kind = Kind::of(designed).instance;
     let more = |what: &str| bound(&format!("{kind}, {what}")) - bound(kind);
     bound(kind) + if gain_sets > 1 { more("two sets") } else { 0 } + delay_ticks as u32 * more("late")
 }

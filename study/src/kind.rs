@@ -138,5 +138,6 @@ static WHOLE: Kind = Kind {
         OF_JOINT.rivals[0],
         &[("kp (1/s)", 0.15), ("kt (1/s)", 0.5), ("kv (1/s)", 3.0), ("ki (1/s)", 0.1), ("filter (rad/s)", 8.0)],
     ],
+    instance: "joint as a whole",
     ..OF_JOINT
 };

@@ -3,7 +3,9 @@
 //! Those of the image `budget` (`firmware/budgets.toml`) have its names and designs; the drives among them are those of
 //! the files to start from, too. A scenario's own C file is proved by `host-sim export --certificate`.
 
-use controller_core::drive::{ALARMS, Aim, BRAKING, FullState, Hold, Joint, JointModel, Mounting, Position, Speed};
+use controller_core::drive::{
+    ALARMS, Aim, BRAKING, FullState, Hold, Joint, JointDesign, JointModel, Mounting, Position, Speed,
+};
 use controller_core::{
     Benchmark, Config, Controller, Health, JointParameters, Libm, Limits, Linear, MAX_N, Nominal, ObserverGains,
     Options, ReachingLaw, Reading, SampleLimits, Shape, Surface, channels,
@@ -53,10 +55,10 @@ pub const ALL: [Instance; 30] = [
     must("chain_n2", "chain of order 2", || plain::<2, 1, 0b11, 2>([-1.0, -2.0], 3.0)),
     must("chain_n6", "chain of order 6", || plain::<6, 3, 0b11_0000, 2>([-1.0, -6.0, -15.0, -20.0, -15.0, -6.0], 2.0)),
     must("motor_two_sets", "motor's drive, two gain sets", motor::<Position, 1, 0, 3>),
-    must("joint_drive_two_sets", "joint's drive, two gain sets", joint_drive::<Position, 1, 0>),
+    must("joint_drive_two_sets", "joint's drive, two gain sets", || joint_drive::<Position, 1, 0>(&JOINT_DRIVE)),
     must("motor_watched", "monitors of one shaft", monitors::<1>),
     must("joint_drive_watched", "monitors of two shafts", monitors::<2>),
-    must("joint_whole_two_sets", "joint as a whole, two gain sets", joint_whole::<Position, 1, 0>),
+    must("joint_whole_two_sets", "joint as a whole, two gain sets", || joint_drive::<Position, 1, 0>(&JOINT_WHOLE)),
     tried("benchmark", "Eq. (59)", || plain::<2, 2, 0b11, 2>(Benchmark::<Libm>::nominal().gradient, 1.0)),
     tried("chain_n3", "chain of order 3", || plain::<3, 2, 0b110, 2>([-4.2, -7.7, -4.2], 1.5)),
     tried("joint_r2_driven", "joint, order 2 in channel 4 alone", joint::<2, DRIVEN, 1>),
@@ -68,13 +70,13 @@ pub const ALL: [Instance; 30] = [
     tried("motor_late_two_sets", "the same, two gain sets", motor::<Position, 1, 1, 3>),
     tried("motor_speed", "motor's drive, of a speed", motor::<Speed, 0, 0, 3>),
     tried("motor_four_states", "motor's drive, observer of 4 states", motor::<Position, 0, 0, 4>),
-    tried("joint_drive", "joint's drive", joint_drive::<Position, 0, 0>),
-    tried("joint_drive_late", "joint's drive, a tick of delay", joint_drive::<Position, 0, 1>),
-    tried("joint_drive_late_two_sets", "the same, two gain sets", joint_drive::<Position, 1, 1>),
-    tried("joint_drive_held", "joint's drive, held at 0", joint_drive::<Hold, 0, 0>),
-    tried("joint_whole", "joint as a whole", joint_whole::<Position, 0, 0>),
-    tried("joint_whole_late", "the same, a tick of delay", joint_whole::<Position, 0, 1>),
-    tried("joint_whole_late_two_sets", "the same, two gain sets", joint_whole::<Position, 1, 1>),
+    tried("joint_drive", "joint's drive", || joint_drive::<Position, 0, 0>(&JOINT_DRIVE)),
+    tried("joint_drive_late", "joint's drive, a tick of delay", || joint_drive::<Position, 0, 1>(&JOINT_DRIVE)),
+    tried("joint_drive_late_two_sets", "the same, two gain sets", || joint_drive::<Position, 1, 1>(&JOINT_DRIVE)),
+    tried("joint_drive_held", "joint's drive, held at 0", || joint_drive::<Hold, 0, 0>(&JOINT_DRIVE)),
+    tried("joint_whole", "joint as a whole", || joint_drive::<Position, 0, 0>(&JOINT_WHOLE)),
+    tried("joint_whole_late", "the same, a tick of delay", || joint_drive::<Position, 0, 1>(&JOINT_WHOLE)),
+    tried("joint_whole_late_two_sets", "the same, two gain sets", || joint_drive::<Position, 1, 1>(&JOINT_WHOLE)),
     tried("joint_measured", "joint's drive on a measured state", measured::<Position>),
     tried("joint_measured_held", "the same, held at 0", measured::<Hold>),
 ];
@@ -138,18 +140,11 @@ where
     Functions::Drive(drive::motor::<A, FAST, LATE, S>(&MOTOR, Mounting::UPRIGHT).expect("a good design"))
 }
 
-fn joint_drive<A, const FAST: usize, const LATE: usize>() -> Functions
+fn joint_drive<A, const FAST: usize, const LATE: usize>(design: &JointDesign) -> Functions
 where
     A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
 {
-    Functions::Drive(drive::joint::<A, FAST, LATE>(&JOINT_DRIVE, [Mounting::UPRIGHT; 2]).expect("a good design"))
-}
-
-fn joint_whole<A, const FAST: usize, const LATE: usize>() -> Functions
-where
-    A: NamedAim<4> + Aim<f32, 4> + Aim<f64, 4>,
-{
-    Functions::Drive(drive::joint::<A, FAST, LATE>(&JOINT_WHOLE, [Mounting::UPRIGHT; 2]).expect("a good design"))
+    Functions::Drive(drive::joint::<A, FAST, LATE>(design, [Mounting::UPRIGHT; 2]).expect("a good design"))
 }
 
 fn monitors<const E: usize>() -> Functions {

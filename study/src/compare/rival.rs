@@ -287,9 +287,6 @@ impl Kind {
     /// observer that is slower; of a joint as a whole from both poles of its error and from its observers; for a notch
     /// from the data sheet.
     pub(super) fn knobs(self, task: &Task) -> Vec<Knob> {
-        if self == Self::Notch {
-            return cascade::notch_knobs(task);
-        }
         let designed = &task.designed;
         let w = designed.bandwidths();
         let is_whole = designed.is_whole();
@@ -317,7 +314,8 @@ impl Kind {
                 knob("surface (rad/s)", slow),
                 Knob { name: "disturbance's rate (A/s)", low: 0.3, high: 3e4, guess: 100.0 },
             ],
-            Self::Cascade | Self::Notch => {
+            Self::Notch => return cascade::notch_knobs(task),
+            Self::Cascade => {
                 return cascade.iter().map(|(name, times)| knob(*name, times * slow)).collect();
             }
         };
