@@ -163,15 +163,17 @@ pub const fn joint<const R: usize>() -> Joint<R> {
     Joint::<R>::design(&config(channels(4, 2, [2, 4]), NOMINAL), FlexibleJoint::<f32>::new(&NOMINAL))
 }
 
-/// What the drive of `motor.S` is designed from: as `firmware/motor.toml`, but for period and gain sets.
-pub const MOTOR: MotorDesign = MotorDesign {
-    fallback: Fallback::Safe(0.0),
-    ..MotorDesign::by_rule(
+/// What the drive of `motor.S` is designed from: as `firmware/motor.toml`, but for period and gain sets. Its gate is for
+/// one set.
+pub const MOTOR: MotorDesign = {
+    let by_rule = MotorDesign::by_rule(
         1e-3,
         Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 },
         Encoder::absolute(14),
         Limits::symmetric(10.0),
-    )
+    );
+    let one_set = MotorDesign { fallback: Fallback::Safe(0.0), fast_ratio: 1.0, ..by_rule };
+    one_set.with_bandwidths(by_rule.bandwidths)
 };
 
 /// What the drive of `joint_drive.S` is designed from: as `firmware/drive.toml`, but for period and gain sets.

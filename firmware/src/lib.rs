@@ -4,7 +4,7 @@
 //! | image | what it does |
 //! |---|---|
 //! | `pil` | answers the host over USART1: the processor in the loop |
-//! | `drive` | a joint with two encoders at 4 kHz; the example to copy |
+//! | `drive` | a joint with two encoders at 3.2 kHz; the example to copy |
 //! | `motor` | the same of a motor with one encoder at 5 kHz |
 //! | `budget` | what one tick costs |
 //! | `assembly` | the tick as assembly beside the Rust tick, bit for bit |

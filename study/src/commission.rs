@@ -11,7 +11,7 @@
 //! Accepted is a move with abs(y - r) <= B + 2.5 steps of the encoder that is followed; of a joint the link with the
 //! new parameters must explain the record of the move too (0.6 steps rms), if its count was in the record that they
 //! are from. B is 1e-4 rad, or twice what the same move leaves when it is simulated on the joint or motor as it was
-//! found (module `predicted`), whichever is more, and never more than the recorded moves left. The move alone does not
+//! found (module `predicted`), whichever is more, and never more than a step above what the recorded moves left. The move alone does not
 //! see every wrong link, that residual does; neither sees a wrong motor of a joint, which does no harm in this move. A
 //! motor with a rigid load is asked for a move as short as its current allows: there b counts, and b that is 20 % wrong
 //! is seen.
@@ -43,6 +43,7 @@ mod rig;
 
 use predicted::Found;
 
+pub(crate) use multisine::highest_hz;
 pub use multisine::multisine;
 pub use retuned::{Retuned, is_of_drive, sheet_of};
 pub use rig::Rig;
@@ -59,6 +60,8 @@ const AFTER_S: f64 = 0.25;
 /// Share of the current that a verification may ask for, the load's apart, and the least share that is left of it.
 const CURRENT: f64 = 0.7;
 const LEAST_CURRENT: f64 = 0.3;
+/// The current that lifts the weight of the data sheet is this many times as large if weight and torque constant are off.
+const LIFTED: f64 = 1.5;
 /// Without the link's count the link is seen by its own swinging: moves to and fro, ever shorter and quicker, over the
 /// way of the recorded ones; each as quick as this share of the usual current allows (with all of it four of 32 corners
 /// of ±50 % stayed at the limit until an alarm, with half of it two), but no quicker than that.
@@ -85,6 +88,8 @@ pub struct Plan {
     pub move_s: f64,
     /// Peak of the multisine, A: at least five times the friction.
     pub peak_a: f64,
+    /// The record is made again with this peak if it says too little, A; 0 for not.
+    pub most_peak_a: f64,
     /// Its seed.
     pub seed: u64,
     /// Way of the verification, rad.
@@ -109,10 +114,12 @@ pub enum Swap {
 }
 
 impl Plan {
-    /// For a joint 0.6 rad in 2 s with 27 % of the current, for a motor 3 rad in 0.6 s with all of it.
+    /// For a joint 0.6 rad in 2 s with 27 % of the current, as a whole with half of it, and 80 % if that says too little;
+    /// for a motor 3 rad in 0.6 s with all of it.
     pub fn of(designed: &DriveDesign) -> Self {
         let plan = Kind::of(designed).plan;
-        Self { peak_a: plan.peak_a * designed.max_current_a(), ..plan }
+        let [peak_a, most_peak_a] = [plan.peak_a, plan.most_peak_a].map(|share| share * designed.max_current_a());
+        Self { peak_a, most_peak_a, ..plan }
     }
 }
 
@@ -252,6 +259,8 @@ pub struct Report {
     /// The design that was tried.
     #[serde(skip)]
     pub designed: DriveDesign,
+    /// Peak of the multisine, A.
+    pub peak_a: f64,
     /// Largest abs(y - r) of the recorded moves, by the counts, rad.
     pub recorded_peak_rad: f64,
     /// Jump of u at the swap, A.
@@ -484,6 +493,40 @@ pub fn commission(
     })
 }
 
+/// A record, and what it says.
+struct Recorded {
+    /// As it was made, and the share of the current that its moves may ask for, A.
+    plan: Plan,
+    share: f64,
+    leg: Leg,
+    /// What is held at its end, A.
+    load: f64,
+    identified: Result<Identified, Refusal>,
+}
+
+fn identified_by(stand: &mut dyn Stand, plan: &Plan, sheet: &Sheet, known: &Known) -> Result<Recorded, Stopped> {
+    let limit = stand.designed().max_current_a();
+    // A data sheet that is off by half in each number asks for a third of what is needed.
+    let mut share = (limit - plan.peak_a).max(0.1 * limit) / 3.0;
+    let mut plan = *plan;
+    // A weight has to be lifted besides, and is shaken by what is left.
+    let lifted = LIFTED * sheet.lifts_a(plan.way_rad);
+    if lifted > 0.0 {
+        share = share.max(lifted + 0.1 * limit).min(CURRENT * limit);
+        plan.peak_a = plan.peak_a.min(limit - share);
+    }
+    let (leg, load) = make_record(stand, &plan, sheet, share).map_err(|stopped| match stopped {
+        Stopped::Alarm(health) if known.names_gear() => {
+            Stopped::AlarmBehindGear { health, gear: known.gear, keys: sheet.keys_of_motor() }
+        }
+        other => other,
+    })?;
+    let record = leg.record.clone()?;
+    let told = if plan.motor_alone { Record { link: None, ..record } } else { record };
+    let identified = identify(&told, sheet, known);
+    Ok(Recorded { plan, share, leg, load, identified })
+}
+
 fn sequence(
     stand: &mut dyn Stand,
     plan: &Plan,
@@ -492,17 +535,14 @@ fn sequence(
 ) -> Result<Report, Stopped> {
     let (old, home_rad) = (stand.designed(), stand.at_rad());
     let (sheet, limit) = (sheet_of(&old), old.max_current_a());
-    // A data sheet that is off by half in each number asks for a third of what is needed.
-    let share = (limit - plan.peak_a).max(0.1 * limit) / 3.0;
-    let (recorded, load) = make_record(stand, plan, &sheet, share).map_err(|stopped| match stopped {
-        Stopped::Alarm(health) if known.names_gear() => {
-            Stopped::AlarmBehindGear { health, gear: known.gear, keys: sheet.keys_of_motor() }
-        }
-        other => other,
-    })?;
+    let mut made = identified_by(stand, plan, &sheet, known)?;
+    let is_weak = |refusal: &Refusal| matches!(refusal, Refusal::Weak { .. } | Refusal::Alike { .. });
+    if made.identified.as_ref().is_err_and(is_weak) && plan.most_peak_a > plan.peak_a {
+        made = identified_by(stand, &Plan { peak_a: plan.most_peak_a, ..*plan }, &sheet, known)?;
+    }
+    let Recorded { plan, share, leg: recorded, load, identified } = made;
     let (record, recorded_peak_rad) = (recorded.record.clone()?, recorded.peak_rad());
-    let told = if plan.motor_alone { &Record { link: None, ..record.clone() } } else { &record };
-    let mut identified = identify(told, &sheet, known).map_err(Stopped::Refused)?;
+    let mut identified = identified.map_err(Stopped::Refused)?;
     let designed = design(&mut identified).map_err(|error| Stopped::Design(error.to_string()))?;
     let (jump_a, settled) = swapped(stand, &designed, plan.swap)?;
 
@@ -520,8 +560,8 @@ fn sequence(
     let expected_rad = found.peak_rad(&designed, [stand.at_rad(), to_rad], ticks);
     let followed = record.link.as_ref().unwrap_or(&record.motor);
     let bar_rad = LEAST_BAR_RAD.max(TIMES_EXPECTED * expected_rad.unwrap_or(0.0)) + BAR_STEPS * followed.step_rad;
-    // In no case worse than before.
-    let bar_rad = bar_rad.min(recorded_peak_rad);
+    // In no case worse than before; each of both is a count, and may be off by half a step.
+    let bar_rad = bar_rad.min(recorded_peak_rad + followed.step_rad);
     let verify = moved(stand, to_rad, ticks)?;
     let of_verification = verify.record.as_ref().unwrap_or(&record);
     let most_residual_steps = identified.link.map(|_| most_residual_steps(of_verification, &identified.sheet, known));
@@ -545,12 +585,16 @@ fn sequence(
         let outcome = if is_good { Outcome::BackForTheLink } else { Outcome::BackForTheMove };
         (outcome, sheet, plan.move_s, share)
     };
-    let ticks = fewest(stand, &of_home, home_rad - stand.at_rad(), least_s, current)?;
+    let way_rad = home_rad - stand.at_rad();
+    // A weight that was lifted may need more than the record did.
+    let ticks = fewest(stand, &of_home, way_rad, least_s, current)
+        .or_else(|_| fewest(stand, &of_home, way_rad, least_s, u_max))?;
     let home = moved(stand, home_rad, ticks)?;
     Ok(Report {
         record,
         identified,
         designed,
+        peak_a: plan.peak_a,
         recorded_peak_rad,
         jump_a,
         settling_rad: settled.peak_rad(),

@@ -25,6 +25,8 @@
 //! *Refused*, with a reason, is what no drive should be designed from ([`Refusal`]). A cause that is found by trying
 //! (columns swapped, a sign reversed) is named.
 
+use std::f64::consts::FRAC_PI_2;
+
 use controller_core::drive::{Joint, Motor};
 use loop_sim::plant::{self, Imperfections, JointBody, Plant, Shaft};
 use loop_sim::port::drive::Motion;
@@ -41,6 +43,7 @@ mod refusal;
 
 use alone::Alone;
 use fit::Fit;
+use link::Correction;
 
 pub use refusal::{Equation, Refusal};
 
@@ -122,6 +125,12 @@ impl Sheet {
     pub const fn torque_n_m_per_a(&self) -> f64 {
         let (Self::Joint(Joint { torque_n_m_per_a, .. }) | Self::Motor(Motor { torque_n_m_per_a, .. })) = self;
         *torque_n_m_per_a
+    }
+
+    /// The current that holds its weight on a way from where it hangs, A.
+    pub(crate) fn lifts_a(&self, way_rad: f64) -> f64 {
+        let Self::Joint(joint) = self else { return 0.0 };
+        joint.weight_n_m * libm::sin(way_rad.abs().min(FRAC_PI_2)) / joint.torque_n_m_per_a
     }
 
     /// Of the motor against the link, rad/s; 0 of a motor with a rigid load.
@@ -276,14 +285,25 @@ fn judged(record: &Record, fit: Option<Fit>, equation: Equation, step_rad: f64) 
     Ok((fit, quality))
 }
 
-/// The link alone: start, output error.
-fn link_of(q: &[f64], motor: &[f64], period_s: f64, is_damped: bool) -> Option<Fit> {
-    link::fit(q, motor, period_s, &link::start(q, motor, period_s)?, is_damped)
+/// How counts of a link with this data sheet correct what is expected of it.
+fn correction(joint: &Joint, steps: [f64; 2], record: &Record) -> Correction {
+    let [k_1, b_1, _] = sheet_of_link(joint);
+    Correction::of(k_1, b_1, steps, record.period_s, record.held_a.len() as f64 * record.period_s)
+}
+
+/// The link alone: start, output or prediction error; angles with their steps, rad.
+fn link_of([q, motor]: [&[f64]; 2], steps: [f64; 2], record: &Record, joint: &Joint, is_damped: bool) -> Option<Fit> {
+    let start = link::start(q, motor, record.period_s, Sheet::Joint(*joint).resonance_rad_s())?;
+    link::fit(q, motor, record.period_s, &start, correction(joint, steps, record), is_damped)
 }
 
 /// How many times as much the link of the equation is shaken as by rounding of its own count, since the encoder of the
 /// motor is coarser.
 fn shaken_by_input(record: &Record, link: &Angle, joint: &Joint) -> f64 {
+    let by = correction(joint, [link.step_rad, record.motor.step_rad], record);
+    if by.spread > 1.0 {
+        return by.spread;
+    }
     let seconds = record.held_a.len() as f64 * record.period_s;
     let share = link::noise_share(sheet_of_link(joint), record.period_s, seconds);
     let ratio = record.motor.step_rad / link.step_rad;
@@ -304,16 +324,17 @@ fn settled(record: &Record, angle: &Angle) -> Vec<f64> {
 }
 
 /// What is done wrong most easily, if it explains the link.
-fn cause(record: &Record, link: &Angle, most: f64) -> Option<&'static str> {
+fn cause(record: &Record, link: &Angle, joint: &Joint, most: f64) -> Option<&'static str> {
     let (q, motor) = (settled(record, link), settled(record, &record.motor));
     let against: Vec<f64> = motor.iter().map(|angle| -angle).collect();
-    let explains = |q: &[f64], motor: &[f64], step_rad: f64| {
-        link_of(q, motor, record.period_s, false)
-            .is_some_and(|fit| fit.steps <= MOST_STEPS && fit.values[0] > 0.0 && fit.rms() <= most * step_rad)
+    let steps = [link.step_rad, record.motor.step_rad];
+    let explains = |angles: [&[f64]; 2], steps: [f64; 2]| {
+        link_of(angles, steps, record, joint, false)
+            .is_some_and(|fit| fit.steps <= MOST_STEPS && fit.values[0] > 0.0 && fit.rms() <= most * steps[0])
     };
-    if explains(&motor, &q, record.motor.step_rad) {
+    if explains([&motor, &q], [steps[1], steps[0]]) {
         Some("the columns of link and motor are swapped")
-    } else if explains(&q, &against, link.step_rad) {
+    } else if explains([&q, &against], steps) {
         Some("one of the two encoders is reversed (encoder.link.reversed, encoder.motor.reversed)")
     } else {
         None
@@ -358,11 +379,12 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     let (q, motor) = (settled(record, link), settled(record, &record.motor));
     let most = most_residual_steps(record, &Sheet::Joint(*joint), known);
     let not_the_joint =
-        |residual_steps: f64| Refusal::NotTheJoint { residual_steps, most, cause: cause(record, link, most) };
+        |residual_steps: f64| Refusal::NotTheJoint { residual_steps, most, cause: cause(record, link, joint, most) };
     let found = |is_damped: bool| {
-        judged(record, link_of(&q, &motor, record.period_s, is_damped), Equation::Link, link.step_rad)
+        let fit = link_of([&q, &motor], [link.step_rad, record.motor.step_rad], record, joint, is_damped);
+        judged(record, fit, Equation::Link, link.step_rad)
     };
-    let (mut fit, mut quality) = found(false).map_err(|refusal| match cause(record, link, most) {
+    let (mut fit, mut quality) = found(false).map_err(|refusal| match cause(record, link, joint, most) {
         Some(_) => not_the_joint(f64::INFINITY),
         None => refusal,
     })?;
@@ -389,10 +411,11 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     let spring_damping = fit.values.get(6).copied().unwrap_or(0.0);
     let values = [k_1, b_1, g, c, spring_damping];
     // A count of the motor that is late looks like a damping of the spring, and takes as much from b_1, to the last
-    // digit.
-    let late = |i: usize| if i == 1 || i == 4 { spring_damping } else { 0.0 };
+    // digit. Of a stiff link the integration makes both, too.
+    let integrated = link::integrated(k_1, record.period_s);
+    let off = [integrated[0], integrated[1] + spring_damping, 0.0, 0.0, spring_damping];
     let parameter =
-        |i: usize| link_parameter(i, values[i], widened * deviations[if i < 4 { i } else { 6 }] + late(i), joint);
+        |i: usize| link_parameter(i, values[i], widened * deviations[if i < 4 { i } else { 6 }] + off[i], joint);
     let vague = widened * deviations[0] / k_1.abs();
     if vague > MOST_ALONE {
         return Err(Refusal::Vague { name: "k_1", interval: vague, most: MOST_ALONE, shaken_a: shaken_a(record) });
@@ -439,10 +462,9 @@ fn link_alone(record: &Record, current: &[f64], joint: &Joint, known: &Known) ->
 fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified, Refusal> {
     let unsolved = |equation| Refusal::Unsolved { equation, shaken_a: shaken_a(record) };
     let period_s = record.period_s;
-    let current = motor::behind_lag(&record.held_a, period_s, known.lag_s);
     let linked = match &record.link {
         Some(link) => measured_link(record, link, joint, known)?,
-        None => link_alone(record, &current, joint, known)?,
+        None => link_alone(record, &motor::behind_lag(&record.held_a, period_s, known.lag_s), joint, known)?,
     };
     let [k1, b1, g, c, d1] = linked.values;
     let [sheet_1, sheet_2] = [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2].map(|it| joint.stiffness_n_m / it);
@@ -451,7 +473,8 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     let recorded = motor::Recorded {
         link: Some(&linked.rad),
         motor: &record.motor.rad,
-        current,
+        held: &record.held_a,
+        lag_s: known.lag_s,
         period_s,
         cogging_per_turn: known.cogging_per_turn,
     };
@@ -462,12 +485,11 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     };
     // The motor's equation has no damping of the spring: it is in b_2 too.
     let b2 = b2_of_all - d1 * k2 / k1;
-    for (name, value, cause) in [("k_1", k1, None), ("k_2", k2, None), ("B_0", b0, Some(REVERSED_CURRENT))] {
-        // A sign is told before anything else is.
-        if value.is_nan() || value <= 0.0 {
-            return Err(Refusal::NotPositive { name, value, cause });
-        }
-    }
+    let deviations = motor_fit.deviations(recorded.lags());
+    // A sign is told before anything else is.
+    positive(record, "k_1", k1, 0.0, None)?;
+    positive(record, "k_2", k2, deviations[0], None)?;
+    positive(record, "B_0", b0, deviations[2], Some(REVERSED_CURRENT))?;
     if of_motor.condition > MOST_CONDITION {
         return Err(Refusal::Alike { equation: Equation::MotorOfJoint, condition: of_motor.condition });
     }
@@ -477,9 +499,10 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
         within(record, name, value, sheet, known)?;
     }
 
-    let of_motor_10: Vec<f64> = motor_fit.deviations(recorded.lags()).iter().map(|it| WIDENED * it).collect();
+    let of_motor_10: Vec<f64> = deviations.iter().map(|it| WIDENED * it).collect();
     let inertia = joint.link_inertia_kg_m2;
-    let biased = |share: usize, value: f64, deviation: f64| (BIAS[share] * value.abs()).max(deviation);
+    let vaguer = motor::vaguer(k2, period_s);
+    let biased = |share: usize, value: f64, deviation: f64| (vaguer * BIAS[share] * value.abs()).max(deviation);
     let parameter =
         |name, meaning, unit, value, interval, sheet| Parameter { name, meaning, unit, value, interval, sheet };
     let mut parameters = linked.parameters;
@@ -532,22 +555,21 @@ fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified,
     let recorded = motor::Recorded {
         link: None,
         motor: &record.motor.rad,
-        current: motor::behind_lag(&record.held_a, record.period_s, known.lag_s),
+        held: &record.held_a,
+        lag_s: known.lag_s,
         period_s: record.period_s,
         cogging_per_turn: known.cogging_per_turn,
     };
     let (fit, quality) = judged(record, recorded.fit([0.0, damping, gain]), Equation::Motor, record.motor.step_rad)?;
     let &[_, b, friction, ..] = fit.values.as_slice() else { return Err(unsolved(Equation::Motor)) };
-    if b.is_nan() || b <= 0.0 {
-        return Err(Refusal::NotPositive { name: "b", value: b, cause: Some(REVERSED_CURRENT) });
-    }
+    let deviations = fit.deviations(recorded.lags());
+    positive(record, "b", b, deviations[1], Some(REVERSED_CURRENT))?;
     if quality.condition > MOST_CONDITION {
         return Err(Refusal::Alike { equation: Equation::Motor, condition: quality.condition });
     }
     shaken(record, Equation::Motor, friction)?;
     explained(record, &recorded, &fit, 0.0, known)?;
     within(record, "b", b, gain, known)?;
-    let deviations = fit.deviations(recorded.lags());
     let stated = |share: usize, value: f64, j: usize| (BIAS[share] * value.abs()).max(WIDENED * deviations[j]);
     let parameters = vec![
         Parameter {
@@ -638,6 +660,24 @@ fn explained(
     Err(Refusal::NotTheMotor { residual_steps, most, unexplained, peak_steps, at_s })
 }
 
+/// Is a number above 0, or below it by more than the record says it to?
+fn positive(
+    record: &Record,
+    name: &'static str,
+    value: f64,
+    deviation: f64,
+    cause: Option<&'static str>,
+) -> Result<(), Refusal> {
+    if value > 0.0 {
+        return Ok(());
+    }
+    let interval = WIDENED * deviation / value.abs();
+    if interval > 1.0 {
+        return Err(Refusal::Vague { name, interval, most: MOST_VAGUE, shaken_a: shaken_a(record) });
+    }
+    Err(Refusal::NotPositive { name, value, cause })
+}
+
 fn within(record: &Record, name: &'static str, value: f64, sheet: f64, known: &Known) -> Result<(), Refusal> {
     let change = value / sheet - 1.0;
     if change.abs() <= known.tolerance {
@@ -691,7 +731,8 @@ fn left_over(record: &Record, link: &Angle, joint: &Joint, [constant, spring_dam
     let of = [joint.stiffness_n_m, joint.link_damping_n_m_s, joint.weight_n_m].map(|it| it / inertia);
     let (q, motor) = (settled(record, link), settled(record, &record.motor));
     let of = [of[0], of[1], of[2], constant];
-    let left = link::left_over(&q, &motor, record.period_s, &of, spring_damping_n_m_s / inertia);
+    let by = correction(joint, [link.step_rad, record.motor.step_rad], record);
+    let left = link::left_over(&q, &motor, record.period_s, &of, by, spring_damping_n_m_s / inertia);
     left.map(|rad| rad / link.step_rad)
 }
 

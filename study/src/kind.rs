@@ -85,6 +85,7 @@ static MOTOR: Kind = Kind {
         way_rad: 3.0,
         move_s: 0.6,
         peak_a: 1.0,
+        most_peak_a: 0.0,
         seed: 1,
         verify_rad: 1.0,
         verify_s: 0.05,
@@ -115,6 +116,7 @@ const OF_JOINT: Kind = Kind {
         way_rad: 0.6,
         move_s: 2.0,
         peak_a: 0.27,
+        most_peak_a: 0.0,
         seed: 1,
         verify_rad: 1.0,
         verify_s: 1.0,
@@ -138,6 +140,8 @@ static WHOLE: Kind = Kind {
         OF_JOINT.rivals[0],
         &[("kp (1/s)", 0.15), ("kt (1/s)", 0.5), ("kv (1/s)", 3.0), ("ki (1/s)", 0.1), ("filter (rad/s)", 8.0)],
     ],
+    // Its loop takes more back of what shakes it.
+    plan: Plan { peak_a: 0.5, most_peak_a: 0.8, ..OF_JOINT.plan },
     instance: "joint as a whole",
     ..OF_JOINT
 };

@@ -472,7 +472,7 @@ fn commissioned(case: Case, change: impl Fn(&mut Identified), is_losing: bool) -
     let wired = Wired::new(drive, designed, &mut on).unwrap_or_else(|error| panic!("{error}"));
     let design = |found: &mut Identified| {
         change(found);
-        Retuned::of(&source, &old, found)?.designed("drive.toml")
+        Retuned::of(&source, &old, found)?.taken_over_by(&designed, "drive.toml")?.designed("drive.toml")
     };
     if is_losing {
         let mut losing = Losing(wired, 0);
@@ -550,7 +550,7 @@ fn the_old_gains_are_back_from_a_wrong_link() {
     assert!(residual_steps.expect("a link") > 10.0 * MOST_RESIDUAL_STEPS, "{residual_steps:?}");
     assert!(report.home_rad < 2e-2, "{}", report.home_rad);
     let text = std::fs::read_to_string(Path::new(&path("../firmware/drive.toml"))).expect("the scenario");
-    let sets = ["drive.uncertain_percent=50", "drive.gain_sets=2"].map(str::to_owned);
+    let sets = ["drive.uncertain_percent=50", "drive.gain_sets=2", "joint.current_lag_s=0"].map(str::to_owned);
     let source = Source { file: "drive.toml", text: &text, sets: &sets };
     let old = scenario::parse(&source, "drive").unwrap_or_else(|error| panic!("{error}")).drive.expect("a drive");
     assert_same_bits(&mut drive, &old.designed);

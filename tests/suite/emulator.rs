@@ -286,7 +286,7 @@ fn the_other_images_run_in_the_emulator_and_their_logs_are_printed() {
     assert!(out.starts_with("budget in Instructions\n") && out.ends_with("\nbudget ends\n"), "{out}");
     let Spoken { status, out, err } = host_sim(&["emulate", "--image", &image_text("drive"), "--seconds", "4"]);
     assert_eq!((status, err.as_str()), (0, ""));
-    assert!(out.starts_with("drive: 4000 Hz, ") && out.contains("headroom"), "{out}");
+    assert!(out.starts_with("drive: 3200 Hz, ") && out.contains("headroom"), "{out}");
     assert!(out.lines().skip(1).all(|line| line.contains("Health(0)") && line.ends_with(", 0 ticks missed")), "{out}");
 }
 
@@ -326,7 +326,7 @@ struct Board {
 impl Board {
     fn of(name: &str) -> Self {
         let line = "-M netduinoplus2 -nographic -monitor none -serial pty -serial pty";
-        // By the clock of a busy machine the 4 kHz of `drive` leave its main loop no time to speak.
+        // By the clock of a busy machine the 3.2 kHz of `drive` leave its main loop no time to speak.
         let clock = if name == "drive" { "-icount shift=0,sleep=off" } else { "" };
         let mut child = Command::new("qemu-system-arm")
             .args(line.split_whitespace().chain(clock.split_whitespace()))

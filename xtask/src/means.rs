@@ -78,12 +78,14 @@ const SHIPPED: [Shipped; 4] = [
     Shipped {
         prefix: "joint_drive",
         file: "firmware/src/assembly/joint_drive.S",
-        scenario: &["firmware/drive.toml", PERIOD[0], PERIOD[1], SETS[0], SETS[1]],
+        scenario: &["firmware/drive.toml", PERIOD[0], PERIOD[1], SETS[0], SETS[1], APART[0], APART[1]],
         functions: &ASSEMBLED_DRIVE,
     },
 ];
 const PERIOD: [&str; 2] = ["--set", "drive.period_s=1e-3"];
 const SETS: [&str; 2] = ["--set", "drive.gain_sets=1"];
+/// One observer per encoder.
+const APART: [&str; 2] = ["--set", "drive.tuning=\"normal\""];
 const ORDER_3_AT_100: &str =
     "controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]";
 

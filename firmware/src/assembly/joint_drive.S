@@ -2,15 +2,16 @@
 @ Design 0x8b62323f (FNV-1a; `design_hash` in the run.json of a run).
 @ Changed by --set drive.period_s=1e-3
 @ Changed by --set drive.gain_sets=1
-@ Scenario drive.toml (CRC-32 0x0fd442c8):
+@ Changed by --set drive.tuning="normal"
+@ Scenario drive.toml (CRC-32 0xdbb5865b):
 @
-@     # What the image `drive` is designed from: a joint with an encoder on each side, at 4 kHz.
+@     # What the image `drive` is designed from: a joint with an encoder on each side, at 3.2 kHz.
 @     #
 @     #     cargo run --release -- live firmware/drive.toml
 @     #
-@     # The drive as assembly is that of 1 kHz with one gain set, as it is measured everywhere (src/bin/budget.rs):
+@     # The drive as assembly is that of 1 kHz with one gain set and one observer per encoder, as it is measured everywhere (src/bin/budget.rs):
 @     #     host-sim export drive.toml --asm --prefix joint_drive -o src/assembly/joint_drive.S --force \
-@     #         --set drive.period_s=1e-3 --set drive.gain_sets=1
+@     #         --set drive.period_s=1e-3 --set drive.gain_sets=1 --set 'drive.tuning="normal"'
 @
 @     title = "The joint of the image `drive`"
 @
@@ -31,8 +32,9 @@
 @     bits = 20
 @
 @     [drive]
-@     period_s = 2.5e-4
-@     gain_sets = 2  # the type of its law, however little is known
+@     period_s = 3.125e-4
+@     tuning = "coupled"  # the type of its law, and so are
+@     gain_sets = 2       # two sets, however little is known
 @     sudden_load_n_m = 1.3
 @     fallback = 0.0
 @

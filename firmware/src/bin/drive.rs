@@ -1,4 +1,4 @@
-//! What the drive of a joint looks like: a timer interrupt at 4 kHz reads two encoders, ticks and actuates; the main
+//! What the drive of a joint looks like: a timer interrupt at 3.2 kHz reads two encoders, ticks and actuates; the main
 //! loop answers `host-sim live` over USART1, which observes, moves and tunes the drive meanwhile.
 //!
 //! The joint is a stand-in on the chip, so that this runs on any board and in the emulator. What a board replaces
@@ -8,7 +8,7 @@
 
 use core::mem::MaybeUninit;
 
-use controller_core::drive::{BRAKING, Encoder, Joint, JointBandwidths, JointDesign, JointDrive, Position};
+use controller_core::drive::{BRAKING, Coupled, CoupledDrive, Encoder, Joint, JointBandwidths, JointDesign, Position};
 use controller_core::{Fallback, Limits};
 use cortex_m_rt::exception;
 use firmware::line::{self, Line};
@@ -17,7 +17,7 @@ use firmware::{clock, fault, log, stand_in, ticker};
 use pil_wire::{Live, Seat, halves};
 use stm32f4::stm32f405::{Peripherals, interrupt};
 
-const TICK_HZ: u32 = 4_000;
+const TICK_HZ: u32 = 3_200;
 const PERIOD_S: f64 = 1.0 / TICK_HZ as f64;
 
 /// Data sheets: joint, encoders (one turn of the link on each, 20 bits), power stage.
@@ -27,14 +27,30 @@ const ENCODER: Encoder = Encoder::absolute(20);
 const SUDDEN_LOAD_N_M: f64 = 1.3;
 const UNCERTAIN: f64 = 0.2;
 
+/// Gains by rule for this data sheet, as `host-sim export firmware/drive.toml --lang rust` writes them: the poles of a
+/// rigid shaft and the observers of both encoders; lag of the current loop, and the fast gain set.
+const BANDWIDTHS: JointBandwidths = JointBandwidths {
+    surface_rad_s: 64.3908390636671,
+    reaching_per_s: 484.46440819330496,
+    link_rad_s: 55.892804026864155,
+    motor_rad_s: 799.9509242902783,
+    offset_per_s: 32.19541953183355,
+};
+const COUPLED: Coupled = Coupled { calm_steps: [1.0, 9.787052753304266], ..Coupled::behind(&[ENCODER; 2], 2e-4) };
+const FAST_RATIOS: [f64; 2] = [4.0, 0.7];
+
 const DESIGN: JointDesign = JointDesign {
     fallback: Fallback::Safe(0.0),
-    ..JointDesign::new(PERIOD_S, JOINT, [ENCODER; 2], Limits::symmetric(30.0), SUDDEN_LOAD_N_M)
-        .with_bandwidths(JointBandwidths::DEFAULT.within(PERIOD_S, 0), SUDDEN_LOAD_N_M)
+    fast_ratios: FAST_RATIOS,
+    ..JointDesign::new(PERIOD_S, JOINT, [ENCODER; 2], Limits::symmetric(30.0), SUDDEN_LOAD_N_M).coupled_by(
+        COUPLED,
+        BANDWIDTHS,
+        SUDDEN_LOAD_N_M,
+    )
 };
 
-/// Two gain sets, no delay.
-type Law = JointDrive<f32, Position, 1>;
+/// The joint as a whole, with two gain sets and no delay.
+type Law = CoupledDrive<f32, Position, 1>;
 /// Designed by the compiler too: a bad design does not compile, and the error says why.
 const LAW: Law = Law::design(&DESIGN);
 
@@ -89,7 +105,8 @@ fn main() -> ! {
 
     // At an alarm the drive brakes, then the safe current goes out until it is reset.
     let bounds = DESIGN.bounds(&LAW, SUDDEN_LOAD_N_M, UNCERTAIN);
-    let numbers = DESIGN.to_numbers().into_iter().chain(bounds.to_numbers()).chain([f64::from(BRAKING.bits())]);
+    let Some(design) = DESIGN.to_coupled_numbers() else { unreachable!() };
+    let numbers = design.into_iter().chain(bounds.to_numbers()).chain([f64::from(BRAKING.bits())]);
     let Ok((live, law)) = Live::new(numbers.flat_map(halves)) else { unreachable!() };
     DRIVE.begin(live::seat(SEAT, law));
 

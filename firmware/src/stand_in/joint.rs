@@ -6,7 +6,7 @@
 //! in rad of the link. The drive knows nothing of load, friction and cogging.
 //!
 //! A period passes by half a move, the torques there, and half a move: exact for a torque that stays, and off by
-//! (ωT)²/24 of a spring (2.5e-5 of that of the joint at 4 kHz).
+//! (ωT)²/24 of a spring (4e-5 of that of the joint at 3.2 kHz).
 
 use controller_core::drive::Joint as Data;
 use core::f32::consts::TAU;

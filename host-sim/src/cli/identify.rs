@@ -84,7 +84,8 @@ pub(super) struct CommissionOptions {
     /// Way of the recorded moves, rad [default: 0.6 of a joint, 3 of a motor].
     #[arg(long, value_name = "RAD")]
     way: Option<f64>,
-    /// Peak of the multisine, A: at least five times the friction [default: 27 % of the limit; of a motor all of it].
+    /// Peak of the multisine, A: at least five times the friction [default: 27 % of the limit; of a joint as a whole 50 %,
+    /// and 80 % if that says too little; of a motor all of it].
     #[arg(long, value_name = "A")]
     peak: Option<f64>,
     /// Seed of its phases, and of random plants.
@@ -92,7 +93,7 @@ pub(super) struct CommissionOptions {
     seed: u64,
     /// Way of the move that verifies, rad. Its |y - r| may be 1e-4 rad, or twice what the same move leaves in a
     /// simulation of the joint or motor as it was found, and 2.5 steps of its encoder (of a joint the link's); and no
-    /// more than the recorded moves left.
+    /// more than a step above what the recorded moves left.
     #[arg(long, value_name = "RAD", default_value_t = 1.0)]
     verify: f64,
     /// The drive itself instead of a simulation: the emulated chip with this image, `drive` or `motor`
@@ -171,6 +172,8 @@ impl CommissionOptions {
         Plan {
             way_rad: self.way.unwrap_or(by_rule.way_rad),
             peak_a: self.peak.unwrap_or(by_rule.peak_a),
+            // A peak that is typed is not exceeded.
+            most_peak_a: self.peak.unwrap_or(by_rule.most_peak_a),
             seed: self.seed,
             verify_rad: self.verify,
             swap: self.swap.into(),
@@ -414,7 +417,7 @@ fn of_the_bar(plan: &Plan, report: &Report) -> String {
             (&report.record.motor, "motor", "b is not as it was found, or a load, friction or cogging is in the way")
         }
     };
-    let bar = if bar_rad < report.recorded_peak_rad {
+    let bar = if bar_rad < report.recorded_peak_rad + followed.step_rad {
         let expected = expected_rad.map_or_else(
             || format!("the same move in a simulation of the {whose} as it was found came to no end"),
             |it| {
@@ -427,7 +430,7 @@ fn of_the_bar(plan: &Plan, report: &Report) -> String {
         let steps = three(BAR_STEPS * followed.step_rad);
         format!("{LEAST_BAR_RAD:?} rad or, if more, {expected}; and {BAR_STEPS} steps of the encoder, {steps}")
     } else {
-        format!("what the recorded moves left, {}", three(report.recorded_peak_rad))
+        format!("what the recorded moves left, {}, and a step of the encoder", three(report.recorded_peak_rad))
     };
     format!(
         "the move left {} rad, at most {} were allowed: {bar}. {suspects}. Look at commissioned.{FIGURE}, record \
@@ -462,7 +465,9 @@ impl Console<'_> {
             .map_err(|it| bad(format!("{data}:{}:{}: {}", it.line, it.column, it.message)))?;
         let old = sheet_of(&subject.designed);
         let found = identify(&record, &old, &subject.known).map_err(|refusal| bad(format!("{data}: {refusal}")))?;
-        let retuned = Retuned::of(&subject.source(common), &old, &found).map_err(|error| failed(error.to_string()))?;
+        let retuned = Retuned::of(&subject.source(common), &old, &found)
+            .and_then(|it| it.taken_over_by(&subject.designed, &subject.to.display().to_string()))
+            .map_err(|error| failed(error.to_string()))?;
         let to = subject.to.display().to_string();
         retuned.designed(&to).map_err(|why| failed(format!("no drive can be made of what was found: {why}")))?;
         let _claim = claim_folder(&subject.folder)?;
@@ -552,7 +557,10 @@ impl Console<'_> {
         let (old, to) = (sheet_of(designed), to.display().to_string());
         let source = Source { file: name, text, sets: &common.sets };
         let mut retuned = None;
-        let design = |found: &mut Identified| retuned.insert(Retuned::of(&source, &old, found)?).designed(&to);
+        let design = |found: &mut Identified| {
+            let of_form = Retuned::of(&source, &old, found)?.taken_over_by(designed, &to)?;
+            retuned.insert(of_form).designed(&to)
+        };
         // Over a wire every row is made, and then read.
         let ticks = if drive.is_some() { 20.0 } else { 12.0 } / experiment.period_s;
         let (stop, bar) = (self.stop, self.bar(ticks as u64, LEFT));
@@ -601,7 +609,7 @@ impl Console<'_> {
             report.record.held_a.len() as f64 * report.record.period_s,
             plan.way_rad,
             if plan.motor_alone { " and ever less, without the link's count" } else { "" },
-            three(plan.peak_a),
+            three(report.peak_a),
             three(report.recorded_peak_rad)
         ))?;
         self.say("identify")?;

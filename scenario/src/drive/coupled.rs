@@ -11,7 +11,7 @@ use loop_sim::port::drive::Form;
 use super::JointDriveTable;
 use super::joint_rule::{JointRule, JointSheet, Refused, joint_rule};
 use super::margin::{MarginKey, MarginRule};
-use crate::resolve::{Problem, problem};
+use crate::resolve::Problem;
 
 /// Most current noise by the encoders, rms, as a share of the largest current.
 const NOISE_SHARE: f64 = 1e-3;
@@ -133,21 +133,14 @@ impl AsWhole {
             let found = by.by_rule(bare);
             Some(found.map_err(|refused| Problem { key: "drive.tuning".into(), message: refused.to_string() })?.1)
         };
-        if is_drive
-            && drive.gain_sets == Some(2)
-            && fast_ratios.is_none()
-            && rule.is_none_or(|rule| rule.fast.is_none())
-        {
-            let message = "no second gain set by rule helps this joint; type drive.fast_ratios for one, or take 1";
-            return problem("drive.gain_sets", message);
-        }
         Ok(Self { by, rule, given, fast_ratios })
     }
 
     /// For another period too: with the bandwidths of the file's.
     pub(super) fn design(&self, bare: &JointDesign) -> JointDesign {
         let w = self.rule.as_ref().map_or(bare.bandwidths, bandwidths_of);
-        let (by_rule, calm_steps) = self.rule.as_ref().map_or((bare.fast_ratios, [1.5; 2]), fast_of);
+        // Without a second set by rule or file it is the first.
+        let (by_rule, calm_steps) = self.rule.as_ref().map_or(([1.0; 2], [1.5; 2]), fast_of);
         let [surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s] = self.given;
         let surface = surface_rad_s.unwrap_or(w.surface_rad_s);
         let bandwidths = JointBandwidths {
@@ -175,10 +168,23 @@ impl AsWhole {
         })
     }
 
+    /// Has rule or file a second gain set?
+    fn has_fast(&self) -> bool {
+        self.fast_ratios.is_some() || self.rule.is_some_and(|rule| rule.fast.is_some())
+    }
+
     /// Two gain sets where the rule or the file has a second one.
     pub(super) fn form(&self, form: Form, asked: Option<usize>) -> Form {
-        let has_fast = self.fast_ratios.is_some() || self.rule.is_some_and(|rule| rule.fast.is_some());
-        Form { gain_sets: asked.unwrap_or(if has_fast { form.gain_sets } else { 1 }), ..form }
+        Form { gain_sets: asked.unwrap_or(if self.has_fast() { form.gain_sets } else { 1 }), ..form }
+    }
+
+    /// A second gain set that is asked for and does nothing.
+    pub(super) fn idle_set(&self, asked: Option<usize>) -> Option<String> {
+        (asked == Some(2) && !self.has_fast()).then(|| {
+            "drive.gain_sets = 2: no second gain set by rule helps this joint, so both are the same; \
+             drive.gain_sets = 1 saves its cycles, drive.fast_ratios makes another"
+                .into()
+        })
     }
 
     /// Bandwidths and why.

@@ -21,10 +21,15 @@ const FADE_S: f64 = 0.05;
 /// Samples that a period must have.
 const LEAST_SAMPLES: f64 = 10.0;
 
+/// The highest frequency in its middle that a period can play.
+pub(crate) fn highest_hz(period_s: f64) -> f64 {
+    1.0 / (LEAST_SAMPLES * RATIOS[RATIOS.len() - 1] * period_s)
+}
+
 /// One value for each of so many ticks, with this peak, around a resonance in rad/s (0 for a rigid load).
 pub fn multisine(peak: f64, ticks: usize, period_s: f64, resonance_rad_s: f64, seed: u64) -> Vec<f64> {
     let middle = if resonance_rad_s > 0.0 { resonance_rad_s / TAU } else { RIGID_HZ };
-    let middle = middle.min(1.0 / (LEAST_SAMPLES * RATIOS[RATIOS.len() - 1] * period_s));
+    let middle = middle.min(highest_hz(period_s));
     let mut random = Random::new(seed, 0);
     let sum = |phases: &[f64]| -> Vec<f64> {
         let at = |k: usize| {

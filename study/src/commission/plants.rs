@@ -58,14 +58,15 @@ fn constant_load(k: usize, largest_n_m: f64) -> String {
     format!("load=[{{kind = \"const\", amplitude = {amplitude}}}]")
 }
 
-/// Joints around this one with this largest current. The drive has both gain sets, and its monitors know how little is
-/// known.
-fn joints(share: f64, random: usize, joint: &Joint, limit_a: f64, seed: u64) -> Vec<Variant> {
+/// Joints around that of a drive. It has both gain sets (as a whole those of the rule), and its monitors know how little
+/// is known.
+fn joints(share: f64, random: usize, joint: &Joint, designed: &DriveDesign, seed: u64) -> Vec<Variant> {
+    let limit_a = designed.max_current_a();
     let of = |(k, factors): (usize, [f64; 5])| {
         let [k_1, _, k_2, _, b] = factors;
         let largest = joint.torque_n_m_per_a * limit_a;
         let torque = largest * b * k_1 / k_2;
-        let sets = vec![
+        let mut sets = vec![
             joint_error(factors),
             format!(
                 "friction={{coulomb_n_m = {}, static_n_m = {}, stribeck_rad_s = 0.05, smooth_rad_s = 0.005, \
@@ -76,8 +77,8 @@ fn joints(share: f64, random: usize, joint: &Joint, limit_a: f64, seed: u64) -> 
             ),
             constant_load(k, largest),
             format!("drive.uncertain_percent={}", (100.0 * share).round()),
-            "drive.gain_sets=2".into(),
         ];
+        sets.extend((!designed.is_whole()).then(|| "drive.gain_sets=2".into()));
         let truth = std::iter::zip(["k_1", "b_1", "k_2", "b_2", "B_0"], std::iter::zip(ratios(joint), factors));
         let truth = truth.map(|(name, (believed, factor))| (name, believed * factor)).collect();
         Variant { factors: factors.to_vec(), truth, sets }
@@ -187,12 +188,12 @@ impl Plants<'_> {
         let source = Source { file: self.file, text: self.text, sets: self.sets };
         let drive = scenario::parse(&source, "commission")?.drive;
         let drive = drive.ok_or_else(|| Error::input("there is neither [joint] nor [motor] in it").at(self.file))?;
-        let limit = drive.designed.max_current_a();
-        match sheet_of(&drive.designed) {
-            Sheet::Joint(joint) => Ok(joints(share, random, &joint, limit, seed)),
+        let designed = drive.designed;
+        match sheet_of(&designed) {
+            Sheet::Joint(joint) => Ok(joints(share, random, &joint, &designed, seed)),
             Sheet::Motor(motor) => {
                 let friction = scenario::number_at(&source, "friction.coulomb_n_m")?;
-                Ok(motors(share, random, &motor, limit, friction.unwrap_or(0.0), seed))
+                Ok(motors(share, random, &motor, designed.max_current_a(), friction.unwrap_or(0.0), seed))
             }
         }
     }
@@ -229,7 +230,7 @@ impl Plants<'_> {
         let report = commission(&mut rig, &self.plan, &known, |identified| {
             found = Some(identified.clone());
             made_wrong(identified, self.wrong);
-            Retuned::of(&source, &old, identified)?.designed(self.file)
+            Retuned::of(&source, &old, identified)?.taken_over_by(&designed, self.file)?.designed(self.file)
         })?;
         let (mut off, mut over_interval) = (Vec::new(), 0.0_f64);
         for &(name, truth) in &variant.truth {

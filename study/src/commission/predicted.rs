@@ -14,6 +14,10 @@ use loop_sim::trace::{Ending, Row};
 use super::{AFTER_S, SETTLE_S};
 use crate::identify::Sheet;
 
+/// Friction at rest over that in motion: no record of a motion tells it, and it is what a move begins against. 1.2 to 2
+/// of bearings and gears, and the bar of a move is for the worst of them.
+const STICKS: f64 = 2.0;
+
 /// A joint or motor as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
@@ -33,7 +37,7 @@ impl Found {
         let [cogging_a, cogging_per_turn] = cogging.unwrap_or_default();
         let imperfections = |torque_n_m_per_a: f64| {
             let torque = friction_a.max(0.0) * torque_n_m_per_a;
-            let friction = Friction { static_n_m: torque, coulomb_n_m: torque, ..Friction::default() };
+            let friction = Friction { static_n_m: STICKS * torque, coulomb_n_m: torque, ..Friction::default() };
             let cogging_n_m = cogging_a * torque_n_m_per_a;
             Imperfections { friction, lag_s, cogging_n_m, cogging_per_turn, ..Imperfections::default() }
         };

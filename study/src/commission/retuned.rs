@@ -1,7 +1,8 @@
 //! A scenario with the data sheet that was found: what the drive is designed from, and the file that is kept.
 //!
 //! Numbers of the data sheet are those of the motor's own shaft, what was found is behind its gear: each goes over by
-//! the ratio of the old ones. The bandwidths stay as the file has them, or as its rules make them.
+//! the ratio of the old ones. The bandwidths stay as the file has them, or as its rules make them; those of a joint as a
+//! whole for a tolerance of 20 %, if the data sheet's was larger.
 
 use controller_core::drive::Joint;
 use loop_sim::port::drive::DriveDesign;
@@ -10,6 +11,9 @@ use scenario::Source;
 use crate::Error;
 use crate::identify::{Identified, Sheet};
 use crate::number::significant;
+
+/// How far a joint may be from what was found: k_2 and B_0 are stated to 10 %, b_2 to 20.
+const FOUND_PERCENT: f64 = 20.0;
 
 /// A scenario as a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,6 +86,37 @@ impl Retuned {
         };
         let sets = source.sets.iter().filter(stays).cloned().collect();
         Ok(Self { text, sets })
+    }
+
+    /// The same for the drive that is to take it over. Gains by rule of a joint as a whole are those for a tolerance:
+    /// it is 20 % now, if it was larger. Whether it has a second gain set the rule decides too, and what was found may
+    /// decide otherwise than the data sheet; the number of sets stays.
+    ///
+    /// # Errors
+    /// When its drive is of another form for another reason, or what is wrong with it.
+    pub fn taken_over_by(mut self, running: &DriveDesign, file: &str) -> Result<Self, Error> {
+        if running.is_whole() {
+            let key = "drive.uncertain_percent";
+            let source = Source { file, text: &self.text, sets: &self.sets };
+            if scenario::number_at(&source, key)?.is_some_and(|percent| percent > FOUND_PERCENT) {
+                self.text = scenario::rewritten(&self.text, [(key, Some(format!("{FOUND_PERCENT:?}").as_str()))])?;
+            }
+        }
+        let (form, is_whole) = (running.form(), running.is_whole());
+        let retuned = self.designed(file)?;
+        if retuned.is_whole() != is_whole {
+            let (found, word) = if is_whole { ("soft", "coupled") } else { ("stiff", "normal") };
+            return Err(Error::input(format!(
+                "the joint as it was found is {found}, and would have a drive of another form: to commission it in the \
+                 form that runs, type drive.tuning = \"{word}\""
+            ))
+            .at(file));
+        }
+        let sets = form.gain_sets.to_string();
+        if is_whole && retuned.form().gain_sets != form.gain_sets {
+            self.text = scenario::rewritten(&self.text, [("drive.gain_sets", Some(sets.as_str()))])?;
+        }
+        Ok(self)
     }
 
     /// The drive of it.

@@ -7,26 +7,35 @@
 //! $d_1 (\dot q_m - \dot q)$; with $w = \dot q - d_1 q_m$ for a state no count is differentiated:
 //! $\dot w = k_1 (q_m - q) - (b_1 + d_1) \dot q - g \sin q + c$.
 //!
-//! 1. *Start* ([`start`]): modulating functions. With $p(s) = (1 - s^2)^4$ on ±0.1 s, and $P_i$ the convolution of the
+//! 1. *Start* ([`start`]): modulating functions. With $p(s) = (1 - s^2)^4$ on ±0.1 s, or ±10 radians of the
+//!    resonance, and $P_i$ the convolution of the
 //!    counts with its i-th derivative (integration by parts: no count is differentiated),
 //!    $P_2 q = k_1 P_0 (q_m - q) - b_1 P_1 q - g P_0 \sin q + c P_0 1$: linear, from nowhere.
 //!    Within 1e-4 at 20 bits.
 //! 2. *Output error* ([`fit`]): the equation integrated over the whole record (Runge-Kutta of order 4 over two ticks,
 //!    in whose middle there is a sample of the motor's angle) from unknown q(0) and q'(0). What is left is the
 //!    encoder's rounding, 0.289 steps rms, or the equation is not the joint's.
+//! 3. *Prediction error* where rounding of the motor's count moves the link by more than the link's own encoder rounds
+//!    ([`noise_share`]): a stiff spring is hardly damped, and swings on for ever from what is rounded. So each
+//!    count corrects the state, with the stationary gains of a Kalman filter ([`Correction`]) for both roundings.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 use super::fit::Fit;
 
-/// Half the width of the modulating function, s.
-const HALF_S: f64 = 0.1;
+/// Half the width of the modulating function at most, s, and in radians of the resonance of the data sheet: wider, it
+/// averages out what a stiff spring does.
+const WIDEST_S: f64 = 0.1;
+const HALF_RAD: f64 = 10.0;
 /// Ticks from one equation of the start to the next.
 const EVERY: usize = 5;
 /// Ticks from one sample of the fit to the next: a step, with a sample in its middle.
 pub(super) const STRIDE: usize = 2;
 /// Over which residuals of the fit are alike, s.
 const ALIKE_S: f64 = 0.2;
+
+/// Steps after which the gains of a filter are taken as they are.
+const MOST_RICCATI: usize = 10_000;
 
 /// k_1, b_1, g, c.
 pub(super) type Link = [f64; 4];
@@ -56,9 +65,10 @@ fn convolved(kernel: &[f64], signal: impl Fn(usize) -> f64, length: usize) -> Ve
         .collect()
 }
 
-/// By linear least squares, from nothing but the record; `None` if that is too short or says nothing.
-pub(super) fn start(q: &[f64], motor: &[f64], period_s: f64) -> Option<Link> {
-    let [p0, p1, p2] = modulating(period_s, HALF_S);
+/// By linear least squares, from nothing but the record and about where the resonance is; `None` if the record is too
+/// short or says nothing.
+pub(super) fn start(q: &[f64], motor: &[f64], period_s: f64, resonance_rad_s: f64) -> Option<Link> {
+    let [p0, p1, p2] = modulating(period_s, WIDEST_S.min(HALF_RAD / resonance_rad_s));
     let n = q.len();
     let y = convolved(&p2, |k| q[k], n);
     let columns = [
@@ -76,9 +86,56 @@ pub(super) fn start(q: &[f64], motor: &[f64], period_s: f64) -> Option<Link> {
     link.iter().all(|value| value.is_finite()).then_some(link)
 }
 
+/// How a count of the link corrects what was expected of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Correction {
+    /// On q and w.
+    gains: [f64; 2],
+    /// Deviation of count and expectation over that of rounding alone.
+    pub(super) spread: f64,
+}
+
+impl Correction {
+    pub(super) const NONE: Self = Self { gains: [0.0; 2], spread: 1.0 };
+
+    /// The stationary Kalman gains for a spring of this k_1, b_1 whose angles are rounded to these steps; none where
+    /// rounding of the motor's count does less than that of the link's over so many seconds.
+    pub(super) fn of(k_1: f64, b_1: f64, [link, motor]: [f64; 2], period_s: f64, seconds: f64) -> Self {
+        let ratio = motor / link;
+        if noise_share([k_1, b_1, 0.0], period_s, seconds) * ratio < 1.0 {
+            return Self::NONE;
+        }
+        let h = period_s * STRIDE as f64;
+        // q' = v, v' = -k q - b v, over one step of the fit.
+        let (w, left) = (libm::sqrt(k_1), libm::exp(-0.5 * b_1 * h));
+        let [c, s] = [libm::cos(w * h), libm::sin(w * h)];
+        let phi = Matrix2::new(c, s / w, -w * s, c) * left;
+        // Two samples of the motor, each rounded, push the link: variances over that of its own rounding.
+        let pushed = Vector2::new(0.5 * h, 1.0) * (k_1 * period_s * libm::sqrt(STRIDE as f64) * ratio);
+        let noise = pushed * pushed.transpose();
+        let (mut p, mut gains) = (noise, Vector2::zeros());
+        for _ in 0..MOST_RICCATI {
+            let next = p.column(0) / (p[(0, 0)] + 1.0);
+            let corrected = p - next * p.row(0);
+            p = phi * corrected * phi.transpose() + noise;
+            let is_still = (next - gains).abs().max() <= 1e-12 * next.abs().max();
+            gains = next;
+            if is_still {
+                break;
+            }
+        }
+        Self { gains: [gains[0], gains[1]], spread: libm::sqrt(p[(0, 0)] + 1.0) }
+    }
+}
+
 /// The link's angle at every second of these angles of the motor, `period_s` apart; p = k_1, b_1, g, c, q(0), w(0),
 /// d_1.
 pub(super) fn simulated(p: &[f64; 7], motor: &[f64], period_s: f64) -> Vec<f64> {
+    predicted(p, motor, &[], Correction::NONE, period_s)
+}
+
+/// The same, each angle corrected by the count there; without counts none is.
+fn predicted(p: &[f64; 7], motor: &[f64], counted: &[f64], by: Correction, period_s: f64) -> Vec<f64> {
     let [k, b, g, c, mut x, mut w, d] = *p;
     let h = period_s * STRIDE as f64;
     // q' and w' at an angle of the motor.
@@ -87,8 +144,12 @@ pub(super) fn simulated(p: &[f64; 7], motor: &[f64], period_s: f64) -> Vec<f64> 
         (v, k * (motor - x) - (b + d) * v - g * libm::sin(x) + c)
     };
     let mut out = vec![x];
-    for motor in motor.windows(STRIDE + 1).step_by(STRIDE) {
+    for (k, motor) in motor.windows(STRIDE + 1).step_by(STRIDE).enumerate() {
         let &[begin, middle, end] = motor else { break };
+        if let Some(counted) = counted.get(k) {
+            let innovation = counted - x;
+            (x, w) = (x + by.gains[0] * innovation, w + by.gains[1] * innovation);
+        }
         let (v1, a1) = rates(begin, x, w);
         let (v2, a2) = rates(middle, x + 0.5 * h * v1, w + 0.5 * h * a1);
         let (v3, a3) = rates(middle, x + 0.5 * h * v2, w + 0.5 * h * a2);
@@ -105,14 +166,23 @@ pub(super) fn thinned(signal: &[f64]) -> Vec<f64> {
     signal.iter().step_by(STRIDE).copied().collect()
 }
 
-/// By output error, from a start that is near: parameters k_1, b_1, g, c, q(0), w(0), and d_1 of a damped spring.
-pub(super) fn fit(q: &[f64], motor: &[f64], period_s: f64, from: &Link, is_damped: bool) -> Option<Fit> {
+/// By output or prediction error, from a start that is near: parameters k_1, b_1, g, c, q(0), w(0), and d_1 of a damped
+/// spring.
+pub(super) fn fit(
+    q: &[f64],
+    motor: &[f64],
+    period_s: f64,
+    from: &Link,
+    by: Correction,
+    is_damped: bool,
+) -> Option<Fit> {
     let q = thinned(q);
     let [k, b, g, c] = *from;
     let scale = [k.abs(), b.max(0.3), 1.0, 1.0, 0.01, 0.1, 0.3];
     let start = [k, b.max(0.05), g, c, q[0], 0.0, 0.0];
     let residuals = |p: &[f64]| {
-        let link = simulated(&std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0)), motor, period_s);
+        let p = std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0));
+        let link = predicted(&p, motor, &q, by, period_s);
         link.iter().zip(&q).map(|(model, q)| model - q).collect()
     };
     let count = if is_damped { 7 } else { 6 };
@@ -121,11 +191,11 @@ pub(super) fn fit(q: &[f64], motor: &[f64], period_s: f64, from: &Link, is_dampe
 
 /// What is left of a record with these parameters of the link, rms in rad: only load and offset of the encoders, q(0)
 /// and w(0) are its own.
-pub(super) fn left_over(q: &[f64], motor: &[f64], period_s: f64, of: &Link, d: f64) -> Option<f64> {
+pub(super) fn left_over(q: &[f64], motor: &[f64], period_s: f64, of: &Link, by: Correction, d: f64) -> Option<f64> {
     let q = thinned(q);
     let [k, b, g, c] = *of;
     let residuals = |p: &[f64]| {
-        let link = simulated(&[k, b, g, p[0], p[1], p[2], d], motor, period_s);
+        let link = predicted(&[k, b, g, p[0], p[1], p[2], d], motor, &q, by, period_s);
         link.iter().zip(&q).map(|(model, q)| model - q).collect()
     };
     Fit::of(residuals, &[c, q[0], -d * motor[0]], &[1.0, 0.01, 0.1]).map(|fit| fit.rms())
@@ -134,6 +204,14 @@ pub(super) fn left_over(q: &[f64], motor: &[f64], period_s: f64, of: &Link, d: f
 /// Noise of the link's angle by white noise of the motor's, as a share, over so many seconds: of the spring alone.
 pub(super) fn noise_share([k, b, ..]: [f64; 3], period_s: f64, seconds: f64) -> f64 {
     libm::sqrt(0.5 * period_s * k.abs() / b.max(1.0 / seconds))
+}
+
+/// By how much k_1 and b_1 are off at most because the equation is integrated in steps of h: the frequency and damping
+/// that Runge-Kutta gives a spring of $\theta = h \sqrt{k_1}$.
+pub(super) fn integrated(k_1: f64, period_s: f64) -> [f64; 2] {
+    let h = period_s * STRIDE as f64;
+    let squared = k_1 * h * h;
+    [k_1 * squared * squared / 60.0, squared * squared * squared / (72.0 * h)]
 }
 
 /// Lags over which the residuals of a fit are alike.

@@ -13,10 +13,13 @@
 //!
 //! s is the mean over the tick of tanh(q_m'/0.02 rad/s), with the speed by a cubic through seven counts.
 
+use std::f64::consts::TAU;
+
 use controller_core::drive::bessel_poles;
 use nalgebra::{Matrix4, RowVector4, Vector4};
 
 use super::fit::Fit;
+use crate::commission::highest_hz;
 use crate::compare::matrix::{Matrix, exp};
 
 /// ω over the joint's resonance with a free link, and what it is at least, rad/s.
@@ -40,8 +43,9 @@ pub(super) struct Recorded<'a> {
     pub(super) link: Option<&'a [f64]>,
     /// Angle of the motor, rad.
     pub(super) motor: &'a [f64],
-    /// Mean current of each tick, A.
-    pub(super) current: Vec<f64>,
+    /// Current that is held in each tick, A, and the lag of the loop behind it, s.
+    pub(super) held: &'a [f64],
+    pub(super) lag_s: f64,
     /// Period, s.
     pub(super) period_s: f64,
     /// N; none where it is not known.
@@ -64,35 +68,91 @@ pub(super) fn behind_lag(held: &[f64], period_s: f64, lag_s: f64) -> Vec<f64> {
     held.iter().map(mean).collect()
 }
 
-/// ω for a joint with this k_1 + k_2, or a rigid load with 0.
-pub(super) fn bandwidth_rad_s(stiffness: f64) -> f64 {
-    (OVER_RESONANCE * libm::sqrt(stiffness.max(0.0))).max(LEAST_RAD_S)
+/// ω for a joint with this k_2, or a rigid load with 0: below the middle of what shakes it, if the period does not play
+/// the resonance itself.
+fn bandwidth_rad_s(stiffness: f64, period_s: f64) -> f64 {
+    let played = TAU * highest_hz(period_s);
+    (OVER_RESONANCE * libm::sqrt(stiffness.max(0.0)).min(played)).max(LEAST_RAD_S)
 }
 
-/// The block of one tick: Φ of (p, v, d, d'), and the gains with which the innovation corrects it.
-fn block(k2: f64, b2: f64, period_s: f64, omega: f64) -> Option<(Matrix4<f64>, Vector4<f64>)> {
-    let mut a = Matrix::zeros(4, 4);
-    (a[(0, 1)], a[(1, 2)], a[(2, 3)]) = (1.0, 1.0, 1.0);
-    (a[(1, 0)], a[(1, 1)]) = (-k2, -b2);
-    let phi = Matrix4::from_column_slice(exp(&(a * period_s)).as_slice());
-    // In units of a tick, where no digit is lost.
-    let t = period_s;
-    let units = Vector4::new(1.0, t, t * t, t * t * t);
-    let scaled = Matrix4::from_fn(|i, j| units[i] * phi[(i, j)] / units[j]);
-    let (mut polynomial, one) = (Matrix4::identity(), Matrix4::identity());
-    for pole in bessel_poles(4) {
-        let size = libm::exp(pole.re * omega * t);
-        let [twice, squared] = [2.0 * size * libm::cos(pole.im * omega * t), size * size];
-        polynomial *= scaled * scaled - scaled * twice + one * squared;
+/// How many times as vague k_2, b_2 and B_0 of a joint are: the farther what shakes is below the resonance, the more
+/// alike do they look, and rounding decides between them.
+pub(super) fn vaguer(stiffness: f64, period_s: f64) -> f64 {
+    (libm::sqrt(stiffness.max(0.0)) / (TAU * highest_hz(period_s))).max(1.0)
+}
+
+/// The block of one tick, exact.
+struct Tick {
+    /// Φ of (p, v, d, d').
+    phi: Matrix4<f64>,
+    /// With which the innovation corrects them.
+    gains: Vector4<f64>,
+    /// Of an acceleration that stays, of one by the current: what is held, and the current at the beginning; of one by
+    /// the link's angle, its slope and its bend in a tick.
+    stays: Vector4<f64>,
+    held: Vector4<f64>,
+    current: Vector4<f64>,
+    link: [Vector4<f64>; 3],
+    /// What is left of the current at the beginning.
+    keeps: f64,
+}
+
+impl Tick {
+    fn of(k2: f64, b2: f64, [period_s, lag_s]: [f64; 2], omega: f64) -> Option<Self> {
+        // (p, v, d, d'), the current and what is held, the link's angle over a tick as l_0 + l_1 s + l_2 s².
+        const CURRENT: usize = 4;
+        const HELD: usize = 5;
+        const LINK: usize = 6;
+        let mut a = Matrix::zeros(9, 9);
+        (a[(0, 1)], a[(1, 2)], a[(2, 3)]) = (1.0, 1.0, 1.0);
+        (a[(1, 0)], a[(1, 1)]) = (-k2, -b2);
+        if lag_s > 0.0 {
+            a[(1, CURRENT)] = 1.0;
+            (a[(CURRENT, CURRENT)], a[(CURRENT, HELD)]) = (-1.0 / lag_s, 1.0 / lag_s);
+        } else {
+            a[(1, HELD)] = 1.0;
+        }
+        a[(1, LINK)] = 1.0;
+        (a[(LINK, LINK + 1)], a[(LINK + 1, LINK + 2)]) = (1.0 / period_s, 2.0 / period_s);
+        let whole = exp(&(a * period_s));
+        let column = |j: usize| Vector4::from_fn(|i, _| whole[(i, j)]);
+        let phi = Matrix4::from_columns(&[column(0), column(1), column(2), column(3)]);
+        // In units of a tick, where no digit is lost.
+        let t = period_s;
+        let units = Vector4::new(1.0, t, t * t, t * t * t);
+        let scaled = Matrix4::from_fn(|i, j| units[i] * phi[(i, j)] / units[j]);
+        let (mut polynomial, one) = (Matrix4::identity(), Matrix4::identity());
+        for pole in bessel_poles(4) {
+            let size = libm::exp(pole.re * omega * t);
+            let [twice, squared] = [2.0 * size * libm::cos(pole.im * omega * t), size * size];
+            polynomial *= scaled * scaled - scaled * twice + one * squared;
+        }
+        let mut rows = [RowVector4::zeros(); 4];
+        rows[0] = scaled.row(0).into();
+        for i in 1..4 {
+            rows[i] = rows[i - 1] * scaled;
+        }
+        // The correction comes before the next prediction: p(Φ) (h Φ; ..)^-1 e_4.
+        let gains = polynomial * Matrix4::from_rows(&rows).try_inverse()?.column(3);
+        let d = column(2);
+        Some(Self {
+            phi,
+            gains: gains.component_div(&units),
+            stays: Vector4::new(d[0], d[1], 0.0, 0.0),
+            held: column(HELD),
+            current: column(CURRENT),
+            link: [column(LINK), column(LINK + 1), column(LINK + 2)],
+            keeps: whole[(CURRENT, CURRENT)],
+        })
     }
-    let mut rows = [RowVector4::zeros(); 4];
-    rows[0] = scaled.row(0).into();
-    for i in 1..4 {
-        rows[i] = rows[i - 1] * scaled;
-    }
-    // The correction comes before the next prediction: p(Φ) (h Φ; ..)^-1 e_4.
-    let gains = polynomial * Matrix4::from_rows(&rows).try_inverse()?.column(3);
-    Some((phi, gains.component_div(&units)))
+}
+
+/// The angle within a tick, from sample k to the next: l_1 and l_2 of l_0 + l_1 s + l_2 s², by the samples around.
+fn bent(angle: &[f64], k: usize) -> [f64; 2] {
+    let step = angle[k + 1] - angle[k];
+    let around = (k > 0).then(|| angle[k] - angle[k - 1]).zip(angle.get(k + 2).map(|next| next - angle[k + 1]));
+    let bend = around.map_or(0.0, |(before, after)| 0.25 * (after - before));
+    [step - bend, bend]
 }
 
 /// q' at every sample, by a cubic through seven of them.
@@ -135,7 +195,7 @@ impl Recorded<'_> {
     pub(super) fn fit(&self, sheet: [f64; 3]) -> Option<Fit> {
         let shapes = shapes(self.motor, self.period_s, self.cogging_per_turn);
         let is_rigid = self.link.is_none();
-        let omega = bandwidth_rad_s(if is_rigid { 0.0 } else { sheet[0] });
+        let omega = bandwidth_rad_s(if is_rigid { 0.0 } else { sheet[0] }, self.period_s);
         let skip = (SKIP_S / self.period_s).round() as usize;
         if self.motor.len() < skip + 100 {
             return None;
@@ -162,7 +222,7 @@ impl Recorded<'_> {
     /// current makes of the motion.
     pub(super) fn by_current(&self, sheet_k2: f64, values: &[f64]) -> f64 {
         let is_rigid = self.link.is_none();
-        let omega = bandwidth_rad_s(if is_rigid { 0.0 } else { sheet_k2 });
+        let omega = bandwidth_rad_s(if is_rigid { 0.0 } else { sheet_k2 }, self.period_s);
         let skip = (SKIP_S / self.period_s).round() as usize;
         let [k2, b2] = if is_rigid { [0.0, values[0]] } else { [values[0], values[1]] };
         let left = self.innovations([k2, b2, 0.0], &[], &[], omega, skip);
@@ -179,23 +239,22 @@ impl Recorded<'_> {
         skip: usize,
     ) -> Vec<f64> {
         let n = self.motor.len();
-        let Some((phi, gains)) = block(k2, b2, self.period_s, omega) else { return vec![f64::NAN; n - skip] };
-        let (g1, g2) = (phi[(0, 2)], phi[(1, 2)]);
+        let Some(tick) = Tick::of(k2, b2, [self.period_s, self.lag_s], omega) else { return vec![f64::NAN; n - skip] };
+        let mut current = self.held[0];
         let mut x = Vector4::new(self.motor[0], 0.0, 0.0, 0.0);
         let mut out = Vec::with_capacity(n - skip);
         for i in 0..n - 1 {
-            let mut current = self.current[i];
-            for (amplitude, shape) in amplitudes.iter().zip(shapes) {
-                current += amplitude * shape[i];
-            }
-            let mut push = b0 * current;
+            let rubs: f64 = amplitudes.iter().zip(shapes).map(|(amplitude, shape)| amplitude * shape[i]).sum();
+            let held = self.held[i];
+            let mut push = (tick.stays * rubs + tick.held * held + tick.current * current) * b0;
+            current = held + (current - held) * tick.keeps;
             if let Some(link) = self.link {
-                push += k2 * 0.5 * (link[i] + link[i + 1]);
+                let [slope, bend] = bent(link, i);
+                push += (tick.link[0] * link[i] + tick.link[1] * slope + tick.link[2] * bend) * k2;
             }
-            x = phi * x;
-            (x[0], x[1]) = (x[0] + g1 * push, x[1] + g2 * push);
+            x = tick.phi * x + push;
             let e = self.motor[i + 1] - x[0];
-            x += gains * e;
+            x += tick.gains * e;
             if i + 1 >= skip {
                 out.push(e);
             }

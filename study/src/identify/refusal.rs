@@ -247,7 +247,7 @@ impl fmt::Display for Refusal {
             Self::Alike { equation: equation @ Equation::Link, condition } => write!(
                 f,
                 "{} cannot be told apart (condition {condition:.0}, at most {MOST_CONDITION}): one move does not do, \
-                 record moves to and fro",
+                 record moves to and fro, and shake a stiff joint harder (commission --peak)",
                 equation.parameters()
             ),
             Self::Alike { equation, condition } => write!(

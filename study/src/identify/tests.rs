@@ -122,7 +122,7 @@ fn swung(link: &[(f64, f64)], motor: &[(f64, f64)], seconds: f64) -> Record {
         for (i, &(amplitude, omega)) in sines.iter().enumerate() {
             let phase = omega * t_s + 1.7 * i as f64;
             for (n, q) in jet.iter_mut().enumerate() {
-                *q += amplitude * omega.powi(n as i32) * (phase + n as f64 * std::f64::consts::FRAC_PI_2).sin();
+                *q += amplitude * omega.powi(n as i32) * (phase + n as f64 * FRAC_PI_2).sin();
             }
         }
         jet
@@ -215,7 +215,7 @@ fn without_moves_at_the_links_own_frequency_the_motor_alone_is_refused() {
 fn the_linear_start_alone_is_near() {
     let record = recorded();
     let (q, motor) = (settled(&record, record.link.as_ref().expect("a link")), settled(&record, &record.motor));
-    let start = link::start(&q, &motor, record.period_s).expect("a start");
+    let start = link::start(&q, &motor, record.period_s, 100.0).expect("a start");
     let off = start[0] / (9.0 / 0.23 * 0.5) - 1.0;
     println!("start: k_1 off by {off:.1e}");
     assert!(off.abs() < 1e-3);
@@ -233,8 +233,8 @@ fn a_synthetic_link_is_found_within_ten_deviations() {
     let truth = [30.0, 0.4, 1.2, 0.3, 0.01, 0.2, 0.0];
     let q = rounded(link::simulated(&truth, &halves, 0.5 * period_s));
     let motor = rounded((0..3000).map(|k| angle(at(k))).collect());
-    let start = link::start(&q, &motor, period_s).expect("a start");
-    let fit = link::fit(&q, &motor, period_s, &start, false).expect("numbers");
+    let start = link::start(&q, &motor, period_s, 100.0).expect("a start");
+    let fit = link::fit(&q, &motor, period_s, &start, Correction::NONE, false).expect("numbers");
     let deviations = fit.deviations(link::lags(period_s));
     for (j, bar) in [30e-5, 0.4 * 5e-4, 3e-4, 3e-4].into_iter().enumerate() {
         let off = (fit.values[j] - truth[j]).abs();
