@@ -163,8 +163,8 @@ pub const fn joint<const R: usize>() -> Joint<R> {
     Joint::<R>::design(&config(channels(4, 2, [2, 4]), NOMINAL), FlexibleJoint::<f32>::new(&NOMINAL))
 }
 
-/// What the drive of `motor.S` is designed from: as `firmware/motor.toml`, but for period and gain sets. Its gate is for
-/// one set.
+/// What the drive of `motor.S` is designed from: as `firmware/motor.toml`, but for period and gain sets. Its gate is
+/// for one set.
 pub const MOTOR: MotorDesign = {
     let by_rule = MotorDesign::by_rule(
         1e-3,

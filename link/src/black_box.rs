@@ -106,8 +106,7 @@ impl Loadable {
         let joint = self.instance.model == Model::Joint;
         let part = |at: usize| LAYOUT.split(';').nth(at).unwrap_or_default().split_whitespace();
         let design = part(usize::from(joint)).skip(1).map(|name| name.trim_start_matches("it."));
-        let is_whole = joint && self.instance.r == 3;
-        let coupled = part(2).skip(1).filter(|_| is_whole);
+        let coupled = part(2).skip(1).filter(|_| self.instance.is_whole());
         // Of the monitors, a disturbance of each shaft first.
         let disturbances: &[&str] = if joint { &["d_link", "d_motor"] } else { &["d"] };
         let monitors = disturbances.iter().copied().chain(part(3).skip(1));

@@ -311,14 +311,27 @@ fn mismatch(reason: Reason, target: u32, host: u32) -> String {
     }
 }
 
+/// The form of a drive, by the keys that choose it.
+pub fn form_in_words(instance: Instance) -> String {
+    let has = |bit: u8| instance.mask & bit != 0;
+    let designed = match instance.model {
+        Model::Joint if instance.is_whole() => "joint's drive designed as a whole (drive.tuning = \"coupled\")".into(),
+        Model::Joint => "joint's drive with one observer per encoder (drive.tuning = \"normal\", ..)".into(),
+        _ => format!("motor's drive with {} states in its observer (drive.observer_states)", instance.r),
+    };
+    let sets = if has(Instance::TWO_SETS) { "two gain sets" } else { "one gain set" };
+    let late = if has(Instance::LATE) { "one tick" } else { "no tick" };
+    let follows = if has(Instance::SPEED) { ", along a speed" } else { "" };
+    format!("{designed}, {sets} (drive.gain_sets), {late} of delay (drive.delay_ticks){follows}")
+}
+
 /// Why a request was refused.
 pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
     let Refusal { reason, target, request } = *refusal;
     match reason {
         Reason::Version | Reason::Layout | Reason::CoreVersion => mismatch(reason, target, request),
         Reason::Instance if matches!(instance.model, Model::Motor | Model::Joint) => {
-            let (states, form) = (instance.r, instance.mask);
-            format!("the target's image carries no drive with {states} states per observer and form {form:#04x}")
+            format!("the target's image carries no {}: {REMEDY}", form_in_words(instance))
         }
         Reason::Instance => {
             let Instance { n, r, mask, model } = instance;

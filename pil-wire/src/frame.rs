@@ -49,6 +49,12 @@ impl Instance {
     /// A drive that follows a speed.
     pub const SPEED: u8 = 4;
 
+    /// The drive of a joint that is designed as a whole: three states per shaft, where one observer per encoder has
+    /// four.
+    pub const fn is_whole(self) -> bool {
+        matches!(self.model, Model::Joint) && self.r == 3
+    }
+
     pub(crate) const fn word(self) -> u32 {
         u32::from_le_bytes([self.n, self.r, self.mask, self.model as u8])
     }

@@ -11,10 +11,10 @@
 //! Accepted is a move with abs(y - r) <= B + 2.5 steps of the encoder that is followed; of a joint the link with the
 //! new parameters must explain the record of the move too (0.6 steps rms), if its count was in the record that they
 //! are from. B is 1e-4 rad, or twice what the same move leaves when it is simulated on the joint or motor as it was
-//! found (module `predicted`), whichever is more, and never more than a step above what the recorded moves left. The move alone does not
-//! see every wrong link, that residual does; neither sees a wrong motor of a joint, which does no harm in this move. A
-//! motor with a rigid load is asked for a move as short as its current allows: there b counts, and b that is 20 % wrong
-//! is seen.
+//! found (module `predicted`), whichever is more, and never more than a step above what the recorded moves left. The
+//! move alone does not see every wrong link, that residual does; neither sees a wrong motor of a joint, which does no
+//! harm in this move. A motor with a rigid load is asked for a move as short as its current allows: there b counts, and
+//! b that is 20 % wrong is seen.
 //!
 //! The swap at rest drops the offset W. A loop with wrong parameters swings a little: the rule for swaps in motion
 //! (u does not jump) would freeze the instant's difference of the demands into W, and that takes 1/α to go.
@@ -60,7 +60,8 @@ const AFTER_S: f64 = 0.25;
 /// Share of the current that a verification may ask for, the load's apart, and the least share that is left of it.
 const CURRENT: f64 = 0.7;
 const LEAST_CURRENT: f64 = 0.3;
-/// The current that lifts the weight of the data sheet is this many times as large if weight and torque constant are off.
+/// The current that lifts the weight of the data sheet is this many times as large if weight and torque constant are
+/// off.
 const LIFTED: f64 = 1.5;
 /// Without the link's count the link is seen by its own swinging: moves to and fro, ever shorter and quicker, over the
 /// way of the recorded ones; each as quick as this share of the usual current allows (with all of it four of 32 corners
@@ -114,8 +115,8 @@ pub enum Swap {
 }
 
 impl Plan {
-    /// For a joint 0.6 rad in 2 s with 27 % of the current, as a whole with half of it, and 80 % if that says too little;
-    /// for a motor 3 rad in 0.6 s with all of it.
+    /// For a joint 0.6 rad in 2 s with 27 % of the current, as a whole with half of it, and 80 % if that says too
+    /// little; for a motor 3 rad in 0.6 s with all of it.
     pub fn of(designed: &DriveDesign) -> Self {
         let plan = Kind::of(designed).plan;
         let [peak_a, most_peak_a] = [plan.peak_a, plan.most_peak_a].map(|share| share * designed.max_current_a());
@@ -193,7 +194,7 @@ impl fmt::Display for Stopped {
                 gear * gear
             ),
             Self::TooFar { way_rad } => {
-                write!(f, "no move of {way_rad} rad stays within the current: take a shorter way")
+                write!(f, "no move of {way_rad} rad stays within the current: take a shorter way (--way, --verify)")
             }
             Self::Design(why) => write!(f, "no drive can be made of what was found: {why}"),
             Self::Broken(why) => f.write_str(why),

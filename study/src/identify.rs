@@ -413,7 +413,9 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     // A count of the motor that is late looks like a damping of the spring, and takes as much from b_1, to the last
     // digit. Of a stiff link the integration makes both, too.
     let integrated = link::integrated(k_1, record.period_s);
-    let off = [integrated[0], integrated[1] + spring_damping, 0.0, 0.0, spring_damping];
+    let [twist, pull] = link::centre(&q, &motor).map(f64::abs);
+    let of_centre = widened * (twist * deviations[0] + pull * deviations[2]);
+    let off = [integrated[0], integrated[1] + spring_damping, 0.0, of_centre, spring_damping];
     let parameter =
         |i: usize| link_parameter(i, values[i], widened * deviations[if i < 4 { i } else { 6 }] + off[i], joint);
     let vague = widened * deviations[0] / k_1.abs();
@@ -471,6 +473,7 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     let damping = joint.motor_damping_n_m_s / joint.motor_inertia_kg_m2;
     let gain = joint.torque_n_m_per_a / joint.motor_inertia_kg_m2;
     let recorded = motor::Recorded {
+        damped: d1 / k1,
         link: Some(&linked.rad),
         motor: &record.motor.rad,
         held: &record.held_a,
@@ -483,7 +486,7 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     let &[k2, b2_of_all, b0, friction, ..] = motor_fit.values.as_slice() else {
         return Err(unsolved(Equation::MotorOfJoint));
     };
-    // The motor's equation has no damping of the spring: it is in b_2 too.
+    // Damping of the spring slows the motor as its own does.
     let b2 = b2_of_all - d1 * k2 / k1;
     let deviations = motor_fit.deviations(recorded.lags());
     // A sign is told before anything else is.
@@ -502,13 +505,22 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     let of_motor_10: Vec<f64> = deviations.iter().map(|it| WIDENED * it).collect();
     let inertia = joint.link_inertia_kg_m2;
     let vaguer = motor::vaguer(k2, period_s);
+    // A lag that is half or twice that of the file looks like so much damping.
+    let late = known.lag_s * (k1 + k2);
     let biased = |share: usize, value: f64, deviation: f64| (vaguer * BIAS[share] * value.abs()).max(deviation);
     let parameter =
         |name, meaning, unit, value, interval, sheet| Parameter { name, meaning, unit, value, interval, sheet };
     let mut parameters = linked.parameters;
     parameters.extend([
         parameter("k_2", "stiffness / motor inertia", "1/s^2", k2, biased(0, k2, of_motor_10[0]), Some(sheet_2)),
-        parameter("b_2", "damping / motor inertia", "1/s", b2, biased(1, b2_of_all, of_motor_10[1]), Some(damping)),
+        parameter(
+            "b_2",
+            "damping / motor inertia",
+            "1/s",
+            b2,
+            biased(1, b2_of_all, of_motor_10[1]) + late,
+            Some(damping),
+        ),
         parameter("B_0", "torque constant / motor inertia", "rad/s^2/A", b0, biased(0, b0, of_motor_10[2]), Some(gain)),
         parameter("f_c", "Coulomb friction", "A", friction, biased(2, friction, of_motor_10[3]), None),
     ]);
@@ -553,6 +565,7 @@ fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified,
     let unsolved = |equation| Refusal::Unsolved { equation, shaken_a: shaken_a(record) };
     let [damping, gain] = [motor.damping_n_m_s, motor.torque_n_m_per_a].map(|it| it / motor.inertia_kg_m2);
     let recorded = motor::Recorded {
+        damped: 0.0,
         link: None,
         motor: &record.motor.rad,
         held: &record.held_a,

@@ -221,7 +221,7 @@ fn what_is_refused_leaves_the_drive_as_it_was() {
         monitored(2, f64::NAN),
         (loadable(&slow), "ticks every 1000000 ns, the design is for 2000000 ns"),
         (loadable(&wild), "the target refuses the numbers"),
-        (other_form, "carries no drive"),
+        (other_form, "carries no motor's drive with 3 states in its observer (drive.observer_states), one gain set"),
     ];
     assert!(MotorDrive::<f32, Position>::try_design(&one_way).is_err());
     for (design, why) in swaps {
@@ -284,6 +284,22 @@ fn live(folder: &Folder, image: &str, script: &str, more: &[&str]) -> Spoken {
     std::fs::write(&file, script).expect("a file");
     let (image, scenario) = (at(image), scenario.display().to_string());
     host_sim(&[&["live", scenario.as_str(), "--image", &image, "--script", &file], more].concat())
+}
+
+/// A scenario of another form than what runs there: both are said by the keys that choose them.
+#[test]
+fn a_scenario_of_another_form_is_refused_with_the_keys_that_differ() {
+    let folder = Folder::new("live-form");
+    let text = std::fs::read_to_string(path("../firmware/drive.toml")).expect("the scenario");
+    let file = folder.path("mine.toml");
+    std::fs::write(&file, text.replace("tuning = \"coupled\"", "tuning = \"normal\"")).expect("room");
+    let image = path("../firmware/target/thumbv7em-none-eabihf/release/drive").display().to_string();
+    std::fs::write(folder.path("script"), "show\n").expect("room");
+    let said = host_sim(&["live", &file, "--image", &image, "--script", &folder.path("script")]);
+    let told = "this is a joint's drive with one observer per encoder (drive.tuning = \"normal\", ..), two gain sets \
+                (drive.gain_sets), no tick of delay (drive.delay_ticks); what runs there is a joint's drive designed \
+                as a whole (drive.tuning = \"coupled\"), two gain sets";
+    assert!(said.status == 2 && said.err.contains(told), "{said:?}");
 }
 
 /// An alarm while a design is on its way: what was before it is kept, and the design is not taken.

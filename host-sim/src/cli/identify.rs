@@ -84,8 +84,8 @@ pub(super) struct CommissionOptions {
     /// Way of the recorded moves, rad [default: 0.6 of a joint, 3 of a motor].
     #[arg(long, value_name = "RAD")]
     way: Option<f64>,
-    /// Peak of the multisine, A: at least five times the friction [default: 27 % of the limit; of a joint as a whole 50 %,
-    /// and 80 % if that says too little; of a motor all of it].
+    /// Peak of the multisine, A: at least five times the friction [default: 27 % of the limit; of a joint as a whole
+    /// 50 %, and 80 % if that says too little; of a motor all of it].
     #[arg(long, value_name = "A")]
     peak: Option<f64>,
     /// Seed of its phases, and of random plants.

@@ -25,7 +25,7 @@ use crate::report::plot::{BLACK, Figure, Panel, Series, Style};
 use crate::report::write_whole;
 use link::black_box::{Again, BlackBox};
 use link::live::LiveDrive;
-use link::remote::{Loadable, for_target};
+use link::remote::{Loadable, for_target, form_in_words};
 use link::transport::faulty::Rates;
 use link::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport, TransportError};
 
@@ -228,8 +228,10 @@ impl<'a> Console<'a> {
         let Some((name, text, _)) = &session.scenario else { return Ok(()) };
         let ours = designed(name, text, &[])?;
         if ours.instance != design.instance {
-            let other = kind(&ours);
-            return Err(bad(format!("{name}: this is a {other} of another form than the drive's, a {what}")));
+            let [ours, theirs] = [ours.instance, design.instance].map(form_in_words);
+            return Err(bad(format!(
+                "{name}: this is a {ours}; what runs there is a {theirs}: change these keys, or the image"
+            )));
         }
         for ((name_of, there), here) in design.names().iter().zip(design.numbers()).zip(ours.numbers()) {
             if there.to_bits() != here.to_bits() {

@@ -58,8 +58,8 @@ fn constant_load(k: usize, largest_n_m: f64) -> String {
     format!("load=[{{kind = \"const\", amplitude = {amplitude}}}]")
 }
 
-/// Joints around that of a drive. It has both gain sets (as a whole those of the rule), and its monitors know how little
-/// is known.
+/// Joints around that of a drive. It has both gain sets (as a whole those of the rule), and its monitors know how
+/// little is known.
 fn joints(share: f64, random: usize, joint: &Joint, designed: &DriveDesign, seed: u64) -> Vec<Variant> {
     let limit_a = designed.max_current_a();
     let of = |(k, factors): (usize, [f64; 5])| {

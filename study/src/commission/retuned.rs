@@ -1,8 +1,8 @@
 //! A scenario with the data sheet that was found: what the drive is designed from, and the file that is kept.
 //!
 //! Numbers of the data sheet are those of the motor's own shaft, what was found is behind its gear: each goes over by
-//! the ratio of the old ones. The bandwidths stay as the file has them, or as its rules make them; those of a joint as a
-//! whole for a tolerance of 20 %, if the data sheet's was larger.
+//! the ratio of the old ones. The bandwidths stay as the file has them, or as its rules make them; those of a joint as
+//! a whole for a tolerance of 20 %, if the data sheet's was larger.
 
 use controller_core::drive::Joint;
 use loop_sim::port::drive::DriveDesign;

@@ -176,17 +176,28 @@ pub(super) fn fit(
     by: Correction,
     is_damped: bool,
 ) -> Option<Fit> {
+    let [twist, pull] = centre(q, motor);
     let q = thinned(q);
     let [k, b, g, c] = *from;
     let scale = [k.abs(), b.max(0.3), 1.0, 1.0, 0.01, 0.1, 0.3];
-    let start = [k, b.max(0.05), g, c, q[0], 0.0, 0.0];
+    let start = [k, b.max(0.05), g, c + k * twist - g * pull, q[0], 0.0, 0.0];
     let residuals = |p: &[f64]| {
-        let p = std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0));
+        let mut p: [f64; 7] = std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0));
+        p[3] -= p[0] * twist - p[2] * pull;
         let link = predicted(&p, motor, &q, by, period_s);
         link.iter().zip(&q).map(|(model, q)| model - q).collect()
     };
     let count = if is_damped { 7 } else { 6 };
-    Fit::of(residuals, &start[..count], &scale[..count])
+    let mut fit = Fit::of(residuals, &start[..count], &scale[..count])?;
+    fit.values[3] -= fit.values[0] * twist - fit.values[2] * pull;
+    Some(fit)
+}
+
+/// The means of q_m - q and sin q. The fit has c about them: the zeros of two encoders are anywhere, and a constant
+/// twist, or a weight that is level all the way, is no other constant than c.
+pub(super) fn centre(q: &[f64], motor: &[f64]) -> [f64; 2] {
+    let mean = |sum: f64| sum / q.len().max(1) as f64;
+    [mean(q.iter().zip(motor).map(|(q, motor)| motor - q).sum()), mean(q.iter().map(|q| libm::sin(*q)).sum())]
 }
 
 /// What is left of a record with these parameters of the link, rms in rad: only load and offset of the encoders, q(0)

@@ -39,6 +39,8 @@ const POINTS: u32 = 10;
 
 /// What is recorded, and how it is looked at.
 pub(super) struct Recorded<'a> {
+    /// Damping of the spring over its stiffness, s.
+    pub(super) damped: f64,
     /// Angle of the link, rad; none for a rigid load.
     pub(super) link: Option<&'a [f64]>,
     /// Angle of the motor, rad.
@@ -251,6 +253,8 @@ impl Recorded<'_> {
             if let Some(link) = self.link {
                 let [slope, bend] = bent(link, i);
                 push += (tick.link[0] * link[i] + tick.link[1] * slope + tick.link[2] * bend) * k2;
+                // Its speed is slope + 2 bend s in a tick.
+                push += (tick.stays * slope + tick.link[1] * (2.0 * bend)) * (self.damped * k2 / self.period_s);
             }
             x = tick.phi * x + push;
             let e = self.motor[i + 1] - x[0];

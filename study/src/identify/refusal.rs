@@ -280,7 +280,7 @@ impl fmt::Display for Refusal {
                 "{} cannot be told: least squares for the {equation} found no end in {MOST_STEPS} steps: no record of \
                  such a plant, or one that says too little: the current shakes it by {shaken_a:.2} A rms, and needs \
                  the multisine of \
-                 `host-sim commission`{}",
+                 `host-sim commission`, or a larger one (--peak){}",
                 equation.parameters(),
                 if *equation == Equation::Motor { "" } else { ", and encoders of about as many bits on both sides" }
             ),

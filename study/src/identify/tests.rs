@@ -211,6 +211,28 @@ fn without_moves_at_the_links_own_frequency_the_motor_alone_is_refused() {
     assert!(refused(&other).contains("the other sign"));
 }
 
+/// The zeros of two encoders are anywhere: a constant twist is c, and says nothing else of k_1.
+#[test]
+fn an_offset_between_the_encoders_is_no_twist() {
+    let record = recorded();
+    let sheet = Sheet::Joint(Joint::TABLE_I);
+    let found = |record: &Record| identify(record, &sheet, &Known::with_lag(0.0)).unwrap_or_else(|why| panic!("{why}"));
+    let of_record = found(&record);
+    let [k_1, load] = ["k_1", "c"].map(|name| of_record.parameter(name).expect("a link").value);
+    for offset_rad in [0.6, -7.0] {
+        let mut moved = record.clone();
+        moved.motor.rad.iter_mut().for_each(|rad| *rad += offset_rad);
+        let found = found(&moved);
+        let [k, c] = ["k_1", "c"].map(|name| *found.parameter(name).expect("a link"));
+        println!("{offset_rad} rad: {k:?} {c:?} {:?}", found.link);
+        assert!((k.value / k_1 - 1.0).abs() < 1e-6, "{k:?}");
+        assert!(
+            (c.value - load + k_1 * offset_rad).abs() < 1e-3 && found.link.expect("a link").condition < 10.0,
+            "{c:?}"
+        );
+    }
+}
+
 #[test]
 fn the_linear_start_alone_is_near() {
     let record = recorded();
