@@ -30,13 +30,13 @@ const UNCERTAIN: f64 = 0.2;
 /// Gains by rule for this data sheet, as `host-sim export firmware/drive.toml --lang rust` writes them: the poles of a
 /// rigid shaft and the observers of both encoders; lag of the current loop, and the fast gain set.
 const BANDWIDTHS: JointBandwidths = JointBandwidths {
-    surface_rad_s: 64.3908390636671,
-    reaching_per_s: 484.46440819330496,
-    link_rad_s: 55.892804026864155,
-    motor_rad_s: 799.9509242902783,
-    offset_per_s: 32.19541953183355,
+    surface_rad_s: 64.390_839_063_667_1,
+    reaching_per_s: 484.464_408_193_304_96,
+    link_rad_s: 55.892_804_026_864_155,
+    motor_rad_s: 799.950_924_290_278_3,
+    offset_per_s: 32.195_419_531_833_55,
 };
-const COUPLED: Coupled = Coupled { calm_steps: [1.0, 9.787052753304266], ..Coupled::behind(&[ENCODER; 2], 2e-4) };
+const COUPLED: Coupled = Coupled { calm_steps: [1.0, 9.787_052_753_304_266], ..Coupled::behind(&[ENCODER; 2], 2e-4) };
 const FAST_RATIOS: [f64; 2] = [4.0, 0.7];
 
 const DESIGN: JointDesign = JointDesign {
