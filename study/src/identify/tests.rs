@@ -215,8 +215,8 @@ fn without_moves_at_the_links_own_frequency_the_motor_alone_is_refused() {
 #[test]
 fn an_offset_between_the_encoders_is_no_twist() {
     let record = recorded();
-    let sheet = Sheet::Joint(Joint::TABLE_I);
-    let found = |record: &Record| identify(record, &sheet, &Known::with_lag(0.0)).unwrap_or_else(|why| panic!("{why}"));
+    let found =
+        |record: &Record| identify(record, &sheet(), &Known::with_lag(0.0)).unwrap_or_else(|why| panic!("{why}"));
     let of_record = found(&record);
     let [k_1, load] = ["k_1", "c"].map(|name| of_record.parameter(name).expect("a link").value);
     for offset_rad in [0.6, -7.0] {
