@@ -1,11 +1,11 @@
 //! Compiles the C versions of the law: for the host with its C compiler, for the Cortex-M4F with arm-none-eabi-gcc; for
-//! the host closed loops too. And tells the program by which Rust compiler it was made: counts of instructions are its
-//! work.
+//! the host also closed loops. Passes the name of the Rust compiler to the program, because instruction counts depend
+//! on it.
 
 use std::env;
 use std::process::Command;
 
-/// Name of the function without its order, source, and what the compiler is told beyond the processor.
+/// C versions: function name without its order, source, and compiler options besides the processor.
 const VERSIONS: [(&str, &str, &[&str]); 5] = [
     ("naive_tick_", "c/naive.c", &["-O2"]),
     ("naive_fast_tick_", "c/naive.c", &["-O3", "-ffast-math"]),
@@ -13,7 +13,7 @@ const VERSIONS: [(&str, &str, &[&str]); 5] = [
     ("tuned_guarded_tick_", "c/tuned.c", &["-O2", "-ffp-contract=off", "-DGUARD"]),
     ("tuned_renamed_tick_", "c/tuned.c", &["-O2", "-ffp-contract=off", "-DGUARD", RENAMED]),
 ];
-/// Closed loops for the host: name, source, flags. Vector code by what GCC makes of it.
+/// Closed loops for the host: name, source, flags. GCC vectorises the code.
 const LOOPS: [(&str, &str, &[&str]); 5] = [
     ("closed_loop_alone", "c/loop.c", &[]),
     ("closed_loops_sse2", "c/plants.c", &[]),
@@ -22,7 +22,7 @@ const LOOPS: [(&str, &str, &[&str]); 5] = [
     ("closed_loops_fast", "c/plants.c", &["-ffast-math", AVX512[0], AVX512[1], AVX512[2], AVX512[3], AVX512[4]]),
 ];
 const AVX512: [&str; 5] = ["-mavx512f", "-mavx512dq", "-mavx512vl", "-mfma", "-mprefer-vector-width=512"];
-/// GCC's, for the chip only: another compiler of the host need not have it.
+/// Option of GCC, for the chip only: another compiler of the host may lack it.
 const RENAMED: &str = "-frename-registers";
 
 fn main() {
@@ -31,7 +31,7 @@ fn main() {
     let compiler = env::var("RUSTC").expect("cargo sets the compiler");
     let version = Command::new(compiler).arg("--version").output().expect("it has just compiled this program");
     println!("cargo::rustc-env=COMPILER={} for {target}", String::from_utf8_lossy(&version.stdout).trim());
-    // Before the ticks: a linker takes what is called from the libraries that follow.
+    // Before the ticks: a linker resolves calls from the libraries that follow.
     if !target.starts_with("thumbv7em") {
         for (name, source, flags) in LOOPS {
             if target.starts_with("x86_64") || source == "c/loop.c" {
@@ -49,7 +49,7 @@ fn main() {
     for (name, source, flags) in VERSIONS {
         for order in ["2", "3"] {
             let mut build = cc::Build::new();
-            // The flags are part of what is compared: none of cc's choice.
+            // The flags are part of the comparison, so cc adds none.
             build.no_default_flags(true).warnings(true).extra_warnings(true).warnings_into_errors(true);
             build.flag("-std=c99").flag("-ffunction-sections").file(source).define("NAME", name).define("R", order);
             let for_chip = target.starts_with("thumbv7em");

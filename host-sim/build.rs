@@ -1,14 +1,13 @@
-//! Tells the program of what it was made: the commit of its sources, if git is there to say, and the compiler. A report
-//! says both.
+//! Passes the commit of the sources and the compiler version to the program, which prints both in a report.
 //!
-//! The commit is that of the folder when a source of the program last changed, with a word if that change was in no
-//! commit then. A commit alone changes no program, and builds none anew.
+//! The commit is the one of the folder when a source of the program last changed. Uncommitted changes are marked. A new
+//! commit alone does not rebuild the program.
 
 use std::env;
 use std::path::Path;
 use std::process::Command;
 
-/// What of the project the program is made of, from this crate.
+/// Source paths of the program, relative to this crate.
 const SOURCES: [&str; 19] = [
     "Cargo.toml",
     "assets",
@@ -36,18 +35,17 @@ fn main() {
         println!("cargo::rerun-if-changed={source}");
     }
     let git = |args: &[&str]| said(Command::new("git").arg("--no-optional-locks").args(args));
-    // A copy without its history may lie in the folder of another project's.
-    let described =
-        ["describe", "--always", "--exclude=*", "--abbrev=40", "--dirty= and changes that are in no commit"];
+    // A copy without history may lie inside the repository of another project.
+    let described = ["describe", "--always", "--exclude=*", "--abbrev=40", "--dirty= with uncommitted changes"];
     let commit = git(&["ls-files", "--error-unmatch", "build.rs"]).and_then(|_| git(&described));
     let compiler = said(Command::new(env::var("RUSTC").unwrap_or_else(|_| "rustc".into())).arg("--version"));
     for (name, value) in [("HOST_SIM_COMMIT", commit), ("HOST_SIM_COMPILER", compiler)] {
-        let value = value.unwrap_or_else(|| "not known to this build".into());
+        let value = value.unwrap_or_else(|| "unknown".into());
         println!("cargo::rustc-env={name}={value}");
     }
 }
 
-/// The one line that a program says, if it is there and content.
+/// Returns the first line of the output of a program, if the program exists and succeeds.
 fn said(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     let line = String::from_utf8(output.stdout).ok()?.lines().next()?.trim().to_owned();

@@ -1,33 +1,33 @@
-//! The ceilings of the counts, `counts.toml`, and the one compiler that they hold for.
+//! Limits of the instruction counts, `counts.toml`, valid for one compiler.
 
 use toml_edit::{DocumentMut, Item, value};
 
-/// A ceiling is tight if the count is no more than this below it.
+/// Largest distance of a count below its limit, in percent of the limit.
 const SLACK_PERCENT: u64 = 5;
 
-/// The file of ceilings, read.
+/// Content of the file of limits.
 pub(crate) struct Ceilings(DocumentMut);
 
 impl Ceilings {
-    /// Reads its text.
+    /// Parses the text of the file.
     ///
     /// # Errors
-    /// What the parser says.
+    /// The message of the parser.
     pub(crate) fn read(text: &str) -> Result<Self, String> {
         text.parse().map(Self).map_err(|error: toml_edit::TomlError| error.to_string())
     }
 
-    /// The compiler that they hold for.
+    /// Returns the compiler of the limits.
     pub(crate) fn compiler(&self) -> &str {
         self.0.get("compiler").and_then(Item::as_str).unwrap_or("no compiler")
     }
 
-    /// The most instructions that a call of this subject may take.
+    /// Returns the largest number of instructions per call of a subject.
     pub(crate) fn of(&self, what: &str) -> Option<u64> {
         self.0.get("ceiling")?.get(what)?.as_integer()?.try_into().ok()
     }
 
-    /// What is wrong with a count, if anything.
+    /// Returns the error of a count; empty without one.
     pub(crate) fn verdict(&self, what: &str, count: u64) -> &'static str {
         match self.of(what) {
             None => "has no ceiling",
@@ -39,7 +39,7 @@ impl Ceilings {
         }
     }
 
-    /// Why counts of this compiler's code cannot be judged, if they cannot.
+    /// Returns the reason if the limits do not hold for code of this compiler.
     pub(crate) fn refusal(&self, compiler: &str) -> Option<String> {
         (self.compiler() != compiler).then(|| {
             format!(
@@ -50,10 +50,10 @@ impl Ceilings {
         })
     }
 
-    /// The text with these counts as ceilings of this compiler.
+    /// Returns the text with these counts as limits of this compiler.
     ///
     /// # Errors
-    /// It is their compiler already.
+    /// The limits belong to this compiler already.
     pub(crate) fn recorded(mut self, compiler: &str, counts: &[(&str, u64)]) -> Result<String, String> {
         if self.compiler() == compiler {
             return Err(format!("the ceilings are of {compiler} already: change them by hand"));

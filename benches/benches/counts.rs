@@ -1,11 +1,10 @@
-//! How many instructions the host executes, by callgrind: the same in every run, so that a change can be judged.
+//! Instruction counts of the host by callgrind. They are identical in every run, so a change can be judged.
 //!
-//! `cargo bench --workspace --profile dev --bench counts`; that profile, because CI has built everything in it
-//! already (it optimises; another profile makes other code). The program runs itself under
-//! `valgrind --tool=callgrind` once for each subject, counting only inside of it. More instructions than the ceiling in
-//! `counts.toml` fail, and so do 5 % fewer, since a loose ceiling catches nothing. What cannot be judged fails as well:
-//! where there is no valgrind, and where another compiler than that of the ceilings has made this program; `--record`
-//! then writes its counts down instead.
+//! The command is `cargo bench --workspace --profile dev --bench counts`. The profile `dev` is used because CI has
+//! built everything in it already (it optimises; another profile generates other code). The program runs itself under
+//! `valgrind --tool=callgrind` once per subject and counts only inside of it. More instructions than the limit in
+//! `counts.toml` fail. A count 5 % below fails too, since a loose limit detects nothing. A missing valgrind fails, and
+//! so does a program of another compiler than the compiler of the limits. `--record` then writes its counts instead.
 
 mod ceilings;
 #[path = "subjects/lanes.rs"]
@@ -25,9 +24,9 @@ use loop_sim::lanes::{Campaign, Judged, LANES, Trial, close_each, close_loops};
 use loop_sim::trace::{Ending, Recorder};
 use scenario::{Experiment, Source};
 
-/// The file of ceilings, beside the sources.
+/// File of limits, next to the sources.
 const CEILINGS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/counts.toml");
-/// What compiled this program.
+/// Compiler of this program.
 const THIS_COMPILER: &str =
     if cfg!(debug_assertions) { concat!(env!("COMPILER"), ", checks on") } else { env!("COMPILER") };
 
@@ -35,12 +34,12 @@ const TICKS: u64 = 1000;
 
 struct Subject {
     what: &'static str,
-    /// The function that is counted in; no other has this in its name.
+    /// Counted function; its name is unique among all function names.
     function: &'static str,
     run: fn(),
-    /// The count is per call.
+    /// Calls per run; the count is per call.
     calls: u64,
-    /// A ceiling stands above what was measured by this; the tick has nothing that could vary.
+    /// Margin of a recorded limit above the count, percent; 0 for the tick, whose count is constant.
     above_percent: u64,
 }
 
@@ -133,7 +132,7 @@ fn ticks_of_lanes(tick: TickAll) {
     }
 }
 
-/// Ticks of the loops side by side: their start is shared by so many.
+/// Ticks of the vectorised loops, which share one start.
 const LOOP_TICKS: usize = 2000;
 
 fn closed_loops() {
@@ -150,7 +149,7 @@ fn counted_loops(campaign: &Campaign<'_>, trials: &[Trial<'_>]) -> Vec<Option<Ju
     judged
 }
 
-/// Part 2, whose plant takes steps of the solver.
+/// Example 1 of part 2, whose plant takes solver steps.
 fn example_1() {
     let text = include_str!("../../host-sim/scenarios/fig02.toml");
     let sets = ["span_s=0.2".into(), "window_s=[0.1, 0.2]".into()];
@@ -168,10 +167,10 @@ fn counted_example_1(campaign: &Campaign<'_>, trials: &[Trial<'_>]) -> Vec<Optio
     judged
 }
 
-/// Ticks of drives whose plants go side by side.
+/// Ticks of drives with vectorised plants.
 const MOTOR_TICKS: u64 = 201;
 
-/// Each off by something else, so that every lane has a time and steps of its own.
+/// Motors with different parameter errors, so that every lane has its own times and steps.
 fn motors() {
     let text = scenario::template("counted", "motor").expect("a name");
     let of = |l: usize| {
@@ -191,7 +190,7 @@ fn counted_motors(experiments: &mut [Experiment]) {
     assert!(endings.iter().all(|ending| *ending == Ok(Ending::Finished)), "every loop goes to its end");
 }
 
-// Names of their own: callgrind would stop at the next function with the name that it counts in.
+// Separate names: callgrind would stop at the next function with the counted name.
 #[inline(never)]
 fn counted_sse2(joint: &Joint<f32, 2>, states: &mut lanes::States, x: &[[f32; L]; 4], u: &mut [f32; L]) {
     lanes::lanes_baseline(joint, states, x, u);
@@ -217,7 +216,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Counts all subjects, and judges or records them.
+/// Counts all subjects, and checks or records the counts.
 fn run(is_record: bool) -> Result<(), String> {
     if Command::new("valgrind").arg("--version").output().is_err() {
         return Err(String::from("no valgrind here: the instructions of the host are NOT counted"));
@@ -246,7 +245,7 @@ fn run(is_record: bool) -> Result<(), String> {
     if good { Ok(()) } else { Err(String::from("a count is out of its ceiling")) }
 }
 
-/// Instructions of one call.
+/// Returns the instructions of one call.
 fn counted(subject: &Subject) -> Result<u64, String> {
     let this = std::env::current_exe().map_err(|error| format!("this program has no path: {error}"))?;
     let out = std::env::temp_dir().join(format!("{}-{}.callgrind", subject.function, std::process::id()));

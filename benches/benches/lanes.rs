@@ -1,9 +1,9 @@
-//! How fast many plants go at once, beside what one would write instead: SciPy, numba, C, C over 32 plants.
+//! Simulation speed of many plants, compared with alternatives: SciPy, numba, C, and C over 32 plants.
 //!
-//! `cargo bench -p benches --bench lanes`, with `-- --python PYTHON` beside a Python that has SciPy and numba too
-//! (`cargo xtask bench lanes` sees to it). All run the same loop: the joint of Example 2, r = 2, T = 1 ms, and
-//! v = 1 + sin 2t. Each is timed in turn, the best of several; the largest |y| at the end, which all tell, shows that
-//! they do the same. Times are of this machine and of this moment: no test looks at them.
+//! The command is `cargo bench -p benches --bench lanes`. With `-- --python PYTHON` it also uses a Python that has
+//! SciPy and numba (`cargo xtask bench lanes` installs them). All programs run one loop: the joint of Example 2, r = 2,
+//! T = 1 ms, and v = 1 + sin 2t. Each is timed in turn, the best of several. The largest |y| at the end, which all
+//! report, shows that they compute the same problem. Times depend on the machine and the moment; no test checks them.
 
 #[path = "subjects/lanes.rs"]
 mod lanes;
@@ -22,17 +22,18 @@ use loop_sim::sensor::Sensing;
 use scenario::{Experiment, Source};
 use serde_json::{Value, json};
 
-/// Length of a loop.
+/// Length of a loop, periods.
 const PERIODS: usize = 2000;
-/// Where its last quarter begins.
+/// First period of the last quarter.
 const FROM: usize = 1500;
 const PERIOD_S: f64 = 1e-3;
-/// Steps of Runge-Kutta a tick.
+/// Runge-Kutta steps per tick.
 const STEPS: [usize; 2] = [5, 10];
-/// What |y| may differ by from that of our loop alone, as a part of it: a sine of degree 7, Runge-Kutta, a law in f64.
+/// Tolerated relative difference of max |y| from the scalar loop: due to a sine of degree 7, Runge-Kutta, and a law in
+/// f64.
 const SAME: f64 = 1e-3;
 
-/// With AVX-512 where the machine has it.
+/// AVX-512, if the machine has it.
 #[multiversion::multiversion(targets(
     "x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+fma+bmi1+bmi2",
     "x86_64+avx2+fma+bmi1+bmi2"
@@ -41,13 +42,13 @@ fn lanes_avx512(joint: &Joint<f32, 2>, states: &mut lanes::States, x: &[[f32; L]
     lanes::tick_all(joint, states, x, u);
 }
 
-/// A call for each plant, so that it stays one after the other.
+/// A separate call per plant, which prevents vectorisation.
 #[inline(never)]
 fn alone(joint: &Joint<f32, 2>, state: &mut <Joint<f32, 2> as ControlLaw>::State, x: &[f32; 4]) -> f32 {
     joint.tick(state, x).u
 }
 
-/// Ticks per second of 64 plants, each way in turn and the best of several: ratios within one run.
+/// Prints ticks per second of 64 plants, each method in turn and the best of several: ratios within one run.
 fn ticks() {
     let (joint, mut noise) = (black_box(joint::<2>()), Noise::new(1));
     let samples: Vec<[[f32; L]; 4]> = (0..256)
@@ -92,7 +93,7 @@ struct Row {
     largest: f64,
 }
 
-/// Ticks per second of a closed loop, all of a run's ticks counted: the best of so many runs, which answer max |y|.
+/// Returns the ticks per second of a closed loop (all ticks of a run counted), the best of several runs, and max |y|.
 fn timed(times: usize, loops: usize, run: &mut dyn FnMut() -> f64) -> (f64, f64) {
     let (mut best, mut largest) = (f64::INFINITY, f64::NAN);
     for _ in 0..times {
@@ -103,7 +104,7 @@ fn timed(times: usize, loops: usize, run: &mut dyn FnMut() -> f64) -> (f64, f64)
     (((PERIODS + 1) * loops) as f64 / best, largest)
 }
 
-/// Our own, of the default scenario: alone as `host-sim run` has it, and many at once.
+/// Times edo-smc with the default scenario: alone as in `host-sim run`, and many loops at once.
 fn ours(experiments: &mut Vec<Experiment>, table: &mut Vec<Row>) {
     let mut add = |program: String, method: &str, (ticks_per_s, largest): (f64, f64)| {
         table.push(Row { program, method: method.into(), ticks_per_s, largest });
@@ -143,7 +144,7 @@ fn ours(experiments: &mut Vec<Experiment>, table: &mut Vec<Row>) {
     add("ours, the same on two threads".into(), "exact step", (two, f64::NAN));
 }
 
-/// C, one plant and 32.
+/// Times C, one plant and 32.
 fn c(law: &Joint<f32, 2>, table: &mut Vec<Row>) {
     let joint = JointParameters::TABLE_I.chain(Reading::Reconstructed);
     for steps in STEPS {
@@ -175,7 +176,7 @@ fn c(law: &Joint<f32, 2>, table: &mut Vec<Row>) {
     }
 }
 
-/// What `python/loops.py` tells.
+/// Times the programs of `python/loops.py`.
 fn python(program: &str, law: &Joint<f32, 2>, table: &mut Vec<Row>) {
     let joint = JointParameters::TABLE_I.chain(Reading::Reconstructed);
     let asked = ClosedLoop::new(&joint, PERIOD_S, 0.1, [PERIODS, FROM, 1]);
@@ -242,7 +243,7 @@ fn loops(interpreter: Option<&str>) {
     }
 }
 
-/// Example 1, whose plant has no step of its own: the solver's of order 10, 26 evaluations a tick.
+/// Times Example 1, whose plant has no step function of its own: the solver of order 10, 26 evaluations per tick.
 fn example_1() {
     println!("\n| Example 1, T = 0.1 ms, 26 evaluations a tick | million ticks/s, one core |");
     println!("|---|---|");

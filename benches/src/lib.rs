@@ -1,15 +1,15 @@
-//! The flexible joint's tick beside the same law in C, so that both can be measured and held together.
+//! Tick of the flexible joint and C versions of the law, for measurement and comparison.
 //!
-//! | who | what |
+//! | type | content |
 //! |---|---|
 //! | [`Joint`] | the shipped tick, observers of order R in channels 2 and 4 |
 //! | [`Naive`] | `c/naive.c`: the equations in loops, with an exponential and a division; `FAST`: at -O3 -ffast-math |
-//! | [`Tuned`] | `c/tuned.c`: the folded equations written out; `GUARDED`: bad samples kept out as in our tick |
-//! | [`loops`] | `c/loop.c`, `c/plants.c`: that tick in a loop with the joint, one and 32 side by side, on the host |
+//! | [`Tuned`] | `c/tuned.c`: the folded equations written out; `GUARDED`: with the sample guard of the tick |
+//! | [`loops`] | `c/loop.c`, `c/plants.c`: that tick in a loop with the joint, one and 32 in parallel, on the host |
 //!
-//! All compute the same law from one design: the coefficients of the C versions are the shipped ones
-//! ([`Coefficients::numbers`]), for the naive version unfolded again, so that they differ in rounding only (test
-//! `yardsticks` of the suite). It is `no_std`: the image `chip` measures the same code on the target.
+//! All versions compute one law from one design. The coefficients of the C versions are the shipped ones
+//! ([`Coefficients::numbers`]), unfolded again for the naive version. The results therefore differ in rounding only
+//! (test `yardsticks` of the suite). The crate is `no_std`: the image `chip` measures the code on the target.
 #![no_std]
 
 pub mod loops;
@@ -21,13 +21,13 @@ use controller_core::{
     ObserverGains, Options, ReachingLaw, Reading, Real, Surface, channels,
 };
 
-/// The shipped controller of the joint.
+/// Shipped controller of the joint.
 pub type Joint<T, const R: usize> = Controller<T, FlexibleJoint<T>, 4, R, { channels(4, 2, [2, 4]) }, 2>;
 
-/// What the design knows of the joint.
+/// Nominal model of the joint.
 pub const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 
-/// The design that is measured: 10 kHz, all poles of the observers at -100 rad/s, switching term and limits in use.
+/// Returns the measured design: 10 kHz, all observer poles at -100 rad/s, switching term and limits active.
 pub const fn config<const R: usize>() -> Config<4, R> {
     let observer = ObserverGains::from_bandwidth::<R>(100.0);
     Config {
@@ -40,27 +40,27 @@ pub const fn config<const R: usize>() -> Config<4, R> {
     }
 }
 
-/// The shipped controller in f32.
+/// Returns the shipped controller in f32.
 pub const fn joint<const R: usize>() -> Joint<f32, R> {
     Joint::<f32, R>::design(&config(), FlexibleJoint::<f32>::new(&NOMINAL))
 }
 
-/// The shipped controller in f64.
+/// Returns the shipped controller in f64.
 pub const fn joint_f64<const R: usize>() -> Joint<f64, R> {
     Joint::<f64, R>::design(&config(), FlexibleJoint::<f64>::new(&NOMINAL))
 }
 
-/// Samples that need no plant: noise from a linear congruence, of the size that the joint's states have.
+/// Samples without a plant: noise from a linear congruential generator, as large as the joint's states.
 #[derive(Clone, Copy, Debug)]
 pub struct Noise(u32);
 
 impl Noise {
-    /// The same samples from the same seed.
+    /// Creates a generator; equal seeds give equal samples.
     pub const fn new(seed: u32) -> Self {
         Self(seed)
     }
 
-    /// The next sample: up to 0.005 rad, 0.05 rad/s, 0.5 rad/s², 5 rad/s³ either way.
+    /// Returns the next sample: up to 0.005 rad, 0.05 rad/s, 0.5 rad/s², 5 rad/s³ in either direction.
     pub fn sample(&mut self) -> [f32; 4] {
         [0.01, 0.1, 1.0, 10.0].map(|size| {
             self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -87,7 +87,7 @@ const fn same(one: &str, other: &str) -> bool {
     k == one.len() && k == other.len()
 }
 
-/// `struct tuned_design`.
+/// C type `struct tuned_design`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 struct TunedDesign<T, const R: usize> {
@@ -126,7 +126,7 @@ impl<T: Real, const R: usize> TunedDesign<T, R> {
         let mut numbers = coefficients.numbers();
         let mut next = || numbers.next().unwrap_or(T::ZERO);
         let unit = |j: usize| model.drift(&core::array::from_fn(|i| if i == j { T::from_f64(1.0) } else { T::ZERO }));
-        // The fields of a literal are computed in the order in which they stand.
+        // The fields of a literal are computed in their order.
         Self {
             rate: next(),
             rate_n: next(),
@@ -156,7 +156,7 @@ impl<T: Real, const R: usize> TunedDesign<T, R> {
         }
     }
 
-    /// The rows of the law in the unit of u: without a guard there is no use for another.
+    /// Returns the rows of the law in the unit of u; the version without a guard needs no other unit.
     fn in_u(self) -> Self {
         let in_u = |entry: T| entry * self.unit;
         Self {
@@ -180,7 +180,7 @@ fn rows<T, const R: usize>(next: &mut impl FnMut() -> T) -> [[T; R]; 2] {
     core::array::from_fn(|_| row(next))
 }
 
-/// `struct tuned_state`.
+/// C type `struct tuned_state`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 struct TunedState<const R: usize> {
@@ -195,7 +195,7 @@ struct TunedState<const R: usize> {
     resuming: i32,
 }
 
-/// `c/tuned.c`, by hand from the folded equations. R is 2 or 3.
+/// C version `c/tuned.c`, written by hand from the folded equations. R is 2 or 3.
 #[derive(Clone, Copy, Debug)]
 pub struct Tuned<const R: usize, const GUARDED: bool> {
     design: TunedDesign<f32, R>,
@@ -203,12 +203,12 @@ pub struct Tuned<const R: usize, const GUARDED: bool> {
 }
 
 impl<const R: usize, const GUARDED: bool> Tuned<R, GUARDED> {
-    /// Before its first tick, which is to get the same sample.
+    /// Creates the state before the first tick, which must get the given sample.
     pub fn start(x0: &[f32; 4]) -> Self {
         Self::of(&joint::<R>(), x0)
     }
 
-    /// The same of another design.
+    /// Creates the state for another design, before the first tick.
     pub fn of(joint: &Joint<f32, R>, x0: &[f32; 4]) -> Self {
         let k = TunedDesign::of(joint.coefficients(), joint.model());
         let k = if GUARDED { k } else { k.in_u() };
@@ -216,7 +216,7 @@ impl<const R: usize, const GUARDED: bool> Tuned<R, GUARDED> {
         let state = TunedState {
             d2: [0.0; R],
             d4: [0.0; R],
-            // The past that makes the first innovation zero.
+            // Past values that make the first innovation zero.
             p2: -0.5 * x0[2],
             p4: -k.theta_n * drift,
             x2: x0[1],
@@ -228,7 +228,7 @@ impl<const R: usize, const GUARDED: bool> Tuned<R, GUARDED> {
         Self { design: k, state }
     }
 
-    /// One tick: u.
+    /// Runs one tick; returns u.
     #[inline]
     pub fn tick(&mut self, x: &[f32; 4]) -> f32 {
         let tick = match (R, GUARDED) {
@@ -238,18 +238,18 @@ impl<const R: usize, const GUARDED: bool> Tuned<R, GUARDED> {
             _ => tuned_guarded_tick_3,
         };
         const { assert!(R == 2 || R == 3, "the C versions are compiled for order 2 and 3") };
-        // SAFETY: the structs are those of c/law.h for this R, and live through the call.
+        // SAFETY: the structs match c/law.h for this R and live through the call.
         unsafe { tick((&raw const self.design).cast(), (&raw mut self.state).cast(), x) }
     }
 
-    /// What the actuator really held.
+    /// Reports the value that the actuator really held.
     pub fn applied(&mut self, u: f32) {
         self.state.held = u;
     }
 }
 
 impl<const R: usize> Tuned<R, true> {
-    /// The same tick, for the chip with GCC's `-frename-registers`.
+    /// Runs one tick, compiled for the chip with GCC's `-frename-registers`; returns u.
     #[inline]
     pub fn tick_renamed(&mut self, x: &[f32; 4]) -> f32 {
         let tick = if R == 2 { tuned_renamed_tick_2 } else { tuned_renamed_tick_3 };
@@ -258,7 +258,7 @@ impl<const R: usize> Tuned<R, true> {
     }
 }
 
-/// `struct naive_design`.
+/// C type `struct naive_design`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 struct NaiveDesign<const R: usize> {
@@ -284,7 +284,8 @@ struct NaiveDesign<const R: usize> {
 }
 
 impl<const R: usize> NaiveDesign<R> {
-    /// Takes the folding of the shipped design back (head of `controller-core/src/design.rs`), in f64.
+    /// Returns the design with the folding of the shipped design reversed (head of `controller-core/src/design.rs`), in
+    /// f64.
     fn unfolded() -> Self {
         let joint = joint_f64::<R>();
         let k = TunedDesign::<f64, R>::of(joint.coefficients(), joint.model()).in_u();
@@ -327,19 +328,20 @@ impl<const R: usize> NaiveDesign<R> {
     }
 }
 
-/// A row on (A, B, C) as a row on the Taylor state S; entry 0 of the shipped rows is not used, `of_a` stands for it.
+/// Converts a row on (A, B, C) to a row on the Taylor state S; entry 0 of the shipped rows is unused, `of_a` replaces
+/// it.
 fn taylor_row(of_a: f64, [_, of_b, of_c]: [f64; 3], theta: f64, mu2: f64) -> [f64; 3] {
     [of_a, of_b + theta * of_a, 2.0 * of_c + mu2 * of_a + (1.0 + 2.0 * theta) * of_b]
 }
 
-/// Gains of the observer on S from γ.
+/// Returns the gains of the observer on S from γ.
 fn taylor_gains([g1, g2, g3]: [f64; 3], theta: f64, mu2: f64) -> [f64; 3] {
     let l3 = g3 / 2.0;
     let l2 = g2 - (1.0 + 2.0 * theta) * l3;
     [g1 - theta * l2 - mu2 * l3, l2, l3]
 }
 
-/// Zeros beyond the order.
+/// Returns the row, padded with zeros beyond the order.
 fn all<const R: usize>(row: [f64; R]) -> [f64; 3] {
     core::array::from_fn(|m| if m < R { row[m] } else { 0.0 })
 }
@@ -348,7 +350,7 @@ fn first<const R: usize>(row: [f64; 3]) -> [f32; R] {
     core::array::from_fn(|m| row[m] as f32)
 }
 
-/// `struct naive_state`.
+/// C type `struct naive_state`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 struct NaiveState<const R: usize> {
@@ -360,7 +362,7 @@ struct NaiveState<const R: usize> {
     ticks: u32,
 }
 
-/// `c/naive.c`, as one types it. R is 2 or 3.
+/// C version `c/naive.c`, a direct transcription of the equations. R is 2 or 3.
 #[derive(Clone, Copy, Debug)]
 pub struct Naive<const R: usize, const FAST: bool> {
     design: NaiveDesign<R>,
@@ -368,13 +370,13 @@ pub struct Naive<const R: usize, const FAST: bool> {
 }
 
 impl<const R: usize, const FAST: bool> Naive<R, FAST> {
-    /// Before its first tick, whose sample it starts at.
+    /// Creates the state before the first tick, which starts at its sample.
     pub fn new() -> Self {
         let state = NaiveState { s: [[0.0; R]; 4], x_prev: [0.0; 4], a_prev: 0.0, u: 0.0, sigma_0: 0.0, ticks: 0 };
         Self { design: NaiveDesign::unfolded(), state }
     }
 
-    /// One tick: u.
+    /// Runs one tick; returns u.
     #[inline]
     pub fn tick(&mut self, x: &[f32; 4]) -> f32 {
         let tick = match (R, FAST) {
@@ -384,11 +386,11 @@ impl<const R: usize, const FAST: bool> Naive<R, FAST> {
             _ => naive_fast_tick_3,
         };
         const { assert!(R == 2 || R == 3, "the C versions are compiled for order 2 and 3") };
-        // SAFETY: the structs are those of c/law.h for this R, and live through the call.
+        // SAFETY: the structs match c/law.h for this R and live through the call.
         unsafe { tick((&raw const self.design).cast(), (&raw mut self.state).cast(), x) }
     }
 
-    /// What the actuator really held.
+    /// Reports the value that the actuator really held.
     pub fn applied(&mut self, u: f32) {
         self.state.u = u;
     }
@@ -400,7 +402,7 @@ impl<const R: usize, const FAST: bool> Default for Naive<R, FAST> {
     }
 }
 
-// build.rs compiles them; designs and states are those of the order in the name.
+// build.rs compiles these functions; designs and states have the order in the name.
 unsafe extern "C" {
     fn naive_tick_2(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;
     fn naive_tick_3(design: *const c_void, state: *mut c_void, x: &[f32; 4]) -> f32;

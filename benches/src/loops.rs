@@ -1,7 +1,7 @@
-//! Closed loops of the joint in C, on the host: the tick by hand and the plant by Runge-Kutta of order 4.
+//! Closed loops of the joint in C, on the host: the hand-written tick, and the plant by Runge-Kutta of order 4.
 //!
-//! $v = 1 + \sin 2t$ acts at the input. What they answer, the largest |y| towards the end, is also a figure of merit of
-//! ours, so that all can be seen to do the same job.
+//! $v = 1 + \sin 2t$ acts at the input. The result, the largest |y| towards the end, is also a metric of the Rust
+//! simulation, so all programs can be compared.
 
 use core::ffi::c_void;
 
@@ -9,7 +9,7 @@ use controller_core::JointChain;
 
 use crate::{Joint, Tuned};
 
-/// `struct closed_loop` of `c/loop.h`.
+/// C type `struct closed_loop` of `c/loop.h`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct ClosedLoop {
@@ -21,50 +21,51 @@ pub struct ClosedLoop {
     steps: i32,
 }
 
-/// Instructions of 32 loops side by side.
+/// Instruction set of 32 parallel loops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Beside {
-    /// Those of every x86-64.
+    /// Baseline instructions of x86-64.
     Sse2,
     /// AVX2 and FMA.
     Avx2,
     /// AVX-512.
     Avx512,
-    /// AVX-512, and the compiler may reorder sums.
+    /// AVX-512 with reordered sums.
     Fast,
 }
 
 impl ClosedLoop {
-    /// Plants side by side.
+    /// Number of plants in parallel.
     pub const BESIDE: usize = 32;
 
-    /// From x = (x1, 0, 0, 0) over these periods, |y| from tick `from` on, so many `steps` of the plant a tick.
+    /// Creates a loop from x = (x1, 0, 0, 0) over these periods, with |y| from tick `from` on, and `steps` plant steps
+    /// per tick.
     ///
     /// # Panics
-    /// If a count does not fit into a C `int`.
+    /// A count does not fit into a C `int`.
     pub fn new(joint: &JointChain, period_s: f64, x1: f64, [periods, from, steps]: [usize; 3]) -> Self {
         let JointChain { k1, b1, k2, b2, b, a1 } = *joint;
         let [periods, from, steps] = [periods, from, steps].map(|count| i32::try_from(count).expect("an int"));
         Self { joint: [k1, b1, a1, k2, b2, b], period_s, x1, periods, from, steps }
     }
 
-    /// k_1, b_1, a_1, k_2, b_2, b.
+    /// Returns k_1, b_1, a_1, k_2, b_2, b.
     pub fn joint(&self) -> [f64; 6] {
         self.joint
     }
 
-    /// One loop: max |y|, rad.
+    /// Runs one loop; returns max |y|, rad.
     pub fn alone(&self, law: &Joint<f32, 2>) -> f64 {
         let Tuned { design, mut state } = self.started(law);
-        // SAFETY: the structs are those of c/loop.h and c/law.h, and live through the call.
+        // SAFETY: the structs match c/loop.h and c/law.h and live through the call.
         unsafe { closed_loop_alone(self, (&raw const design).cast(), (&raw mut state).cast()) }
     }
 
-    /// [`BESIDE`](Self::BESIDE) of them: max |y| of all; none where this machine has no such instructions.
+    /// Runs [`BESIDE`](Self::BESIDE) loops; returns max |y| of all, or `None` if this machine lacks the instructions.
     pub fn beside(&self, instructions: Beside, law: &Joint<f32, 2>) -> Option<f64> {
         let Tuned { design, state } = self.started(law);
-        // SAFETY: as in `alone`; what a machine has is asked on the other side.
+        // SAFETY: as in `alone`; the C side checks the instructions of the machine.
         let largest = unsafe {
             closed_loops_beside(instructions as i32, self, (&raw const design).cast(), (&raw const state).cast())
         };

@@ -1,4 +1,4 @@
-//! What the counts of the host are held to, without counting.
+//! Tests of the limits of the instruction counts, without counting.
 
 #[path = "../benches/ceilings.rs"]
 mod ceilings;

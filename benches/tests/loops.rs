@@ -1,4 +1,4 @@
-//! The closed loops in C do what ours does: two hands, another method for the plant, one figure.
+//! Test that the C loops and the Rust loop agree: two implementations, another integration method, one metric.
 
 use std::ops::ControlFlow;
 

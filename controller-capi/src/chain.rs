@@ -49,7 +49,7 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R
 impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Instance for Design<N, R, MASK, O> {
     type Law = Law<N, R, MASK, O>;
     type Sample = [f32; N];
-    type Known = [[f32; R]; N];
+    type Estimates = [[f32; R]; N];
     const WORD: u32 = u32::from_le_bytes([N as u8, R as u8, MASK, 0]);
     const FLAGS_AT: &'static [usize] = &[StateOf::<N, R, MASK, O>::FLAG_AT];
 
@@ -86,7 +86,7 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Instance fo
         self.controller.start_from(x, &self.d_hat)
     }
 
-    fn told(known: [[f32; R]; N]) -> [[f32; R]; N] {
+    fn c_estimates(known: [[f32; R]; N]) -> [[f32; R]; N] {
         known
     }
 }

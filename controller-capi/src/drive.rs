@@ -186,7 +186,7 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
 {
     type Law = L;
     type Sample = CSample<E, N>;
-    type Known = CKnown<E>;
+    type Estimates = CKnown<E>;
     const WORD: u32 = L::WORD;
     const FLAGS_AT: &'static [usize] = L::FLAGS;
 
@@ -222,7 +222,7 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
         unsafe { self.law() }.start(sample)
     }
 
-    fn told(known: DriveEstimates<f32, i32, E>) -> CKnown<E> {
+    fn c_estimates(known: DriveEstimates<f32, i32, E>) -> CKnown<E> {
         let DriveEstimates { turn, position, speed, disturbance, load } = known;
         CKnown { turn, position, speed, disturbance, load }
     }

@@ -7,7 +7,7 @@ use controller_core::Output;
 use controller_core::drive::{Fence, FenceLimits};
 
 use crate::drive::{CConfig, CRefusal, CSample, Design, Form, designed, tell};
-use crate::instance::{Held, between};
+use crate::instance::{CState, between};
 use crate::status::{Status, overlap, place, sized_place};
 
 /// Where a shaft may be and how fast: `edo_smc_fence_limits_t`.
@@ -88,7 +88,7 @@ pub(crate) unsafe fn fence<L: Form<E, N, NUMBERS>, const E: usize, const N: usiz
 #[inline(always)]
 pub(crate) unsafe fn guard<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
     design: *const Design<L, E, N, NUMBERS>,
-    state: *mut Held<Design<L, E, N, NUMBERS>>,
+    state: *mut CState<Design<L, E, N, NUMBERS>>,
     fence: *const CFence,
     sample: *const CSample<E, N>,
     output: *mut Output<f32>,

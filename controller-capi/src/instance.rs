@@ -20,7 +20,7 @@ pub trait Instance {
     /// What comes in once per tick, as C has it; any bit pattern is one.
     type Sample;
     /// What the law knows, as C has it.
-    type Known;
+    type Estimates;
     /// Tells the instance from the others.
     const WORD: u32;
     /// Where the bytes of a state lie that must be 0 or 1; all others may be anything.
@@ -47,12 +47,12 @@ pub trait Instance {
     unsafe fn start(&self, sample: &<Self::Law as ControlLaw>::Sample) -> Option<<Self::Law as ControlLaw>::State>;
 
     /// What the law knows, for C.
-    fn told(known: <Self::Law as ControlLaw>::Estimates) -> Self::Known;
+    fn c_estimates(known: <Self::Law as ControlLaw>::Estimates) -> Self::Estimates;
 }
 
 /// A state: `edo_smc_state_*_t`.
 #[repr(C)]
-pub struct Held<D: Instance> {
+pub struct CState<D: Instance> {
     /// Address of the design it belongs to.
     design: usize,
     tag: u32,
@@ -64,8 +64,8 @@ pub(crate) const fn words_of_state<D: Instance>() -> usize {
     let size = size_of::<<D::Law as ControlLaw>::State>();
     assert!(size.is_multiple_of(4) && align_of::<<D::Law as ControlLaw>::State>() == 4);
     let packed = size_of::<usize>() + 4 + size;
-    assert!(size_of::<Held<D>>() == packed.next_multiple_of(size_of::<usize>()));
-    assert!(align_of::<Held<D>>() == align_of::<usize>());
+    assert!(size_of::<CState<D>>() == packed.next_multiple_of(size_of::<usize>()));
+    assert!(align_of::<CState<D>>() == align_of::<usize>());
     assert!(size_of::<Output<f32>>() == 16 && core::mem::offset_of!(Output<f32>, health) == 12);
     size / 4
 }
@@ -83,7 +83,7 @@ pub(crate) const fn waiting(instance: u32) -> u32 {
     hash
 }
 
-impl<D: Instance> Held<D> {
+impl<D: Instance> CState<D> {
     const WAITING: u32 = waiting(D::WORD);
     const RUNNING: u32 = !Self::WAITING;
 
@@ -113,7 +113,7 @@ impl<D: Instance> Held<D> {
 pub(crate) unsafe fn init<D: Instance>(
     design: *const D,
     design_size: usize,
-    state: *mut Held<D>,
+    state: *mut CState<D>,
     state_size: usize,
 ) -> Status {
     let places = || {
@@ -128,9 +128,9 @@ pub(crate) unsafe fn init<D: Instance>(
     if let Err(status) = unsafe { &*design }.check() {
         return status;
     }
-    let tag = Held::<D>::WAITING;
+    let tag = CState::<D>::WAITING;
     // SAFETY: not NULL, aligned, of the right size.
-    unsafe { state.write(Held { design: design.addr(), tag, state: MaybeUninit::zeroed() }) };
+    unsafe { state.write(CState { design: design.addr(), tag, state: MaybeUninit::zeroed() }) };
     Status::OK
 }
 
@@ -139,7 +139,7 @@ pub(crate) unsafe fn init<D: Instance>(
 #[inline(always)]
 pub(crate) unsafe fn tick<D: Instance>(
     design: *const D,
-    state: *mut Held<D>,
+    state: *mut CState<D>,
     sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
@@ -154,7 +154,7 @@ pub(crate) unsafe fn tick<D: Instance>(
 #[inline(always)]
 pub(crate) unsafe fn go_on<D: Instance>(
     design: *const D,
-    state: *mut Held<D>,
+    state: *mut CState<D>,
     sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
@@ -170,16 +170,16 @@ pub(crate) unsafe fn go_on<D: Instance>(
 #[inline(always)]
 unsafe fn ticked<D: Instance>(
     design: *const D,
-    state: *mut Held<D>,
+    state: *mut CState<D>,
     sample: *const D::Sample,
     output: *mut Output<f32>,
-    begin: unsafe fn(*const D, *mut Held<D>, *const D::Sample, *mut Output<f32>) -> Status,
+    begin: unsafe fn(*const D, *mut CState<D>, *const D::Sample, *mut Output<f32>) -> Status,
 ) -> Status {
     if !(is_place(state) && is_place(sample) && is_place(output)) {
         return answer(place(state).and_then(|()| place(sample)).and_then(|()| place(output)));
     }
-    // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
-    if unsafe { (*state).tag } != Held::<D>::RUNNING {
+    // SAFETY: not NULL, aligned; any bit pattern is a `CState`.
+    if unsafe { (*state).tag } != CState::<D>::RUNNING {
         // SAFETY: not NULL, aligned, and as the caller promises.
         let status = unsafe { begin(design, state, sample, output) };
         if status != Status::OK {
@@ -215,7 +215,7 @@ unsafe fn ticked<D: Instance>(
 #[inline(never)]
 unsafe fn start<D: Instance>(
     design: *const D,
-    state: *mut Held<D>,
+    state: *mut CState<D>,
     sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
@@ -225,14 +225,14 @@ unsafe fn start<D: Instance>(
     }
     // SAFETY: as the caller promises; taken out before the state is borrowed.
     let sample = unsafe { D::read(sample) };
-    // SAFETY: as the caller promises; any bit pattern is a `Held`.
+    // SAFETY: as the caller promises; any bit pattern is a `CState`.
     let held = unsafe { &mut *state };
     // SAFETY: `init` has looked at the design of this address.
     if let Some(mut started) = unsafe { (*design).start(&sample) } {
         // SAFETY: as above.
         unsafe { (*design).law().wait(&mut started) };
         held.state.write(started);
-        held.tag = Held::<D>::RUNNING;
+        held.tag = CState::<D>::RUNNING;
         return Status::OK;
     }
     // SAFETY: as the caller promises, and as above.
@@ -248,7 +248,7 @@ unsafe fn start<D: Instance>(
 #[inline(never)]
 unsafe fn wait<D: Instance>(
     design: *const D,
-    state: *mut Held<D>,
+    state: *mut CState<D>,
     _: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
@@ -267,16 +267,16 @@ unsafe fn wait<D: Instance>(
 /// As of `start`.
 unsafe fn is_waiting<D: Instance>(
     design: *const D,
-    state: *const Held<D>,
+    state: *const CState<D>,
     output: *mut Output<f32>,
 ) -> Result<(), Status> {
     // Here and not in every tick: what is static stays as it is, and every tick would pay 8 instructions for the rest.
     if overlap(output, state) || overlap(output, design) {
         return Err(Status::OVERLAP);
     }
-    // SAFETY: as the caller promises; any bit pattern is a `Held`.
+    // SAFETY: as the caller promises; any bit pattern is a `CState`.
     let held = unsafe { &*state };
-    if held.tag != Held::<D>::WAITING {
+    if held.tag != CState::<D>::WAITING {
         return Err(Status::NOT_INITIALISED);
     }
     if held.design != design.addr() {
@@ -290,14 +290,14 @@ unsafe fn is_waiting<D: Instance>(
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
 pub(crate) unsafe fn of_the_stage<D: Instance>(
-    state: *mut Held<D>,
+    state: *mut CState<D>,
     u: f32,
     takes: impl FnOnce(&mut <D::Law as ControlLaw>::State, f32) -> bool,
 ) -> Status {
     if let Err(status) = place(state) {
         return status;
     }
-    // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
+    // SAFETY: not NULL, aligned; any bit pattern is a `CState`.
     let held = unsafe { &mut *state };
     if let Err(status) = held.is_running() {
         return status;
@@ -313,13 +313,13 @@ pub(crate) unsafe fn of_the_stage<D: Instance>(
 /// Pointers that are not NULL point to memory of their type.
 pub(crate) unsafe fn between<D: Instance>(
     design: *const D,
-    state: *mut Held<D>,
+    state: *mut CState<D>,
     happens: impl FnOnce(&D::Law, &mut <D::Law as ControlLaw>::State),
 ) -> Status {
     if let Err(status) = place(state) {
         return status;
     }
-    // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
+    // SAFETY: not NULL, aligned; any bit pattern is a `CState`.
     let held = unsafe { &mut *state };
     if let Err(status) = held.is_running() {
         return status;
@@ -334,22 +334,26 @@ pub(crate) unsafe fn between<D: Instance>(
 
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
-pub(crate) unsafe fn reset<D: Instance>(state: *mut Held<D>) -> Status {
+pub(crate) unsafe fn reset<D: Instance>(state: *mut CState<D>) -> Status {
     if let Err(status) = place(state) {
         return status;
     }
-    // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
+    // SAFETY: not NULL, aligned; any bit pattern is a `CState`.
     let held = unsafe { &mut *state };
-    if held.tag != Held::<D>::WAITING && held.tag != Held::<D>::RUNNING {
+    if held.tag != CState::<D>::WAITING && held.tag != CState::<D>::RUNNING {
         return Status::NOT_INITIALISED;
     }
-    held.tag = Held::<D>::WAITING;
+    held.tag = CState::<D>::WAITING;
     Status::OK
 }
 
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
-pub(crate) unsafe fn estimates<D: Instance>(design: *const D, state: *const Held<D>, known: *mut D::Known) -> Status {
+pub(crate) unsafe fn estimates<D: Instance>(
+    design: *const D,
+    state: *const CState<D>,
+    known: *mut D::Estimates,
+) -> Status {
     let places = || {
         place(state)?;
         place(known)?;
@@ -358,7 +362,7 @@ pub(crate) unsafe fn estimates<D: Instance>(design: *const D, state: *const Held
     if let Err(status) = places() {
         return status;
     }
-    // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
+    // SAFETY: not NULL, aligned; any bit pattern is a `CState`.
     let held = unsafe { &*state };
     if let Err(status) = held.is_running() {
         return status;
@@ -369,7 +373,7 @@ pub(crate) unsafe fn estimates<D: Instance>(design: *const D, state: *const Held
     // SAFETY: `init` has looked at the design of this address; the flags of the state are 0 or 1.
     let estimates = unsafe { (*design).law().estimates(held.state.assume_init_ref()) };
     // SAFETY: not NULL, aligned.
-    unsafe { known.write(D::told(estimates)) };
+    unsafe { known.write(D::c_estimates(estimates)) };
     Status::OK
 }
 
@@ -379,7 +383,7 @@ pub(crate) unsafe fn retune<D: Instance>(
     from: *const D,
     to: *const D,
     design_size: usize,
-    state: *mut Held<D>,
+    state: *mut CState<D>,
     sample: *const D::Sample,
 ) -> Status {
     let places = || {
@@ -398,7 +402,7 @@ pub(crate) unsafe fn retune<D: Instance>(
     }
     // SAFETY: not NULL, aligned; taken out before the state is borrowed.
     let sample = unsafe { D::read(sample) };
-    // SAFETY: not NULL, aligned; any bit pattern is a `Held`.
+    // SAFETY: not NULL, aligned; any bit pattern is a `CState`.
     let held = unsafe { &mut *state };
     let running = match held.is_running() {
         Ok(()) => true,

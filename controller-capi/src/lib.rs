@@ -33,7 +33,7 @@ use controller_core::drive::{ProfileLimits, Rest};
 use controller_core::{ControlLaw, Output};
 use drive::{CRefusal, CTarget};
 use fence::{CFence, CLimits};
-use instance::{Held, Instance};
+use instance::{CState, Instance};
 use plan::{Plan, Span};
 use status::Status;
 
@@ -68,9 +68,9 @@ macro_rules! instance {
             use super::*;
 
             pub(super) type ThisDesign = $design;
-            type ThisState = Held<ThisDesign>;
+            type ThisState = CState<ThisDesign>;
             type ThisSample = <ThisDesign as Instance>::Sample;
-            type ThisKnown = <ThisDesign as Instance>::Known;
+            type ThisKnown = <ThisDesign as Instance>::Estimates;
             pub(super) type ThisConfig = $config;
 
             /// Size of a design in bytes.
@@ -448,7 +448,7 @@ macro_rules! profiles {
         pub mod $module {
             use super::*;
 
-            type ThisProfile = profile::Held<$m, { $m * profile::WINDOW }>;
+            type ThisProfile = profile::CProfile<$m, { $m * profile::WINDOW }>;
 
             // As edo_smc.h has them: 26 words, and two and a window of each average.
             const _: [(); 26 + (2 + profile::WINDOW) * $m] = [(); ThisProfile::WORDS];

@@ -15,14 +15,14 @@ pub(crate) const WINDOW: usize = 128;
 /// A profile of M averages with its steps: `edo_smc_profile_*_t`. Any bit pattern is one; what is used as a divisor or
 /// an index is looked at.
 #[repr(C)]
-pub struct Held<const M: usize, const LEN: usize> {
+pub struct CProfile<const M: usize, const LEN: usize> {
     tag: u32,
     /// Bits of the period in s, the lower ones first: a number of 64 bits would have another alignment.
     period: [u32; 2],
     profile: Profile<f32, M, LEN>,
 }
 
-impl<const M: usize, const LEN: usize> Held<M, LEN> {
+impl<const M: usize, const LEN: usize> CProfile<M, LEN> {
     /// Words of a profile.
     pub(crate) const WORDS: usize = {
         assert!(align_of::<Self>() == 4 && size_of::<Self>() == 12 + size_of::<Profile<f32, M, LEN>>());
@@ -52,8 +52,8 @@ impl<const M: usize, const LEN: usize> Held<M, LEN> {
 /// A pointer that is not NULL points to memory of its type, which nobody else uses for as long as the answer lives.
 #[inline(always)]
 unsafe fn held<'a, const M: usize, const LEN: usize>(
-    profile: *mut Held<M, LEN>,
-) -> Result<&'a mut Held<M, LEN>, Status> {
+    profile: *mut CProfile<M, LEN>,
+) -> Result<&'a mut CProfile<M, LEN>, Status> {
     place(profile)?;
     // SAFETY: not NULL, aligned; any bit pattern is a profile.
     let held = unsafe { &mut *profile };
@@ -62,7 +62,10 @@ unsafe fn held<'a, const M: usize, const LEN: usize>(
 }
 
 /// A place for a refusal, which may be NULL, apart from the profile.
-fn apart<const M: usize, const LEN: usize>(profile: *mut Held<M, LEN>, refusal: *mut CRefusal) -> Result<(), Status> {
+fn apart<const M: usize, const LEN: usize>(
+    profile: *mut CProfile<M, LEN>,
+    refusal: *mut CRefusal,
+) -> Result<(), Status> {
     if refusal.is_null() {
         return Ok(());
     }
@@ -75,7 +78,7 @@ fn apart<const M: usize, const LEN: usize>(profile: *mut Held<M, LEN>, refusal: 
 /// # Safety
 /// Pointers that are not NULL point to memory of their type, `profile` to memory of the size given.
 pub(crate) unsafe fn new<const M: usize, const LEN: usize>(
-    profile: *mut Held<M, LEN>,
+    profile: *mut CProfile<M, LEN>,
     profile_size: usize,
     limits: &ProfileLimits,
     period_s: f64,
@@ -86,7 +89,8 @@ pub(crate) unsafe fn new<const M: usize, const LEN: usize>(
     }
     let made = Profile::new(limits, period_s).map(|made| {
         let period = period_s.to_bits();
-        let held = Held { tag: Held::<M, LEN>::TAG, period: [period as u32, (period >> 32) as u32], profile: made };
+        let held =
+            CProfile { tag: CProfile::<M, LEN>::TAG, period: [period as u32, (period >> 32) as u32], profile: made };
         // SAFETY: not NULL, aligned, of the right size.
         unsafe { profile.write(held) };
     });
@@ -99,7 +103,7 @@ pub(crate) unsafe fn new<const M: usize, const LEN: usize>(
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
 pub(crate) unsafe fn limit<const M: usize, const LEN: usize>(
-    profile: *mut Held<M, LEN>,
+    profile: *mut CProfile<M, LEN>,
     [speed_rad_s, acceleration_rad_s2]: [f64; 2],
     refusal: *mut CRefusal,
 ) -> Status {
@@ -127,7 +131,7 @@ fn are_near(angles_rad: &[f64]) -> Result<(), Status> {
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
 pub(crate) unsafe fn keep_within<const M: usize, const LEN: usize>(
-    profile: *mut Held<M, LEN>,
+    profile: *mut CProfile<M, LEN>,
     low: (i32, f64),
     high: (i32, f64),
 ) -> Status {
@@ -145,7 +149,7 @@ pub(crate) unsafe fn keep_within<const M: usize, const LEN: usize>(
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
 pub(crate) unsafe fn go_to<const M: usize, const LEN: usize>(
-    profile: *mut Held<M, LEN>,
+    profile: *mut CProfile<M, LEN>,
     turn: i32,
     rad: f64,
 ) -> Status {
@@ -166,7 +170,7 @@ pub(crate) unsafe fn go_to<const M: usize, const LEN: usize>(
 ///
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
-pub(crate) unsafe fn stop<const M: usize, const LEN: usize>(profile: *mut Held<M, LEN>) -> Status {
+pub(crate) unsafe fn stop<const M: usize, const LEN: usize>(profile: *mut CProfile<M, LEN>) -> Status {
     // SAFETY: as the caller promises.
     answer(unsafe { held(profile) }.map(|held| held.profile.stop()))
 }
@@ -176,7 +180,7 @@ pub(crate) unsafe fn stop<const M: usize, const LEN: usize>(profile: *mut Held<M
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
 pub(crate) unsafe fn start<const M: usize, const LEN: usize>(
-    profile: *mut Held<M, LEN>,
+    profile: *mut CProfile<M, LEN>,
     turn: i32,
     rad: f64,
     speed_rad_s: f64,
@@ -194,7 +198,7 @@ pub(crate) unsafe fn start<const M: usize, const LEN: usize>(
 ///
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
-pub(crate) unsafe fn has_arrived<const M: usize, const LEN: usize>(profile: *const Held<M, LEN>) -> bool {
+pub(crate) unsafe fn has_arrived<const M: usize, const LEN: usize>(profile: *const CProfile<M, LEN>) -> bool {
     if place(profile).is_err() {
         return false;
     }
@@ -209,7 +213,7 @@ pub(crate) unsafe fn has_arrived<const M: usize, const LEN: usize>(profile: *con
 /// Pointers that are not NULL point to memory of their type.
 #[inline(always)]
 pub(crate) unsafe fn next<const M: usize, const LEN: usize, const N: usize>(
-    profile: *mut Held<M, LEN>,
+    profile: *mut CProfile<M, LEN>,
     target: *mut CTarget<N>,
 ) -> Status {
     if let Err(status) = place(profile).and_then(|()| place(target)) {

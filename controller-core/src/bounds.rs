@@ -1,10 +1,11 @@
-//! What the closed loop cannot exceed after the transient: ultimate bounds of the estimation errors, σ* and the output.
+//! Ultimate bounds of the closed loop: estimation errors, σ* and output after the transient.
 //!
-//! Given bounds $\mu_i^{(k)}$ of $|d_i^{(k)}|$ (Eq. (2), (40)), every quantity is the output of a stable linear system
-//! with a bounded input, and the largest output that an input bounded by 1 can reach is the L1 norm of the impulse
-//! response. A worst-case disturbance *attains* these bounds of the errors; what follows from them adds magnitudes:
+//! The inputs are bounds $\mu_i^{(k)}$ of $|d_i^{(k)}|$ (Eq. (2), (40)). Every bounded quantity is the output of a
+//! stable linear system with a bounded input. The largest output for an input bounded by 1 is the L1 norm of the
+//! impulse response. A worst-case disturbance *attains* the bounds of the errors. The bounds that follow from them add
+//! magnitudes:
 //!
-//! 1. **Estimation error**, Eq. (52)-(53): with $h_{ik}(t)$ the entry k + 1 of $\exp(D_i t)E_i$,
+//! 1. **Estimation error**, Eq. (52)-(53): let $h_{ik}(t)$ be the entry k + 1 of $\exp(D_i t)E_i$. Then
 //!    $\delta_{ik} = \mu_i^{(r)} \int_0^\infty |h_{ik}(t)|dt$ bounds $\tilde d_i^{(k)}$. It equals
 //!    $\mu_i^{(r)} l_{ik}/l_{ir}$ ($l_{i0} = 1$) when all poles are real.
 //! 2. **σ\***: by Eq. (58) $\dot\sigma^* = -k_l\sigma^* - k_s\mathrm{sat}(\sigma^*/\epsilon) + w$ with $|w| \le N$,
@@ -17,27 +18,30 @@
 //!    d_i^{(j-i)}$, so $\lambda_3 = G(\lambda_2 + \sum_{i<n}\sum_j c_{j+1}\delta_{i,j-i})$, $G$ the L1 norm of the
 //!    left side's inverse, $1/c_1$ for real roots (Eq. (37)-(38)).
 //!
-//! **A channel without observer** estimates nothing: $\hat d_i = 0$, so its error is the disturbance itself,
-//! $\delta_{ik} = \mu_i^{(k)}$. It enters $N$ as $c_i\mu_i^{(0)}$ alone (its $\hat d_i$ is neither in σ nor in the
-//! law), and the output by one of two ways, whichever is smaller: the sum above, or the response of y to $\tilde d_i$
-//! as one input, $(c_n p^{n-1-i} + \dots + c_{i+1})/(p^{n-1} + \dots + c_1)$, which is itself a companion response (of
-//! the surface) with an L1 norm of its own, $c_{i+1}/c_1$ for real roots. That way needs no derivative, so a
-//! disturbance that jumps is covered too. It is closed to observed channels: $\tilde d_i^{(1)}$ there is the error of
-//! the estimated derivative, not the derivative of the error (by Eq. (52) they differ by $l_{i1}\tilde d_i$; test
-//! `theory::random_chains_stay_within_the_ultimate_bounds` finds a loop that exceeds such a bound by 3 %).
+//! **A channel without observer** has no estimate: $\hat d_i = 0$. Its error is the disturbance itself,
+//! $\delta_{ik} = \mu_i^{(k)}$. It enters $N$ as $c_i\mu_i^{(0)}$ alone, because its $\hat d_i$ is neither in σ nor in
+//! the law. It enters the output by the smaller of two bounds:
+//! * the sum above,
+//! * the response of y to $\tilde d_i$ as one input, $(c_n p^{n-1-i} + \dots + c_{i+1})/(p^{n-1} + \dots + c_1)$. This
+//!   is a companion response of the surface with its own L1 norm, $c_{i+1}/c_1$ for real roots.
 //!
-//! The bounds are those of the continuous loop with an exact a(x) and b(x) (what the model misses belongs to $d_n$) and
-//! no active limit of u; the sampled loop comes to them at first order in the period. If a disturbance depends on the
-//! state, its $\mu$ must be checked on the trajectory.
+//! The second bound needs no derivative, so it also covers a disturbance that jumps. It does not apply to observed
+//! channels: there $\tilde d_i^{(1)}$ is the error of the estimated derivative, not the derivative of the error. By Eq.
+//! (52) they differ by $l_{i1}\tilde d_i$. Test `theory::random_chains_stay_within_the_ultimate_bounds` finds a loop
+//! that exceeds such a bound by 3 %.
+//!
+//! The bounds hold for the continuous loop with an exact a(x) and b(x) and no active limit of u. The model error
+//! belongs to $d_n$. The sampled loop approaches the bounds at first order in the period. If a disturbance depends on
+//! the state, check its $\mu$ on the trajectory.
 //!
 //! # Deviation
-//! * Eq. (28)-(29), (56)-(57) are not bounds as printed: V decreases outside a *ball*, and the error may leave that
+//! * Eq. (28)-(29), (56)-(57) are not bounds as printed. V decreases outside a *ball*, and the error may leave that
 //!   ball along the ellipsoid $V = \text{const}$ that touches it. The bound is larger by
-//!   $\sqrt{\lambda_{max}(P)/\lambda_{min}(P)}$. For l = (0.5, 100), μ = 1, Q = I the print claims 2.26 and a
+//!   $\sqrt{\lambda_{max}(P)/\lambda_{min}(P)}$. For l = (0.5, 100), μ = 1, Q = I the paper gives 2.26, and a
 //!   disturbance reaches 2.55 (test `printed_lyapunov_bound_is_exceeded_and_the_corrected_one_holds`).
-//! * Eq. (34) slips a sign, and Eq. (36) goes negative for a large $k_s$; here σ* is then bounded by the boundary
-//!   layer.
-//! * Eq. (58) forgets $\tilde d_n$, the largest term of Example 2, and runs its last inner sum over i instead of j.
+//! * Eq. (34) has a sign error, and Eq. (36) becomes negative for a large $k_s$. Here the boundary layer then bounds
+//!   σ*.
+//! * Eq. (58) omits $\tilde d_n$, the largest term of Example 2, and its last inner sum runs over i instead of j.
 //! * Eq. (51), (58) print sat σ* for sat(σ*/ε).
 
 use core::fmt;
@@ -52,50 +56,52 @@ use crate::{MAX_N, MAX_R};
 use nalgebra::linalg::SymmetricEigen;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// Bounds of the disturbances and their derivatives, Eq. (40): `mu[i - 1][k]` >= $|d_i^{(k)}|$ in the unit of
-/// $\dot x_i$ times s^-k. An observer of order r needs k = 0..=r; a channel without one needs k = 0.
+/// Bounds of the disturbances and their derivatives, Eq. (40).
+///
+/// `mu[i - 1][k]` >= $|d_i^{(k)}|$ in the unit of $\dot x_i$ times s^-k. An observer of order r needs k = 0..=r. A
+/// channel without an observer needs k = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisturbanceBounds<const N: usize, const K: usize> {
-    /// $\mu_i^{(k)}$; `f64::INFINITY` says that nothing is known.
+    /// Bounds $\mu_i^{(k)}$. `f64::INFINITY` means that the bound is unknown.
     pub mu: [[f64; K]; N],
 }
 
-/// What is not exceeded once the transient has died.
+/// Bounds that hold after the transient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UltimateBounds<const N: usize, const R: usize> {
-    /// $\delta_{ik}$ of $|\tilde d_i^{(k)}|$. What no observer estimates is in error by all of itself: $\mu_i^{(k)}$,
-    /// or infinite where that was not given.
+    /// Bounds $\delta_{ik}$ of $|\tilde d_i^{(k)}|$. The error of a disturbance that no observer estimates is the whole
+    /// disturbance: $\mu_i^{(k)}$, or infinite if that bound was not given.
     pub delta: [[f64; R]; N],
-    /// N: all that drives σ* against the reaching law, in units of σ per second.
+    /// Bound N on all terms that drive σ* against the reaching law, in units of σ per second.
     pub n: f64,
-    /// $\lambda_2$ of |σ*|. Infinite if `k_l` = 0 and `k_s` cannot hold N.
+    /// Bound $\lambda_2$ of |σ*|. Infinite if `k_l` = 0 and `k_s` cannot hold N.
     pub sigma_star: f64,
-    /// $\lambda_3$ of |y|, in the unit of x_1.
+    /// Bound $\lambda_3$ of |y|, in the unit of x_1.
     pub y: f64,
 }
 
-/// Why there is no bound.
+/// Reason why there is no bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum BoundsError {
-    /// The controller itself would be refused.
+    /// The configuration is not valid.
     Config(ConfigError),
     /// A $\mu$ is NaN or negative.
     MuInvalid {
         /// The channel, from 1.
         channel: usize,
-        /// Which derivative of the disturbance.
+        /// Order of the derivative of the disturbance.
         derivative: usize,
     },
     /// K is too small for the order of this channel's observer.
     DerivativeMissing {
         /// The channel, from 1.
         channel: usize,
-        /// The derivative that Eq. (52) needs: the order r.
+        /// Derivative that Eq. (52) needs: the order r.
         needed: usize,
     },
-    /// A damping ratio of the observer or the surface is below 0.001 (a bound would exist, but be useless), or its
-    /// poles are so extreme that f64 cannot tell.
+    /// A damping ratio of the observer or the surface is below 0.001. A bound would exist, but be useless. Also
+    /// returned if f64 cannot resolve the extreme poles.
     NearlyUndamped,
     /// Q is not symmetric positive definite, or Eq. (54) has no positive definite solution in f64.
     NotPositiveDefinite,
@@ -131,11 +137,13 @@ impl From<ConfigError> for BoundsError {
     }
 }
 
-/// The bounds that a worst-case disturbance attains for the estimation error, and what follows for σ* and the output.
+/// Returns the bounds that a worst-case disturbance attains for the estimation error, and the resulting bounds of σ*
+/// and y.
 ///
 /// # Errors
-/// A configuration that would be refused, a $\mu$ that is missing, negative or NaN, or a design that is nearly
-/// undamped.
+/// * [`BoundsError::Config`] for an invalid configuration.
+/// * [`BoundsError::MuInvalid`] or [`BoundsError::DerivativeMissing`] for a $\mu$ that is negative, NaN or missing.
+/// * [`BoundsError::NearlyUndamped`] for a nearly undamped design.
 pub fn ultimate<const N: usize, const R: usize, const K: usize>(
     config: &Config<N, R>,
     disturbance: &DisturbanceBounds<N, K>,
@@ -146,9 +154,10 @@ pub fn ultimate<const N: usize, const R: usize, const K: usize>(
     })
 }
 
-/// The same by the paper's way, Eq. (54)-(58), with every error of a channel bounded by the corrected norm for
-/// Q = I. Valid and loose: for the gains of Example 2 its bound of σ* is 1100 times
-/// that of [`ultimate`].
+/// Returns the bounds by the method of the paper, Eq. (54)-(58).
+///
+/// The corrected norm for Q = I bounds every error of a channel. The bounds are valid and loose: for the gains of
+/// Example 2 the bound of σ* is 1100 times the bound from [`ultimate`].
 ///
 /// # Errors
 /// As [`ultimate`], and [`BoundsError::NotPositiveDefinite`] if Eq. (54) cannot be solved.
@@ -161,8 +170,8 @@ pub fn ultimate_by_lyapunov<const N: usize, const R: usize, const K: usize>(
     })
 }
 
-/// From bounds of the estimation errors to those of σ* and y; `error_bounds(gains, mu_r)` gives a channel's
-/// $\delta_{ik}$.
+/// Computes the bounds of σ* and y from the bounds of the estimation errors. `error_bounds(gains, mu_r)` returns
+/// $\delta_{ik}$ of a channel.
 fn assemble<const N: usize, const R: usize, const K: usize>(
     config: &Config<N, R>,
     disturbance: &DisturbanceBounds<N, K>,
@@ -184,7 +193,7 @@ fn assemble<const N: usize, const R: usize, const K: usize>(
         if let Some(derivative) = mu.iter().position(|mu| mu.is_nan() || *mu < 0.0) {
             return Err(BoundsError::MuInvalid { channel, derivative });
         }
-        // Without observer l is empty, and every sum below that runs over it with it.
+        // Without an observer l is empty, and so is every sum below that runs over it.
         let (l, estimated) = match &config.observers[i] {
             None => (&[][..], [0.0; MAX_DEGREE]),
             Some(gains) => {
@@ -201,7 +210,7 @@ fn assemble<const N: usize, const R: usize, const K: usize>(
             n += error(0);
             continue;
         }
-        // m = j - i + 1 = 1..=n-i; c_{j+1} of the text is c[i + m] here.
+        // m = j - i + 1 = 1..=n-i. Coefficient c_{j+1} of the documentation is c[i + m] here.
         let mut weight = c[i];
         let mut derivatives = 0.0;
         let mut to_output = 0.0;
@@ -215,7 +224,7 @@ fn assemble<const N: usize, const R: usize, const K: usize>(
             to_output += c[i + m] * error(m - 1);
         }
         n += weight.abs() * error(0) + derivatives;
-        // As one input only where the errors are derivatives of each other: d̂^(1) is not the derivative of d̂.
+        // As one input only if the errors are derivatives of each other: d̂^(1) is not the derivative of d̂.
         let as_one_input = if l.is_empty() { surface_norms[last - channel] * error(0) } else { f64::INFINITY };
         y_from_errors += (surface_norms[0] * to_output).min(as_one_input);
     }
@@ -223,7 +232,7 @@ fn assemble<const N: usize, const R: usize, const K: usize>(
     Ok(UltimateBounds { delta, n, sigma_star, y: surface_norms[0] * sigma_star + y_from_errors })
 }
 
-/// $\lambda_2$: where the reaching law balances a drive of N. Eq. (36), with sat(σ*/ε) instead of sgn.
+/// Returns $\lambda_2$, the σ* at which the reaching law balances N: Eq. (36), with sat(σ*/ε) instead of sgn.
 fn held_by(reaching: &ReachingLaw, n: f64) -> f64 {
     let ReachingLaw { k_l, k_s, epsilon } = *reaching;
     if k_s > 0.0 && n <= k_l * epsilon + k_s {
@@ -236,24 +245,25 @@ fn held_by(reaching: &ReachingLaw, n: f64) -> f64 {
     }
 }
 
-/// Every companion matrix, padded with zeros: exp of it has the identity there.
+/// Companion matrix, padded with zeros. Its exponential has the identity in the padding.
 type Companion = SMatrix<f64, MAX_DEGREE, MAX_DEGREE>;
 
-/// Step of the integration, in units of 1/(fastest pole still alive).
+/// Integration step, in units of 1/(fastest pole that has not decayed).
 const STEP: f64 = 0.05;
-/// A mode is dead when it has decayed by e^-50 = 2e-22.
+/// Decay exponent at which a mode is dropped: e^-50 = 2e-22.
 const DEAD: f64 = 50.0;
-/// Smallest damping ratio: keeps the integration below `DEAD / (STEP * MIN_DAMPING)` = 1e6 steps per mode.
+/// Smallest damping ratio. It keeps the integration below `DEAD / (STEP * MIN_DAMPING)` = 1e6 steps per mode.
 const MIN_DAMPING: f64 = 1e-3;
-/// The norms are rounded up by this, so that they stay bounds: thirty times the integration error, measured as 7e-9 for
-/// real poles and 3.4e-8 for complex ones (test `norms_are_above_the_closed_forms_by_no_more_than_their_stated_error`).
+/// Factor that rounds the norms up, so that they stay bounds: thirty times the integration error. The error was
+/// measured as 7e-9 for real poles and 3.4e-8 for complex poles (test
+/// `norms_are_above_the_closed_forms_by_no_more_than_their_stated_error`).
 const ROUND_UP: f64 = 1.0 + 1e-6;
 
-/// $\int_0^\infty |h_k(t)|dt$, h_k the entry k + 1 of exp(Dt)E, k = 0..d-1, D the companion matrix of `l` (Hurwitz,
-/// degree d = 1..=5).
+/// Returns $\int_0^\infty |h_k(t)|dt$ for k = 0..d-1, with h_k the entry k + 1 of exp(Dt)E.
 ///
-/// Exact propagation from step to step and Simpson's rule inside; where the response changes sign, two triangles. The
-/// step follows the fastest mode still alive, so gains with poles decades apart cost no more than others.
+/// D is the companion matrix of `l` (Hurwitz, degree d = 1..=5). The response is propagated exactly from step to step,
+/// and Simpson's rule integrates inside a step. Where the response changes sign, two triangles replace it. The step
+/// follows the fastest mode that has not decayed, so gains with poles decades apart cost no more than others.
 fn response_norms(l: &[f64]) -> Result<[f64; MAX_DEGREE], BoundsError> {
     let poles = roots(l).ok_or(BoundsError::NearlyUndamped)?;
     if poles.iter().any(|s| -s.re <= MIN_DAMPING * magnitude(*s)) {
@@ -291,7 +301,7 @@ fn response_norms(l: &[f64]) -> Result<[f64; MAX_DEGREE], BoundsError> {
             time += step;
         }
     }
-    // Back to seconds: component k of the response is that of s^(d-1-k) lower order, in units of time^(d-k).
+    // Back to seconds: component k of the response is of order s^(d-1-k), in units of time^(d-k).
     for norm in norms.iter_mut().take(l.len()) {
         *norm *= ROUND_UP / power;
         power /= unit;
@@ -299,13 +309,13 @@ fn response_norms(l: &[f64]) -> Result<[f64; MAX_DEGREE], BoundsError> {
     Ok(norms)
 }
 
-/// exp(A) (nalgebra's own needs std).
+/// Returns exp(A). The function of nalgebra needs std.
 fn exponential(a: Companion) -> Companion {
     let e = exp_minus_identity(a.transpose().data.0);
     Companion::identity() + Companion::from_fn(|i, j| e[i][j])
 }
 
-/// Area under |h| over one step from its begin, middle and end.
+/// Returns the area under |h| over one step from the values at its start, middle and end.
 fn area(begin: f64, middle: f64, end: f64, step: f64) -> f64 {
     if begin * middle >= 0.0 && middle * end >= 0.0 {
         return step / 6.0 * (begin + 4.0 * middle + end).abs();
@@ -317,34 +327,34 @@ fn area(begin: f64, middle: f64, end: f64, step: f64) -> f64 {
     (half(begin, middle) + half(middle, end)) * step / 2.0
 }
 
-/// The bound of $\lVert\tilde e_i\rVert$ by a Lyapunov function, Eq. (22)-(29) and (54)-(57).
+/// Bound of $\lVert\tilde e_i\rVert$ by a Lyapunov function, Eq. (22)-(29) and (54)-(57).
 ///
 /// With $D^TP + PD = -Q$ and $V = \tilde e^TP\tilde e$ (Eq. (22)-(23)), $\dot V < 0$ wherever
 /// $\lVert\tilde e\rVert > \rho = 2\lVert PE\rVert\mu/\lambda_{min}(Q)$ (Eq. (24)-(27)).
 ///
 /// # Deviation
-/// The paper concludes $\lVert\tilde e\rVert \le \rho$ (Eq. (28)-(29), (56)). But V decreases outside a *ball*, and
-/// the error may leave that ball along the ellipsoid $V = \text{const}$ that touches it: the bound is
-/// $\rho\sqrt{\lambda_{max}(P)/\lambda_{min}(P)}$. For l = (0.5, 100), μ = 1, Q = I the print claims 2.26 and a
-/// disturbance reaches 2.55 (test
-/// `printed_lyapunov_bound_is_exceeded_and_the_corrected_one_holds`).
+/// The paper concludes $\lVert\tilde e\rVert \le \rho$ (Eq. (28)-(29), (56)). But V decreases outside a *ball*, and the
+/// error may leave that ball along the ellipsoid $V = \text{const}$ that touches it. The bound is
+/// $\rho\sqrt{\lambda_{max}(P)/\lambda_{min}(P)}$. For l = (0.5, 100), μ = 1, Q = I the paper gives 2.26, and a
+/// disturbance reaches 2.55 (test `printed_lyapunov_bound_is_exceeded_and_the_corrected_one_holds`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LyapunovBound<const R: usize> {
-    /// P of Eq. (22), (54), in the first `order` rows and columns.
+    /// Matrix P of Eq. (22), (54), in the first `order` rows and columns.
     pub p: SMatrix<f64, R, R>,
-    /// ρ, what Eq. (29) and (56) print: *not* a bound.
+    /// Printed value ρ of Eq. (29) and (56): *not* a bound.
     pub printed: f64,
-    /// The bound that holds, corrected.
+    /// Corrected bound, which holds.
     pub corrected: f64,
 }
 
-/// P, the printed and the corrected bound for one channel. `q` is Q (its first `order` rows and columns are read), `mu`
-/// bounds $|d^{(r)}|$ and is not negative: who knows which channel it is has looked. The norm adds $\tilde d$ and its
-/// derivatives: it depends on the unit of time.
+/// Returns P, the printed and the corrected bound for one channel.
+///
+/// `q` is Q, of which the first `order` rows and columns are read. `mu` bounds $|d^{(r)}|$. The caller has checked that
+/// it is not negative. The norm adds $\tilde d$ and its derivatives, so it depends on the unit of time.
 ///
 /// # Errors
-/// [`BoundsError::NotPositiveDefinite`] if Q is not symmetric positive definite, or P is not (gains not Hurwitz, or
-/// so far apart that f64 cannot tell).
+/// [`BoundsError::NotPositiveDefinite`] if Q is not symmetric positive definite, or if P is not (the gains are not
+/// Hurwitz, or so far apart that f64 cannot resolve them).
 pub(crate) fn lyapunov_bound<const R: usize>(
     gains: &ObserverGains<R>,
     q: &SMatrix<f64, R, R>,
@@ -355,8 +365,8 @@ pub(crate) fn lyapunov_bound<const R: usize>(
         return Err(BoundsError::NotPositiveDefinite);
     }
     let order = l.len();
-    // Always solved as 3 x 3. What a lower order leaves free repeats a diagonal entry, which lies between the smallest
-    // and the largest eigenvalue and so moves neither.
+    // Always solved as 3 x 3. A lower order repeats a diagonal entry in the free places. That entry lies between the
+    // smallest and the largest eigenvalue, so it changes neither.
     let fill = |i: usize, j: usize, value: f64| if i == j { value } else { 0.0 };
     let q = Matrix3::from_fn(|i, j| if i < order && j < order { q[(i, j)] } else { fill(i, j, q[(0, 0)]) });
     let (mut d, e): (_, Vector3<f64>) = companion(l);
@@ -381,9 +391,9 @@ pub(crate) fn lyapunov_bound<const R: usize>(
     })
 }
 
-/// Smallest and largest eigenvalue of a symmetric positive definite matrix.
+/// Returns the smallest and the largest eigenvalue of a symmetric positive definite matrix.
 fn spectrum(matrix: &Matrix3<f64>) -> Result<(f64, f64), BoundsError> {
-    // Divided by its largest entry: the decomposition squares its entries.
+    // Divides by the largest entry, because the decomposition squares its entries.
     let unit = matrix.amax();
     if unit.is_normal()
         && *matrix == matrix.transpose()
@@ -436,7 +446,7 @@ mod tests {
         (found / expected - 1.0).abs()
     }
 
-    /// One classical Runge-Kutta step.
+    /// Returns the state after one classical Runge-Kutta step.
     fn advanced<const S: usize>(
         x: SVector<f64, S>,
         t: f64,
@@ -453,7 +463,7 @@ mod tests {
     #[test]
     fn norms_are_above_the_closed_forms_by_no_more_than_their_stated_error() {
         let real = Pole::real;
-        // Real poles, together, apart and decades apart: l_k / l_r.
+        // Real poles, coinciding, separate and decades apart: l_k / l_r.
         for gains in [
             ObserverGains::<3>::as_printed([7.0]),
             ObserverGains::as_printed([100.0, 20.0]),
@@ -506,13 +516,13 @@ mod tests {
             h = next;
         }
         for k in 0..5 {
-            // The trapezoids are good to 1e-6 themselves.
+            // The trapezoids themselves are accurate to 1e-6.
             assert!(relative(norms[k], sum[k]) < 3.0 * ERROR, "{k}: {} {}", norms[k], sum[k]);
         }
     }
 
-    /// The largest error that a disturbance with |d^(r)| <= 1 reaches after `span`: its sign follows the impulse
-    /// response.
+    /// Returns the largest error that a disturbance with |d^(r)| <= 1 reaches after `span`. Its sign follows the
+    /// impulse response.
     fn reached<const S: usize>(gains: &ObserverGains<S>, k: usize, span: f64, dt: f64) -> SVector<f64, S> {
         let (d, e) = companion::<S>(active(gains));
         let steps = (span / dt) as usize;
@@ -537,7 +547,7 @@ mod tests {
             let norms = response_norms(active(&gains)).unwrap();
             for k in 0..3 {
                 let share = reached(&gains, k, 12.0, 1e-3)[k] / norms[k];
-                // Steps of 1 ms meet the switching instants to 0.5 ms of half periods of 350 ms.
+                // Steps of 1 ms match the switching instants to 0.5 ms, for half periods of 350 ms.
                 assert!(share > 0.999 && share <= 1.0, "{gains:?} {k}: {share}");
             }
         }
@@ -552,7 +562,7 @@ mod tests {
         assert!(relative(bound.printed, 2.26) < 0.002, "{}", bound.printed);
         assert!(relative(norm, 2.55) < 0.002, "{norm}");
         assert!(norm > 1.12 * bound.printed && norm <= bound.corrected, "{norm} {bound:?}");
-        // The L1 bound of the same component is attained: 60 s leave e^-15 of the response.
+        // The L1 bound of this component is attained: after 60 s the response has decayed to e^-15.
         let share = error[1] / response_norms(active(&gains)).unwrap()[1];
         assert!(share > 0.999 && share <= 1.0, "{share}");
     }
@@ -577,7 +587,7 @@ mod tests {
             }
             assert!(bound.corrected >= bound.printed);
         }
-        // r = 1 by hand: P = q/(2 l), |e| <= 2 P mu/q = mu/l; nothing to correct in one dimension.
+        // r = 1 by hand: P = q/(2 l), |e| <= 2 P mu/q = mu/l. One dimension needs no correction.
         let one = lyapunov_bound(&ObserverGains::<3>::as_printed([7.0]), &q, 2.0).unwrap();
         assert!(relative(one.printed, 2.0 / 7.0) < 1e-14 && relative(one.corrected, 2.0 / 7.0) < 1e-14, "{one:?}");
     }
@@ -602,7 +612,7 @@ mod tests {
         let gains = ObserverGains::<2>::as_printed([100.0, 20.0]);
         let (c1, l11, mu, k_l, k_s) = (5.0, 100.0, 1.5, 50.0, 0.7);
         let config = config([c1, 1.0], [Some(gains), None], ReachingLaw { k_l, k_s, epsilon: 0.01 });
-        // d_2 = 0, as there.
+        // d_2 = 0, as in those equations.
         let found = ultimate_by_lyapunov(&config, &DisturbanceBounds { mu: [[mu; 3], [0.0; 3]] }).unwrap();
         let lambda_1 = lyapunov_bound(&gains, &SMatrix::identity(), mu).unwrap().corrected;
         // Eq. (36) and (38).
@@ -623,11 +633,11 @@ mod tests {
         let n = d40 + 1595.0 * d20 + 15.0 * (2.0 + d21);
         assert!(relative(found.n, n) < 2.0 * ERROR, "{found:?}");
         assert!(relative(found.sigma_star, n / 10.0) < 2.0 * ERROR, "{found:?}");
-        // Real roots; the observed channel 2 has one way only: (15 d20 + d21)/c_1.
+        // Real roots. The observed channel 2 has one bound only: (15 d20 + d21)/c_1.
         let lambda_3 = (n / 10.0 + 15.0 * d20 + d21) / 125.0;
         assert!(relative(found.y, lambda_3) < 3.0 * ERROR, "{found:?}");
         assert!(relative(found.delta[1][1], d21) < 2.0 * ERROR && found.delta[0] == [0.0; 2], "{found:?}");
-        // The figure of `ultimate_by_lyapunov`'s documentation.
+        // The ratio in the documentation of `ultimate_by_lyapunov`.
         let norms = ultimate_by_lyapunov(&config, &DisturbanceBounds { mu }).unwrap();
         let ratio = norms.sigma_star / found.sigma_star;
         assert!((1100.0..1200.0).contains(&ratio), "{ratio}");
@@ -640,7 +650,7 @@ mod tests {
         assert_eq!(held_by(&law(10.0, 1.0, 0.5), 3.0), 3.0 / 12.0);
         assert_eq!(held_by(&law(10.0, 1.0, 0.5), 6.0), 0.5);
         assert_eq!(held_by(&law(10.0, 1.0, 0.5), 8.0), 0.7);
-        // Without switching epsilon is not read, the ideal sign holds 0, and k_s alone fails beyond its strength.
+        // Without switching epsilon is not read. The ideal sign holds 0. k_s alone fails beyond its strength.
         assert_eq!(held_by(&law(10.0, 0.0, 0.0), 3.0), 0.3);
         assert_eq!(held_by(&law(10.0, 1.0, 0.0), 0.9), 0.0);
         assert_eq!(held_by(&law(0.0, 1.0, 0.5), 0.5), 0.25);
@@ -648,8 +658,10 @@ mod tests {
         assert_eq!(held_by(&law(0.0, 0.0, 0.5), 0.0), f64::INFINITY);
     }
 
-    /// Largest |d_tilde_i|, |sigma*| and |y| in the second half of `span`: the continuous loop of Eq. (39), (44), (51)
-    /// for n = 3, r = 2. State: x, the estimates of three channels (unobserved ones stay 0), W.
+    /// Returns the largest |d_tilde_i|, |sigma*| and |y| in the second half of `span` of the continuous loop, for n =
+    /// 3, r = 2.
+    ///
+    /// The loop is Eq. (39), (44), (51). State: x, the estimates of three channels (0 if unobserved), W.
     fn simulated(config: &Config<3, 2>, span: f64, d: impl Fn(f64) -> [f64; 3]) -> ([f64; 3], f64, f64) {
         let c = config.surface.c;
         let ReachingLaw { k_l, k_s, epsilon } = config.reaching;
@@ -662,7 +674,7 @@ mod tests {
             let (d, mut out) = (d(t), SVector::<f64, 10>::zeros());
             let s = sigma_star(x);
             let switching = if k_s > 0.0 { k_s * (s / epsilon).clamp(-1.0, 1.0) } else { 0.0 };
-            // a + b u with a = 0, b = 1.
+            // Input channel a + b u with a = 0, b = 1.
             let mut u = -estimate(x, 2, 0) - config.surface.alpha_per_s * x[9] - k_l * s - switching;
             for i in 0..2 {
                 u -= c[i] * (x[i + 1] + estimate(x, i, 0));
@@ -730,7 +742,7 @@ mod tests {
                         shares[i] = error[i] / bounds.delta[i][0];
                     }
                     (shares[3], shares[4]) = (sigma_star / bounds.sigma_star, y / bounds.y);
-                    // An unobserved channel attains its own amplitude. RK4 at 1 ms is good to 1e-6.
+                    // An unobserved channel attains its own amplitude. RK4 at 1 ms is accurate to 1e-6.
                     assert!(shares.iter().all(|share| *share <= 1.0 + 1e-6), "{observers:?} {shares:?}");
                     assert!(shares.iter().all(|share| *share > 0.01), "{observers:?} {shares:?}");
                 }
@@ -745,7 +757,7 @@ mod tests {
             let mut observers = [Some(gains); 3];
             observers[channel] = None;
             let config = config([25.0, 10.0, 1.0], observers, linear(10.0));
-            // Nothing but mu^(0) is known of it: no derivative is used.
+            // Only mu^(0) of the channel is given: no derivative is used.
             let mut mu = [[0.0; 3]; 3];
             mu[channel] = [amplitude, f64::INFINITY, f64::INFINITY];
             let bounds = ultimate(&config, &DisturbanceBounds { mu }).unwrap();
@@ -753,7 +765,7 @@ mod tests {
             d[channel] = amplitude;
             let (_, sigma_star, y) = simulated(&config, 60.0, |_| d);
             assert!(relative(sigma_star, bounds.sigma_star) < 2.0 * ERROR, "{channel}: {sigma_star} {bounds:?}");
-            // sigma* and the direct way add with the same sign for real roots.
+            // sigma* and the direct response add with equal sign for real roots.
             assert!(relative(y, bounds.y) < 3.0 * ERROR, "{channel}: {y} {bounds:?}");
             assert_eq!(bounds.delta[channel], [amplitude, f64::INFINITY]);
         }
@@ -771,7 +783,7 @@ mod tests {
         let invalid = Err(BoundsError::MuInvalid { channel: 1, derivative: 0 });
         assert_eq!(ultimate(&with(gains), &mu(-1.0)), invalid);
         assert_eq!(ultimate(&with(gains), &mu(f64::NAN)), invalid);
-        // The channel is that of the bad number, by either way.
+        // Both methods report the channel of the invalid number.
         let second = config([5.0, 1.0], [None, Some(gains)], linear(10.0));
         let last = DisturbanceBounds { mu: [[1.0; 3], [1.0, 1.0, -1.0]] };
         let invalid = Err(BoundsError::MuInvalid { channel: 2, derivative: 2 });
@@ -781,10 +793,10 @@ mod tests {
         assert_eq!(ultimate(&with(undamped), &mu(1.0)), Err(BoundsError::NearlyUndamped));
         let not_hurwitz = refused(Cause::ObserverNotHurwitz);
         assert_eq!(ultimate(&with(ObserverGains::as_printed([-1.0, 2.0])), &mu(1.0)), Err(not_hurwitz));
-        // What is not known is infinite, never a NaN.
+        // An unknown bound is infinite, never a NaN.
         let unknown = ultimate(&with(gains), &mu(f64::INFINITY)).unwrap();
         assert_eq!((unknown.n, unknown.sigma_star, unknown.y), (f64::INFINITY, f64::INFINITY, f64::INFINITY));
-        // Gains whose powers leave f64 must come back too.
+        // Gains whose powers leave the range of f64 must return too.
         for l in [[1e200, 1e300], [1e-200, 1e-300], [1e308, 1e308]] {
             let _ = response_norms(&l);
             let _ = lyapunov_bound(&ObserverGains::<2>::as_printed(l), &SMatrix::identity(), 1.0);

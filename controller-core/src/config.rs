@@ -1,8 +1,9 @@
-//! A whole design in SI units, and every rule it must keep.
+//! Complete design in SI units, and the rules that it must keep.
 //!
-//! [`Config`] is a full struct literal: what every design must say is visible where it is used. What has a neutral
-//! value is in its [`Options`]. A [`Config`] has the orders in its type; [`AnyConfig`] has them as numbers, for whoever
-//! reads them from a file or a wire. Both are checked by the same rules, which name field, cause and remedy.
+//! [`Config`] is a full struct literal, so every required number is visible where it is used. Numbers with a neutral
+//! value are in its [`Options`]. [`Config`] has the orders in its type. [`AnyConfig`] has the orders as numbers, for
+//! configurations from a file or a serial protocol. The same rules check both, and an error names field, cause and
+//! remedy.
 
 use crate::error::{Cause, ConfigError, Field, Warning, Warnings};
 use crate::gate::SampleLimits;
@@ -12,30 +13,32 @@ use crate::observer::ObserverGains;
 use crate::surface::{self, Surface};
 use crate::{MAX_N, MAX_R, assert_order};
 
-/// Largest |u| that limits may allow and that [`Running::report_applied`](crate::Running::report_applied) takes, and
-/// the largest number that a controller starts from. A sample that makes the law ask for far more than the limits is
-/// rejected as one that is not finite: whatever is wrong with x, a(x), b(x), the state or a sum on the way ends up in
-/// the demand, so that one look at the end of the tick guards them all.
+/// Largest |u| in limits and in [`Running::report_applied`](crate::Running::report_applied), and largest start value.
+///
+/// A controller starts only from numbers up to this limit. A sample that makes the law demand far more than the limits
+/// is rejected like a sample that is not finite. An error in x, a(x), b(x), the state or an intermediate sum always
+/// appears in the demand. So one check at the end of the tick covers them all.
 pub const INPUT_LIMIT: f64 = 1e12;
 
-/// Half a unit in the last place of f32 is 6e-8: a smaller decrement per tick would leave the offset as it is.
+/// Smallest decrement per tick: half a unit in the last place of f32 is 6e-8, and less would leave the offset
+/// unchanged.
 const SLOWEST_DECAY: f64 = 1e-7;
-/// A bandwidth set exactly to a limit must pass: coinciding roots are found up to 0.24 % too large (module
+/// Tolerance for a bandwidth set exactly to a limit: coinciding roots are found up to 0.24 % too large (module
 /// `polynomial`).
 const ROOT_SLACK: f64 = 1.003;
 
-/// What goes out when the input is rejected.
+/// Output when the input is rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Fallback {
-    /// The u that the actuator holds already.
+    /// Output the u that the actuator already holds.
     HoldLast,
-    /// This u, in the plant's input unit; it must lie within the limits.
+    /// Output this u, in the plant's input unit. It must lie within the limits.
     Safe(f64),
 }
 
-/// A whole design, every number visible where it is used.
+/// Complete design, with every number visible where it is used.
 ///
 /// ```
 /// use controller_core::*;
@@ -55,47 +58,48 @@ pub enum Fallback {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config<const N: usize, const R: usize> {
-    /// Period T, s.
+    /// Sampling period T, s.
     pub period_s: f64,
-    /// c and α, Eq. (44), (17).
+    /// Surface coefficients c and offset decay rate α, Eq. (44), (17).
     pub surface: Surface<N>,
-    /// Gains of the observer in channel i = 1..n; `None` where there is none.
+    /// Observer gains in channels i = 1..n. `None` for a channel without an observer.
     pub observers: [Option<ObserverGains<R>>; N],
-    /// k_l, k_s, ε, Eq. (51).
+    /// Reaching law gains k_l, k_s, ε, Eq. (51).
     pub reaching: ReachingLaw,
-    /// b_0 and the gradient of a that the law allows for inside the tick.
+    /// Nominal channel: b_0, and the gradient of a that the law compensates within the tick.
     pub nominal: Nominal<N>,
-    /// What has a neutral value.
+    /// Options, each with a neutral value.
     pub options: Options<N>,
 }
 
-/// What a design need not say: start from [`Options::NEUTRAL`] and change what is yours.
+/// Optional numbers of a design. Start from [`Options::NEUTRAL`] and change the ones that you need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Options<const N: usize> {
-    /// Guess of d_1..d_n at the start, each in its physical unit; for [`Running::guessing`](crate::Running::guessing).
+    /// Initial estimates of d_1..d_n, each in its physical unit, for [`Running::guessing`](crate::Running::guessing).
     /// Entries of channels without an observer are not read.
     pub initial_estimates: [f64; N],
-    /// Clamp of u, in the plant's input unit.
+    /// Limits of u, in the plant's input unit.
     pub limits: Limits,
-    /// What goes out when a sample is rejected.
+    /// Output when a sample is rejected.
     pub fallback: Fallback,
-    /// Over this |σ*| (unit of x_n) the tick says
+    /// Bound of |σ*|, in the unit of x_n. Above it the tick sets
     /// [`Health::SIGMA_STAR_OVER_BOUND`](crate::Health::SIGMA_STAR_OVER_BOUND).
     pub sigma_star_bound: f64,
-    /// Fastest observer pole times T above which the design is refused; 1 unless you know why.
+    /// Largest accepted product of the fastest observer pole and T, 1 by default. Raise it only with a reason.
     pub observer_pole_limit: f64,
-    /// What a sample may be and how far it may move; kept by a [`Gated`](crate::Gated) law, any other refuses them.
+    /// Limits of a valid sample and its change. Only a [`Gated`](crate::Gated) controller applies them. Others reject
+    /// them.
     pub samples: SampleLimits<N>,
 }
 
-/// Every option: type, neutral value, setter.
+/// Defines every option: type, neutral value, setter.
 macro_rules! options {
     ($($name:ident: $type:ty = $neutral:expr, $set:ident;)*) => {
         impl<const N: usize> Options<N> {
-            /// Nothing known of the disturbances, no limit, the last u held on a lost sample, no alarm below 1e12, no
-            /// observer pole faster than 1/T, no limit of samples.
+            /// Neutral options: initial estimates of 0, no limit, the last u held on a lost sample, no σ* alarm below
+            /// 1e12, no observer pole faster than 1/T, no limit of samples.
             pub const NEUTRAL: Self = Self { $($name: $neutral),* };
 
             $(#[doc = concat!("The same with this [`", stringify!($name), "`](Self::", stringify!($name), ").")]
@@ -105,7 +109,8 @@ macro_rules! options {
                 self
             })*
 
-            /// The calls that make these of [`NEUTRAL`](Self::NEUTRAL), for whoever writes a design out as Rust.
+            /// Returns the setter calls that build these options from [`NEUTRAL`](Self::NEUTRAL), to write a design as
+            /// Rust code.
             #[doc(hidden)]
             pub fn calls(&self) -> impl Iterator<Item = (&'static str, &dyn core::fmt::Debug)> {
                 let calls: [(&'static str, &dyn core::fmt::Debug); _] = [$((stringify!($set), &self.$name)),*];
@@ -127,22 +132,22 @@ impl<const N: usize, const R: usize> Config<N, R> {
     /// Checks every rule of the theory.
     ///
     /// # Errors
-    /// The first rule that is broken: field, cause with channel and equation, remedy.
+    /// Returns the first broken rule: field, cause with channel and equation, remedy.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         const { assert_order(N) };
         check(&self.resized(), N, R)
     }
 
-    /// What to be warned of in a design that [`validate`](Self::validate) accepts.
+    /// Returns the warnings for a design that [`validate`](Self::validate) accepts.
     pub const fn warnings(&self) -> Warnings {
         const { assert_order(N) };
         remarks(&self.resized(), N)
     }
 
-    /// Checks every rule of the theory, and refuses what there is a warning of.
+    /// Checks every rule of the theory, and treats each warning as an error.
     ///
     /// # Errors
-    /// What [`validate`](Self::validate) refuses; else the first of the [`warnings`](Self::warnings).
+    /// Returns the error of [`validate`](Self::validate), else the first of the [`warnings`](Self::warnings).
     pub const fn validate_strictly(&self) -> Result<(), ConfigError> {
         if let Err(error) = self.validate() {
             return Err(error);
@@ -153,11 +158,11 @@ impl<const N: usize, const R: usize> Config<N, R> {
         }
     }
 
-    /// Itself, if there is nothing to warn of: in a `const` design, which nobody asks for its warnings, they are
-    /// compile errors.
+    /// Returns the configuration if it has no warnings. In a `const` design, warnings become compile errors.
     ///
     /// # Panics
-    /// On a configuration that [`validate_strictly`](Self::validate_strictly) refuses; outside a `const` use that.
+    /// On a configuration that [`validate_strictly`](Self::validate_strictly) rejects. Outside a `const` use that
+    /// function.
     #[must_use]
     pub const fn strict(self) -> Self {
         match self.validate_strictly() {
@@ -166,7 +171,7 @@ impl<const N: usize, const R: usize> Config<N, R> {
         }
     }
 
-    /// The same in other orders: rows cut, or filled up with zeros.
+    /// Returns the configuration in other orders, with rows cut or filled with zeros.
     const fn resized<const TO_N: usize, const TO_R: usize>(&self) -> Config<TO_N, TO_R> {
         let Self { period_s, surface, reaching, nominal, options, .. } = *self;
         let Options { initial_estimates, limits, fallback, sigma_star_bound, observer_pole_limit, samples } = options;
@@ -200,7 +205,7 @@ impl<const N: usize, const R: usize> Config<N, R> {
     }
 }
 
-/// A [`Config`] whose orders are numbers: what a file, a wire or a person gives.
+/// [`Config`] whose orders are numbers, for configurations from a file, a serial protocol or a user.
 ///
 /// ```
 /// use controller_core::*;
@@ -222,19 +227,19 @@ impl<const N: usize, const R: usize> Config<N, R> {
 pub struct AnyConfig {
     /// Plant order n, 2..=6.
     pub n: usize,
-    /// The numbers; of every row the first n are read, and of observers those of channels 1..n.
+    /// Numbers of the design. The first n entries of every row are read, and the observers of channels 1..n.
     pub padded: Config<MAX_N, MAX_R>,
 }
 
-/// Plant order, capacity for observer orders, observed channels.
+/// Controller configuration: plant order, capacity for observer orders, observed channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Shape {
     /// Plant order n.
     pub n: u8,
-    /// Highest order among the observers, and 1 where there is none.
+    /// Highest order among the observers, or 1 without observers.
     pub r: u8,
-    /// Bit i - 1 for an observer in channel i.
+    /// Observed channels: bit i - 1 is set for an observer in channel i.
     pub mask: u8,
 }
 
@@ -248,7 +253,7 @@ impl AnyConfig {
     /// Checks every rule of the theory.
     ///
     /// # Errors
-    /// The first rule that is broken: field, cause with channel and equation, remedy.
+    /// Returns the first broken rule: field, cause with channel and equation, remedy.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         if self.n < 2 || self.n > MAX_N {
             return Err(ConfigError::new(Field::Order, Cause::PlantOrder { n: self.n }));
@@ -256,12 +261,12 @@ impl AnyConfig {
         check(&self.padded, self.n, MAX_R)
     }
 
-    /// What to be warned of in a design that [`validate`](Self::validate) accepts.
+    /// Returns the warnings for a design that [`validate`](Self::validate) accepts.
     pub const fn warnings(&self) -> Warnings {
         remarks(&self.padded, self.n)
     }
 
-    /// The smallest shape that holds it.
+    /// Returns the smallest controller configuration that holds this design.
     pub fn shape(&self) -> Shape {
         let (mut r, mut mask) = (1, 0);
         for (i, gains) in self.padded.observers.iter().enumerate().take(self.n) {
@@ -274,7 +279,7 @@ impl AnyConfig {
         Shape { n, r, mask }
     }
 
-    /// With the orders as types; `None` if they are others.
+    /// Returns the configuration with the orders as types, or `None` if the orders differ.
     pub fn fixed<const N: usize, const R: usize>(&self) -> Option<Config<N, R>> {
         const { assert_order(N) };
         let fits = self.n == N && usize::from(self.shape().r) <= R;
@@ -282,7 +287,7 @@ impl AnyConfig {
     }
 }
 
-/// The first entries of a row, and zeros where there are no more.
+/// Returns the first entries of a row, filled with zeros if the row is shorter.
 pub(crate) const fn resized<const FROM: usize, const TO: usize>(row: &[f64; FROM]) -> [f64; TO] {
     let mut out = [0.0; TO];
     let mut i = 0;
@@ -293,7 +298,7 @@ pub(crate) const fn resized<const FROM: usize, const TO: usize>(row: &[f64; FROM
     out
 }
 
-/// Every rule, for a plant of order `n` <= 6 and observers of order up to `capacity`.
+/// Checks every rule, for a plant of order `n` <= 6 and observers of order up to `capacity`.
 const fn check(config: &Config<MAX_N, MAX_R>, n: usize, capacity: usize) -> Result<(), ConfigError> {
     let Config { period_s, surface, observers, reaching, nominal, options } = config;
     if let Some(field) = not_finite(config, n) {
@@ -384,7 +389,7 @@ const fn check_samples(samples: &SampleLimits<MAX_N>, n: usize) -> Result<(), Co
     let SampleLimits { min, max, jump } = samples;
     let mut j = 0;
     while j < MAX_N && j < n {
-        // In f32 too a jump must be something.
+        // A jump must be above 0 in f32 too.
         let numbers = min[j].abs() <= INPUT_LIMIT && max[j].abs() <= INPUT_LIMIT && jump[j] <= 2.0 * INPUT_LIMIT;
         if !numbers || min[j] > max[j] || jump[j] as f32 <= 0.0 {
             let (min, max, jump) = (min[j], max[j], jump[j]);
@@ -395,7 +400,7 @@ const fn check_samples(samples: &SampleLimits<MAX_N>, n: usize) -> Result<(), Co
     Ok(())
 }
 
-/// `needed` is n - i, the order that Eq. (44) asks for.
+/// Returns the error in the gains of one observer. `needed` is n - i, the order that Eq. (44) requires.
 const fn wrong_observer(
     gains: &ObserverGains<MAX_R>,
     needed: usize,
@@ -422,7 +427,7 @@ const fn wrong_observer(
     None
 }
 
-/// The first field that is not finite (gains of observers are looked at per channel).
+/// Returns the first field that is not finite. The observer gains are checked per channel.
 const fn not_finite(config: &Config<MAX_N, MAX_R>, n: usize) -> Option<Field> {
     let Config { period_s, surface, reaching, nominal, options, .. } = config;
     let mut i = 0;

@@ -1,8 +1,9 @@
-//! Config -> Controller -> Running: tune with the first, compute with the second, remember in the third.
+//! Discrete controller: one tick from the sample x to the input u.
 //!
-//! One tick every period T: sample x, compute u, hold it. The tick is the folded form of the discrete controller
-//! (module `design` explains the folding): with $\beta = b(x)/b_0$, $a_u = a(x)/b_0$ and all of channel n in units of
-//! $b_0 u$
+//! [`Config`] holds the design numbers, [`Controller`] computes a tick, and [`Running`](crate::Running) holds the
+//! state. Each tick has the period T. It reads the sample x, computes u, and the actuator holds u. The tick is the
+//! folded form of the discrete controller (module `design` explains the folding). With $\beta = b(x)/b_0$,
+//! $a_u = a(x)/b_0$ and all of channel n in units of $b_0 u$:
 //!
 //! 1. $h_i = w_i x_{i+1}$ ($i < n$), $h_n = \theta a_u$; innovation $e_i = (x_i - x_i^-)/T - h_i - P_i$ per observed
 //!    channel; observer update;
@@ -13,10 +14,10 @@
 //! 4. $P_i = y_{i+1} - h_i$, $P_n = a_u + A_n - h_n$ (u joins when it is known), $x^- = x$,
 //!    $W \mathrel{-}= (1 - e^{-\alpha T}) W$.
 //!
-//! Units: with U that of the output $y = x_1$, channel i has $x_i$ in U/s^(i-1) and $d_i$ in U/s^i; σ and σ*, whose
-//! $c_n$ is 1, have the unit of $x_n$.
+//! Units: let U be the unit of the output $y = x_1$. Channel i has $x_i$ in U/s^(i-1) and $d_i$ in U/s^i. σ and σ* have
+//! the unit of $x_n$, because $c_n$ is 1.
 //!
-//! There is no exponential, no division (for a constant b), no branch on the first call and no panic in it.
+//! The tick has no exponential, no division (for a constant b), no branch for the first call, and no panic.
 //!
 //! ```
 //! use controller_core::*;
@@ -55,17 +56,17 @@ use crate::real::Real;
 use crate::running::{self, ControlLaw, RetuneError};
 use crate::state::{Lanes, State};
 
-/// A designed controller: coefficients and the nominal model, never changed by a tick.
+/// Designed controller: coefficients and the nominal model, which a tick never changes.
 ///
 /// * `T`: precision, `f32` or `f64`
 /// * `M`: nominal model a(x)/b_0
 /// * `N`: plant order, 2..=6
 /// * `R`: capacity for observer orders, 1..=3
-/// * `MASK`, `O`: which channels carry an observer (bit i - 1 for channel i, see [`channels`](crate::channels)), and
-///   how many. An absent channel takes no state and executes no instruction.
+/// * `MASK`, `O`: observed channels (bit i - 1 for channel i, see [`channels`](crate::channels)), and their number. A
+///   channel without an observer takes no state and executes no instruction.
 ///
-/// The macro [`controller!`](macro@crate::controller) spells it. [`Running`](crate::Running) ticks it; for a state of
-/// one's own it is a [`ControlLaw`]:
+/// The macro [`controller!`](macro@crate::controller) builds this type. [`Running`](crate::Running) ticks it. With a
+/// state of your own, use it as a [`ControlLaw`]:
 /// ```
 /// use controller_core::*;
 /// # const NOMINAL: Nominal<2> = Nominal { gradient: [0.0, -0.5], input_gain: 250.0 };
@@ -89,19 +90,19 @@ pub struct Controller<T, M, const N: usize, const R: usize, const MASK: u8, cons
     model: M,
 }
 
-/// What one tick returns.
+/// Result of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Output<T> {
-    /// The control to hold until the next tick, within the limits; in the plant's input unit.
+    /// Input u to hold until the next tick, within the limits, in the plant's input unit.
     pub u: T,
-    /// σ, Eq. (44), in the unit of x_n.
+    /// Sliding variable σ, Eq. (44), in the unit of x_n.
     pub sigma: T,
-    /// σ*, Eq. (17), in the unit of x_n.
+    /// Sliding variable σ* with zero start value, Eq. (17), in the unit of x_n.
     pub sigma_star: T,
-    /// Trouble, if any. After a rejected input `sigma` is the offset alone and `sigma_star` 0.
+    /// Status flags. After a rejected input, `sigma` is the offset alone and `sigma_star` is 0.
     pub health: Health,
 }
 
@@ -111,10 +112,11 @@ macro_rules! design_in {
         where
             M: NominalModel<$t, N> + Copy,
         {
-            /// Designs the controller; the same numbers whether the compiler or the program calls it.
+            /// Designs the controller. The compiler and the program compute equal numbers.
             ///
             /// # Errors
-            /// What [`Config::validate`] refuses, and a configuration whose observers are not those of `MASK`.
+            /// Returns the errors of [`Config::validate`]. Also rejects a configuration whose observers differ from
+            /// `MASK`, and limits of samples.
             pub const fn try_design(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
                 match Self::ungated(config, model) {
                     Ok(_) if !config.options.samples.is_none() => {
@@ -124,7 +126,7 @@ macro_rules! design_in {
                 }
             }
 
-            /// The same for whoever keeps the limits of samples himself.
+            /// Designs the controller and ignores the limits of samples, which the caller applies.
             pub(crate) const fn ungated(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
                 match design_f64::<N, R, MASK, O>(config) {
                     Ok(rows) => Ok(Self::from_parts(design_in!(@$convert rows), model)),
@@ -132,10 +134,11 @@ macro_rules! design_in {
                 }
             }
 
-            /// [`try_design`](Self::try_design) for a `const`: a bad configuration is a compile error with the reason.
+            /// Designs as [`try_design`](Self::try_design), in a `const`: an invalid configuration is a compile error
+            /// with the reason.
             ///
             /// # Panics
-            /// On a bad configuration; outside a `const` use [`try_design`](Self::try_design).
+            /// On an invalid configuration. Outside a `const` use [`try_design`](Self::try_design).
             pub const fn design(config: &Config<N, R>, model: M) -> Self {
                 match Self::try_design(config, model) {
                     Ok(controller) => controller,
@@ -147,19 +150,19 @@ macro_rules! design_in {
         impl<const N: usize, const R: usize, const MASK: u8, const O: usize>
             Controller<$t, Linear<$t, N>, N, R, MASK, O>
         {
-            /// [`try_design`](Self::try_design) with the linear model that the configuration's own
-            /// [`nominal`](Config::nominal) is.
+            /// Designs as [`try_design`](Self::try_design), with the linear model in the configuration's own
+            /// [`nominal`](Config::nominal).
             ///
             /// # Errors
-            /// What [`try_design`](Self::try_design) refuses.
+            /// Returns the errors of [`try_design`](Self::try_design).
             pub const fn try_linear(config: &Config<N, R>) -> Result<Self, ConfigError> {
                 Self::try_design(config, Linear::<$t, N>::new(&config.nominal))
             }
 
-            /// [`try_linear`](Self::try_linear) for a `const`.
+            /// Designs as [`try_linear`](Self::try_linear), in a `const`.
             ///
             /// # Panics
-            /// On a bad configuration; outside a `const` use [`try_linear`](Self::try_linear).
+            /// On an invalid configuration. Outside a `const` use [`try_linear`](Self::try_linear).
             pub const fn linear(config: &Config<N, R>) -> Self {
                 Self::design(config, Linear::<$t, N>::new(&config.nominal))
             }
@@ -203,31 +206,31 @@ where
     T: Real,
     M: NominalModel<T, N>,
 {
-    /// The observed channels, from 0.
+    /// Observed channels, from 0.
     pub const CHANNELS: [usize; O] = design::observed(MASK);
     const LAST: usize = N - 1;
 
-    /// A controller of coefficients that were designed elsewhere, see [`Coefficients::from_numbers`].
+    /// Returns a controller with coefficients that were designed elsewhere, see [`Coefficients::from_numbers`].
     pub const fn from_parts(coefficients: Coefficients<T, N, R, O>, model: M) -> Self {
         const { assert_shape::<N, R, MASK, O>() };
         Self { coefficients, model }
     }
 
-    /// What the tick multiplies with.
+    /// Returns the coefficients of the tick.
     pub const fn coefficients(&self) -> &Coefficients<T, N, R, O> {
         &self.coefficients
     }
 
-    /// The nominal model.
+    /// Returns the nominal model.
     pub const fn model(&self) -> &M {
         &self.model
     }
 
-    /// [`tick`](ControlLaw::tick) of lane `l`: the same bits. In a loop over the lanes it becomes vector code, see
-    /// [`Lanes`].
+    /// Computes the [`tick`](ControlLaw::tick) of lane `l`, bit-identical. A loop over the lanes becomes vector code,
+    /// see [`Lanes`].
     ///
     /// # Panics
-    /// If there is no such lane.
+    /// If `l >= L`.
     #[inline(always)]
     pub fn tick_lane<const L: usize>(
         &self,
@@ -241,8 +244,9 @@ where
         output
     }
 
-    /// The estimate of d itself in the observed channel of slot `s` (see [`CHANNELS`](Self::CHANNELS)), in lane `l`:
-    /// the bits of [`estimates`](ControlLaw::estimates), as vector code in a loop over the lanes.
+    /// Returns the estimate of d in the observed channel of slot `s` (see [`CHANNELS`](Self::CHANNELS)), in lane `l`.
+    ///
+    /// The result is bit-identical to [`estimates`](ControlLaw::estimates). A loop over the lanes becomes vector code.
     ///
     /// # Panics
     /// If there is no such lane or slot.
@@ -251,7 +255,8 @@ where
         self.physical(&core::array::from_fn(|m| lanes.z[s][m][l]), s)[0]
     }
 
-    /// A, B, C of slot `s` undone: S_0, S_1, S_2, then S_m -> d_hat^(m) = m! S_m / T^(m+1).
+    /// Returns the estimates of slot `s` in physical units: A, B, C to S_0, S_1, S_2, then S_m -> d_hat^(m) = m! S_m /
+    /// T^(m+1).
     #[inline(always)]
     fn physical(&self, z: &[T; R], s: usize) -> [T; 3] {
         let period = self.coefficients.period;
@@ -264,15 +269,16 @@ where
         [s0 * unit, s1 * unit / period, c * unit / period / period]
     }
 
-    /// [`tick`](ControlLaw::tick) without the guard: once a first `tick` has been made, the same bits for good samples,
-    /// and NaN for ever after one that is not. It is there so that the guard can be priced; firmware has no use for it.
+    /// Computes the [`tick`](ControlLaw::tick) without the guard, to measure the cost of the guard. After a first
+    /// `tick` it is bit-identical for valid samples. After an invalid sample it returns NaN for ever. Firmware has no
+    /// use for it.
     #[doc(hidden)]
     #[inline]
     pub fn tick_unguarded(&self, state: &mut State<T, M, N, R, MASK, O>, x: &[T; N]) -> Output<T> {
         self.step::<false, false, ()>(state, x, ())
     }
 
-    /// The tick, of a sample that is seen as it comes or through a map, along a course or at rest.
+    /// Computes the tick. The sample comes directly or through a map, and the target is a course or rest.
     #[inline(always)]
     pub(crate) fn step<const GUARDED: bool, const LANE: bool, C: Course<T, N>>(
         &self,
@@ -286,8 +292,8 @@ where
         let gain = course.gain_ratio(&self.model, x).map(|gain| gain.called("gain", 0));
 
         T::section("1. Observers, Eq. (45)-(50): innovation e, then A += B + gamma_1 e, B += C + gamma_2 e, ..");
-        // Here and below: short loops of one job each are unrolled, and the order of the statements, the
-        // driven channel first, is the one of the fewest cycles (docs/cycles.md).
+        // Short loops with one task each are unrolled. This order of statements, driven channel first, takes the fewest
+        // cycles (docs/reference/cycles.md).
         let mut moved = [T::ZERO; O];
         for s in 0..O {
             let i = Self::CHANNELS[s];
@@ -297,7 +303,7 @@ where
         let h = self.foreseen(x, drift);
         let held = match gain {
             None => state.held,
-            // What b u really was: b(x) moved from its last to its present value during the tick.
+            // The applied b u: b(x) moved from its last to its present value during the tick.
             Some(now) => state.held * (state.gain_prev + k.theta_n * (now - state.gain_prev)),
         };
         let mut z = state.z;
@@ -311,8 +317,8 @@ where
             if !LANE {
                 compiler_fence(Ordering::SeqCst);
             }
-            // There is no last tick to compare with. What the estimates make of themselves in a tick is in the demand
-            // all the same: of those that nothing has left it would else be seen every other tick only, for ever.
+            // There is no last tick to compare with. The estimates still advance by one tick, so that the demand shows
+            // a growing estimate in every tick, not only in every other one.
             for s in 0..O {
                 z[s] = observer::coasted(state.z[s]);
             }
@@ -376,7 +382,8 @@ where
         Output { u, sigma, sigma_star, health }
     }
 
-    /// h of each observed channel: what x_{i+1} (or a) at the end of the tick contributes to the mean over the tick.
+    /// Returns h of each observed channel: the share of x_{i+1} (or a) at the end of the tick in the mean over the
+    /// tick.
     #[inline(always)]
     fn foreseen(&self, x: &[T; N], drift: T) -> [T; O] {
         let mut h = [T::ZERO; O];
@@ -395,7 +402,7 @@ where
         h
     }
 
-    /// y: the sample with the estimate of each mismatched channel on top of the state that it drives.
+    /// Returns y: the sample, with the estimate of each mismatched channel added to the state that it drives.
     #[inline(always)]
     fn advanced(x: &[T; N], z: &[[T; R]; O]) -> [T; N] {
         let mut y = *x;
@@ -409,7 +416,7 @@ where
         y
     }
 
-    /// What each estimate grows by in a tick.
+    /// Returns the growth of each estimate per tick.
     #[inline(always)]
     fn growth(z: &[[T; R]; O]) -> [T; N] {
         let mut growth = [T::ZERO; N];
@@ -421,7 +428,7 @@ where
         growth
     }
 
-    /// σ of Eq. (44).
+    /// Returns σ of Eq. (44).
     #[inline(always)]
     fn sigma(&self, y: &[T; N], z: &[[T; R]; O]) -> T {
         let k = &self.coefficients;
@@ -440,7 +447,7 @@ where
         (sigma + y[Self::LAST]).called("sigma", 0)
     }
 
-    /// θ, μ_2 and the unit of the estimate in slot s, see the module `design`.
+    /// Returns θ, μ_2 and the unit of the estimate in slot s (module `design`).
     fn folding(&self, s: usize) -> (T, T, T) {
         let k = &self.coefficients;
         if Self::CHANNELS[s] == Self::LAST {
@@ -450,14 +457,14 @@ where
         }
     }
 
-    /// A, B, C of estimates in physical units: the way back from [`estimates`](ControlLaw::estimates).
+    /// Returns A, B, C for estimates in physical units: the inverse of [`estimates`](ControlLaw::estimates).
     fn folded(&self, estimates: &[[T; R]; N]) -> [[T; R]; O] {
         let period = self.coefficients.period;
         let mut z = [[T::ZERO; R]; O];
         for s in 0..O {
             let (theta, mu2, unit) = self.folding(s);
             let (physical, gamma) = (&estimates[Self::CHANNELS[s]], &self.coefficients.gamma[s]);
-            // What an observer of lower order does not estimate it would never correct.
+            // An observer of lower order would never correct an entry that it does not estimate.
             let estimated = |m: usize| m < R && gamma[m] != T::ZERO;
             let estimate = |m: usize| if estimated(m) { physical[m] / unit } else { T::ZERO };
             let [d0, d1, d2] = [estimate(0), estimate(1), estimate(2)];
@@ -469,7 +476,7 @@ where
         z
     }
 
-    /// A state that starts at this sample, with these estimates.
+    /// Returns the state for a start at this sample with these estimates, or `None` if a number is not valid.
     pub(crate) fn start_on<C: Course<T, N>>(
         &self,
         x0: &[T; N],
@@ -482,15 +489,17 @@ where
             z[s][0] = if i == Self::LAST { d_hat[i] / self.coefficients.input_gain } else { d_hat[i] };
         }
         let offset = self.sigma(&course.error(Self::advanced(x0, &z)), &z);
-        // A function, no closure: it is then compiled once for each scalar, not for each shape.
+        // A function instead of a closure is compiled once per scalar, not per configuration.
         let all_sound = x0.iter().chain(z.as_flattened()).chain([&offset]).copied().all(is_sound);
         all_sound.then_some(State::resuming(z, offset, T::ZERO))
     }
 
-    /// The tick that has passed had the old period and belongs to the old observers; the law is the new one from here
-    /// on. What the new model says otherwise of channel n goes into d_hat_n, so that the total acceleration is kept.
-    /// The demand is $v(W) = v_0 + (k_w - u_\sigma)W + \mathrm{clamp}(s(\sigma - W), \pm lim)$; of the W that make it
-    /// what it would have been, the one nearest to the old W is taken.
+    /// Returns the state of this controller for a bumpless transfer from the controller `from`.
+    ///
+    /// The past tick has the old period and belongs to the old observers. The new law acts from now on. The difference
+    /// of the two models in channel n is added to d_hat_n, so that the total acceleration is kept. The demand is
+    /// $v(W) = v_0 + (k_w - u_\sigma)W + \mathrm{clamp}(s(\sigma - W), \pm lim)$. Several W may give the old demand:
+    /// the function takes the one nearest to the old W.
     pub(crate) fn take_over_on<C: Course<T, N>>(
         &self,
         from: &Self,
@@ -513,10 +522,10 @@ where
             (course.drift(&law.model, x) * b, course.gain_ratio(&law.model, x).unwrap_or(one) * b)
         });
         estimates[Self::LAST][0] += (a_old - a_new) + (b_old - b_new) * state.held;
-        // They are those of now, and the tick that resumes lets them coast.
+        // The estimates are current, and the tick that resumes advances them by one tick.
         let z = self.folded(&estimates).map(observer::rewound);
 
-        // The demand without limits, in units of v; `step` is asked, so that the law is written once.
+        // The demand without limits, in units of v. It comes from `step`, so that the law is written once.
         let limit = T::from_f64(INPUT_LIMIT);
         let ratio = now.1.gain_ratio(&self.model, now.0).unwrap_or(one);
         let demand = |switching: bool, offset: T| {
@@ -549,15 +558,16 @@ where
             .map(|(slope, offset)| ((offset - old.offset).abs(), slope, offset))
             .reduce(|best, other| if other.0 < best.0 { other } else { best });
         let Some((_, slope, offset)) = nearest else { return Err(RetuneError::OffsetOutOfRange) };
-        // W is found from large terms that nearly cancel: what the law makes of it says how much is left.
+        // W comes from large terms that nearly cancel. The law evaluated at W gives the remaining error.
         let (reached, _, _) = demand(true, offset);
         let offset = offset - (reached - wanted) / slope;
         if is_sound(offset) { Ok(State::resuming(z, offset, state.held)) } else { Err(RetuneError::OffsetOutOfRange) }
     }
 
-    /// May the law ask for this u? For far more than the actuator has only on a way that began far off: then there is
-    /// an offset that asks for more still, and a sample that takes most of it back. Estimates or an offset that nothing
-    /// has left do not look like that, and are not given the time to decay. False for NaN.
+    /// Returns true if the demand is plausible: near the limits, or large only because the state began far off.
+    ///
+    /// In the second case the offset alone demands more still, and the sample cancels a large part of it. Spoilt
+    /// estimates or a spoilt offset do not have this pattern, and they are rejected before they decay. False for NaN.
     #[inline(always)]
     fn is_plausible(&self, demand: T, offset: T) -> bool {
         let k = &self.coefficients;
@@ -565,8 +575,10 @@ where
         demand.abs() <= k.plausible || (demand.abs() < of_offset.abs() && (demand - of_offset).abs() > k.plausible)
     }
 
-    /// The sample is lost: keep the estimates, let the offset decay as time goes on, send the fallback. If the last one
-    /// was lost too, and the two are samples of one plant, it is the state that is spoilt: start anew.
+    /// Handles a lost sample: keeps the estimates, lets the offset decay and outputs the fallback.
+    ///
+    /// If the last sample was lost too, and both samples fit one plant, the state is spoilt. The controller then
+    /// restarts.
     #[inline(always)]
     pub(crate) fn reject<const LANE: bool, C: Course<T, N>>(
         &self,
@@ -577,13 +589,14 @@ where
         let mut k = &self.coefficients;
         let mut x = x;
         if !LANE {
-            // All is read anew, so that the way of a good sample keeps no register for what is needed here too.
+            // Reloads everything, so that the code path of a valid sample keeps no register for this path.
             compiler_fence(Ordering::SeqCst);
             (k, x) = black_box((k, x));
         }
         T::section("A rejected sample.");
         let held = if is_sound(state.held) { state.held } else { T::ZERO };
-        // sigma of the sample alone, and that of the last lost one, which P is free to keep until the next good tick.
+        // σ of the sample alone, and of the last lost sample. P stores the latter and is free until the next valid
+        // tick.
         let before = *state.aside();
         let mut alone = T::from_f64(NO_SIGMA);
         if let Some((x, course)) = x {
@@ -594,10 +607,11 @@ where
         }
         let alone = alone.called("alone", 0);
         *state.aside() = alone;
-        // What the law would ask for the one and for the other: not much more than it may.
+        // The difference between the two demands must not be much more than the accepted demand.
         let apart = ((k.us + k.kw) * k.unit * (alone - before)).called("apart", 0);
         if again && is_sound(alone) && apart.abs() <= k.plausible {
-            // More than eight constant zeros the compiler writes by a call of memset; of this one it does not know.
+            // The compiler writes more than eight constant zeros by a call of memset. It cannot see that this number is
+            // zero.
             #[allow(clippy::eq_op)]
             let zero = if R * O <= 8 { T::ZERO } else { alone - alone };
             state.z = [[zero; R]; O];
@@ -617,17 +631,17 @@ where
     M: NominalModel<T, N>,
 {
     type Scalar = T;
-    /// x, in chain coordinates.
+    /// Sample x, in chain coordinates.
     type Sample = [T; N];
     type Output = Output<T>;
     type State = State<T, M, N, R, MASK, O>;
-    /// d_hat of each channel in its physical unit; entries of unobserved channels are not read.
+    /// Estimate d_hat of each channel in its physical unit. Entries of unobserved channels are not read.
     type Guess = [T; N];
-    /// [d_hat, d_hat', d_hat''] of every channel; zeros where there is no observer, or beyond its order.
+    /// Estimates [d_hat, d_hat', d_hat''] of every channel. Zeros without an observer, or beyond its order.
     type Estimates = [[T; R]; N];
     const NO_GUESS: [T; N] = [T::ZERO; N];
 
-    /// The offset of Eq. (17) is taken here: give the first tick the same sample.
+    /// Takes the offset of Eq. (17) from this sample: give the first tick the same sample.
     fn start_from(&self, x0: &[T; N], d_hat: &[T; N]) -> Option<Self::State> {
         self.start_on(x0, (), d_hat)
     }
@@ -642,13 +656,16 @@ where
         }
     }
 
-    /// One tick: observers, σ*, law, clamp. Call it once per period with the newest sample x, in chain coordinates.
+    /// Computes one tick: observers, σ*, law, clamp. Call it once per period with the newest sample x, in chain
+    /// coordinates.
     ///
-    /// A sample that is not finite never reaches the state; the estimates wait, and the next good sample resumes
-    /// without a kick: in its tick they go on by themselves. From any state whatsoever at most two good samples in a
-    /// row lead back into the set of the design (module `design`, "Range"), a good sample being one that the controller
-    /// would start from and take at once. The tick takes `u` as what the actuator will hold; if it will not, say so
-    /// with [`report_applied`](ControlLaw::report_applied).
+    /// A sample that is not finite never reaches the state. The estimates wait, and the next valid sample resumes
+    /// without a step: in its tick they advance without a correction. From any state, at most two consecutive valid
+    /// samples lead back into the set of the design (module `design`, "Range"). Here, valid means that the controller
+    /// would start from the sample and accept it at once.
+    ///
+    /// The tick assumes that the actuator will hold `u`. If the actuator holds another value, call
+    /// [`report_applied`](ControlLaw::report_applied).
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, x: &[T; N]) -> Output<T> {
         self.step::<true, false, ()>(state, x, ())
@@ -659,14 +676,16 @@ where
         self.reject::<false, ()>(state, None, false)
     }
 
-    /// As after a lost sample: for one tick the estimates learn nothing from x, which has moved by more than a period.
+    /// Treats the next tick as after a lost sample: the estimates ignore x once, because it has moved for more than a
+    /// period.
     #[inline]
     fn missed(&self, state: &mut Self::State, periods: u32) {
         state.resuming |= periods > 0;
     }
 
-    /// The observers live on what is held: fed the commanded u, a saturated start-up may never settle. Under saturation
-    /// this is the only anti-windup there is, and needed. A value beyond [`INPUT_LIMIT`] is not taken.
+    /// Replaces the held u, which the observers use. With the commanded u as input, a saturated start-up may never
+    /// settle. Under saturation this is the only anti-windup, and it is needed. A value beyond [`INPUT_LIMIT`] is
+    /// rejected.
     #[inline]
     fn report_applied(state: &mut Self::State, u: T) -> bool {
         let sound = is_sound(u);
@@ -688,13 +707,13 @@ where
         self.take_over_on(from, state, (x, ()), (x, ()))
     }
 
-    /// Over version, precision, shape, every coefficient, and what the model answers at n + 1 points: that tells any
-    /// two linear models apart, and of nonlinear ones those that differ there.
+    /// Hashes version, precision, configuration, every coefficient, and the model at n + 1 points. The hash
+    /// distinguishes any two linear models, and nonlinear models that differ at these points.
     fn fingerprint(&self) -> u32 {
         let shape = [crate::VERSION_NUMBER, T::WORDS as u32, N as u32, R as u32, u32::from(MASK)];
         let mut hash = running::hashed(running::hash(shape), self.coefficients.numbers());
         for asked in 0..=N {
-            // e_1 .. e_n, and one with every entry another number: what bends shows there.
+            // e_1 .. e_n, and one point with all entries different, to show nonlinear terms.
             let mut x = [T::ZERO; N];
             for (j, entry) in x.iter_mut().enumerate() {
                 if asked == N {
@@ -710,41 +729,41 @@ where
     }
 }
 
-/// Where the plant should be while u is held; `()` is rest at 0, and takes no instruction. Observers know nothing of
-/// it.
+/// Reference trajectory while u is held. `()` is rest at 0, and takes no instruction. Observers do not use it.
 pub(crate) trait Course<T: Real, const N: usize>: Copy {
-    /// a(x)/b_0; of a sample that came through a map it is known already.
+    /// Returns a(x)/b_0. A sample that came through a map already has it.
     #[inline(always)]
     fn drift<M: NominalModel<T, N>>(&self, model: &M, x: &[T; N]) -> T {
         model.drift(x)
     }
 
-    /// b(x)/b_0, as [`NominalModel::gain_ratio`].
+    /// Returns b(x)/b_0, as [`NominalModel::gain_ratio`].
     #[inline(always)]
     fn gain_ratio<M: NominalModel<T, N>>(&self, model: &M, x: &[T; N]) -> Option<T> {
         model.gain_ratio(x)
     }
 
-    /// Is u held one tick after it was computed? Then the law is evaluated one tick ahead.
+    /// True if u is applied one tick after it was computed. The law is then evaluated one tick ahead.
     const LATE: bool;
 
-    /// y and the drift of channel n (with its estimate, in units of u) one tick on; estimates grow by `growth`.
+    /// Returns y and the drift of channel n (with its estimate, in units of u) one tick ahead. Estimates grow by
+    /// `growth`.
     fn ahead(&self, y: &[T; N], input_drift: T, growth: &[T; N]) -> ([T; N], T);
 
-    /// y less where it should be.
+    /// Returns y minus the reference.
     fn error(&self, y: [T; N]) -> [T; N];
 
-    /// c . (y less where it should be).
+    /// Returns c . (y minus the reference).
     #[inline(always)]
     fn weighed(&self, c: &[T; N], y: &[T; N]) -> T {
         weighed(c, y)
     }
 
-    /// What of u the course itself asks for.
+    /// Returns the feedforward part of u for the reference, or `None` without one.
     fn feed(&self) -> Option<T>;
 }
 
-/// c . y, with c_n = 1.
+/// Returns c . y, with c_n = 1.
 #[inline(always)]
 pub(crate) fn weighed<T: Real, const N: usize>(c: &[T; N], y: &[T; N]) -> T {
     let mut sum = y[N - 1];
@@ -773,10 +792,10 @@ impl<T: Real, const N: usize> Course<T, N> for () {
     }
 }
 
-/// In place of σ where a sample has none: far from any.
+/// Placeholder for σ of a sample without one: far from any valid σ.
 const NO_SIGMA: f64 = 1e38;
 
-/// Within ±[`INPUT_LIMIT`]? False for NaN and infinities.
+/// Returns true within ±[`INPUT_LIMIT`]. False for NaN and infinities.
 #[inline(always)]
 fn is_sound<T: Real>(value: T) -> bool {
     value.abs() <= T::from_f64(INPUT_LIMIT).called("input_limit", 0)

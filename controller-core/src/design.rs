@@ -1,38 +1,42 @@
-//! Design time: from a [`Config`] to the rows of the tick.
+//! Design computation: from a [`Config`] to the coefficient rows of the tick.
 //!
-//! Everything here is `f64`, runs once, and is `const fn` without any library function, so that a controller can be
-//! designed by the compiler and lie in flash. Symbols (i, j, q count from 1, $c_n = 1$):
+//! Everything here is `f64`, runs once, and is `const fn` without any library function. So the compiler can design a
+//! controller, and the design can lie in flash. Symbols (i, j, q count from 1, $c_n = 1$):
 //!
-//! * $\lambda = -\partial a/\partial x_n$, the nominal slope; $t_j = T^j \varphi_j(-\lambda T)$ with
-//!   $\varphi_j(z) = \sum_m z^m/(m+j)!$: what a unit input of channel n has moved $x_n, x_{n-1}, ..$ after one tick.
-//! * $\theta, \mu_2$: first and second moment of that response over the tick; 1/2 and 1/3 for a channel without slope.
+//! * $\lambda = -\partial a/\partial x_n$ is the nominal slope. $t_j = T^j \varphi_j(-\lambda T)$ with
+//!   $\varphi_j(z) = \sum_m z^m/(m+j)!$ is the motion of $x_n, x_{n-1}, ..$ after one tick of a unit input of channel
+//!   n.
+//! * $\theta, \mu_2$: first and second moment of that response over the tick. 1/2 and 1/3 for a channel without slope.
 //! * $\gamma_1..\gamma_r$: coefficients of $\det(wI - (e^{DT} - I))$, the discrete observer gains.
-//! * $K_v = \sum_i c_i t_{n-i+1}$: how far one unit of $u b$ moves $\sigma$ in one tick; every row is divided by it.
+//! * $K_v = \sum_i c_i t_{n-i+1}$: the change of $\sigma$ in one tick per unit of $u b$. Every row is divided by it.
 //!
 //! # Folding
 //! The observer's Taylor state $S_m = T^{m+1} \hat d^{(m)}/m!$ is kept as $A = S_0 + \theta S_1 + \mu_2 S_2$,
 //! $B = S_1 + (1 + 2\theta) S_2$, $C = 2 S_2$; a row $(k_0, k_1, k_2)$ on $S$ becomes
 //! $k_A = k_0$, $k_B = k_1 - \theta k_0$, $k_C = (k_2 - \mu_2 k_0 - (1 + 2\theta) k_B)/2$ on $(A, B, C)$.
-//! Channels $i < n$ are in physical units (divided by T): then $k_A$ equals the row's entry of $x_{i+1}$, so that one
-//! sum $y_{i+1} = x_{i+1} + A_i$ serves $\sigma^*$ and the law. Channel n is in units of u (divided by $T b_0$): there
+//! Channels $i < n$ are in physical units (divided by T). Then $k_A$ equals the row's entry of $x_{i+1}$, and one sum
+//! $y_{i+1} = x_{i+1} + A_i$ serves both $\sigma^*$ and the law. Channel n is in units of u (divided by $T b_0$). There
 //! its entry is exactly -1. The unfolded form is the oracle in `tests/` (test
 //! `formula::folded_tick_equals_the_plain_transcription`).
 //!
 //! # Range
-//! The sums of the law are computed in a unit of their own, in which the largest number of the precision stands for
-//! $\Lambda$, in the unit of u: a term beyond $\Lambda$ overflows, and neither infinity nor NaN comes back from a sum.
-//! So one look at the demand judges every word of the state by itself, and words whose terms cancel are seen as well.
-//! It is a power of two, and changes no bit of u:
+//! The sums of the law have a unit of their own. In this unit the largest number of the precision stands for $\Lambda$,
+//! in the unit of u. A term beyond $\Lambda$ overflows, and neither infinity nor NaN disappears from a sum. So one
+//! check of the demand covers every word of the state separately, including words whose terms would cancel. The unit is
+//! a power of two, and changes no bit of u:
 //! $$ \Lambda = 2^m \ge \max(\min(2^{20} U, 10^{12}), 2 K), \quad m \ge 2 $$
-//! with U the larger of the limits and K the largest entry of the rows. After a good tick the state lies in the set M
-//! of the design: $k_{x,i+1} (x_{i+1} + A_i)$, $k_B B$, $k_C C$, $k_w W$ and $u_\sigma \sigma^*$ within $\pm \Lambda$,
-//! and $a_u + A_n$, which stands in the demand itself, within what these leave of it; the last sample and P as this
-//! sample made them, u within its limits. An estimate that an observer of lower order than R does not have is not
-//! corrected, and stays what something wrote there, if that lies in M.
+//! U is the larger of the limits, and K is the largest entry of the rows. After a valid tick the state lies in the set
+//! M of the design:
+//! * $k_{x,i+1} (x_{i+1} + A_i)$, $k_B B$, $k_C C$, $k_w W$ and $u_\sigma \sigma^*$ lie within $\pm \Lambda$.
+//! * $a_u + A_n$, which stands in the demand itself, lies within the remaining range.
+//! * The last sample and P come from this sample, and u lies within its limits.
 //!
-//! # Leaving the process
-//! A design is a row of plain numbers in one declared order, [`LAYOUT`]: [`Coefficients::numbers`] gives them out,
-//! [`Coefficients::from_numbers`] takes them in again, checked. That is how a design made here gets onto a chip.
+//! An observer of lower order than R does not estimate all entries. It never corrects an entry that it does not
+//! estimate. A wrong value in such an entry stays if it lies in M.
+//!
+//! # Design outside the process
+//! A design is a row of plain numbers in one declared order, [`LAYOUT`]. [`Coefficients::numbers`] returns the numbers,
+//! and [`Coefficients::from_numbers`] reads and checks them. A host program transfers a design to a target in this way.
 
 use core::slice;
 
@@ -44,22 +48,25 @@ use crate::law::Limits;
 use crate::real::{Real, row_f32};
 use crate::running::hash;
 
-/// The order of the numbers of a [`Coefficients`] outside the process; \[O\] counts the observed channels, \[R\]
-/// their orders. Two programs that exchange designs compare it first. `check` is the sum of all numbers before it, so
-/// that a number which something has changed on the way is no design ([`check`]).
+/// Order of the numbers of a [`Coefficients`] outside the process. \[O\] counts the observed channels, \[R\] their
+/// orders.
+///
+/// Two programs that exchange designs compare this string first. `check` is a checksum of all numbers before it, so a
+/// number that was changed in transfer makes the design invalid ([`check`]).
 pub const LAYOUT: &str = "rate rate_n theta_n gamma[O][R] c[N] g[O][R] kx[N] kw us k[O][R] satk lim unit decay u_min \
                           u_max plausible ko sigma_star_bound hold fallback period input_gain mu2_n check";
 
-/// What the tick multiplies with. `g` and `k` hold rows for (A, B, C); their entry 0 is not used (see the folding). In
-/// memory it is its numbers in the order of [`LAYOUT`] up to `check` and nothing between them, for callers in C.
+/// Coefficients of the tick. `g` and `k` hold rows for (A, B, C), whose entry 0 is not used (see the folding).
+///
+/// For callers in C, the memory holds the numbers in the order of [`LAYOUT`] up to `check`, without padding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
-    /// 1/T and 1/(T b_0): difference of a sample in the units of its channel.
+    /// Rates 1/T and 1/(T b_0): they scale the difference of a sample to the units of its channel.
     pub(crate) rate: T,
     pub(crate) rate_n: T,
     pub(crate) theta_n: T,
-    /// γ of each observed channel.
+    /// Discrete gains γ of each observed channel.
     pub(crate) gamma: [[T; R]; O],
     /// Rows of sigma: on y, and on B, C.
     pub(crate) c: [T; N],
@@ -69,37 +76,37 @@ pub struct Coefficients<T, const N: usize, const R: usize, const O: usize> {
     pub(crate) kw: T,
     pub(crate) us: T,
     pub(crate) k: [[T; R]; O],
-    /// Switching term clamp(satk sigma*, +-lim); both 0 without switching.
+    /// Switching term clamp(satk sigma*, +-lim). Both are 0 without switching.
     pub(crate) satk: T,
     pub(crate) lim: T,
-    /// From what these rows add up to to u.
+    /// Factor from the unit of the rows to the unit of u.
     pub(crate) unit: T,
-    /// 1 - e^(-alpha T).
+    /// Offset decay per tick, 1 - e^(-alpha T).
     pub(crate) decay: T,
     pub(crate) u_min: T,
     pub(crate) u_max: T,
-    /// Largest |u| beyond the limits that is asked for without a doubt.
+    /// Largest |u| demand beyond the limits that is accepted without a further check.
     pub(crate) plausible: T,
-    /// What the offset adds to u.
+    /// Gain of the offset in u.
     pub(crate) ko: T,
     pub(crate) sigma_star_bound: T,
-    /// A rejected sample gives hold u + fallback: (1, 0) holds the last u, (0, u) sends this one.
+    /// Output for a rejected sample: hold u + fallback. (1, 0) holds the last u, (0, u) outputs this value.
     pub(crate) hold: T,
     pub(crate) fallback: T,
-    /// For reading the estimates in physical units; the tick does not use them.
+    /// Factors that convert the estimates to physical units. The tick does not use them.
     pub(crate) period: T,
     pub(crate) input_gain: T,
     pub(crate) mu2_n: T,
 }
 
-/// How far beyond its limits u may be asked for by good samples, in units of their span or of the larger limit; more
-/// than that is looked at.
+/// Returns the largest demand beyond the limits that a valid sample may cause: 256 times the larger of their span and
+/// the larger limit, at most [`INPUT_LIMIT`]. The tick checks larger demands further.
 pub(crate) const fn plausible(limits: Limits) -> f64 {
     let size = larger(limits.max - limits.min, larger(limits.min.abs(), limits.max.abs()));
     if size > 0.0 { smaller(INPUT_LIMIT, 256.0 * size) } else { INPUT_LIMIT }
 }
 
-/// Λ over the largest |u|.
+/// Ratio of Λ to the largest |u|.
 const RANGE: f64 = (1 << 20) as f64;
 
 const fn larger(a: f64, b: f64) -> f64 {
@@ -111,7 +118,7 @@ const fn smaller(a: f64, b: f64) -> f64 {
 }
 
 impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> {
-    /// The law in units of Λ 2^-`bits`, where numbers end at 2^`bits` (module head, "Range").
+    /// Returns the law in units of Λ 2^-`bits`, for numbers that end at 2^`bits` (module documentation, "Range").
     pub(crate) const fn ranged(mut self, bits: u64) -> Self {
         let mut largest = larger(larger(self.kw.abs(), self.us.abs()), larger(self.satk.abs(), self.lim.abs()));
         let mut j = 0;
@@ -192,9 +199,9 @@ impl<const N: usize, const R: usize, const O: usize> Coefficients<f64, N, R, O> 
     }
 }
 
-/// Every number of coefficients as slices, borrowed one way or the other, in the order of [`LAYOUT`]: the one place
-/// that has it beside the fields themselves. Slices have one type whatever the shape, so the compiler makes the
-/// iterators over them once for each scalar.
+/// Expands to every number of the coefficients as slices, in the order of [`LAYOUT`], borrowed shared or mutable. Only
+/// this macro and the fields themselves fix the order. The slice type does not depend on the configuration, so the
+/// compiler compiles the iterators over them once per scalar.
 macro_rules! in_order {
     ($coefficients:expr, $one:path, $flat:ident) => {{
         let Self {
@@ -253,38 +260,41 @@ macro_rules! in_order {
 }
 
 impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N, R, O> {
-    /// How many numbers there are, the check included.
+    /// Number of numbers, including the checksum.
     pub const NUMBERS: usize = 20 + 2 * N + 3 * O * R;
 
-    /// Every number in the order of [`LAYOUT`].
+    /// Returns every number in the order of [`LAYOUT`].
     pub fn numbers(&self) -> impl Iterator<Item = T> {
         self.unchecked().chain([self.check()])
     }
 
-    /// Every number but the check.
+    /// Returns every number except the checksum.
     #[doc(hidden)]
     pub fn unchecked(&self) -> impl Iterator<Item = T> {
         let parts: [&[T]; 24] = in_order!(self, slice::from_ref, as_flattened);
         parts.into_iter().flatten().copied()
     }
 
-    /// The last number, [`check`] of all others.
+    /// Returns the last number: [`check`] of all others.
     pub fn check(&self) -> T {
         check(self.unchecked())
     }
 
-    /// The design that these numbers, in the order of [`LAYOUT`], are: the first [`NUMBERS`](Self::NUMBERS) of them.
-    /// `None` if there are fewer, if they are not those that [`numbers`](Self::numbers) gave, which the check tells, or
-    /// if they cannot come from a design: a number that is not finite, limits that are reversed or wider than
-    /// [`INPUT_LIMIT`], a fallback outside of them, a period or an input gain of zero, a rate that is not 1/T, a
-    /// c_n that is not 1, moments outside of (0, 1].
+    /// Returns the design from its first [`NUMBERS`](Self::NUMBERS) numbers, in the order of [`LAYOUT`].
+    ///
+    /// Returns `None` if there are fewer numbers, if the checksum differs from the output of
+    /// [`numbers`](Self::numbers), or if the numbers cannot come from a design:
+    /// * a number that is not finite,
+    /// * limits that are reversed or wider than [`INPUT_LIMIT`], or a fallback outside of them,
+    /// * a period or an input gain of zero, or a rate that is not 1/T,
+    /// * a c_n that is not 1, or moments outside of (0, 1].
     pub fn from_numbers(numbers: impl IntoIterator<Item = T>) -> Option<Self> {
         let mut given = numbers.into_iter();
         let read = Self::from_trusted_numbers(&mut given)?;
         (given.next()? == read.check() && read.can_be_designed()).then_some(read)
     }
 
-    /// The same without a check, for numbers that have just been designed, whatever the scalar.
+    /// Returns the design from numbers without a check, for numbers that were just designed, in any scalar.
     #[doc(hidden)]
     pub fn from_trusted_numbers(numbers: impl IntoIterator<Item = T>) -> Option<Self> {
         let mut read = Self::ZERO;
@@ -293,10 +303,10 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
         Some(read)
     }
 
-    /// Is it what [`from_numbers`](Self::from_numbers) takes, the check apart?
+    /// Returns true if [`from_numbers`](Self::from_numbers) accepts the numbers, without their checksum.
     #[doc(hidden)]
     pub fn can_be_designed(&self) -> bool {
-        // Zero times what is not finite is NaN.
+        // Zero times a number that is not finite is NaN.
         let finite = self.unchecked().all(|number| number * T::ZERO == T::ZERO);
         let limit = T::from_f64(INPUT_LIMIT);
         let limits = -limit <= self.u_min && self.u_min <= self.u_max && self.u_max <= limit;
@@ -337,7 +347,7 @@ impl<T: Real, const N: usize, const R: usize, const O: usize> Coefficients<T, N,
     };
 }
 
-/// Fills the slices with the next numbers; `None` if there are too few.
+/// Fills the slices with the next numbers. Returns `None` if there are too few.
 fn fill<T>(parts: [&mut [T]; 24], numbers: &mut impl Iterator<Item = T>) -> Option<()> {
     for number in parts.into_iter().flatten() {
         *number = numbers.next()?;
@@ -345,8 +355,9 @@ fn fill<T>(parts: [&mut [T]; 24], numbers: &mut impl Iterator<Item = T>) -> Opti
     Some(())
 }
 
-/// 24 bits of a hash (FNV-1a) over the bits of these numbers, as a whole number, which f32 holds: of 16.8 million ways
-/// to damage them it takes one for none. It is no defence against anyone who means it.
+/// Returns 24 bits of a hash (FNV-1a) over the bits of these numbers, as a whole number that f32 represents exactly.
+///
+/// It misses one in 16.8 million random errors. It does not protect against deliberate changes.
 pub fn check<T: Real>(numbers: impl IntoIterator<Item = T>) -> T {
     T::from_f64(f64::from(hash(numbers.into_iter().flat_map(Real::to_words)) & 0x00FF_FFFF))
 }
@@ -361,7 +372,7 @@ const fn table_f32<const R: usize, const O: usize>(table: &[[f64; R]; O]) -> [[f
     out
 }
 
-/// The observed channels of `mask` from the lowest, counted from 0.
+/// Returns the observed channels of `mask` from the lowest, counted from 0.
 pub(crate) const fn observed<const O: usize>(mask: u8) -> [usize; O] {
     let mut table = [0; O];
     let mut slot = 0;
@@ -376,11 +387,11 @@ pub(crate) const fn observed<const O: usize>(mask: u8) -> [usize; O] {
     table
 }
 
-/// How the chain responds within one tick; the symbols of the module's head.
+/// Response of the chain within one tick, with the symbols of the module documentation.
 struct Response {
-    /// t_j.
+    /// Response t_j.
     t: [f64; PHIS],
-    /// T^j/j!
+    /// Power T^j/j!
     power: [f64; PHIS],
     theta_n: f64,
     mu2_n: f64,
@@ -408,7 +419,7 @@ impl Response {
     }
 }
 
-/// Rows of a validated configuration. `observers` names the observed channels, from 0.
+/// Returns the rows of a validated configuration. `observers` lists the observed channels, from 0.
 pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>(
     config: &Config<N, R>,
     observers: &[usize; O],
@@ -424,7 +435,7 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
     let mut k = [[0.0; R]; O];
     let mut s = 0;
     while s < O {
-        // It is below N; said so that an index by it needs no check that could panic.
+        // The channel is below N. The comparison lets an index do without a check that could panic.
         let q = if observers[s] < N { observers[s] } else { N - 1 };
         if let Some(gains) = &config.observers[q] {
             gamma[s] = gains.gammas(period);
@@ -433,10 +444,10 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
         s += 1;
     }
 
-    // k_l itself, not (1 - e^(-k_l T))/T, which would inflate the ultimate bound by k_l T/2; deadbeat at most.
+    // k_l itself, not (1 - e^(-k_l T))/T, which would raise the ultimate bound by k_l T/2. At most deadbeat.
     let reach = if reaching.k_l * period < 1.0 { reaching.k_l * period } else { 1.0 };
     let decay = alpha * period * phi_functions(-alpha * period)[1];
-    // Implicit (backward Euler) saturation: within the layer its slope is that of the law after the tick.
+    // Implicit (backward Euler) saturation: within the layer its slope is the slope of the law after the tick.
     let (satk, lim) = if reaching.k_s > 0.0 {
         let step = reaching.k_s * period / kv;
         (-step * (1.0 - reach) / (reaching.epsilon + reaching.k_s * period) / b, step / b.abs())
@@ -474,7 +485,7 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
         input_gain: b,
         mu2_n: response.mu2_n,
     };
-    // The rows of a linear model are of the same numbers.
+    // The rows of a linear model use the same numbers.
     let mut sound = designed.is_sound();
     let mut j = 0;
     while j < N {
@@ -484,7 +495,8 @@ pub(crate) const fn coefficients<const N: usize, const R: usize, const O: usize>
     if sound { Ok(designed) } else { Err(ConfigError::new(Field::Whole, Cause::CoefficientRange)) }
 }
 
-/// Row of the law on x: what x_j adds to sigma over the coming tick if u = 0, and the mean of a's gradient.
+/// Returns the row of the law on x: the share of x_j in sigma over the coming tick with u = 0, and the mean gradient of
+/// a.
 const fn state_row<const N: usize, const R: usize>(config: &Config<N, R>, response: &Response) -> [f64; N] {
     let gradient = &config.nominal.gradient;
     let mut kx = [0.0; N];
@@ -502,7 +514,7 @@ const fn state_row<const N: usize, const R: usize>(config: &Config<N, R>, respon
     kx
 }
 
-/// Rows of sigma and of the law on (A, B, C) of channel q, counted from 0.
+/// Returns the rows of sigma and of the law on (A, B, C) of channel q, counted from 0.
 const fn channel_rows<const N: usize, const R: usize>(
     config: &Config<N, R>,
     response: &Response,
@@ -536,7 +548,7 @@ const fn channel_rows<const N: usize, const R: usize>(
     (folded(on_sigma, theta, mu2, unit), folded(on_law, theta, mu2, unit / -b))
 }
 
-/// A row on (S_0, S_1, S_2) as a row on (A, B, C) of the given unit.
+/// Converts a row on (S_0, S_1, S_2) to a row on (A, B, C) of the given unit.
 const fn folded<const R: usize>(on_s: [f64; MAX_R], theta: f64, mu2: f64, unit: f64) -> [f64; R] {
     let on_b = on_s[1] - theta * on_s[0];
     let on_c = (on_s[2] - mu2 * on_s[0] - (1.0 + 2.0 * theta) * on_b) / 2.0;
@@ -550,11 +562,11 @@ const fn folded<const R: usize>(on_s: [f64; MAX_R], theta: f64, mu2: f64, unit: 
     row
 }
 
-/// Finite in f32 too, so that both precisions accept the same designs.
+/// Largest coefficient, finite in f32 too, so that both precisions accept the same designs.
 const LARGEST: f64 = 1e30;
 
 const fn fits(value: f64) -> bool {
-    // Rounded to f32 it is not above LARGEST rounded to f32.
+    // Rounding to f32 keeps a value at or below LARGEST rounded to f32.
     value.abs() < LARGEST
 }
 

@@ -1,27 +1,27 @@
-//! Drives: a motor with one encoder, a flexible joint with two, from counts to current.
+//! Drives: a motor with one encoder or a flexible joint with two, from encoder counts to the current command.
 //!
-//! The law of this crate fed with what a drive has: encoder counts instead of a state, a reference, known dynamics.
-//! Observers run on the counts, one per encoder (module `block` inside), the nominal model makes one chain of
-//! integrators of them ([`ChainModel`]), and the law row works on the errors from a reference ([`EncoderForm`]).
+//! A drive is the controller of this crate with the inputs of a servo drive: encoder counts instead of a state, and a
+//! reference. One observer per encoder runs on the counts (module `block`). The nominal model maps the estimates to one
+//! chain of integrators ([`ChainModel`]). The law then works on the errors from the reference ([`EncoderForm`]).
 //!
 //! | you want | go to |
 //! |---|---|
 //! | a motor with a rigid load | [`Motor`], [`MotorDesign::by_rule`], [`MotorDrive`] |
 //! | a flexible joint with an encoder on each side | [`Joint`], [`JointDesign`], [`JointDrive`] |
-//! | to say how it is measured | [`Encoder`]; a lost sample is `None` in [`Sample`] |
-//! | to say where it should be | [`Position`], [`Speed`] or [`Hold`], and a [`Target`] for each end of a tick |
-//! | to plan that | [`Joined`], [`Sine`], [`Streamed`], [`Player`], [`shortest`], [`stop`] |
-//! | to go to set-points that come at any time | [`Profile`] |
+//! | to describe the encoders | [`Encoder`]; a lost sample is `None` in [`Sample`] |
+//! | to set the reference | [`Position`], [`Speed`] or [`Hold`], and a [`Target`] for each end of a tick |
+//! | to plan the reference | [`Joined`], [`Sine`], [`Streamed`], [`Player`], [`shortest`], [`stop`] |
+//! | to follow set-points that come at any time | [`Profile`] |
 //! | to come to rest in friction, to stay within limits | [`RestBand`], [`Fence`] |
-//! | to be told when something is wrong | the gate of a design, [`Monitored`], [`Health`](crate::Health) |
-//! | to tune it in motion, to store it | `retune`, `words` of [`Running`](crate::Running), [`EncoderForm::at_rest`] |
+//! | to detect errors | the innovation gate of a design, [`Monitored`], [`Health`](crate::Health) |
+//! | to tune in motion, to store state | `retune`, `words` of [`Running`](crate::Running), [`EncoderForm::at_rest`] |
 //! | another plant | [`ChainModel`] with an example, [`map_error`] |
-//! | a plant whose whole state is measured | [`FullState`] |
+//! | a plant with a fully measured state | [`FullState`] |
 //!
-//! Once per period: sample the counts, tick, hold u; where something else is held (a current limit, a brake) tell it by
-//! [`report_applied`](crate::Running::report_applied) before the next tick. That is all the anti-windup there is, and
-//! enough; a power stage that gives less for a while is told by [`limit`](crate::Running::limit). For the current of a
-//! motor:
+//! Once per period: sample the counts, tick, hold u. If the drive holds another current (a current limit, a brake),
+//! call [`report_applied`](crate::Running::report_applied) before the next tick. This is the only anti-windup, and it
+//! suffices. If the power stage provides less current for a while, call [`limit`](crate::Running::limit). For the
+//! current of a motor:
 //!
 //! ```
 //! use controller_core::drive::*;
@@ -47,10 +47,11 @@
 //! assert!(drive.estimates().expect("started").position[0] > 0.0);
 //! ```
 //!
-//! # What it does not do
-//! Backlash, resonances beyond the one spring, more than three ticks of delay, identification. With one gain set it is
-//! a linear law: a well tuned cascade is as good. What it adds is gains by rule from a data sheet, load torque and
-//! speed, a smaller peak under a load with two sets, one code for motor and joint.
+//! # Limitations
+//! A drive does not handle backlash, resonances beyond the one spring, or more than three ticks of delay. It has no
+//! identification. With one gain set it is a linear controller, and a well tuned cascade performs alike. Its benefits
+//! are gains by rule from a data sheet, and estimates of load torque and speed. Two gain sets give a smaller peak under
+//! a load, and one code serves motor and joint.
 
 mod axis;
 mod block;
@@ -110,11 +111,14 @@ pub use two_mass::{CoupledDrive, TwoMass};
 #[doc(hidden)]
 pub use two_mass::{JointPush, Whole};
 
-/// Chooses the types of a drive at run time: `$made!(args, aim, fast gain sets, ticks of delay, states)` for its form:
-/// does it follow a speed, has it two gain sets, have its observers four states; and its ticks of delay, of which more
-/// than three are three ([`MotorDesign::validate`] refuses them).
+/// Expands to the drive types that match a form known only at run time.
 ///
-/// A joint follows a position with four states, which its type does not name. `quiet` is one gain set alone.
+/// It calls `$made!(args, aim, fast gain sets, ticks of delay, states)`. The form has three flags and the ticks of
+/// delay. The flags are: follows a speed, has two gain sets, has observers with four states. More than three ticks of
+/// delay count as three, because [`MotorDesign::validate`] rejects them.
+///
+/// A joint always follows a position with four states, and its type does not name these parameters. `quiet` selects one
+/// gain set only.
 ///
 /// ```
 /// use controller_core::drive::{Encoder, Motor, MotorDesign, MotorDrive};

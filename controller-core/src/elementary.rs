@@ -1,24 +1,26 @@
-//! Elementary functions for nominal models: never the platform's, which differs between machines in the last bit.
+//! Elementary functions for nominal models, with the same bits on every machine.
 //!
-//! A backend is a type, so that the choice is visible in the controller's type and costs nothing.
+//! The functions of a platform differ between machines in the last bit, so this crate never uses them. A backend is a
+//! type: the choice is visible in the controller's type and costs nothing.
 //!
 //! | e^x in `f32` | largest relative error on [-10, 10] | infinite from | underflow |
 //! |---|---|---|---|
 //! | [`Libm`] | 7.4e-8 (0.6 of the spacing of `f32` at 1) | 88.72284 | gradual, 0 below -103.98 |
 //! | [`Micromath`] | 2.4e-3 (7.6e-4 for x > 0) | 88.72284 | no digit right below -87.34, 0 below -88.1 |
 //!
-//! Tests `libm_exp_is_as_accurate_as_documented`, `micromath_exp_is_as_accurate_as_documented` and
-//! `exp_ends_in_infinity_and_zero`. What a wrong e^x does to a(x) is a matched disturbance, which the observer of
-//! channel n estimates along with the rest; at the places where the error of `Micromath` jumps (multiples of ln 2, and
-//! ±1), so does that disturbance.
+//! Tests: `libm_exp_is_as_accurate_as_documented`, `micromath_exp_is_as_accurate_as_documented` and
+//! `exp_ends_in_infinity_and_zero`. An error of e^x in a(x) is a matched disturbance. The observer of channel n
+//! estimates it with all others. The error of `Micromath` jumps at multiples of ln 2 and at ±1, and so does that
+//! disturbance.
 
-/// A way to compute e^x.
+/// Backend that computes e^x.
 pub trait Exp<T> {
-    /// e^x for any x: overflows to infinity (which the tick's guard rejects) and underflows to 0; a NaN stays one.
+    /// Returns e^x for any x. It overflows to infinity, which the guard of the tick rejects, and underflows to 0. A NaN
+    /// stays a NaN.
     fn exp(x: T) -> T;
 }
 
-/// The `libm` crate: within 1 ulp.
+/// Backend of the `libm` crate: within 1 ulp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Libm;
 
@@ -36,19 +38,19 @@ impl Exp<f64> for Libm {
     }
 }
 
-/// The `micromath` crate: four terms of a series and no table, f32 only.
+/// Backend of the `micromath` crate: four terms of a series, no table, f32 only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Micromath;
 
 impl Micromath {
-    /// 128 ln 2: from here on e^x is above the largest `f32`.
+    /// Overflow limit 128 ln 2: from here on e^x exceeds the largest `f32`.
     const OVERFLOW: f32 = 88.722_84;
 }
 
 impl Exp<f32> for Micromath {
     #[inline]
     fn exp(x: f32) -> f32 {
-        // micromath answers infinity for a NaN, and just above the limit it fails an assertion of its own.
+        // micromath returns infinity for a NaN, and fails its own assertion just above the limit.
         if x < Self::OVERFLOW { micromath::F32(x).exp().0 } else { x + f32::INFINITY }
     }
 }
@@ -58,7 +60,7 @@ mod tests {
     extern crate std;
     use super::*;
 
-    /// Largest relative error over [from, to] in steps of 1e-5.
+    /// Returns the largest relative error over [from, to] at intervals of 1e-5.
     fn largest_error(exp: impl Fn(f32) -> f32, from: i32, to: i32) -> f64 {
         (from * 100_000..=to * 100_000)
             .map(|step| step as f32 * 1e-5)
@@ -74,7 +76,7 @@ mod tests {
             .map(|step| f64::from(step) * 1e-5)
             .map(|x| (Libm::exp(x) / x.exp() - 1.0).abs())
             .fold(0.0, f64::max);
-        // The reference is good to 1 ulp itself.
+        // The reference itself is accurate to 1 ulp.
         assert!(double <= 2.0 * f64::EPSILON, "{double:e}");
     }
 
@@ -98,12 +100,13 @@ mod tests {
             for x in [-104.0, -1e3, f32::MIN, f32::NEG_INFINITY] {
                 assert_eq!(exp(x), 0.0, "{x}");
             }
-            // Every float between the last documented digit and the end: finite, and no assertion of the backend fails.
+            // Every float between the last documented digit and the end is finite and fails no assertion of the
+            // backend.
             for bits in 88.0_f32.to_bits()..88.722_84_f32.to_bits() {
                 let x = f32::from_bits(bits);
                 assert!(exp(x).is_finite() && exp(x) > 1e38, "{x}");
             }
-            // Below the smallest normal number: tiny and not negative.
+            // Below the smallest normal number the result is tiny and not negative.
             for bits in 87.0_f32.to_bits()..105.0_f32.to_bits() {
                 let tiny = exp(-f32::from_bits(bits));
                 assert!((0.0..2e-38).contains(&tiny), "{tiny:e}");

@@ -1,70 +1,70 @@
-//! Why a design is refused, and what a design that is accepted should still be warned of.
+//! Errors and warnings of a design.
 //!
-//! An error is data: the [`Field`] of the configuration, the [`Cause`] with its numbers and equation, the [`Remedy`].
-//! Whoever shows it to a person says field and remedy in the words of that person's file or language; the words of Rust
-//! are here, and in a `const` they are the compile error.
+//! An error is data: the [`Field`] of the configuration, the [`Cause`] with its numbers and equation, and the
+//! [`Remedy`]. A program that shows an error to a user can print field and remedy in the terms of its own file format
+//! or language. This module has the Rust wording, which is also the compile error of a `const` design.
 
 use core::fmt;
 
-/// A design that must not run.
+/// Error that rejects a design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct ConfigError {
-    /// The field that is wrong.
+    /// Field with the error.
     pub field: Field,
-    /// What is wrong with it.
+    /// Cause of the error.
     pub cause: Cause,
 }
 
-/// A field of [`Config`](crate::Config).
+/// Field of [`Config`](crate::Config).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Field {
-    /// The plant order n, where it is a number.
+    /// Plant order n, if the order is a number.
     Order,
-    /// `period_s`.
+    /// Field `period_s`.
     Period,
-    /// `surface.c`.
+    /// Field `surface.c`.
     Surface,
-    /// `surface.alpha_per_s`.
+    /// Field `surface.alpha_per_s`.
     Alpha,
-    /// `observers`, that of one channel.
+    /// Field `observers`, entry of one channel.
     Observer {
         /// The channel, from 1.
         channel: usize,
     },
-    /// `reaching.k_l`.
+    /// Field `reaching.k_l`.
     LinearGain,
-    /// `reaching.k_s`.
+    /// Field `reaching.k_s`.
     SwitchingGain,
-    /// `reaching.epsilon`.
+    /// Field `reaching.epsilon`.
     BoundaryLayer,
-    /// `nominal.gradient`.
+    /// Field `nominal.gradient`.
     Gradient,
-    /// `nominal.input_gain`.
+    /// Field `nominal.input_gain`.
     InputGain,
-    /// `options.initial_estimates`.
+    /// Field `options.initial_estimates`.
     InitialEstimates,
-    /// `options.limits`.
+    /// Field `options.limits`.
     Limits,
-    /// `options.fallback`.
+    /// Field `options.fallback`.
     Fallback,
-    /// `options.sigma_star_bound`.
+    /// Field `options.sigma_star_bound`.
     SigmaStarBound,
-    /// `options.observer_pole_limit`.
+    /// Field `options.observer_pole_limit`.
     ObserverPoleLimit,
-    /// `options.samples`.
+    /// Field `options.samples`.
     Samples,
-    /// All of them together.
+    /// The whole configuration.
     Whole,
 }
 
 impl Field {
-    /// Its path in [`Config`](crate::Config).
+    /// Returns the path of the field in [`Config`](crate::Config).
     pub const fn name(self) -> &'static str {
         match self {
             Self::Order => "n",
@@ -88,160 +88,160 @@ impl Field {
     }
 }
 
-/// What is wrong with a field, with the numbers that say so.
+/// Cause of an error in a field, with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Cause {
-    /// NaN or infinite.
+    /// The number is NaN or infinite.
     NotFinite,
-    /// A number below 0 that must not be.
+    /// The number is below 0 but must not be.
     Negative,
-    /// A period of 0 or below.
+    /// The period is 0 or below.
     PeriodNotPositive {
-        /// The period given, s.
+        /// Given period, s.
         period_s: f64,
     },
-    /// A plant order that is none of 2..=6.
+    /// The plant order is not in 2..=6.
     PlantOrder {
-        /// The order given.
+        /// Given order.
         n: usize,
     },
-    /// b = 0: the plant cannot be controlled.
+    /// The input gain b is 0: the plant cannot be controlled.
     InputGainZero,
-    /// c_n != 1.
+    /// The last surface coefficient c_n is not 1.
     SurfaceLead {
-        /// The c_n given.
+        /// Given c_n.
         c_n: f64,
     },
     /// A root of the sliding motion is not in the left half plane.
     SurfaceNotHurwitz,
-    /// α <= 0.
+    /// The offset decay rate α is 0 or below.
     OffsetDecayNotPositive {
-        /// The α given, 1/s.
+        /// Given α, 1/s.
         alpha_per_s: f64,
     },
-    /// α T so small that an f32 offset would never decay.
+    /// α T is so small that an f32 offset would never decay.
     OffsetDecayTooSlow {
-        /// α T.
+        /// Product α T.
         alpha_times_period: f64,
     },
-    /// k_s > 0 with ε < 0, or with ε = 0 and k_s T = 0.
+    /// The boundary layer is empty: k_s > 0 with ε < 0, or with ε = 0 and k_s T = 0.
     BoundaryLayerEmpty {
-        /// The ε given.
+        /// Given ε.
         epsilon: f64,
     },
-    /// A limit beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT).
+    /// A limit exceeds [`INPUT_LIMIT`](crate::INPUT_LIMIT).
     LimitsTooWide {
-        /// The limit given.
+        /// Given limit.
         limit: f64,
     },
-    /// min > max.
+    /// The limits are reversed: min > max.
     LimitsReversed {
-        /// The lower limit given.
+        /// Given lower limit.
         min: f64,
-        /// The upper limit given.
+        /// Given upper limit.
         max: f64,
     },
-    /// The safe u is not within the limits.
+    /// The safe output u is not within the limits.
     FallbackOutsideLimits {
-        /// The u given.
+        /// Given u.
         u: f64,
     },
-    /// The configured observers are not the ones the controller type has.
+    /// The configured observers differ from the observers of the controller type.
     ChannelMismatch {
-        /// Does the configuration have an observer there?
+        /// True if the configuration has an observer in this channel.
         configured: bool,
     },
-    /// An order of 0 or above the capacity R.
+    /// The observer order is 0 or exceeds the capacity R.
     ObserverOrder {
-        /// The order given.
+        /// Given order.
         order: usize,
-        /// The capacity R.
+        /// Capacity R.
         capacity: usize,
     },
     /// Eq. (44) needs a derivative that this observer does not estimate.
     OrderTooLow {
-        /// n - i.
+        /// Needed order n - i.
         needed: usize,
-        /// The order given.
+        /// Given order.
         order: usize,
     },
-    /// A gain is NaN or infinite.
+    /// An observer gain is NaN or infinite.
     ObserverNotFinite,
-    /// D of Eq. (53) is not Hurwitz.
+    /// Matrix D of Eq. (53) is not Hurwitz.
     ObserverNotHurwitz,
-    /// The fastest observer pole times the period is above the configured limit.
+    /// The fastest observer pole times the period exceeds the configured limit.
     ObserverTooFast {
         /// Fastest pole, rad/s.
         fastest_rad_s: f64,
-        /// Largest fastest pole that this period allows, rad/s.
+        /// Largest value of the fastest pole that this period allows, rad/s.
         allowed_rad_s: f64,
     },
-    /// Limits that no sample keeps: min > max, or a jump of 0 or below.
+    /// No sample satisfies the limits: min > max, or a jump of 0 or below.
     SamplesNone {
-        /// The state, from 1.
+        /// State, from 1.
         state: usize,
-        /// The smallest x given.
+        /// Given smallest x.
         min: f64,
-        /// The largest x given.
+        /// Given largest x.
         max: f64,
-        /// The jump given.
+        /// Given jump.
         jump: f64,
     },
-    /// The model has another slope than the nominal gradient.
+    /// The slope of the model differs from the nominal gradient.
     GradientContradicts {
-        /// The state, from 1.
+        /// State, from 1.
         state: usize,
-        /// The entry of the gradient.
+        /// Entry of the gradient.
         said: f64,
-        /// The slope of the model.
+        /// Slope of the model.
         found: f64,
     },
-    /// b(x) of the model is not of the sign of b_0.
+    /// b(x) of the model does not have the sign of b_0.
     GainContradicts {
-        /// b(x)/b_0 of the model.
+        /// Ratio b(x)/b_0 of the model.
         ratio: f64,
     },
-    /// Limits of samples in the configuration of a law that keeps none.
+    /// The configuration has limits of samples, but the controller has no gate to apply them.
     GateMissing,
     /// A designed coefficient is not a normal number in the precision of the controller.
     CoefficientRange,
-    /// A warning, where none is let pass: [`Config::validate_strictly`](crate::Config::validate_strictly).
+    /// A warning, treated as an error by [`Config::validate_strictly`](crate::Config::validate_strictly).
     Warned(Warning),
 }
 
-/// What to do about it.
+/// Remedy for an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Remedy {
-    /// The cause says it all.
+    /// The cause already implies the remedy.
     AsTheCauseSays,
-    /// Give a finite number; where a limit of u is meant, none.
+    /// Give a finite number. For a limit of u, you can also give no limit.
     FiniteNumber,
-    /// Where the actuator has no limit, give none.
+    /// If the actuator has no limit, give no limit.
     NoLimit,
-    /// Take the surface from a bandwidth.
+    /// Compute the surface from a bandwidth.
     SurfaceFromBandwidth,
-    /// Take the observer's gains from a bandwidth or from poles.
+    /// Compute the observer gains from a bandwidth or from poles.
     ObserverFromBandwidth,
-    /// Observe the channel in the type too, or not at all.
+    /// Observe the channel in the type too, or remove its observer.
     AddToType,
-    /// Give its gains, or take it out of the type.
+    /// Give the gains of the observer, or remove it from the type.
     GiveGains,
-    /// Another order, or another capacity R.
+    /// Choose another order, or another capacity R.
     OtherOrder,
-    /// A slower observer, a shorter period, or a higher limit.
+    /// Choose a slower observer, a shorter period, or a higher limit.
     SlowerObserver,
-    /// A law behind a gate, or no limits of samples.
+    /// Put the controller behind a gate, or give no limits of samples.
     AddGate,
 }
 
 impl Remedy {
-    /// What to do, in the words of Rust.
+    /// Returns the remedy in the wording of Rust.
     const fn words(self) -> &'static str {
         match self {
             Self::AsTheCauseSays => "",
@@ -259,7 +259,7 @@ impl Remedy {
 }
 
 impl Cause {
-    /// What is wrong, in words that are of no language; the numbers come apart.
+    /// Returns the cause in words that fit every language. The numbers are added separately.
     const fn words(self) -> &'static str {
         match self {
             Self::NotFinite => "this number is NaN or infinite",
@@ -337,7 +337,7 @@ impl Cause {
         }
     }
 
-    /// What to do about it.
+    /// Returns the remedy for the cause.
     pub const fn remedy(self) -> Remedy {
         match self {
             Self::NotFinite => Remedy::FiniteNumber,
@@ -359,7 +359,7 @@ impl ConfigError {
         Self { field, cause }
     }
 
-    /// Where and what, up to the remedy.
+    /// Returns place and cause, without the remedy.
     const fn complaint(&self) -> Text {
         let text = match self.field {
             Field::Observer { channel } => Text::new().string("channel ").number(channel).string(": "),
@@ -381,19 +381,21 @@ impl ConfigError {
         text.string(self.cause.words())
     }
 
-    /// As one line in the words of Rust, built in `const` so that a compile error can say it.
+    /// Returns one line in the wording of Rust. It is built in `const`, so that a compile error can print it.
     pub(crate) const fn text(&self) -> Text {
         self.complaint().string(self.cause.remedy().words())
     }
 
-    /// As one line for a reader who does not write Rust: the field by another name where the line needs one, and the
-    /// remedy in other words, with the sign that leads up to it (`""`, `": .."` or `"; .."`).
+    /// Returns one line for a reader who does not write Rust, with another name for the field and other words for the
+    /// remedy.
+    ///
+    /// `remedy` includes the punctuation before it (`""`, `": .."` or `"; .."`).
     pub fn told<'a>(&self, field: &'a str, remedy: &'a str) -> impl fmt::Display + use<'a> {
-        Told { error: *self, field, remedy }
+        CallerMessage { error: *self, field, remedy }
     }
 }
 
-/// A number as a message shows it: with a power of ten where it would take many digits.
+/// Number for a message, with a power of ten where it would take many digits.
 pub(crate) struct Short(pub(crate) f64);
 
 impl fmt::Display for Short {
@@ -412,17 +414,17 @@ impl fmt::Display for Cause {
 
 impl core::error::Error for Cause {}
 
-/// An error in the words of somebody.
-struct Told<'a> {
+/// Error with the field name and the remedy of the caller.
+struct CallerMessage<'a> {
     error: ConfigError,
     field: &'a str,
     remedy: &'a str,
 }
 
-impl fmt::Display for Told<'_> {
+impl fmt::Display for CallerMessage<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let complaint = self.error.complaint();
-        // The name of a field stands first or not at all.
+        // The name of a field is at the start, or absent.
         let (name, text) = (self.error.field.name(), complaint.as_str());
         match text.strip_prefix(name) {
             Some(rest) => write!(f, "{}{rest}", self.field)?,
@@ -462,13 +464,13 @@ impl fmt::Display for Told<'_> {
 
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        Told { error: *self, field: self.field.name(), remedy: self.cause.remedy().words() }.fmt(f)
+        CallerMessage { error: *self, field: self.field.name(), remedy: self.cause.remedy().words() }.fmt(f)
     }
 }
 
 impl core::error::Error for ConfigError {}
 
-/// A line of text of fixed capacity; what does not fit is cut.
+/// Line of text of fixed capacity. Text that does not fit is cut.
 #[derive(Clone, Copy)]
 pub(crate) struct Text {
     bytes: [u8; 320],
@@ -508,25 +510,25 @@ impl Text {
     }
 }
 
-/// One remark on a design that runs but is near an edge (theory: accuracy, robustness against delay and a wrong b).
+/// Warning about a valid design near a limit of accuracy, or of robustness against delay and a wrong b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Warning {
-    /// Fastest observer pole times T above 0.3: the estimate between the ticks loses accuracy.
+    /// The fastest observer pole times T exceeds 0.3: the estimate between the ticks loses accuracy.
     ObserverFast {
         /// The channel, from 1.
         channel: usize,
         /// Fastest pole times period.
         pole_times_period: f64,
     },
-    /// k_l T above 0.5: little margin if b or the slope is off by more than 1.5 times, or with a delay.
+    /// k_l T exceeds 0.5: little margin with a delay, or if b or the slope is off by more than 1.5 times.
     LinearGainHigh {
-        /// k_l times period.
+        /// Product k_l T.
         k_l_times_period: f64,
     },
-    /// Surface bandwidth times T above 0.5: the sliding motion is as fast as the ticks.
+    /// The surface bandwidth times T exceeds 0.5: the sliding motion is as fast as the ticks.
     SurfaceFast {
         /// Bandwidth times period.
         bandwidth_times_period: f64,
@@ -557,7 +559,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// The remarks on one design; at most one per channel and two more.
+/// Warnings about one design: at most one per channel and two more.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -576,7 +578,7 @@ impl Warnings {
         self
     }
 
-    /// The first of them as a refusal.
+    /// Returns the first warning as an error.
     pub(crate) const fn first(&self) -> Option<ConfigError> {
         let [Some(warning), ..] = self.list else { return None };
         let field = match warning {
@@ -587,7 +589,7 @@ impl Warnings {
         Some(ConfigError::new(field, Cause::Warned(warning)))
     }
 
-    /// The remarks in turn.
+    /// Returns the warnings in turn.
     pub fn iter(&self) -> impl Iterator<Item = &Warning> {
         self.list.iter().flatten()
     }

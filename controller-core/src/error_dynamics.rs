@@ -1,22 +1,22 @@
-//! The error of the extended disturbance observer: how fast it dies, and what keeps it alive.
+//! Error dynamics of the extended disturbance observer: its decay rates and its input.
 //!
-//! With $\tilde d = d - \hat d$ (Eq. (8)-(9)) the errors of one channel, $\tilde e_i = [\tilde d_i, \tilde d_i',
-//! \dots, \tilde d_i^{(r-1)}]^T$, obey Eq. (52) (Eq. (15) for r = 2)
+//! With $\tilde d = d - \hat d$ (Eq. (8)-(9)) the errors of one channel are
+//! $\tilde e_i = [\tilde d_i, \tilde d_i', \dots, \tilde d_i^{(r-1)}]^T$. They obey Eq. (52) (Eq. (15) for r = 2):
 //!
 //! $$ \tilde e_i' = D_i \tilde e_i + E_i d_i^{(r)}, \qquad
 //!    D_i = \begin{bmatrix} -l_{i1} & 1 & & \cr -l_{i2} & & \ddots & \cr \vdots & & & 1 \cr -l_{ir} & & &
 //!    \end{bmatrix}, \quad E_i = \begin{bmatrix} 0 \cr \vdots \cr 0 \cr 1 \end{bmatrix} \quad
 //!    \text{(Eq. (53), (16))} $$
 //!
-//! so the only thing that keeps the error alive is the r-th derivative of the disturbance. The characteristic
-//! polynomial is $\chi(s) = s^r + l_{i1}s^{r-1} + \dots + l_{ir}$: real parts of its roots are decay rates in 1/s,
-//! negative if stable.
+//! So the r-th derivative of the disturbance is the only input of the error. The characteristic polynomial is
+//! $\chi(s) = s^r + l_{i1}s^{r-1} + \dots + l_{ir}$. The real parts of its roots are the decay rates in 1/s, negative
+//! if stable.
 //!
 //! # Deviation
-//! * Eq. (52) is printed with $\tilde e_i$ up to derivative r; it has r entries, up to derivative r - 1.
-//! * Example 2 calls (100, 20) and (1000, 300, 30) "pole at -10". Their poles are -99.8, -0.2 and -999.7,
-//!   -0.15 ± 0.087j (test `printed_gains_do_not_have_their_poles_at_minus_ten`): the gains stand in reverse order.
-//!   Poles at -10 need (20, 100) and (30, 300, 1000).
+//! * Eq. (52) is printed with $\tilde e_i$ up to derivative r. The vector has r entries, up to derivative r - 1.
+//! * Example 2 calls (100, 20) and (1000, 300, 30) "pole at -10". Their poles are -99.8, -0.2 and -999.7, -0.15 ±
+//!   0.087j (test `printed_gains_do_not_have_their_poles_at_minus_ten`). The gains stand in reverse order. Poles at -10
+//!   need (20, 100) and (30, 300, 1000).
 
 use crate::observer::{ObserverGains, Pole};
 use crate::polynomial::{TERMS, spectral_radius};
@@ -27,11 +27,13 @@ use nalgebra::{SMatrix, SVector};
 /// Largest degree of the polynomials of this crate: the surface of a plant of order 6.
 pub(crate) const MAX_DEGREE: usize = 5;
 
-/// Iterations that the eigenvalues may take; five unknowns need about ten.
+/// Maximum number of iterations for the eigenvalues. Five unknowns need about ten.
 pub(crate) const MAX_ITERATIONS: usize = 1000;
 
-/// D and E of Eq. (53), `R` x `R` and `R` x 1. An observer of an order below `R` fills the first `order` rows and
-/// columns of D, E has its 1 in row `order`, and the rest is zero. Units: row k, s^-k in the first column.
+/// Returns D and E of Eq. (53), `R` x `R` and `R` x 1.
+///
+/// An observer of an order below `R` fills the first `order` rows and columns of D. E has its 1 in row `order`, and the
+/// rest is zero. Units: row k has s^-k in the first column.
 ///
 /// ```
 /// use controller_core::{ObserverGains, error_dynamics::error_matrices};
@@ -44,13 +46,14 @@ pub fn error_matrices<const R: usize>(gains: &ObserverGains<R>) -> (SMatrix<f64,
     companion(active(gains))
 }
 
-/// Eigenvalues of D in rad/s, the fastest (largest magnitude) first, a complex pair with its positive imaginary part
-/// first. Empty if a gain is not finite.
+/// Returns the eigenvalues of D in rad/s, the fastest (largest magnitude) first. Empty if a gain is not finite.
+///
+/// A complex pair has its positive imaginary part first.
 ///
 /// # Accuracy
-/// Poles apart from each other: 1e-12 relative to each. A pole repeated r times is found to about $\varepsilon^{1/r}$,
-/// as from any matrix in f64: measured 1.8e-8 (r = 2) and 1.4e-5 (r = 3), as a tiny ring around the true pole (test
-/// `poles_survive_the_round_trip_through_gains`).
+/// Separate poles: 1e-12 relative to each. A pole repeated r times is found to about $\varepsilon^{1/r}$, as from any
+/// matrix in f64. The measured errors are 1.8e-8 (r = 2) and 1.4e-5 (r = 3). They form a tiny ring around the true pole
+/// (test `poles_survive_the_round_trip_through_gains`).
 ///
 /// ```
 /// use controller_core::{ObserverGains, error_dynamics::error_poles};
@@ -61,8 +64,10 @@ pub fn error_poles<const R: usize>(gains: &ObserverGains<R>) -> Vec<Pole, R> {
     roots(active(gains)).into_iter().flatten().collect()
 }
 
-/// Roots of the sliding motion of c_1 .. c_n, Eq. (44), in rad/s, the fastest first, with the accuracy of
-/// [`error_poles`]. Empty if there are not 2 to 6 coefficients, or one is not finite; the last is taken as 1.
+/// Returns the roots of the sliding motion of c_1 .. c_n, Eq. (44), in rad/s, the fastest first.
+///
+/// The accuracy is the accuracy of [`error_poles`]. The result is empty if there are not 2 to 6 coefficients, or if one
+/// is not finite. The last coefficient is taken as 1.
 ///
 /// ```
 /// use controller_core::error_dynamics::surface_roots;
@@ -77,12 +82,12 @@ pub fn surface_roots(c: &[f64]) -> Vec<Pole, 5> {
     roots(&falling).into_iter().flatten().collect()
 }
 
-/// l_1 .. l_r.
+/// Returns the gains l_1 .. l_r.
 pub(crate) fn active<const R: usize>(gains: &ObserverGains<R>) -> &[f64] {
     gains.l()
 }
 
-/// The companion form of Eq. (53) in the first `l.len()` of `S` rows and columns, and the vector that drives it.
+/// Returns the companion form of Eq. (53) in the first `l.len()` of `S` rows and columns, and its input vector.
 pub(crate) fn companion<const S: usize>(l: &[f64]) -> (SMatrix<f64, S, S>, SVector<f64, S>) {
     let (mut d, mut e) = (SMatrix::zeros(), SVector::zeros());
     for (k, gain) in l.iter().enumerate() {
@@ -96,8 +101,8 @@ pub(crate) fn companion<const S: usize>(l: &[f64]) -> (SMatrix<f64, S, S>, SVect
     (d, e)
 }
 
-/// Roots of s^d + l_1 s^(d-1) + .. + l_d, fastest first; `None` for a degree outside 1..=5 or a coefficient that is not
-/// finite.
+/// Returns the roots of s^d + l_1 s^(d-1) + .. + l_d, the fastest first. `None` for a degree outside 1..=5 or a
+/// coefficient that is not finite.
 pub(crate) fn roots(l: &[f64]) -> Option<Vec<Pole, MAX_DEGREE>> {
     if !l.iter().all(|gain| gain.is_finite()) {
         return None;
@@ -112,7 +117,7 @@ pub(crate) fn roots(l: &[f64]) -> Option<Vec<Pole, MAX_DEGREE>> {
         scaled[k] = (0..=k).fold(*gain, |value, _| value / unit);
     }
     let scaled = &scaled[..l.len()];
-    // Gains of one design differ by decades: without balancing their slow poles would lose digits.
+    // Gains of one design differ by decades. Without balancing, their slow poles would lose digits.
     macro_rules! eigenvalues {
         ($matrix:expr) => {{
             let mut matrix = $matrix;
@@ -133,7 +138,7 @@ pub(crate) fn roots(l: &[f64]) -> Option<Vec<Pole, MAX_DEGREE>> {
     Some(roots)
 }
 
-/// |s|.
+/// Returns |s|.
 pub(crate) fn magnitude(s: Pole) -> f64 {
     libm::hypot(s.re, s.im)
 }
@@ -144,7 +149,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// Largest distance of two pole lists, relative to the fastest pole; both fastest first.
+    /// Returns the largest distance of two pole lists, relative to the fastest pole. Both lists start with the fastest.
     fn distance(found: &[Pole], expected: &[Pole]) -> f64 {
         assert_eq!(found.len(), expected.len());
         let apart = |(a, b): (&Pole, &Pole)| magnitude(Pole { re: a.re - b.re, im: a.im - b.im });
@@ -163,7 +168,7 @@ mod tests {
         assert_eq!((third[1].re, third[1].im), (third[2].re, -third[2].im));
     }
 
-    /// The figures of `error_poles`'s documentation.
+    /// Checks the accuracy in the documentation of `error_poles`.
     #[test]
     fn poles_survive_the_round_trip_through_gains() {
         let pair = |re, im| [Pole { re, im }, Pole { re, im: -im }];
@@ -175,16 +180,17 @@ mod tests {
         for slow in [-1.0, -0.01] {
             let poles = [real(-1000.0), Pole { re: slow, im: 2.0 }, Pole { re: slow, im: -2.0 }];
             let three = error_poles(&ObserverGains::<3>::from_poles(poles));
-            // Relative to the fastest; the slow pair must not have lost its own digits either.
+            // Relative to the fastest pole. The slow pair must keep its own digits too.
             assert!(distance(&three, &poles) < 1e-14, "{three:?}");
             assert!(distance(&three[1..], &poles[1..]) < 1e-12, "{three:?}");
         }
-        // Nine decades: without balancing the slowest would be off by 3e-10.
+        // Nine decades: without balancing the slowest pole would be off by 3e-10.
         let poles = [real(-1e5), real(-1.0), real(-1e-4)];
         for (found, expected) in error_poles(&ObserverGains::<3>::from_poles(poles)).iter().zip(poles) {
             assert!((found.re / expected.re - 1.0).abs() < 1e-12 && found.im == 0.0, "{found:?}");
         }
-        // Defective: the accuracy is the root of the rounding. The largest loss over the bandwidths is the figure.
+        // Defective: the accuracy is the root of the rounding. The documentation gives the largest loss over the
+        // bandwidths.
         let (mut double, mut triple) = (0.0_f64, 0.0_f64);
         for tenth in 1..=10_000 {
             let omega = f64::from(tenth) / 10.0;
@@ -246,7 +252,7 @@ mod tests {
         let bad =
             [ObserverGains::<3>::as_printed([f64::NAN, 1.0]), ObserverGains::as_printed([f64::INFINITY, 1.0, 1.0])];
         assert!(bad.iter().all(|gains| error_poles(gains).is_empty()));
-        // Zero, tiny and huge gains must come back, whatever they are worth.
+        // Zero, tiny and huge gains must return, with any result.
         let hard: Vec<_> = [[0.0; 3], [1e-300; 3], [1e100; 3], [1e300, 1.0, 1e-300], [f64::MAX; 3]]
             .into_iter()
             .map(|l| error_poles(&ObserverGains::<3>::as_printed(l)).len())

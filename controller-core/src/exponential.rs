@@ -1,14 +1,14 @@
-//! The exponential three times over, in `const fn`, without calling one.
+//! Three exponentials in `const fn`, without a library function.
 //!
-//! * $\varphi_j(z) = \sum_m z^m/(m+j)!$: what a chain of integrators behind a first-order lag does in one tick;
-//! * $\exp(A) - I$ of a matrix, with the digits that a slow mode consists of;
+//! * $\varphi_j(z) = \sum_m z^m/(m+j)!$: the response of a chain of integrators behind a first-order lag in one tick;
+//! * $\exp(A) - I$ of a matrix, with all digits of a slow mode;
 //! * from it the discrete observer gains $\gamma$.
 //!
-//! A series alone fails for large arguments: each is summed where the argument is small and doubled up from there.
+//! A series alone fails for large arguments. Each series is summed for a small argument and then doubled up.
 
 use crate::{MAX_N, MAX_R};
 
-/// period^exponent.
+/// Returns period^exponent.
 pub(crate) const fn raised(period: f64, exponent: usize) -> f64 {
     let mut product = 1.0;
     let mut k = 0;
@@ -19,14 +19,14 @@ pub(crate) const fn raised(period: f64, exponent: usize) -> f64 {
     product
 }
 
-/// φ_0..φ_8: a plant of order 6 with an observer of order 3 needs t_8.
+/// Number of functions φ_0..φ_8: a plant of order 6 with an observer of order 3 needs t_8.
 pub(crate) const PHIS: usize = MAX_N + MAX_R;
 pub(crate) const FACTORIAL: [f64; PHIS] = [1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0, 5040.0, 40320.0];
 
-/// φ_j(z) = Σ_m z^m/(m+j)!, j = 0..8, without an exponential.
+/// Returns φ_j(z) = Σ_m z^m/(m+j)!, j = 0..8, without an exponential.
 ///
-/// The series alone is wrong by 1e19 at z = -48; so it is summed where |z| <= 1/2 and doubled up from there:
-/// φ_j(2z) = [φ_0 φ_j + Σ_{k=1..j} φ_k/(j-k)!] / 2^j.
+/// The series alone is wrong by 1e19 at z = -48. So it is summed where |z| <= 1/2 and doubled up from there: φ_j(2z) =
+/// [φ_0 φ_j + Σ_{k=1..j} φ_k/(j-k)!] / 2^j.
 pub(crate) const fn phi_functions(z: f64) -> [f64; PHIS] {
     let mut z = z;
     let mut doublings = 0;
@@ -67,14 +67,14 @@ pub(crate) const fn phi_functions(z: f64) -> [f64; PHIS] {
     phi
 }
 
-/// Coefficients γ_1..γ_r of det(wI - E) with E = exp(DT) - I, D the companion matrix of Eq. (53).
+/// Returns the coefficients γ_1..γ_r of det(wI - E) with E = exp(DT) - I, D the companion matrix of Eq. (53).
 ///
-/// E itself is built, never exp(DT): subtracting I afterwards would cost the digits that a slow pole consists of.
+/// The function builds E itself, never exp(DT): a later subtraction of I would lose the digits of a slow pole.
 pub(crate) const fn channel_gammas(l: [f64; MAX_R], order: usize, period: f64) -> [f64; MAX_R] {
     // D in per-step units: -l_j T^j in the first column, ones above the diagonal.
     let mut d = [[0.0; MAX_R]; MAX_R];
     let mut i = 0;
-    // Said twice so that an index by it needs no check that could panic.
+    // The second comparison lets an index do without a check that could panic.
     while i < order && i < MAX_R {
         d[i][0] = -l[i] * raised(period, i + 1);
         if i + 1 < order && i + 1 < MAX_R {
@@ -89,11 +89,11 @@ pub(crate) const fn channel_gammas(l: [f64; MAX_R], order: usize, period: f64) -
     let determinant = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1])
         - e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0])
         + e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
-    // A lower order leaves rows of zeros: its higher coefficients come out as exact zeros.
+    // A lower order leaves rows of zeros: its higher coefficients are exact zeros.
     [-trace, minors, -determinant]
 }
 
-/// exp(A) - I: halve until the norm is at most 1/2, sum the series, then E <- 2E + E² as often.
+/// Returns exp(A) - I: halves until the norm is at most 1/2, sums the series, then applies E <- 2E + E² as often.
 pub(crate) const fn exp_minus_identity<const S: usize>(mut a: [[f64; S]; S]) -> [[f64; S]; S] {
     let mut doublings = 0;
     while row_norm(&a) > 0.5 && doublings < 1100 {
@@ -187,8 +187,8 @@ mod tests {
         (found / expected - 1.0).abs()
     }
 
-    /// det(wI - (e^{DT} - I)) = prod (w - (e^{pole T} - 1)). 1e-14 is some 50 ulp: the gains carry one rounding each,
-    /// the squarings a few more.
+    /// Checks det(wI - (e^{DT} - I)) = prod (w - (e^{pole T} - 1)). 1e-14 is about 50 ulp: the gains carry one rounding
+    /// each, the squarings a few more.
     #[test]
     fn gammas_equal_their_closed_forms_for_periods_from_1e_2_to_1e_5() {
         for period in [1e-2, 1e-3, 1e-4, 1e-5] {
@@ -207,7 +207,7 @@ mod tests {
         }
     }
 
-    /// A real pole and a pair; e^{a + ib} - 1 by expm1, sin and cos.
+    /// Checks a real pole and a pair, with e^{a + ib} - 1 by expm1, sin and cos.
     #[test]
     fn gammas_equal_their_closed_forms_for_complex_poles() {
         for period in [1e-2, 1e-3, 1e-4, 1e-5] {
@@ -227,7 +227,7 @@ mod tests {
         }
     }
 
-    /// φ_1 = expm1(z)/z from the series to z = -48, where the series alone is wrong by 1e19.
+    /// Checks φ_1 = expm1(z)/z down to z = -48, where the series alone is wrong by 1e19.
     #[test]
     fn phi_functions_hold_far_from_zero() {
         for z in [-48.0, -10.0, -2.0, -0.5, -1e-3, 1e-3, 0.4, 3.0, 10.0] {

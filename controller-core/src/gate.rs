@@ -1,19 +1,19 @@
-//! A gate in front of a law: what a sample may be, and how far it may move in one tick.
+//! Sample gate in front of a controller: the valid range of a sample, and its largest change per tick.
 //!
-//! A finite sample can be as wrong as NaN: a bit that turned over on the bus, a counter read while it changed. The
-//! guard in the tick knows no sensor; it refuses what makes the law ask for far more than the actuator has (module
-//! `design`, "Range"), and takes the rest. Whoever knows the sensor says more, by [`SampleLimits`]. A sample is lost
-//! unless, for every state $j = 1..n$,
+//! A finite sample can be as wrong as NaN: a flipped bit on the bus, or a counter that is read while it changes. The
+//! guard in the tick has no data about the sensor. It rejects only samples that make the controller demand far more
+//! than the actuator has (module `design`, "Range"). [`SampleLimits`] adds the limits of the sensor. A sample is valid
+//! only if, for every state $j = 1..n$,
 //!
 //! $$ min_j \le x_j \le max_j, \qquad |x_j - x_j^-| \le jump_j $$
 //!
-//! where $x^-$ is the last sample that lay within its range, whether it was taken or not. So a sample out of range
-//! costs its own tick, one that jumps within the range costs two, its own and the way back; and from any state, good or
-//! spoilt, the second of two good samples is taken: no count of lost samples and no jump can lock the gate. A sensor
-//! that goes on with wrong samples that agree among themselves is believed: that is for a monitor to see.
+//! Here $x^-$ is the last sample within its range, accepted or not. A sample out of range costs its own tick. A jump
+//! within the range costs two ticks: its own and the return. From any state, the second of two valid samples is
+//! accepted. So neither a number of lost samples nor a jump can lock the gate. A sensor that continues with consistent
+//! wrong samples is accepted. Only a monitor can detect that fault.
 //!
-//! It is a type around the law: a law without it pays nothing. With it the tick of the joint takes 101 cycles more on a
-//! Cortex-M4F (`firmware/budgets.toml`), and the state 4 n bytes.
+//! The gate is a type around the controller, so a controller without it has no extra cost. With it the tick of the
+//! joint takes 101 more cycles on a Cortex-M4F (`firmware/budgets.toml`), and the state takes 4 n more bytes.
 //!
 //! ```
 //! use controller_core::*;
@@ -49,24 +49,24 @@ use crate::model::NominalModel;
 use crate::real::{Real, row_f32};
 use crate::running::{self, ControlLaw, RetuneError, Words};
 
-/// What a sample may be; outside of it a sample is lost. One entry per state, in the unit of the state.
+/// Limits of a valid sample. One entry per state, in the unit of the state. A sample outside of them is lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SampleLimits<const N: usize> {
-    /// Smallest good x_1..x_n.
+    /// Smallest valid x_1..x_n.
     pub min: [f64; N],
-    /// Largest good x_1..x_n.
+    /// Largest valid x_1..x_n.
     pub max: [f64; N],
-    /// Farthest that x_1..x_n may lie from the sample before: what the plant moves in a tick at most, the noise of the
-    /// sensor, and how far the plant moves while a sample or two are lost.
+    /// Largest valid change of x_1..x_n from the sample before. Add up the largest motion of the plant in a tick, the
+    /// sensor noise, and the motion while one or two samples are lost.
     pub jump: [f64; N],
 }
 
 impl<const N: usize> SampleLimits<N> {
-    /// No limit that any sensor would notice: ±1e12, and as far as from one end to the other.
+    /// Limits of ±1e12 with a jump from one end to the other, which no sensor reaches.
     pub const NONE: Self = Self { min: [-INPUT_LIMIT; N], max: [INPUT_LIMIT; N], jump: [2.0 * INPUT_LIMIT; N] };
 
-    /// Is there no limit at all?
+    /// Returns true if there is no limit at all.
     pub(crate) const fn is_none(&self) -> bool {
         let mut j = 0;
         while j < N {
@@ -80,7 +80,7 @@ impl<const N: usize> SampleLimits<N> {
     }
 }
 
-/// [`SampleLimits`] in the precision of a law.
+/// Gate with [`SampleLimits`] in the precision of a controller.
 #[derive(Clone, Copy, Debug)]
 pub struct Gate<T, const N: usize> {
     min: [T; N],
@@ -89,7 +89,7 @@ pub struct Gate<T, const N: usize> {
 }
 
 impl<const N: usize> Gate<f32, N> {
-    /// The limits, each rounded to the nearest f32.
+    /// Returns the gate with each limit rounded to the nearest f32.
     pub const fn new(limits: &SampleLimits<N>) -> Self {
         let SampleLimits { min, max, jump } = limits;
         Self::from_rows(row_f32(min), row_f32(max), row_f32(jump))
@@ -97,7 +97,7 @@ impl<const N: usize> Gate<f32, N> {
 }
 
 impl<const N: usize> Gate<f64, N> {
-    /// The limits as they are.
+    /// Returns the gate with the unchanged limits.
     pub const fn new(limits: &SampleLimits<N>) -> Self {
         let SampleLimits { min, max, jump } = *limits;
         Self::from_rows(min, max, jump)
@@ -105,20 +105,20 @@ impl<const N: usize> Gate<f64, N> {
 }
 
 impl<T: Real, const N: usize> Gate<T, N> {
-    /// A gate of rows that were converted elsewhere.
+    /// Returns a gate from rows that were converted elsewhere.
     #[doc(hidden)]
     pub const fn from_rows(min: [T; N], max: [T; N], jump: [T; N]) -> Self {
         Self { min, max, jump }
     }
 
-    /// Does every entry lie within its range? False for NaN.
+    /// Returns true if every entry lies within its range. False for NaN.
     #[inline(always)]
     fn spans(&self, x: &[T; N]) -> bool {
         (0..N).all(|j| x[j] >= self.min[j] && x[j] <= self.max[j])
     }
 
-    /// Is the sample good? `last` is the last one within its range; this one takes its place if it is. Of the first
-    /// sample nothing is known to compare it with: give it as `last` too.
+    /// Returns true if the sample is valid. `last` is the last sample within its range, and a sample within the range
+    /// replaces it. The first sample has no predecessor: pass it as `last` too.
     #[inline(always)]
     pub fn takes(&self, last: &mut [T; N], x: &[T; N]) -> bool {
         T::section("The gate: what a sample may be, and how far it may move.");
@@ -130,7 +130,7 @@ impl<T: Real, const N: usize> Gate<T, N> {
     }
 }
 
-/// A law behind a [`Gate`]: a sample that does not pass is [lost](ControlLaw::lost).
+/// Controller behind a [`Gate`]: a sample that does not pass is [lost](ControlLaw::lost).
 #[derive(Clone, Copy, Debug)]
 pub struct Gated<C: ControlLaw, const N: usize> {
     law: C,
@@ -138,12 +138,12 @@ pub struct Gated<C: ControlLaw, const N: usize> {
 }
 
 impl<C: ControlLaw, const N: usize> Gated<C, N> {
-    /// A law that was made elsewhere, behind this gate.
+    /// Returns a controller that was designed elsewhere, behind this gate.
     pub const fn new(law: C, gate: Gate<C::Scalar, N>) -> Self {
         Self { law, gate }
     }
 
-    /// The law behind the gate.
+    /// Returns the controller behind the gate.
     pub const fn law(&self) -> &C {
         &self.law
     }
@@ -156,10 +156,10 @@ macro_rules! design_in {
         where
             M: NominalModel<$t, N> + Copy,
         {
-            /// Designs a controller and the gate of its [`samples`](crate::Options::samples).
+            /// Designs a controller and the gate for its [`samples`](crate::Options::samples).
             ///
             /// # Errors
-            /// What [`Controller::try_design`] refuses, but for the limits of samples.
+            /// Returns the errors of [`Controller::try_design`], except for the limits of samples.
             pub const fn try_design(config: &Config<N, R>, model: M) -> Result<Self, ConfigError> {
                 match Controller::<$t, M, N, R, MASK, O>::ungated(config, model) {
                     Ok(law) => Ok(Self { law, gate: Gate::<$t, N>::new(&config.options.samples) }),
@@ -167,10 +167,11 @@ macro_rules! design_in {
                 }
             }
 
-            /// [`try_design`](Self::try_design) for a `const`: a bad configuration is a compile error with the reason.
+            /// Designs as [`try_design`](Self::try_design), in a `const`: an invalid configuration is a compile error
+            /// with the reason.
             ///
             /// # Panics
-            /// On a bad configuration; outside a `const` use [`try_design`](Self::try_design).
+            /// On an invalid configuration. Outside a `const` use [`try_design`](Self::try_design).
             pub const fn design(config: &Config<N, R>, model: M) -> Self {
                 match Self::try_design(config, model) {
                     Ok(gated) => gated,
@@ -183,15 +184,15 @@ macro_rules! design_in {
 design_in!(f32);
 design_in!(f64);
 
-/// What a [`Gated`] law remembers.
+/// State of a [`Gated`] controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GatedState<S, T, const N: usize> {
     law: S,
-    /// The last sample within its range.
+    /// Last sample within its range.
     last: [T; N],
 }
 
-/// Those of the law, then the last sample within its range.
+/// State snapshot: the words of the controller, then the last sample within its range.
 impl<S: Words, T: Real, const N: usize> Words for GatedState<S, T, N> {
     fn words(&self) -> impl Iterator<Item = u32> {
         self.law.words().chain(self.last.words())

@@ -1,4 +1,4 @@
-//! What a tick has to say about itself. The tick always returns; trouble is told here.
+//! Status flags of a tick. The tick always returns and reports errors as bits in [`Health`].
 //!
 //! ```
 //! use controller_core::Health;
@@ -8,59 +8,61 @@
 //! assert_eq!(seen.to_string(), "saturated");
 //! ```
 
-/// A set of flags, one per kind of trouble; [`OK`](Self::OK) is the empty set.
+/// Set of status flags, one per kind of fault. [`OK`](Self::OK) is the empty set.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(from = "u16"))]
 #[repr(transparent)]
 pub struct Health(u16);
 
 impl Health {
-    /// No flag set: no trouble.
+    /// No flag is set: no fault.
     pub const OK: Self = Self(0);
-    /// The law asked for what is not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT), because of the sample or of
-    /// what the model made of it: the configured [`Fallback`](crate::Fallback) went out, the estimates wait, and the
-    /// next good sample resumes. If it asks for too much twice in a row, the estimates are what is spoilt: they start
-    /// anew.
+    /// The input was rejected: the demanded u was not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT). The sample,
+    /// or the model's result for it, is the cause.
+    ///
+    /// The tick returned the configured [`Fallback`](crate::Fallback). The estimates are kept, and the next valid
+    /// sample resumes. If the demand is too large twice in a row, the estimates are the cause, and they restart.
     pub const INPUT_REJECTED: Self = Self(1);
-    /// The law asked for more than the limits allow.
+    /// The demanded u exceeds the limits.
     pub const SATURATED: Self = Self(2);
-    /// |σ*| is over the configured bound: the plant does not do what the design supposes.
+    /// |σ*| exceeds the configured bound: the plant does not behave as the design assumes.
     pub const SIGMA_STAR_OVER_BOUND: Self = Self(4);
 
-    /// A count was not there, or moved as no shaft can: it was not used, the observers predict. Drives only.
+    /// A count was missing or physically impossible. The count was not used, and the observers predict. Drives only.
     pub const SAMPLE_LOST: Self = Self(8);
-    /// The estimate of a disturbance is over the declared bound. Drives only.
+    /// The estimate of a disturbance exceeds the declared bound. Drives only.
     pub const DISTURBANCE_OVER_BOUND: Self = Self(16);
-    /// u has been at a limit for too long while the error grew. Drives only.
+    /// The output u has been at a limit for too long while the error grew. Drives only.
     pub const STUCK_AT_LIMIT: Self = Self(32);
-    /// A monitor has stopped the drive: the fallback goes out until it starts anew. Drives only.
+    /// A monitor has stopped the drive: the fallback is the output until the drive restarts. Drives only.
     pub const STOPPED: Self = Self(64);
-    /// The counts have settled at another place than those before them foretold: a missed tick, a slip. The position
-    /// was taken from them, speed and disturbance stayed. Drives only.
+    /// The counts have settled at another position than predicted: a missed tick, a slip. The position was taken from
+    /// the counts. The estimates of speed and disturbance were kept. Drives only.
     pub const POSITION_STEPPED: Self = Self(128);
 
-    /// The counts do not agree with each other yet, at a start or where they were not believed for too long: no current
-    /// until they do. Drives only.
+    /// The counts are not consistent yet, at a start or after a long rejection. The current is zero until they are
+    /// consistent. Drives only.
     pub const WAITS: Self = Self(256);
-    /// The shaft speeds up against its current, or the spring of a joint would drive its two shafts apart: an encoder
-    /// or the phase order is reversed. It stops a drive whatever is chosen. Drives only.
+    /// The shaft accelerates against its current, or the spring of a joint would drive its two shafts apart. The cause
+    /// is a reversed encoder or phase order. It stops a drive under every reaction setting. Drives only.
     pub const WRONG_WAY: Self = Self(512);
-    /// The estimate of a disturbance went over its bound in one direction and in the other, again and again: a limit
-    /// cycle. It stops a drive whatever is chosen. Drives only.
+    /// The estimate of a disturbance exceeded its bound in both directions repeatedly: a limit cycle. It stops a drive
+    /// under every reaction setting. Drives only.
     pub const OSCILLATES: Self = Self(1024);
-    /// After an alarm: the current opposes the speed, and no target is followed until the drive starts anew. Drives
-    /// only.
+    /// The drive brakes after an alarm: the current opposes the speed. No target is followed until the drive restarts.
+    /// Drives only.
     pub const BRAKES: Self = Self(2048);
 
-    /// It turns faster than its [`Fence`](crate::drive::Fence) allows. Drives only.
+    /// The speed exceeds the limit of the [`Fence`](crate::drive::Fence). Drives only.
     pub const OVERSPEED: Self = Self(4096);
-    /// It is further from its target than its [`Fence`](crate::drive::Fence) allows. Drives only.
+    /// The position error exceeds the limit of the [`Fence`](crate::drive::Fence). Drives only.
     pub const FOLLOWING_ERROR: Self = Self(8192);
-    /// It is beyond an end of its range, or must brake now to stay within it. Drives only.
+    /// The shaft is beyond an end of its range, or must brake now to stay within the range. Drives only.
     pub const END_OF_RANGE: Self = Self(16_384);
 
-    /// At rest the shaft slips from one side of its target to the other, in friction, or swings around it, in play: a
-    /// wider [`RestBand`](crate::drive::RestBand) lets it be, or lower gains hold it. Drives only.
+    /// The shaft hunts at rest. With friction it slips from one side of its target to the other. With backlash it
+    /// swings around its target. A wider [`RestBand`](crate::drive::RestBand) permits this motion, and lower gains
+    /// prevent it. Drives only.
     pub const HUNTS: Self = Self(32_768);
 
     /// Every bit that has a meaning.
@@ -84,57 +86,58 @@ impl Health {
         (Self::HUNTS, "hunts"),
     ];
 
-    /// `flag` if `condition`, else nothing; without a branch.
+    /// Returns the flags if `condition` is true, else the empty set. There is no branch.
     #[inline(always)]
     pub(crate) fn when(self, condition: bool) -> Self {
         Self(self.0 * u16::from(condition))
     }
 
-    /// Both sets together.
+    /// Returns the union of both sets.
     #[inline(always)]
     #[must_use]
     pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// The flags that `other` has not.
+    /// Returns the flags that are not in `other`.
     #[inline(always)]
     #[must_use]
     pub(crate) const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// No trouble at all?
+    /// Returns true if no flag is set.
     #[inline(always)]
     pub const fn is_ok(self) -> bool {
         self.0 == 0
     }
 
-    /// Are all flags of `other` set? [`OK`](Self::OK) has none, so every set contains it: ask [`is_ok`](Self::is_ok).
+    /// Returns true if all flags of `other` are set. Every set contains the empty set [`OK`](Self::OK), so use
+    /// [`is_ok`](Self::is_ok) to check for it.
     #[inline(always)]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// Is any flag of `other` set?
+    /// Returns true if any flag of `other` is set.
     #[inline(always)]
     pub const fn intersects(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
 
-    /// The flags as bits, for logs and frames.
+    /// Returns the flags as bits, for logs and frames.
     #[inline]
     pub const fn bits(self) -> u16 {
         self.0
     }
 
-    /// The flags of these bits, of which each has a meaning.
+    /// Returns the flags with these bits. Every bit has a meaning.
     pub const fn from_bits(bits: u16) -> Self {
         Self(bits)
     }
 }
 
-/// Both sets together.
+/// Union of both sets.
 impl core::ops::BitOr for Health {
     type Output = Self;
 
@@ -144,7 +147,7 @@ impl core::ops::BitOr for Health {
     }
 }
 
-/// Adds the flags of the other set: what was seen since somebody looked.
+/// Adds the flags of the other set, to collect the flags of many ticks.
 impl core::ops::BitOrAssign for Health {
     #[inline(always)]
     fn bitor_assign(&mut self, other: Self) {

@@ -1,7 +1,7 @@
-//! The black box: the last ticks, for the moment after something went wrong.
+//! Black box: a trace buffer with the last ticks, to be read after a fault.
 //!
-//! A `heapless` queue of fixed capacity: pushing costs one copy of a [`Record`] and never fails; the oldest makes room.
-//! It stands beside the controller, not inside it: who does not want it pays nothing.
+//! It is a `heapless` queue of fixed capacity. A push costs one copy of a [`Record`] and never fails: the oldest record
+//! makes room. The buffer is separate from the controller, so it costs nothing if it is not used.
 //!
 //! ```
 //! use controller_core::{Health, History, Output, Record};
@@ -16,40 +16,40 @@
 use crate::controller::Output;
 use heapless::Deque;
 
-/// One tick: what came in and what went out.
+/// One tick: sample and output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Record<T, const N: usize> {
     /// Number of the tick.
     pub tick: u32,
-    /// The sample, in chain coordinates.
+    /// Sample, in chain coordinates.
     pub x: [T; N],
-    /// What the tick returned.
+    /// Output of the tick.
     pub output: Output<T>,
 }
 
-/// The last `LEN` records.
+/// Trace buffer with the last `LEN` records.
 pub struct History<T, const N: usize, const LEN: usize> {
     // Not `HistoryBuf`: its index is checked, which leaves a panic in an interrupt that pushes.
     ring: Deque<Record<T, N>, LEN>,
 }
 
 impl<T: Copy, const N: usize, const LEN: usize> History<T, N, LEN> {
-    /// An empty black box; `const`, so it can be a static.
+    /// Returns an empty trace buffer. The function is `const`, so the buffer can be a static.
     pub const fn new() -> Self {
         Self { ring: Deque::new() }
     }
 
-    /// Remembers one tick, forgets the oldest.
+    /// Stores one tick and drops the oldest one if the buffer is full.
     pub fn push(&mut self, record: Record<T, N>) {
         if self.ring.is_full() {
             self.ring.pop_front();
         }
-        // There is room now.
+        // The buffer has room at this point.
         let _ = self.ring.push_back(record);
     }
 
-    /// The records from the oldest to the newest; `next_back` is the last one.
+    /// Returns the records from the oldest to the newest. `next_back` is the newest.
     pub fn oldest_first(&self) -> impl DoubleEndedIterator<Item = &Record<T, N>> {
         self.ring.iter()
     }

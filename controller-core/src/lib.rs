@@ -1,25 +1,26 @@
 #![doc = include_str!("../README.md")]
 //!
 //! # The plant
-//! A chain of integrators with disturbances in every channel, only the last one driven (Eq. (39)):
+//! The plant is a chain of n integrators. Every channel has a disturbance, and only the last channel has an input (Eq.
+//! (39)):
 //!
 //! $$ \dot x_i = x_{i+1} + d_i(x,t)\ (i < n), \qquad \dot x_n = a(x) + b(x)u + d_n(x,u,t), \qquad y = x_1 $$
 //!
-//! Equation numbers are those of *Sliding Mode Control for Mismatched Uncertain Systems Using an Extended Disturbance
-//! Observer*; where this crate differs, a `# Deviation` paragraph says so. Channels count from 1 in text and messages,
-//! from 0 in arrays.
+//! Equation numbers refer to *Sliding Mode Control for Mismatched Uncertain Systems Using an Extended Disturbance
+//! Observer*. A `# Deviation` paragraph marks every place where this crate differs from it. Channels count from 1 in
+//! text and messages, and from 0 in arrays.
 //!
 //! # Features
-//! None changes a number.
+//! Features never change a numerical result.
 //! * `analysis` adds the modules that need matrices (nalgebra).
-//! * `defmt` lets every public value be logged: the design ([`Config`] and what is in it), its errors and warnings,
-//!   [`Output`], [`Health`], [`Record`]. [`Controller`], [`State`] and [`History`] are left out: their numbers are in
-//!   units of the tick, and a ring is logged record by record.
-//! * `serde` reads and writes what holds no array of generic length: [`Output`], [`Health`], [`Fallback`],
-//!   [`ReachingLaw`], [`Limits`], [`Pole`], [`JointParameters`], [`JointChain`], [`Reading`]; it only writes
-//!   [`ConfigError`], [`Warning`] and [`Warnings`]. serde derives nothing for `[T; N]` with a generic N, so [`Config`],
-//!   [`Surface`], [`ObserverGains`], [`Nominal`] and [`Record`] have no impl: keep their numbers in a type of your own
-//!   (a scenario file does) and build them from it.
+//! * `defmt` makes every public value loggable: the design ([`Config`] and its fields), the errors and warnings,
+//!   [`Output`], [`Health`] and [`Record`]. [`Controller`], [`State`] and [`History`] are left out. Their numbers are
+//!   in units of the tick, and a ring is logged record by record.
+//! * `serde` reads and writes the types that hold no array of generic length: [`Output`], [`Health`], [`Fallback`],
+//!   [`ReachingLaw`], [`Limits`], [`Pole`], [`JointParameters`], [`JointChain`], [`Reading`]. It only writes
+//!   [`ConfigError`], [`Warning`] and [`Warnings`]. serde cannot derive for `[T; N]` with a generic N. So [`Config`],
+//!   [`Surface`], [`ObserverGains`], [`Nominal`] and [`Record`] have no impl. Keep their numbers in a type of your own
+//!   (as a scenario file does) and build them from it.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -90,13 +91,14 @@ pub use state::{Lanes, State};
 #[doc(inline)]
 pub use surface::Surface;
 
-/// Version of this crate; a design belongs to the version that made it.
+/// Version of this crate. A design is valid only under the version that made it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// The same as a number, a byte each of major, minor and patch; of a pre-release, those of the release that it is for.
+/// Version of this crate as a number, one byte each for major, minor and patch. A pre-release has the number of its
+/// release.
 pub const VERSION_NUMBER: u32 = version(VERSION);
-/// Plant orders are 2..=`MAX_N`.
+/// Largest plant order n. Plant orders are 2..=`MAX_N`.
 pub const MAX_N: usize = 6;
-/// Observer orders are 1..=`MAX_R`.
+/// Largest observer order r. Observer orders are 1..=`MAX_R`.
 pub const MAX_R: usize = 3;
 
 const fn version(text: &str) -> u32 {

@@ -2,22 +2,22 @@
 //!
 //! $$ P = Q + A^\top P \thinspace (I + G P)^{-1} A $$
 //!
-//! has for $A = \Phi$, $G = \Gamma \Gamma^\top/\rho$ the cost of the linear quadratic regulator as its solution, and
-//! for $A = F^\top$, $G = C^\top R^{-1} C$ the covariance that a Kalman filter foresees. It is solved by doubling, each
-//! round of which is as many steps of the recursion as all before it (B. D. O. Anderson, *Second-order convergent
-//! algorithms for the steady-state Riccati equation*, Int. J. Control 28, 1978):
+//! For $A = \Phi$, $G = \Gamma \Gamma^\top/\rho$ the solution is the cost of the linear quadratic regulator. For
+//! $A = F^\top$, $G = C^\top R^{-1} C$ the solution is the predicted covariance of a Kalman filter. The equation is
+//! solved by doubling. Each round equals as many steps of the recursion as all rounds before it (B. D. O. Anderson,
+//! *Second-order convergent algorithms for the steady-state Riccati equation*, Int. J. Control 28, 1978):
 //!
 //! $$ W = (I + G P)^{-1}, \quad A \leftarrow A W A, \quad G \leftarrow G + A W G A^\top, \quad
 //!    P \leftarrow P + A^\top P W A $$
 //!
-//! Ten to twenty rounds suffice, whatever the time constants are. No number here is meant for a tick.
+//! Ten to twenty rounds suffice for any time constants. No number of this module is used in a tick.
 
-/// Most rounds of doubling: 2^40 steps of the recursion are longer than any time constant.
+/// Maximum number of doubling rounds: 2^40 steps of the recursion exceed any time constant.
 const ROUNDS: usize = 40;
 
 pub(crate) type Matrix<const R: usize, const C: usize> = [[f64; C]; R];
 
-/// a b.
+/// Returns the product a b.
 pub(crate) const fn times<const R: usize, const K: usize, const C: usize>(
     a: &Matrix<R, K>,
     b: &Matrix<K, C>,
@@ -39,7 +39,7 @@ pub(crate) const fn times<const R: usize, const K: usize, const C: usize>(
     out
 }
 
-/// a transposed.
+/// Returns a transposed.
 pub(crate) const fn transposed<const R: usize, const C: usize>(a: &Matrix<R, C>) -> Matrix<C, R> {
     let mut out = [[0.0; R]; C];
     let mut i = 0;
@@ -54,7 +54,7 @@ pub(crate) const fn transposed<const R: usize, const C: usize>(a: &Matrix<R, C>)
     out
 }
 
-/// a + factor b.
+/// Returns a + factor b.
 pub(crate) const fn plus<const R: usize, const C: usize>(
     a: &Matrix<R, C>,
     b: &Matrix<R, C>,
@@ -83,7 +83,7 @@ pub(crate) const fn identity<const S: usize>() -> Matrix<S, S> {
     out
 }
 
-/// x of a x = y, column by column, by elimination with the largest pivot of each column.
+/// Returns x of a x = y, column by column, by elimination with the largest pivot of each column.
 pub(crate) const fn solved<const S: usize, const C: usize>(mut a: Matrix<S, S>, mut y: Matrix<S, C>) -> Matrix<S, C> {
     let mut k = 0;
     while k < S {
@@ -132,7 +132,7 @@ pub(crate) const fn solved<const S: usize, const C: usize>(mut a: Matrix<S, S>, 
     y
 }
 
-/// P of the Riccati equation of the module's head.
+/// Returns P of the Riccati equation in the module documentation.
 pub(crate) const fn riccati<const S: usize>(
     mut a: Matrix<S, S>,
     mut g: Matrix<S, S>,
@@ -148,7 +148,7 @@ pub(crate) const fn riccati<const S: usize>(
         p = symmetric(&plus(&p, &more, 1.0));
         let (mut i, mut stands) = (0, true);
         while i < S {
-            // The diagonal of what is added is never below 0.
+            // The diagonal of the added matrix is never below 0.
             stands = stands && more[i][i] <= 1e-15 * p[i][i];
             i += 1;
         }
@@ -160,7 +160,7 @@ pub(crate) const fn riccati<const S: usize>(
     p
 }
 
-/// Rounding must not grow into a skew part.
+/// Returns the symmetric part, so that rounding cannot grow into a skew part.
 const fn symmetric<const S: usize>(a: &Matrix<S, S>) -> Matrix<S, S> {
     let mut out = *a;
     let mut i = 0;
@@ -180,7 +180,7 @@ mod tests {
     extern crate std;
     use super::*;
 
-    /// A double integrator of period 1, against the recursion itself, step by step.
+    /// Compares a double integrator of period 1 with the recursion itself, step by step.
     #[test]
     fn doubling_ends_where_the_recursion_ends() {
         let (a, q) = ([[1.0, 1.0], [0.0, 1.0]], [[1.0, 0.0], [0.0, 0.3]]);

@@ -1,19 +1,20 @@
-//! The nominal model: what the controller knows of the last channel, $\dot x_n = a(x) + b(x) u + d_n$ (Eq. (39)).
+//! Nominal model of the last channel, $\dot x_n = a(x) + b(x) u + d_n$ (Eq. (39)).
 //!
-//! Everything in that channel is measured in units of the *reference gain* $b_0$ ([`Nominal::input_gain`]): the model
-//! returns $a(x)/b_0$, and $b(x)/b_0$ where b varies. With a constant b this is why the tick needs no division: choose
-//! $b_0 = b$. The true plant may differ; what the model does not say is the observers' business.
+//! All terms of that channel are in units of the *reference gain* $b_0$ ([`Nominal::input_gain`]). The model returns
+//! $a(x)/b_0$, and $b(x)/b_0$ if b varies. With a constant b, choose $b_0 = b$: the tick then needs no division. The
+//! true plant may differ from the model. The observers estimate the difference.
 //!
-//! The design is told of the same channel by a [`Nominal`], in SI units. Where a is linear it is all there is, and the
-//! model is made of it ([`Controller::linear`](crate::Controller::linear)). Where it is not the two are written apart,
-//! and [`Nominal::check`] holds one against the other: in a test of your own, since a `const` cannot ask a model.
+//! The design takes the same channel as a [`Nominal`], in SI units. For a linear a(x), [`Nominal`] is complete, and
+//! [`Controller::linear`](crate::Controller::linear) builds the model from it. For a nonlinear a(x), write both and
+//! compare them with [`Nominal::check`] in a test of your own. A `const` cannot evaluate a model.
 
 use crate::assert_order;
 use crate::error::{Cause, ConfigError, Field};
 use crate::real::Real;
 
-/// a(x) and b(x) in units of b_0. A model is `Copy`, so that a design with it can lie in a `const`; what is large is
-/// held by reference.
+/// Nominal model a(x) and b(x), in units of b_0.
+///
+/// A model is `Copy`, so that a design with it can lie in a `const`. Hold large data by reference.
 ///
 /// ```
 /// use controller_core::*;
@@ -61,10 +62,10 @@ use crate::real::Real;
             controller's type and `Nominal` must name one order and one precision"
 )]
 pub trait NominalModel<T: Real, const N: usize>: Copy {
-    /// a(x)/b_0: the drift of channel n in units of u.
+    /// Returns a(x)/b_0, the drift of channel n in units of u.
     fn drift(&self, x: &[T; N]) -> T;
 
-    /// b(x)/b_0, or `None` if b is b_0 always (then it costs nothing). A varying b costs one division per tick.
+    /// Returns b(x)/b_0, or `None` if b always equals b_0 (no cost). A varying b costs one division per tick.
     #[inline(always)]
     fn gain_ratio(&self, x: &[T; N]) -> Option<T> {
         let _ = x;
@@ -84,28 +85,31 @@ impl<T: Real, M: NominalModel<T, N>, const N: usize> NominalModel<T, N> for &M {
     }
 }
 
-/// What the design knows of the nominal last channel, in f64.
+/// Nominal last channel as the design reads it, in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Nominal<const N: usize> {
-    /// ∂a/∂x_1 .. ∂a/∂x_n, zero where unknown; a is in the unit of x_n per second, so entry i is in s^-(n-i+1). The
-    /// last one is -λ, the slope, 1/s: if it is uncertain give the smaller |λ| (half is harmless, double destabilises).
+    /// Gradient ∂a/∂x_1 .. ∂a/∂x_n, with zero for unknown entries. The unit of a is the unit of x_n per second, so
+    /// entry i is in s^-(n-i+1). The last entry is -λ, the slope, 1/s. If the slope is uncertain, give the smaller |λ|:
+    /// half is harmless, double destabilises.
     pub gradient: [f64; N],
-    /// b_0: the constant b, or a reference value of b(x), in the unit of x_n per second and per unit of u. Never 0.
+    /// Input gain b_0: the constant b, or a reference value of b(x). Unit of x_n per second and per unit of u. Never 0.
     pub input_gain: f64,
 }
 
-/// How far a model and a nominal gradient may lie apart, as a share of the larger.
+/// Largest accepted difference between a slope of the model and the nominal gradient, as a share of the larger one.
 const AGREED: f64 = 0.01;
 
 impl<const N: usize> Nominal<N> {
-    /// Does a model say the same near x? Its slopes there, by central differences, must be those of
-    /// [`gradient`](Self::gradient) within a hundredth (and what the precision of the model leaves open: at most
-    /// half of them), but for entries of 0, which say that nothing is known; b(x) must have the sign of b_0. Of a model
-    /// with a large constant part ask the one in f64.
+    /// Checks a model against this gradient and input gain near x.
+    ///
+    /// Central differences give the slopes of the model. Each slope must agree with its entry of
+    /// [`gradient`](Self::gradient) within 1 % plus the rounding error of the model's precision. The rounding error
+    /// must be at most half of the slope. Entries of 0 mean *unknown* and are not compared. b(x) must have the sign of
+    /// b_0. A model with a large constant part needs this check in f64.
     ///
     /// # Errors
-    /// The first entry that is another, with both values.
+    /// Returns the first entry that does not agree, with both values.
     pub fn check<T: Real, M: NominalModel<T, N>>(&self, model: &M, x: &[T; N]) -> Result<(), ConfigError> {
         let here = model.drift(x).to_f64();
         let ratio = model.gain_ratio(x).map_or(1.0, T::to_f64);
@@ -122,7 +126,7 @@ impl<const N: usize> Nominal<N> {
             let found = (high - low) / (above - below);
             let rounding = if T::WORDS == 1 { 1e-6 } else { 1e-14 } * high.abs().max(low.abs()) / step;
             let size = found.abs().max(said.abs());
-            // False of a model that is not a number there, and of one that says nothing in this precision.
+            // False for a model that returns NaN here, and for a slope that is lost in the rounding of this precision.
             let agrees = rounding <= 0.5 * size && (found - said).abs() <= AGREED * size + rounding;
             if !(here.is_finite() && found.is_finite()) || (said != 0.0 && !agrees) {
                 return Err(ConfigError::new(
@@ -135,7 +139,7 @@ impl<const N: usize> Nominal<N> {
     }
 }
 
-/// A linear a(x) with constant b: [`Nominal`] is all there is to know.
+/// Linear a(x) with a constant b, complete with the numbers of [`Nominal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(transparent)]
@@ -146,7 +150,7 @@ pub struct Linear<T, const N: usize> {
 macro_rules! linear {
     ($($t:ty),*) => {$(
         impl<const N: usize> Linear<$t, N> {
-            /// a(x) = gradient . x, rounded once from f64.
+            /// Returns the model a(x) = gradient . x, rounded once from f64.
             pub const fn new(nominal: &Nominal<N>) -> Self {
                 const { assert_order(N) };
                 let mut row = [0.0; N];
@@ -163,13 +167,13 @@ macro_rules! linear {
 linear!(f32, f64);
 
 impl<T: Real, const N: usize> Linear<T, N> {
-    /// From the row of a(x)/b_0 itself.
+    /// Returns the model with this row of a(x)/b_0.
     pub const fn from_row(row: [T; N]) -> Self {
         const { assert_order(N) };
         Self { row }
     }
 
-    /// The row of a(x)/b_0.
+    /// Returns the row of a(x)/b_0.
     pub const fn row(&self) -> &[T; N] {
         &self.row
     }

@@ -1,4 +1,4 @@
-//! The plants of the paper's two examples, as nominal models.
+//! Nominal models of the two example plants of the paper.
 
 pub mod benchmark;
 pub mod flexible_joint;

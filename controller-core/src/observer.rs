@@ -1,32 +1,34 @@
-//! The extended disturbance observer of one channel.
+//! Extended disturbance observer of one channel.
 //!
-//! In continuous time (Eq. (3)-(6) for r = 2, Eq. (45)-(50) in general) channel $i$ carries
+//! The observer estimates the lumped disturbance of its channel and r - 1 derivatives of it. In continuous time (Eq.
+//! (3)-(6) for r = 2, Eq. (45)-(50) in general) channel $i$ has
 //!
 //! $$ \hat d_i^{(j-1)} = p_{ij} + l_{ij} x_i, \qquad
 //!    \dot p_{ij} = -l_{ij}(x_{i+1} + \hat d_i) + \hat d_i^{(j)}, \quad \hat d_i^{(r)} := 0 $$
 //!
-//! (for $i = n$ read $a(x) + b(x)u$ for $x_{i+1}$), so that the error obeys Eq. (53), whose characteristic polynomial
-//! is $s^r + l_{i1} s^{r-1} + \dots + l_{ir}$. The gains are therefore chosen by the poles of the error.
+//! (for $i = n$ read $a(x) + b(x)u$ for $x_{i+1}$). The error obeys Eq. (53), whose characteristic polynomial is
+//! $s^r + l_{i1} s^{r-1} + \dots + l_{ir}$. So the poles of the error determine the gains.
 //!
 //! # The discrete observer
 //! Per tick the state is a Taylor polynomial of the disturbance in units of one tick, folded into
 //!
-//! * $A$: the mean of $\hat d$ over the *coming* tick, just what the sampled plant will feel,
-//! * $B$: how much $A$ grows per tick, $C$: how much $B$ grows per tick,
+//! * $A$: the mean of $\hat d$ over the *coming* tick, which acts on the sampled plant,
+//! * $B$: the growth of $A$ per tick, $C$: the growth of $B$ per tick.
 //!
-//! and the innovation $e$ is what $x_i$ moved beyond what the model and $A$ foretold. Then
+//! The innovation $e$ is the measured motion of $x_i$ minus the motion predicted from the model and $A$. Then
 //!
 //! $$ A \mathrel{+}= B + \gamma_1 e, \qquad B \mathrel{+}= C + \gamma_2 e, \qquad C \mathrel{+}= \gamma_3 e $$
 //!
 //! (old $B$, $C$ on the right). With $\gamma$ the coefficients of $\det(wI - (e^{DT} - I))$ the discrete error has its
-//! poles exactly at $e^{\text{pole}\cdot T}$: the observer cannot become unstable by a long period, where forward Euler
-//! does. It is of second order in T, and a disturbance that is a polynomial of degree < r leaves no steady error.
+//! poles exactly at $e^{\text{pole}\cdot T}$. A long period cannot make the observer unstable, as it does with forward
+//! Euler. The observer is of second order in T. A disturbance that is a polynomial of degree < r leaves no steady
+//! error.
 //!
 //! # Deviation
-//! The printed $p$-form subtracts two large numbers, $p$ and $l x$: in `f32` at an offset of 100 rad, poles at -50, its
-//! estimate is off by 4e-3. This form takes differences of measurements first and is off by 3e-7 (test
-//! `precision::difference_form_keeps_at_100_rad_what_the_p_form_loses`).
-//! The estimates start at $\hat d(0) = 0$; $p(0) = 0$ would start them at $l \thinspace x(0)$.
+//! The printed $p$-form subtracts two large numbers, $p$ and $l x$. In `f32` at an offset of 100 rad, poles at -50, its
+//! estimate is off by 4e-3. The form of this crate takes differences of measurements first and is off by 3e-7 (test
+//! `precision::difference_form_keeps_at_100_rad_what_the_p_form_loses`). The estimates start at $\hat d(0) = 0$. A
+//! start with $p(0) = 0$ would set them to $l \thinspace x(0)$.
 
 use crate::MAX_R;
 use crate::config::resized;
@@ -35,7 +37,7 @@ use crate::exponential::channel_gammas;
 use crate::polynomial::{TERMS, is_hurwitz, spectral_radius};
 use crate::real::Real;
 
-/// A pole of the error dynamics in rad/s. Stable poles have `re < 0`.
+/// Pole of the error dynamics in rad/s. Stable poles have `re < 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -47,24 +49,24 @@ pub struct Pole {
 }
 
 impl Pole {
-    /// A pole on the real axis.
+    /// Returns a pole on the real axis.
     pub(crate) const fn real(re: f64) -> Self {
         Self { re, im: 0.0 }
     }
 }
 
-/// Gains l_i1 .. l_ir of one channel, l_ij in s⁻ʲ. The order r may be lower than the capacity `R`, and is never higher.
+/// Gains l_i1 .. l_ir of one channel, l_ij in s⁻ʲ. The order r is at most the capacity `R`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ObserverGains<const R: usize> {
-    /// 1..=R.
+    /// Observer order, 1..=R.
     pub(crate) order: usize,
-    /// l_1 .. l_r; the rest is not read.
+    /// Gains l_1 .. l_r. Further entries are not read.
     pub(crate) l: [f64; R],
 }
 
 impl<const R: usize> ObserverGains<R> {
-    /// The first `order` of these gains, for an order that is known at run time only.
+    /// Returns the first `order` of these gains, for an order that is known only at run time.
     ///
     /// # Errors
     /// [`Cause::ObserverOrder`] if the order is not 1..=R.
@@ -83,18 +85,20 @@ impl<const R: usize> ObserverGains<R> {
         Ok(Self { order, l })
     }
 
-    /// The order r of this channel's observer, 1..=R.
+    /// Returns the order r of this channel's observer, 1..=R.
     pub const fn order(&self) -> usize {
         self.order
     }
 
-    /// The gains l_1 .. l_r.
+    /// Returns the gains l_1 .. l_r.
     pub const fn l(&self) -> &[f64] {
         self.l.split_at(self.degree()).0
     }
 
-    /// The gains as a paper prints them. They need not have the poles that are said of them: the printed (100, 20) of
-    /// Example 2, "poles at -10", has -99.8 and -0.2. See `error_dynamics::error_poles`.
+    /// Returns the gains as a paper prints them, for any order up to R.
+    ///
+    /// Their poles may differ from the printed ones. The gains (100, 20) of Example 2, "poles at -10", have poles at
+    /// -99.8 and -0.2. See `error_dynamics::error_poles`.
     pub const fn as_printed<const ORDER: usize>(l: [f64; ORDER]) -> Self {
         const { assert!(ORDER >= 1 && ORDER <= R && R <= MAX_R, "an observer's order must be 1..=R, and R 1..=3") };
         let mut gains = [0.0; R];
@@ -106,10 +110,11 @@ impl<const R: usize> ObserverGains<R> {
         Self { order: ORDER, l: gains }
     }
 
-    /// [`try_from_poles`](Self::try_from_poles) for a `const`: poles without their partners are a compile error.
+    /// Computes gains as [`try_from_poles`](Self::try_from_poles), in a `const`: unpaired complex poles are a compile
+    /// error.
     ///
     /// # Panics
-    /// If complex poles do not come in conjugate pairs, or a pole is not finite; outside a `const` use
+    /// If complex poles do not come in conjugate pairs, or a pole is not finite. Outside a `const` use
     /// [`try_from_poles`](Self::try_from_poles).
     ///
     /// ```
@@ -126,7 +131,7 @@ impl<const R: usize> ObserverGains<R> {
         }
     }
 
-    /// The gains that give the error these poles.
+    /// Returns the gains that give the error these poles.
     ///
     /// # Errors
     /// [`Cause::ObserverNotFinite`] if complex poles do not come in conjugate pairs, or a pole or a gain is not finite.
@@ -135,7 +140,7 @@ impl<const R: usize> ObserverGains<R> {
         if paired && gains.is_finite() { Ok(gains) } else { Err(Cause::ObserverNotFinite) }
     }
 
-    /// (s - p_1)(s - p_2).., and whether its imaginary part vanishes.
+    /// Returns (s - p_1)(s - p_2).., and true if its imaginary part vanishes.
     const fn multiplied<const ORDER: usize>(poles: [Pole; ORDER]) -> (Self, bool) {
         const { assert!(ORDER >= 1 && ORDER <= R && R <= MAX_R, "an observer's order must be 1..=R, and R 1..=3") };
         // re[k], im[k] belong to s^(order - k).
@@ -162,7 +167,7 @@ impl<const R: usize> ObserverGains<R> {
         let mut paired = true;
         let mut j = 0;
         while j < ORDER {
-            // A pair cancels exactly up to rounding; an unpaired pole leaves an imaginary part of its own size.
+            // A pair cancels exactly up to rounding. An unpaired pole leaves an imaginary part of its own size.
             paired = paired && im[j + 1].abs() <= 1e-9 * (re[j + 1].abs() + largest);
             l[j] = re[j + 1];
             j += 1;
@@ -170,18 +175,20 @@ impl<const R: usize> ObserverGains<R> {
         (Self { order: ORDER, l }, paired)
     }
 
-    /// All `ORDER` poles at -ω: the error settles within about 3/ω (r = 1), 5/ω (r = 2), 7/ω (r = 3).
-    /// What is not finite the design refuses.
+    /// Returns the gains with all `ORDER` poles at -ω, rad/s.
+    ///
+    /// The error settles within about 3/ω (r = 1), 5/ω (r = 2), 7/ω (r = 3). The design rejects an ω that is not
+    /// finite.
     pub const fn from_bandwidth<const ORDER: usize>(omega_rad_s: f64) -> Self {
         Self::multiplied([Pole::real(-omega_rad_s); ORDER]).0
     }
 
-    /// The same gains in another capacity.
+    /// Returns the gains in another capacity.
     pub(crate) const fn resized<const TO: usize>(&self) -> ObserverGains<TO> {
         ObserverGains { order: if self.order < TO { self.order } else { TO }, l: resized(&self.l) }
     }
 
-    /// The order, of which the compiler sees that there is room for it: nothing here may panic.
+    /// Returns the order, bounded so that the compiler needs no check that could panic.
     const fn degree(&self) -> usize {
         const { assert!(R >= 1 && R <= MAX_R, "the observer capacity R must be 1..=3") };
         if self.order < R { self.order } else { R }
@@ -209,22 +216,22 @@ impl<const R: usize> ObserverGains<R> {
         true
     }
 
-    /// Is D of Eq. (53) Hurwitz?
+    /// Returns true if D of Eq. (53) is Hurwitz.
     ///
     /// # Deviation
-    /// The paper asks for positive gains, which suffices only for r = 2; r = 3 also needs l1 l2 > l3.
+    /// The paper requires positive gains, which suffices only for r = 2. For r = 3, l1 l2 > l3 is needed too.
     pub(crate) const fn is_hurwitz(&self) -> bool {
         let (a, degree) = self.polynomial();
         is_hurwitz(a, degree)
     }
 
-    /// Magnitude of the fastest pole, rad/s.
+    /// Returns the magnitude of the fastest pole, rad/s.
     pub(crate) const fn fastest_rad_s(&self) -> f64 {
         let (a, degree) = self.polynomial();
         spectral_radius(a, degree)
     }
 
-    /// Discrete gains γ_1..γ_r for a period; zero beyond the order.
+    /// Returns the discrete gains γ_1..γ_r for a period, with zeros beyond the order.
     pub(crate) const fn gammas(&self, period_s: f64) -> [f64; R] {
         let mut l = [0.0; 3];
         let mut j = 0;
@@ -243,7 +250,8 @@ impl<const R: usize> ObserverGains<R> {
     }
 }
 
-/// One channel, one tick: A += B + γ1 e, B += C + γ2 e, C += γ3 e. For R < 3 the absent ones do not exist.
+/// Advances one channel by one tick: A += B + γ1 e, B += C + γ2 e, C += γ3 e. For R < 3 the absent entries do not
+/// exist.
 #[inline(always)]
 pub(crate) fn advance<T: Real, const R: usize>(z: [T; R], gamma: &[T; R], e: T) -> [T; R] {
     let mut next = z;
@@ -254,7 +262,7 @@ pub(crate) fn advance<T: Real, const R: usize>(z: [T; R], gamma: &[T; R], e: T) 
     next
 }
 
-/// The same without a sample to learn from: A += B, B += C.
+/// Advances one channel by one tick without a sample: A += B, B += C.
 #[inline(always)]
 pub(crate) fn coasted<T: Real, const R: usize>(z: [T; R]) -> [T; R] {
     let mut next = z;
@@ -264,7 +272,7 @@ pub(crate) fn coasted<T: Real, const R: usize>(z: [T; R]) -> [T; R] {
     next
 }
 
-/// What [`coasted`] makes z of.
+/// Returns the state from which [`coasted`] computes z.
 pub(crate) fn rewound<T: Real, const R: usize>(z: [T; R]) -> [T; R] {
     let mut before = z;
     for m in (1..R).rev() {

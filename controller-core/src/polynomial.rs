@@ -1,17 +1,17 @@
-//! Stability of the two polynomials a design rests on, in `const fn` and without roots.
+//! Stability tests for the polynomials of a design, in `const fn` and without computing roots.
 //!
-//! Both the error dynamics $s^r + l_1 s^{r-1} + \dots + l_r$ (Eq. (53)) and the surface
-//! $p^{n-1} + c_{n-1} p^{n-2} + \dots + c_1$ (Eq. (44)) must be Hurwitz, and their fastest root must be slow against
-//! the period. Routh's scheme answers the first, the Schur-Cohn test inside a bisection the second; neither needs a
-//! square root, so a bad design can be a compile error.
+//! A design rests on two polynomials: the error dynamics $s^r + l_1 s^{r-1} + \dots + l_r$ (Eq. (53)) and the surface
+//! $p^{n-1} + c_{n-1} p^{n-2} + \dots + c_1$ (Eq. (44)). Both must be Hurwitz, and their fastest root must be slow
+//! compared with the period. Routh's scheme decides the first condition. The Schur-Cohn test inside a bisection decides
+//! the second. Neither needs a square root, so an invalid design can be a compile error.
 //!
-//! A polynomial is `[1, a_1, .., a_d]`, highest power first. A degree that has no room counts as unstable; asked first,
-//! so that no index needs a check that could panic.
+//! A polynomial is `[1, a_1, .., a_d]`, highest power first. A degree that does not fit counts as unstable. The code
+//! checks the degree first, so that no index needs a check that could panic.
 
-/// Longest polynomial: the surface of a plant of order 6 has degree 5.
+/// Length of the longest polynomial: the surface of a plant of order 6 has degree 5.
 pub(crate) const TERMS: usize = 6;
 
-/// Routh: are all roots in the open left half plane?  For r = 3 this is `l1, l3 > 0` and `l1 l2 > l3`.
+/// Returns true if all roots lie in the open left half plane (Routh). For r = 3: `l1, l3 > 0` and `l1 l2 > l3`.
 pub(crate) const fn is_hurwitz(mut a: [f64; TERMS], degree: usize) -> bool {
     if degree >= TERMS {
         return false;
@@ -33,7 +33,7 @@ pub(crate) const fn is_hurwitz(mut a: [f64; TERMS], degree: usize) -> bool {
     true
 }
 
-/// Schur-Cohn: do all roots lie inside |s| < radius?
+/// Returns true if all roots lie inside |s| < radius (Schur-Cohn).
 const fn roots_inside(mut a: [f64; TERMS], degree: usize, radius: f64) -> bool {
     if degree >= TERMS {
         return false;
@@ -51,7 +51,7 @@ const fn roots_inside(mut a: [f64; TERMS], degree: usize, radius: f64) -> bool {
         if reflection.is_nan() || reflection.abs() >= 1.0 {
             return false;
         }
-        // Reduce the degree by one and make the leading coefficient 1 again.
+        // Reduces the degree by one and makes the leading coefficient 1 again.
         let lead = 1.0 - reflection * reflection;
         let old = a;
         let mut i = 1;
@@ -64,8 +64,10 @@ const fn roots_inside(mut a: [f64; TERMS], degree: usize, radius: f64) -> bool {
     true
 }
 
-/// Largest |root| by bisection, to 1e-11 relative. Where roots coincide they are ill-conditioned: the answer is then
-/// too large by up to 4e-6 (double), 1.3e-4 (triple), 2.4e-3 (fivefold root). The coefficients must be finite.
+/// Returns the largest |root| by bisection, to 1e-11 relative.
+///
+/// Coinciding roots are ill-conditioned. The result is then too large by up to 4e-6 (double), 1.3e-4 (triple), 2.4e-3
+/// (fivefold root). The coefficients must be finite.
 pub(crate) const fn spectral_radius(a: [f64; TERMS], degree: usize) -> f64 {
     let mut high = 1.0;
     while !roots_inside(a, degree, high) && high < 1e300 {
@@ -103,18 +105,18 @@ mod tests {
     fn routh_accepts_the_paper_s_surface_and_refuses_a_sign_change() {
         assert!(is_hurwitz([1.0, 15.0, 75.0, 125.0, 0.0, 0.0], 3));
         assert!(!is_hurwitz([1.0, 15.0, 75.0, -125.0, 0.0, 0.0], 3));
-        // (p + 1)^5
+        // This is (p + 1)^5.
         assert!(is_hurwitz([1.0, 5.0, 10.0, 10.0, 5.0, 1.0], 5));
     }
 
     #[test]
     fn spectral_radius_finds_known_roots() {
-        // (s + 3)(s + 40) and the printed gains (100, 20), whose poles are -50 +- sqrt(2480).
+        // These are (s + 3)(s + 40) and the printed gains (100, 20), whose poles are -50 +- sqrt(2480).
         let two = spectral_radius([1.0, 43.0, 120.0, 0.0, 0.0, 0.0], 2);
         assert!((two / 40.0 - 1.0).abs() < 1e-11, "{two}");
         let printed = spectral_radius([1.0, 100.0, 20.0, 0.0, 0.0, 0.0], 2);
         assert!((printed / (50.0 + 2480.0_f64.sqrt()) - 1.0).abs() < 1e-11, "{printed}");
-        // All five at -1, the worst case of the text.
+        // All five roots at -1 are the worst case of the documentation.
         let fivefold = spectral_radius([1.0, 5.0, 10.0, 10.0, 5.0, 1.0], 5);
         assert!((1.0..1.003).contains(&fivefold), "{fivefold}");
         // A complex pair: s^2 + 2 s + 100 has |s| = 10.

@@ -1,34 +1,34 @@
-//! The scalar of the tick: `f32` on the chip, `f64` where the design and the oracles live.
+//! Scalar of the tick: `f32` on the target, `f64` in the design and in the test oracles.
 //!
-//! Only `+ - * /`, comparison and `abs` are used. IEEE 754 defines the result of each to the last bit and Rust never
-//! contracts `a * b + c` into a fused operation, so one source gives one answer on every machine that computes in the
-//! precision of the type: x86-64 (SSE2), ARM with or without an FPU, RISC-V. Excluded is the x87 of 32-bit x86 without
-//! SSE2 (targets `i586`), which keeps more digits between two operations. That is also why there is no `mul_add` here
-//! (a Cortex-M4F would need 3 cycles for it against 1 + 1) and no function of the platform's libm.
+//! The tick uses only `+ - * /`, comparison and `abs`. IEEE 754 defines each result to the last bit, and Rust never
+//! contracts `a * b + c` into a fused operation. So one source gives one result on every machine that computes in the
+//! precision of the type: x86-64 (SSE2), ARM with or without an FPU, RISC-V. The x87 unit of 32-bit x86 without SSE2
+//! (targets `i586`) is excluded, because it keeps more digits between two operations. For this reason there is no
+//! `mul_add` (3 cycles on a Cortex-M4F, against 1 + 1) and no function of the platform's libm.
 
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A count that wraps at 32 bits, as an encoder's timer has it.
+/// Encoder count that wraps at 32 bits, like an encoder timer.
 #[doc(hidden)]
 pub trait Count: Copy + Debug + PartialEq + Send + Sync + 'static {
-    /// A count that is known.
+    /// Returns the counter for a known count.
     fn of(count: i32) -> Self;
-    /// How far it has moved since `earlier`.
+    /// Returns the change in counts since `earlier`, with wrap-around.
     #[must_use]
     fn since(self, earlier: Self) -> Self;
-    /// The count that has moved on by another.
+    /// Returns the count advanced by `moved`, with wrap-around.
     #[must_use]
     fn plus(self, moved: Self) -> Self;
-    /// Without its 0..=31 high bits, with the sign of what is left: what a shorter counter has moved.
+    /// Returns the value without its upper 0..=31 bits, sign-extended: the change of a shorter counter.
     #[must_use]
     fn signed(self, unread: u32) -> Self;
-    /// So many `each` as there are whole `of` (more than 0) in it, with its sign: of -7, whole(3, 100) is -200.
+    /// Returns `each` times the number of whole `of` (above 0) in the count, with its sign. -7.whole(3, 100) is -200.
     #[must_use]
     fn whole(self, of: i32, each: i32) -> Self;
-    /// The count as 32 bits.
+    /// Returns the count as 32 bits.
     fn to_word(self) -> u32;
-    /// The counter of these bits.
+    /// Returns the count with these bits.
     fn from_word(word: u32) -> Self;
 }
 
@@ -63,18 +63,19 @@ impl Count for i32 {
     }
 }
 
-/// Not for implementing elsewhere: the bit-for-bit promise is stated for `f32` and `f64`. Within the workspace a scalar
-/// that records operations has it too, which is how the tick gets into other languages without being written twice.
+/// Prevents other implementations of [`Real`]: bit-identical results are stated for `f32` and `f64` only. Within the
+/// workspace a scalar that records operations implements it too. The tick is written once and exported to other
+/// languages through that scalar.
 #[doc(hidden)]
 pub trait Sealed: Sized {
-    /// What counts come in as.
+    /// Type of the encoder counts.
     type Count: Count;
 
-    /// The nearest number to a count with its sign.
+    /// Returns the number nearest to a signed count.
     fn from_count(count: Self::Count) -> Self;
 
-    /// A value of the tick by its name in the formulas, with the channel from 1 or 0 for none: for whoever reads the
-    /// record. It costs nothing.
+    /// Labels a value of the tick with its name in the formulas and its channel (from 1, or 0 for none). The label is
+    /// for readers of the operation trace. It costs nothing.
     #[inline(always)]
     #[must_use]
     fn called(self, name: &'static str, channel: usize) -> Self {
@@ -82,13 +83,14 @@ pub trait Sealed: Sized {
         self
     }
 
-    /// What follows belongs to this encoder or channel, from 1, likewise: a loop's next turn is told from this one.
+    /// Labels the following operations with this encoder or channel, from 1, at no cost. It separates the iterations of
+    /// a loop.
     #[inline(always)]
     fn channel(channel: usize) {
         let _ = channel;
     }
 
-    /// Here a group of equations begins, likewise.
+    /// Marks the start of a group of equations, at no cost.
     #[inline(always)]
     fn section(title: &'static str) {
         let _ = title;
@@ -108,7 +110,7 @@ macro_rules! sealed {
 }
 sealed!(f32 f64);
 
-/// `f32` or `f64`. Sealed: the bit-for-bit promise is stated for these two.
+/// Scalar `f32` or `f64`. The trait is sealed: bit-identical results are stated for these two types.
 pub trait Real:
     Sealed
     + Copy
@@ -127,26 +129,27 @@ pub trait Real:
     + Sync
     + 'static
 {
-    /// 0.
+    /// The number 0.
     const ZERO: Self;
-    /// 1/2: the weight of both ends of a tick in its mean.
+    /// The number 1/2: the weight of both ends of a tick in its mean.
     const HALF: Self;
-    /// Words of 32 bits that a number takes.
+    /// Number of 32-bit words that a number takes.
     const WORDS: usize;
-    /// The bits, low word first; the second is 0 where there is one word.
+    /// Returns the bits, low word first. The second word is 0 for a one-word number.
     fn to_words(self) -> [u32; 2];
-    /// The number of these bits.
+    /// Returns the number with these bits.
     fn from_words(words: [u32; 2]) -> Self;
-    /// The nearest value of this precision.
+    /// Returns the value of this precision nearest to an f64.
     fn from_f64(value: f64) -> Self;
-    /// Exact for `f32`, the identity for `f64`.
+    /// Converts to f64. The conversion is exact for `f32` and the identity for `f64`.
     fn to_f64(self) -> f64;
-    /// |self|.
+    /// Returns |self|.
     #[must_use]
     fn abs(self) -> Self;
 
-    /// self limited to [min, max] by two compare-and-selects: constant time, and no library call as `f32::max` is on
-    /// thumb. A NaN stays a NaN, for the tick's guard to find: the switching term is limited before it, u behind it.
+    /// Clamps self to [min, max] by two compare-and-selects. It takes constant time, without the library call of
+    /// `f32::max` on thumb. A NaN stays a NaN, so that the guard of the tick detects it. The switching term is clamped
+    /// before the guard, and u after it.
     #[inline(always)]
     #[must_use]
     fn limited(self, min: Self, max: Self) -> Self {
@@ -154,14 +157,14 @@ pub trait Real:
         if below < min { min } else { below }
     }
 
-    /// self, or most if that is less, by one compare-and-select: no second way through a tick. A NaN stays a NaN.
+    /// Returns the smaller of self and `most` by one compare-and-select, without a second code path. A NaN stays a NaN.
     #[inline(always)]
     #[must_use]
     fn at_most(self, most: Self) -> Self {
         if self > most { most } else { self }
     }
 
-    /// One number or the other, by one compare-and-select as well: is self below the bound?
+    /// Returns `yes` if self is below the bound, else `no`, by one compare-and-select.
     #[inline(always)]
     #[must_use]
     fn if_below(self, bound: Self, yes: Self, no: Self) -> Self {
@@ -199,7 +202,7 @@ macro_rules! real {
 }
 real!(f32, u32; f64, u64;);
 
-/// Every entry rounded to the nearest f32.
+/// Rounds every entry to the nearest f32.
 pub(crate) const fn row_f32<const L: usize>(row: &[f64; L]) -> [f32; L] {
     let mut out = [0.0; L];
     let mut i = 0;

@@ -1,13 +1,14 @@
-//! A running controller: a design, what it remembers, and the guess it starts from, as one value.
+//! Running controller: a design, its state, and its initial guess, as one value.
 //!
-//! A [`ControlLaw`] is a design and never changes. [`Running`] ticks one: the first good sample starts it, until then
-//! the fallback goes out. It lies in a `static` as it stands; the design behind a reference stays in flash.
+//! A [`ControlLaw`] is a design and never changes. [`Running`] ticks a design. The first valid sample starts it, and
+//! until then the fallback is the output. A [`Running`] can lie in a `static`, and a design behind a reference stays in
+//! flash.
 //!
-//! # Its two views
-//! * [`words`](Running::words) are exact bits, with the hash of the design: what is stored and brought back ticks on as
-//!   if nothing had happened, under the same design and no other.
-//! * [`estimates`](Running::estimates) are in physical units and mean the same under any design: with them
-//!   [`retune`](Running::retune) takes another design over in full motion.
+//! # Two views of the state
+//! * [`words`](Running::words) returns the state snapshot (32-bit words) with the hash of the design. A restored
+//!   snapshot continues bit for bit, under the same design only.
+//! * [`estimates`](Running::estimates) returns physical units, which do not depend on the design. From them
+//!   [`retune`](Running::retune) switches to another design in motion (bumpless transfer).
 //!
 //! ```
 //! use controller_core::*;
@@ -43,84 +44,86 @@ use core::fmt;
 
 use crate::real::Real;
 
-/// A designed law that can run: what a tick computes, apart from what it remembers.
+/// Designed controller that can run: the computation of a tick, separate from its state.
 pub trait ControlLaw {
-    /// Precision of its numbers.
+    /// Precision of the numbers.
     type Scalar: Real;
-    /// What comes in once per tick.
+    /// Input of one tick.
     type Sample;
-    /// What goes out once per tick.
+    /// Output of one tick.
     type Output;
-    /// What it remembers between two ticks.
+    /// State between two ticks.
     type State: Clone + Words;
-    /// What it may be told of the disturbances before the first tick.
+    /// Initial guess of the disturbances before the first tick.
     type Guess: Clone + Words;
-    /// What it knows of the disturbances, in physical units.
+    /// Estimates of the disturbances, in physical units.
     type Estimates;
 
-    /// Nothing is known of the disturbances.
+    /// Initial guess for unknown disturbances.
     const NO_GUESS: Self::Guess;
 
-    /// The state before the first tick, with a guess of the disturbances; `None` if the sample is not good enough to
-    /// start with.
+    /// Returns the state before the first tick, with a guess of the disturbances. `None` if the sample is not valid for
+    /// a start.
     fn start_from(&self, sample: &Self::Sample, guess: &Self::Guess) -> Option<Self::State>;
 
-    /// The state before the first tick, with nothing known of the disturbances.
+    /// Returns the state before the first tick, without a guess of the disturbances.
     #[inline]
     fn start(&self, sample: &Self::Sample) -> Option<Self::State> {
         self.start_from(sample, &Self::NO_GUESS)
     }
 
-    /// What goes out as long as there has been no good sample.
+    /// Returns the output before the first valid sample.
     fn not_started(&self) -> Self::Output;
 
-    /// Makes a state that has just [started](Self::start) wait until its samples agree with each other, if the law has
+    /// Makes a state that has just [started](Self::start) wait until its samples are consistent, if the controller has
     /// such a wait.
     #[inline]
     fn wait(&self, state: &mut Self::State) {
         let _ = state;
     }
 
-    /// One tick: a sample in, an output out.
+    /// Computes one tick: a sample in, an output out.
     fn tick(&self, state: &mut Self::State, sample: &Self::Sample) -> Self::Output;
 
-    /// One tick whose sample never came: what [`tick`](Self::tick) does with one that it cannot take.
+    /// Computes one tick without a sample, as [`tick`](Self::tick) does for a sample that it rejects.
     fn lost(&self, state: &mut Self::State) -> Self::Output;
 
-    /// So many periods have passed without a tick, u held all the while: a missed timer interrupt that its overflow
-    /// flag or a time stamp tells of. To be called before the coming tick. A law that keeps no model of its plant has
-    /// nothing to do.
+    /// Reports that `periods` periods have passed without a tick while u was held. An overflow flag or a time stamp
+    /// detects such a missed timer interrupt.
+    ///
+    /// Call it before the coming tick. A controller without a plant model has nothing to do.
     #[inline]
     fn missed(&self, state: &mut Self::State, periods: u32) {
         let _ = (state, periods);
     }
 
-    /// Tells what the actuator really holds since the last tick, where that is another u; `false` if the value was not
-    /// taken.
+    /// Reports the u that the actuator holds since the last tick, if it differs from the output. Returns `false` if the
+    /// value was rejected.
     fn report_applied(state: &mut Self::State, u: Self::Scalar) -> bool;
 
-    /// From now on the power stage gives at most this |u|; `false` if the law has no such input, or takes no such
-    /// number.
+    /// Sets the largest |u| of the power stage from now on. Returns `false` if the controller has no such input, or
+    /// rejects the number.
     #[inline]
     fn limit(state: &mut Self::State, u: Self::Scalar) -> bool {
         let _ = (state, u);
         false
     }
 
-    /// Estimates at the instant of the last tick, in physical units.
+    /// Returns the estimates at the instant of the last tick, in physical units.
     fn estimates(&self, state: &Self::State) -> Self::Estimates;
 
-    /// The state with which this design goes on where `from` stands, with the sample of the coming tick.
+    /// Returns the state with which this design continues from the state of `from`, given the sample of the coming
+    /// tick.
     ///
     /// # Errors
-    /// When the change cannot be made without a jump.
+    /// If a bumpless transfer is not possible.
     fn take_over(&self, from: &Self, state: &Self::State, sample: &Self::Sample) -> Result<Self::State, RetuneError>;
 
-    /// A hash that tells this design from another; what it cannot tell, the law says.
+    /// Returns a hash that distinguishes designs. The implementation documents the differences that it does not detect.
     fn fingerprint(&self) -> u32;
 }
 
-/// A law that is another one within: everything but the start goes on to it.
+/// Implements a control law by an inner one: all functions except the start are forwarded.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! as_within {
@@ -191,7 +194,7 @@ impl<C: ControlLaw> ControlLaw for &C {
     }
 }
 
-/// A law that starts from a guess of the disturbances. Without a guess there is nothing to keep, and it costs nothing.
+/// Controller that starts from a guess of the disturbances. Without a guess this type is not needed, and costs nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Guessing<C: ControlLaw> {
     law: C,
@@ -199,7 +202,7 @@ pub struct Guessing<C: ControlLaw> {
 }
 
 impl<C: ControlLaw> Guessing<C> {
-    /// The law, with this guess in physical units.
+    /// Returns the controller with this guess, in physical units.
     pub const fn new(law: C, guess: C::Guess) -> Self {
         Self { law, guess }
     }
@@ -217,10 +220,12 @@ impl<C: ControlLaw> ControlLaw for Guessing<C> {
     }
 }
 
-/// A design in flash that is a type of its own, so that a [`Running`] of it keeps no address and the compiler puts the
-/// constants of the design into the tick (on the joint's drive 4 bytes and some 20 cycles less than by reference). It
-/// is never changed for another: where [`Running::retune`] is wanted, or an attribute that places the design in a
-/// section, a plain `static` by reference is the way. Attributes other than docs are refused.
+/// Defines a design in flash as a type of its own.
+///
+/// A [`Running`] of it stores no address, and the compiler puts the constants of the design into the tick. For the
+/// joint's drive this saves 4 bytes and about 20 cycles compared with a reference. The design can never be exchanged.
+/// For [`Running::retune`], or for an attribute that places the design in a section, use a plain `static` by reference.
+/// Attributes other than docs are rejected.
 ///
 /// ```
 /// use controller_core::*;
@@ -274,16 +279,16 @@ macro_rules! design {
     };
 }
 
-/// A value as 32-bit words, to the bit.
+/// Value as a state snapshot of 32-bit words, exact to the bit.
 pub trait Words: Sized {
-    /// The value as its words.
+    /// Returns the words of the value.
     fn words(&self) -> impl Iterator<Item = u32>;
 
-    /// The value of the next words; `None` if they end too soon or are of no such value.
+    /// Returns the value of the next words, or `None` if there are too few or they are not valid.
     fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self>;
 }
 
-/// A function, no closure: iterators over words are then compiled once for each scalar, not for each shape.
+/// Returns the words of one number. A function instead of a closure is compiled once per scalar, not per configuration.
 pub(crate) fn each_word<T: Real>(number: &T) -> impl Iterator<Item = u32> + use<T> {
     number.to_words().into_iter().take(T::WORDS)
 }
@@ -302,7 +307,7 @@ impl<T: Real, const L: usize> Words for [T; L] {
     }
 }
 
-/// Nothing.
+/// Empty snapshot.
 impl Words for () {
     fn words(&self) -> impl Iterator<Item = u32> {
         core::iter::empty()
@@ -313,18 +318,18 @@ impl Words for () {
     }
 }
 
-/// The next number; `None` if it is not finite.
+/// Returns the next number, or `None` if it is not finite.
 pub(crate) fn next<T: Real>(words: &mut impl Iterator<Item = u32>) -> Option<T> {
     let low = words.next()?;
     let high = if T::WORDS == 2 { words.next()? } else { 0 };
     let value = T::from_words([low, high]);
-    // Zero times what is not finite is NaN.
+    // Zero times a number that is not finite is NaN.
     (value * T::ZERO == T::ZERO).then_some(value)
 }
 
-/// A design, what it remembers, and, with [`guessing`](Self::guessing), the guess of the disturbances it starts from.
+/// Design with its state and, with [`guessing`](Self::guessing), its initial guess of the disturbances.
 ///
-/// `D` is a design, or a reference to one: `Running<&'static Drive>` leaves it in flash.
+/// `D` is a design, or a reference to one: `Running<&'static Drive>` leaves the design in flash.
 #[derive(Clone, Debug)]
 pub struct Running<D: ControlLaw> {
     pub(crate) design: D,
@@ -332,34 +337,37 @@ pub struct Running<D: ControlLaw> {
 }
 
 impl<D: ControlLaw> Running<Guessing<D>> {
-    /// Waits for its first good sample, and starts with this guess of the disturbances in their physical units, as
-    /// [`Options::initial_estimates`](crate::Options::initial_estimates) has it.
+    /// Returns a controller that waits for its first valid sample and starts with this guess of the disturbances.
+    ///
+    /// The guess is in physical units, as in [`Options::initial_estimates`](crate::Options::initial_estimates).
     pub const fn guessing(design: D, guess: D::Guess) -> Self {
         Self::new(Guessing::new(design, guess))
     }
 }
 
 impl<D: ControlLaw> Running<D> {
-    /// Waits for its first good sample, and starts with all estimates at 0, whatever
-    /// [`Options::initial_estimates`](crate::Options::initial_estimates) says: for those take
+    /// Returns a controller that waits for its first valid sample and starts with all estimates at 0.
+    ///
+    /// It ignores [`Options::initial_estimates`](crate::Options::initial_estimates). To use them, call
     /// [`guessing`](Self::guessing).
     pub const fn new(design: D) -> Self {
         Self { design, state: None }
     }
 
-    /// Goes on from a state of such a law, whatever design it was under; what is to be the same bits needs the same.
+    /// Continues from a state of such a controller, under any design. Bit-identical results need the original design.
     pub const fn from_state(design: D, state: Option<D::State>) -> Self {
         Self { design, state }
     }
 
-    /// The design that ticks.
+    /// Returns the design.
     pub const fn design(&self) -> &D {
         &self.design
     }
 
-    /// One tick. The first good sample starts the controller; until then the fallback goes out (0, as far as the
-    /// limits allow it, if there is nothing to hold), and of a drive until its counts agree
-    /// ([`Health::WAITS`](crate::Health::WAITS)).
+    /// Computes one tick. The first valid sample starts the controller.
+    ///
+    /// Until then the fallback is the output. If there is no u to hold, it is 0, as far as the limits allow. A drive
+    /// outputs its fallback until its counts are consistent ([`Health::WAITS`](crate::Health::WAITS)).
     #[inline]
     pub fn tick(&mut self, sample: &D::Sample) -> D::Output {
         if self.state.is_none() {
@@ -371,9 +379,11 @@ impl<D: ControlLaw> Running<D> {
         self.go_on(sample)
     }
 
-    /// Starts with a sample that somebody vouches for, without the wait of a drive for counts that agree: a simulation,
-    /// a test. On a real encoder the first counts may be anything, zeros before its bus is up for one, and a current
-    /// would follow from each. Give the next tick the same sample. Nothing happens if it has started.
+    /// Starts with a trusted sample, without the wait of a drive for consistent counts. Use it in a simulation or a
+    /// test.
+    ///
+    /// On a real encoder the first counts may be anything, for example zeros before its bus is up. Each would cause a
+    /// current. Give the next tick the same sample. A started controller is not changed.
     #[inline]
     pub fn start_at_once(&mut self, sample: &D::Sample) {
         if self.state.is_none() {
@@ -381,13 +391,13 @@ impl<D: ControlLaw> Running<D> {
         }
     }
 
-    /// Has a good sample started it?
+    /// Returns true if a valid sample has started the controller.
     pub const fn is_started(&self) -> bool {
         self.state.is_some()
     }
 
-    /// The same, but for a start, which takes longer and is left to a caller that has the time: until then the fallback
-    /// goes out.
+    /// Computes one tick but never starts the controller. A start takes longer and is left to a caller with enough
+    /// time. Until then the fallback is the output.
     #[inline(always)]
     pub fn go_on(&mut self, sample: &D::Sample) -> D::Output {
         match &mut self.state {
@@ -396,7 +406,7 @@ impl<D: ControlLaw> Running<D> {
         }
     }
 
-    /// One tick whose sample never came: a bus that is silent, a checksum that is wrong. A sample of NaN says the same.
+    /// Computes one tick without a sample: a silent bus, a wrong checksum. A sample of NaN has the same effect.
     #[inline]
     pub fn lost(&mut self) -> D::Output {
         match &mut self.state {
@@ -405,8 +415,10 @@ impl<D: ControlLaw> Running<D> {
         }
     }
 
-    /// So many periods have passed without a tick, u held all the while: a missed timer interrupt that its overflow
-    /// flag or a time stamp tells of. Call it before the coming tick. A drive that is not told finds out from the count
+    /// Reports that `periods` periods have passed without a tick while u was held. An overflow flag or a time stamp
+    /// detects such a missed timer interrupt.
+    ///
+    /// Call it before the coming tick. Without this call a drive detects the gap from the count
     /// ([`Health::POSITION_STEPPED`](crate::Health::POSITION_STEPPED)).
     #[inline]
     pub fn missed(&mut self, periods: u32) {
@@ -415,10 +427,12 @@ impl<D: ControlLaw> Running<D> {
         }
     }
 
-    /// Tells what the actuator really holds since the last tick, where that is another u than the tick returned: one
-    /// cut by a limit, say. A u that is right and only acts later is better not reported. Call it before the next tick.
-    /// The answer is `false` for a value that is not finite (or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT)), which is
-    /// not taken, and before the start.
+    /// Reports the u that the actuator holds since the last tick, if it differs from the output, for example after a
+    /// clamp.
+    ///
+    /// Do not report a u that is correct but only acts later. Call it before the next tick. Returns `false` before the
+    /// start, and for a value that is not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT). Such a value is
+    /// rejected.
     #[inline]
     pub fn report_applied(&mut self, u: D::Scalar) -> bool {
         match &mut self.state {
@@ -427,10 +441,11 @@ impl<D: ControlLaw> Running<D> {
         }
     }
 
-    /// From now on the power stage gives at most this |u|: it is hot, its supply is low, its brake resistor is full.
-    /// The law keeps to it and slows a far motion down by it. `u` over the limits of the design: no other limit than
-    /// those. The answer is `false` for a number below 0 or NaN, before the start, and of laws without such a limit. A
-    /// start forgets it, so call it before each tick.
+    /// Sets the largest |u| of the power stage from now on, for a hot stage, a low supply or a full brake resistor.
+    ///
+    /// The controller keeps to this limit and slows down a long move accordingly. A value above the limits of the
+    /// design leaves those limits in force. Returns `false` for a negative number or NaN, before the start, and for
+    /// controllers without such a limit. A start erases the limit, so call this before each tick.
     #[inline]
     pub fn limit(&mut self, u: D::Scalar) -> bool {
         match &mut self.state {
@@ -439,25 +454,26 @@ impl<D: ControlLaw> Running<D> {
         }
     }
 
-    /// Estimates at the instant of the last tick, in physical units; `None` before the start.
+    /// Returns the estimates at the instant of the last tick, in physical units. `None` before the start.
     pub fn estimates(&self) -> Option<D::Estimates> {
         self.state.as_ref().map(|state| self.design.estimates(state))
     }
 
-    /// Forgets all but the design and the guess: the next good sample starts again.
+    /// Erases everything except the design and the guess. The next valid sample starts the controller again.
     pub fn reset(&mut self) {
         self.state = None;
     }
 
-    /// Changes to another design between two ticks, without a jump of u: first
-    /// [`report_applied`](Self::report_applied), if there is something to report, then this with the sample of the
-    /// coming tick, then tick with the same sample. The estimates go on in their physical units, and the offset W is
-    /// chosen so that u is what it would have been, as far as the new limits allow it. W decays with the new α as ever,
-    /// and u moves with it: where the designs are unlike, W is large, and σ* tells nothing until it has decayed. Give a
-    /// sample that can be trusted. Before the start the design is changed and no more.
+    /// Switches to another design between two ticks without a jump of u (bumpless transfer).
+    ///
+    /// First call [`report_applied`](Self::report_applied) if needed. Then call this function with the sample of the
+    /// coming tick, and tick with the same sample. The estimates continue in physical units. The offset W is chosen so
+    /// that u is unchanged, as far as the new limits allow it. W then decays with the new α, and u moves with it. If
+    /// the designs differ much, W is large, and σ* has no meaning until W has decayed. Give a sample that can be
+    /// trusted. Before the start, only the design changes.
     ///
     /// # Errors
-    /// Why the other design cannot take over here; then nothing is changed.
+    /// Returns the reason why the other design cannot take over. Nothing is changed in this case.
     pub fn retune(&mut self, other: D, sample: &D::Sample) -> Result<(), RetuneError> {
         if let Some(state) = &self.state {
             self.state = Some(other.take_over(&self.design, state, sample)?);
@@ -466,18 +482,17 @@ impl<D: ControlLaw> Running<D> {
         Ok(())
     }
 
-    /// All that it remembers as 32-bit words, to the bit: hash of the design (and of the guess), has it started, state,
-    /// and a checksum of these.
+    /// Returns the state snapshot as 32-bit words: hash of the design (and of the guess), start flag, state, checksum.
     pub fn words(&self) -> impl Iterator<Item = u32> {
         let head = [self.design.fingerprint(), u32::from(self.state.is_some())];
         let words = || head.into_iter().chain(self.state.iter().flat_map(Words::words));
         words().chain([hash(words())])
     }
 
-    /// What these words are, with the design that they belong to.
+    /// Restores a controller from a state snapshot and the design that it belongs to.
     ///
     /// # Errors
-    /// When they belong to another design, are cut short or too many, or are none that [`words`](Self::words) gives.
+    /// If the words belong to another design, are too few or too many, or do not come from [`words`](Self::words).
     pub fn from_words(design: D, words: impl IntoIterator<Item = u32>) -> Result<Self, WordsError> {
         let (mut sum, mut words) = (START, words.into_iter());
         let state = {
@@ -501,19 +516,19 @@ impl<D: ControlLaw> Running<D> {
     }
 }
 
-/// Why [`Running::from_words`] refuses.
+/// Error of [`Running::from_words`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum WordsError {
-    /// They belong to another design (or another version of this crate).
+    /// The words belong to another design, or to another version of this crate.
     OtherDesign {
-        /// Hash of the design given.
+        /// Hash of the given design.
         expected: u32,
         /// Hash in the words.
         found: u32,
     },
-    /// Too few, too many, others than were given: their checksum says so.
+    /// The words are too few, too many, or changed: the checksum does not match.
     Damaged,
 }
 
@@ -534,19 +549,19 @@ impl fmt::Display for WordsError {
 
 impl core::error::Error for WordsError {}
 
-/// Why [`Running::retune`] refuses.
+/// Error of [`Running::retune`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RetuneError {
-    /// The sample is one that a tick would reject: try with the next.
+    /// A tick would reject the sample: try the next one.
     Sample,
-    /// In the new design 1 - e^(-α T) lies within a tenth of k_l T (or of 1, if that is smaller): there the offset has
-    /// no say in u, and cannot be chosen so that u does not jump.
+    /// The offset has almost no effect on u in the new design, so it cannot be chosen to avoid a jump of u. There 1 -
+    /// e^(-α T) is within a tenth of k_l T (or of 1, if that is smaller).
     GainNearDecay,
-    /// No offset, or none within ±[`INPUT_LIMIT`](crate::INPUT_LIMIT), makes the new law ask for the old u.
+    /// No offset within ±[`INPUT_LIMIT`](crate::INPUT_LIMIT) makes the new controller return the old u.
     OffsetOutOfRange,
-    /// The new design counts by another encoder or gear: what was counted means nothing to it.
+    /// The new design has another encoder or gear, so the accumulated count is not valid for it.
     OtherEncoder,
 }
 
@@ -568,19 +583,19 @@ impl fmt::Display for RetuneError {
 
 impl core::error::Error for RetuneError {}
 
-/// Fingerprint of a law together with what its program does beside it, as words. Returns the law's own where there are
-/// none.
+/// Returns the fingerprint of a controller combined with words about the program around it. Without words it is the
+/// fingerprint of the controller.
 pub fn fingerprint_with(law: u32, beside: impl IntoIterator<Item = u32>) -> u32 {
     let mut beside = beside.into_iter().peekable();
     if beside.peek().is_none() { law } else { hash([law].into_iter().chain(beside)) }
 }
 
-/// FNV-1a over words: tells designs apart and damage from none, and is no defence against anyone who means it.
+/// Returns FNV-1a over words. It detects different designs and damage, and does not protect against deliberate changes.
 pub(crate) fn hash(words: impl IntoIterator<Item = u32>) -> u32 {
     words.into_iter().fold(START, mixed)
 }
 
-/// Goes on with a hash over these numbers. Which NaN a number is makes no difference.
+/// Continues a hash over these numbers. All NaN values count as equal.
 pub(crate) fn hashed<T: Real>(hash: u32, numbers: impl IntoIterator<Item = T>) -> u32 {
     numbers.into_iter().fold(hash, |hash, number| {
         let words = if number.abs() >= T::ZERO { number.to_words() } else { [u32::MAX; 2] };

@@ -1,12 +1,13 @@
-//! The shape of a controller, as types and as numbers: plant order n, capacity r for observer orders, observed
-//! channels.
+//! Controller configuration (order, capacity, observed channels) as types and as numbers.
 //!
-//! [`controller!`](macro@crate::controller) spells the type of a controller once. [`shapes!`](crate::shapes) is the one
-//! list of all shapes for whoever must carry many: a target, a host, the archive for C.
+//! The configuration of a controller is its plant order n, the capacity r for observer orders, and the observed
+//! channels. [`controller!`](macro@crate::controller) builds the controller type from these numbers.
+//! [`shapes!`](crate::shapes) is the single list of all configurations. A target, a host and the static library for C
+//! instantiate their controllers from it.
 
 use crate::{MAX_N, MAX_R};
 
-/// The type of a controller: precision, nominal model, plant order, observers.
+/// Expands to a controller type: precision, nominal model, plant order, observers.
 ///
 /// ```
 /// use controller_core::*;
@@ -14,7 +15,7 @@ use crate::{MAX_N, MAX_R};
 /// type Motor = controller!(f64, Linear<f64, 2>, order 2, no observers);
 /// ```
 ///
-/// A wrong shape is an error that names this line and its numbers, as soon as the type is used:
+/// An invalid configuration is a compile error with this line and its numbers, as soon as the type is used:
 /// ```compile_fail
 /// # use controller_core::*;
 /// type Joint = controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 5]);
@@ -37,11 +38,16 @@ macro_rules! controller {
     };
 }
 
-/// `MASK` of a [`Controller`](crate::Controller) of plant order n with observers of order r in these channels, from 1.
+/// Returns the `MASK` of a [`Controller`](crate::Controller) of plant order n with observers of order r.
+///
+/// `numbers` lists the observed channels, from 1.
 ///
 /// # Panics
-/// In a type, where it belongs, that is a compile error: on an order that there is not, on a channel that the plant
-/// does not have or that is named twice, and on one that Eq. (44) does not allow with this order.
+/// As part of a type, a panic is a compile error. The function panics on:
+/// * an order out of range,
+/// * a channel that the plant does not have,
+/// * a channel that is listed twice,
+/// * a channel that Eq. (44) does not allow with this order.
 ///
 /// ```
 /// assert_eq!(controller_core::channels(4, 2, [2, 4]), 0b1010);
@@ -77,8 +83,9 @@ pub const fn channels<const O: usize>(n: usize, r: usize, numbers: [usize; O]) -
     mask
 }
 
-/// All shapes that Eq. (44) allows, as `name: n r mask o,`, handed to a macro of one's own: the one list for whoever
-/// must carry many of them.
+/// Passes all configurations that Eq. (44) allows to a macro of the caller, as `name: n r mask o,`.
+///
+/// Code that must cover many configurations expands this single list.
 ///
 /// | set | what is in it | shapes |
 /// |---|---|---|

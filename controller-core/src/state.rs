@@ -1,15 +1,15 @@
-//! What a controller remembers between two ticks, and the same for many plants side by side.
+//! Controller state between two ticks, for one plant and for a vectorised batch (SIMD).
 //!
-//! A [`State`] carries the shape of its controller in its type: that of another plant, precision or set of channels
-//! does not compile. What the type cannot tell, two designs of one shape, is told by the hash that goes with its
-//! [words](crate::Running::words).
+//! A [`State`] has the controller configuration in its type. The state of another plant order, precision or set of
+//! channels does not compile. Two designs of one configuration share the type. The hash in the state snapshot
+//! ([`words`](crate::Running::words)) distinguishes them.
 //!
 //! # Lanes
-//! [`Lanes`] is the state of L loops as a structure of arrays. [`Controller::tick_lane`](crate::Controller::tick_lane)
-//! in a loop over the lanes is *the* tick, L times, so every lane has its bits; a compiler that knows vectors computes
-//! several lanes at once, since in that loop each branch of the tick is a select. Keep that loop innermost, with
-//! nothing but the tick in it, and its arrays apart: a copy of the lanes or of the controller beside it costs half the
-//! speed.
+//! [`Lanes`] is the state of L loops as a structure of arrays. In a loop over the lanes,
+//! [`Controller::tick_lane`](crate::Controller::tick_lane) computes the scalar tick L times, so every lane has the bits
+//! of the scalar tick. Each branch of the tick becomes a select in that loop, so a vectorising compiler computes
+//! several lanes at once. Keep the loop innermost, with only the tick in it, and keep its arrays separate. A copy of
+//! the lanes or of the controller next to the loop halves the speed.
 
 use core::marker::PhantomData;
 use core::slice;
@@ -17,31 +17,31 @@ use core::slice;
 use crate::real::Real;
 use crate::running::{Words, each_word, next};
 
-/// What a [`Controller`](crate::Controller) of these parameters remembers between two ticks. The numbers are in units
-/// of its design. In memory they are the fields in this order, for callers in C.
+/// State of a [`Controller`](crate::Controller) between two ticks.
 ///
-/// `B` is `bool`, and an array of them in [`Lanes`].
+/// The numbers are in units of the design. For callers in C, the fields lie in memory in this order. `B` is `bool`, or
+/// an array of `bool` in [`Lanes`].
 #[repr(C)]
 pub struct State<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize, B = bool> {
-    /// A, B, C of each observed channel.
+    /// Observer states A, B, C of each observed channel.
     pub(crate) z: [[T; R]; O],
-    /// P of each observed channel; without u in channel n.
+    /// Prediction P of each observed channel, without u in channel n.
     pub(crate) past: [T; O],
-    /// x of each observed channel at the last tick.
+    /// State x of each observed channel at the last tick.
     pub(crate) x_prev: [T; O],
-    /// W = σ(0) e^(-αt).
+    /// Offset W = σ(0) e^(-αt).
     pub(crate) offset: T,
-    /// What the actuator holds.
+    /// Input u that the actuator holds.
     pub(crate) held: T,
-    /// b(x)/b_0 at the last tick; not used if b is constant.
+    /// Ratio b(x)/b_0 at the last tick. Not used if b is constant.
     pub(crate) gain_prev: T,
-    /// No last tick to compare the next sample with: after the start, and after a lost sample. A `bool`, since an
-    /// `Option<State>` then needs no tag of its own: 46 cycles in an interrupt that ticks one.
+    /// True after the start and after a lost sample: the next sample has no last tick to be compared with. A `bool`
+    /// lets `Option<State>` do without its own tag, which costs 46 cycles in an interrupt that ticks one.
     pub(crate) resuming: B,
     pub(crate) of: PhantomData<fn() -> M>,
 }
 
-/// The states of `L` loops, lane by lane.
+/// States of `L` loops, lane by lane.
 ///
 /// ```
 /// use controller_core::*;
@@ -69,7 +69,7 @@ pub struct State<T, M, const N: usize, const R: usize, const MASK: u8, const O: 
 pub type Lanes<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize, const L: usize> =
     State<[T; L], M, N, R, MASK, O, [bool; L]>;
 
-// By hand: a derive would ask the model for what only its name is needed for.
+// Written by hand: a derive would require bounds on the model, which is only a type name here.
 impl<T: Copy, M, const N: usize, const R: usize, const MASK: u8, const O: usize, B: Copy> Clone
     for State<T, M, N, R, MASK, O, B>
 {
@@ -110,17 +110,17 @@ impl<T: core::fmt::Debug, M, const N: usize, const R: usize, const MASK: u8, con
 }
 
 impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize> State<T, M, N, R, MASK, O> {
-    /// Where in a state the one byte lies that must be 0 or 1; all others may be anything. Whoever gets states from
-    /// memory that others can write to looks there first.
+    /// Byte offset of the one byte in a state that must be 0 or 1. All other bytes may have any value. Check this byte
+    /// of any state from memory that other code can write.
     pub const FLAG_AT: usize = core::mem::offset_of!(Self, resuming);
 
-    /// A place that no tick reads which resumes: the first P, or where nothing is observed b(x) of the last tick.
+    /// Returns a number that no resuming tick reads: the first P, or the last b(x) ratio if no channel is observed.
     #[inline(always)]
     pub(crate) fn aside(&mut self) -> &mut T {
         self.past.first_mut().unwrap_or(&mut self.gain_prev)
     }
 
-    /// A state of nothing but these, before a tick.
+    /// Returns the state before a tick with these numbers. All other numbers are 0.
     pub(crate) const fn resuming(z: [[T; R]; O], offset: T, held: T) -> Self {
         Self {
             z,
@@ -136,7 +136,7 @@ impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
 }
 
 impl<T: Copy, M, const N: usize, const R: usize, const MASK: u8, const O: usize> State<T, M, N, R, MASK, O> {
-    /// `L` times the same state, lane by lane.
+    /// Copies the state into `L` lanes.
     pub fn lanes<const L: usize>(&self) -> Lanes<T, M, N, R, MASK, O, L> {
         State {
             z: self.z.map(|channel| channel.map(|value| [value; L])),
@@ -151,7 +151,7 @@ impl<T: Copy, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
     }
 }
 
-/// The flag, then every number in the order of the fields.
+/// State snapshot: the flag, then every number in the order of the fields.
 impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize> Words for State<T, M, N, R, MASK, O> {
     fn words(&self) -> impl Iterator<Item = u32> {
         let Self { z, past, x_prev, offset, held, gain_prev, resuming, of: _ } = self;
@@ -173,13 +173,13 @@ impl<T: Real, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
     }
 }
 
-/// The flag and the numbers of these slices as words. Made once for each scalar, not for each shape.
+/// Returns the flag and the numbers of these slices as words. Compiled once per scalar, not per configuration.
 fn words_of<T: Real>(flag: bool, parts: [&[T]; 6]) -> impl Iterator<Item = u32> {
     let numbers = parts.into_iter().flatten();
     [u32::from(flag)].into_iter().chain(numbers.flat_map(each_word))
 }
 
-/// Fills the slices with the numbers of the next words.
+/// Fills the slices with the numbers of the next words. Returns `None` if there are too few.
 fn fill<T: Real>(parts: [&mut [T]; 6], words: &mut impl Iterator<Item = u32>) -> Option<()> {
     for number in parts.into_iter().flatten() {
         *number = next(words)?;
@@ -190,10 +190,10 @@ fn fill<T: Real>(parts: [&mut [T]; 6], words: &mut impl Iterator<Item = u32>) ->
 impl<T: Copy, M, const N: usize, const R: usize, const MASK: u8, const O: usize, const L: usize>
     Lanes<T, M, N, R, MASK, O, L>
 {
-    /// The state in lane `l`, from 0.
+    /// Returns the state in lane `l`, from 0.
     ///
     /// # Panics
-    /// If there is no such lane.
+    /// If `l >= L`.
     #[inline(always)]
     pub fn lane(&self, l: usize) -> State<T, M, N, R, MASK, O> {
         State {
@@ -208,10 +208,10 @@ impl<T: Copy, M, const N: usize, const R: usize, const MASK: u8, const O: usize,
         }
     }
 
-    /// Puts a state into lane `l`, from 0.
+    /// Stores a state in lane `l`, from 0.
     ///
     /// # Panics
-    /// If there is no such lane.
+    /// If `l >= L`.
     #[inline(always)]
     pub fn set(&mut self, l: usize, state: &State<T, M, N, R, MASK, O>) {
         for s in 0..O {

@@ -1,8 +1,9 @@
-//! A function and all it calls: instructions, ways through them, cycles, stack, and what is not to be there.
+//! Control-flow analysis of a function and its callees: instructions, paths, cycles, stack and the properties that the
+//! checks look for.
 //!
-//! Only paths that return count. An instruction from which no return is reached (a panic, a trap, an endless loop) is
-//! left out of every figure and told by the check of panics. Whatever cannot be followed is *refused*, with place and
-//! reason, and a function with a refused instruction has no bound.
+//! Only paths that return count. An instruction that cannot reach a return (a panic, a trap, an endless loop) is
+//! excluded from every figure and reported by the panic check. Code that the analysis cannot follow becomes a *refusal*
+//! with address and reason. A function with a refused instruction has no bound.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -12,42 +13,42 @@ use crate::graph::{self, Edge, Graph, NoPath, Path};
 use crate::image::{Function, Image};
 use crate::instruction::{Decoder, Flow, Instruction};
 
-/// Something that cannot be followed, where it is and why.
+/// An instruction that the analysis cannot follow, with address and reason.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Refusal {
     /// Address of the instruction that cannot be followed.
     pub(crate) address: u32,
-    /// The instruction there, as in a listing.
+    /// Text of the instruction, as in a listing.
     pub(crate) text: String,
-    /// Why it cannot be followed.
+    /// Reason of the refusal.
     pub(crate) reason: String,
 }
 
-/// An instruction and the ways out of it.
+/// An instruction and its outgoing control flow.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     /// The instruction of this node.
     pub(crate) instruction: Instruction,
-    /// Where it goes if it is executed.
+    /// Target of the instruction if it is executed.
     pub(crate) flow: Flow,
     /// Targets of a table branch.
     table: Vec<u32>,
-    /// A jump to another function, which returns in its place.
+    /// Marks a tail call: a jump to another function, which returns to this function's caller.
     tail: bool,
-    /// The called function, and whether any path of it returns; none if nothing is called.
+    /// Address of the called function, and whether any of its paths returns; `None` without a call.
     called: Option<(u32, bool)>,
     refusal: Option<String>,
 }
 
 impl Node {
-    /// Is the instruction behind it executed after it, when it calls what returns?
+    /// Returns whether control can continue at the next address, after a call that returns or a failed condition.
     pub(crate) fn falls_through(&self) -> bool {
         let stays =
             matches!(self.flow, Flow::Next | Flow::Call(_) | Flow::Indirect(true) | Flow::Exception) && !self.tail;
         self.instruction.conditional || (stays && self.comes_back())
     }
 
-    /// Addresses in the same function that it goes to.
+    /// Returns the successor addresses within the function.
     pub(crate) fn successors(&self) -> Vec<u32> {
         let mut to = self.table.clone();
         match self.flow {
@@ -60,24 +61,24 @@ impl Node {
         to
     }
 
-    /// Does what it calls return? If it calls nothing, nothing is in the way.
+    /// Returns whether the callee returns; true without a callee.
     fn comes_back(&self) -> bool {
         self.called.is_none_or(|(_, returns)| returns)
     }
 
-    /// Might it give control back to the caller, as nobody knows what it does?
+    /// Returns whether the refused instruction might return to the caller.
     fn may_leave(&self) -> bool {
-        // A call that cannot be followed comes back, if at all, to the next instruction.
+        // An unknown callee returns, if at all, to the next instruction.
         let stays = matches!(self.flow, Flow::Next | Flow::Call(_) | Flow::Indirect(true) | Flow::Exception);
         self.refusal.is_some() && (!stays || !self.falls_through() || self.instruction.open.is_some())
     }
 
-    /// Does it give control back to the caller, if it is executed?
+    /// Returns whether the executed instruction returns control to the caller.
     pub(crate) fn leaves(&self) -> bool {
         self.flow == Flow::Return || (self.tail && self.comes_back())
     }
 
-    /// The function that it hands control to.
+    /// Returns the address of the called function, also for a tail call.
     pub(crate) fn callee(&self) -> Option<u32> {
         match self.flow {
             Flow::Call(target) => Some(target),
@@ -86,79 +87,79 @@ impl Node {
         }
     }
 
-    /// Why it cannot be followed, if it cannot.
+    /// Returns the reason of the refusal, if the instruction is refused.
     pub(crate) fn refusal(&self) -> Option<&str> {
         self.refusal.as_deref()
     }
 
-    /// Does the callee return in its place?
+    /// Returns whether the instruction is a tail call.
     pub(crate) fn is_tail(&self) -> bool {
         self.tail
     }
 }
 
-/// What a function is worth to its caller.
+/// Analysis result of a function, as its callers use it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Summary {
     /// First address of the function.
     pub(crate) start: u32,
-    /// Does any path return?
+    /// Set if at least one path returns.
     pub(crate) returns: bool,
-    /// What in it has no bound; that of the functions it calls is theirs.
+    /// Refusals in this function; callees keep their own.
     refusals: Vec<Refusal>,
-    /// Nothing in it or in what it calls was refused, but for a loop.
+    /// Set if neither this function nor a callee has a refusal other than an unbounded loop.
     is_followed: bool,
-    /// Its longest and shortest paths, if it has a bound.
+    /// Longest and shortest paths, if the function has a bound.
     pub(crate) paths: Option<Paths>,
-    /// Bytes of stack at most, or where it cannot be told.
+    /// Maximum stack use in bytes, or the instruction that makes it unknown.
     pub(crate) stack: Option<Result<u32, Refusal>>,
-    /// Functions called, on paths that never return too.
+    /// Called functions, including calls on paths that never return.
     calls_all: BTreeSet<u32>,
-    /// Functions called that return, on paths that do.
+    /// Called functions that return, on paths that return.
     calls_living: BTreeSet<u32>,
     /// Instructions of the function, by address.
     pub(crate) nodes: BTreeMap<u32, Node>,
-    /// First instructions of ways that never return, with what they do.
+    /// First instructions of paths that never return.
     pub(crate) never_return: Vec<Refusal>,
     /// Calls and jumps out of the function.
     pub(crate) calls: Vec<Refusal>,
-    /// Jumps to where it has been.
+    /// Backward jumps.
     pub(crate) backward: Vec<Refusal>,
 }
 
-/// The paths of a function.
+/// Extreme paths of a function.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Paths {
-    /// Most cycles; none on a core without a table.
+    /// Path of most cycles; `None` on a core without a cycle table.
     pub(crate) bound: Option<Path>,
-    /// Fewest cycles; none on a core without a table.
+    /// Path of fewest cycles; `None` on a core without a cycle table.
     pub(crate) least: Option<Path>,
-    /// The path of most instructions.
+    /// Path of most instructions.
     pub(crate) most: Path,
-    /// The path of fewest instructions.
+    /// Path of fewest instructions.
     pub(crate) fewest: Path,
 }
 
-/// Reads functions, each once.
+/// Analyser of a firmware; reads each function once.
 pub(crate) struct Analyst<'a> {
     image: &'a Image,
     decoder: Decoder,
-    /// Header of a loop to how often it is executed at most per entry.
+    /// Largest number of executions of each loop header, per entry of the loop.
     loops: BTreeMap<u32, u64>,
     timed: bool,
-    /// B of Table 3-1 at most, if the user vouches for it.
+    /// Largest barrier wait (B of Table 3-1) in cycles, if the user declares one.
     barrier: Option<u64>,
     done: BTreeMap<u32, Rc<Summary>>,
-    /// Functions being read: how many others are around each.
+    /// Functions in analysis, with the number of functions around each; detects recursion.
     open: BTreeMap<u32, usize>,
 }
 
-/// A function that is being read.
+/// A function whose analysis is in progress.
 struct Unread<'f> {
     function: &'f Function,
     decoded: BTreeMap<u32, Instruction>,
     nodes: BTreeMap<u32, Node>,
-    /// Addresses to look at.
+    /// Addresses still to visit.
     ahead: Vec<u32>,
 }
 
@@ -169,22 +170,23 @@ impl<'f> Unread<'f> {
 }
 
 impl<'a> Analyst<'a> {
-    /// For the code of an image; `timed`: with the table of the Cortex-M4, otherwise instructions are counted.
+    /// Creates the analyser of a firmware. With `timed` it uses the cycle table of the Cortex-M4, otherwise it counts
+    /// instructions only.
     pub(crate) fn new(image: &'a Image, decoder: Decoder, loops: BTreeMap<u32, u64>, timed: bool) -> Self {
         Self { image, decoder, loops, timed, barrier: None, done: BTreeMap::new(), open: BTreeMap::new() }
     }
 
-    /// With this for the cycles that a barrier waits at most; otherwise a barrier has no bound.
+    /// Sets the largest wait of a barrier, in cycles. Without a value a barrier has no bound.
     #[must_use]
     pub(crate) fn with_barrier(self, cycles: Option<u64>) -> Self {
         Self { barrier: cycles, ..self }
     }
 
-    /// Cycles of an instruction without its neighbours.
+    /// Returns the cycles of an instruction without the influence of its neighbours.
     fn own(&self, one: &Instruction, taken: bool, reading: Reading) -> Result<u64, String> {
         match (self.barrier, Class::of(one)) {
             (Some(waits), Some(Class::Barrier)) if reading == Reading::Worst => {
-                // An ISB waits for the pipeline at least.
+                // An ISB waits at least for the pipeline refill.
                 let least = if one.stem() == "isb" { reading.refill() } else { 0 };
                 Ok(waits.max(least).saturating_add(1))
             }
@@ -192,7 +194,8 @@ impl<'a> Analyst<'a> {
         }
     }
 
-    /// Reads a function and all it calls, the innermost first. A chain of calls may be long: it is kept in a list.
+    /// Analyses a function and all its callees, innermost first. An explicit list replaces recursion, because call
+    /// chains may be long.
     pub(crate) fn read(&mut self, function: &Function) -> Rc<Summary> {
         let mut around = vec![Unread::new(function)];
         while let Some(mut unread) = around.pop() {
@@ -211,19 +214,19 @@ impl<'a> Analyst<'a> {
         Rc::clone(&self.done[&function.start])
     }
 
-    /// Summaries of all functions that one reaches, itself included.
+    /// Returns the summaries of all functions that a function reaches, itself included.
     pub(crate) fn reached(&self, summary: &Summary) -> Vec<Rc<Summary>> {
         self.follow(summary, |one| &one.calls_all)
     }
 
-    /// All that has no bound on the paths that return.
+    /// Returns all refusals on paths that return.
     pub(crate) fn refusals(&self, summary: &Summary) -> Vec<Refusal> {
         let living = self.follow(summary, |one| &one.calls_living);
         let all: BTreeSet<&Refusal> = living.iter().flat_map(|one| &one.refusals).collect();
         all.into_iter().cloned().collect()
     }
 
-    /// In the order of their addresses.
+    /// Returns the reached summaries in the order of their addresses.
     fn follow(&self, summary: &Summary, calls: fn(&Summary) -> &BTreeSet<u32>) -> Vec<Rc<Summary>> {
         let mut found: BTreeMap<u32, &Rc<Summary>> = BTreeMap::new();
         let mut ahead = vec![summary.start];
@@ -236,7 +239,7 @@ impl<'a> Analyst<'a> {
         found.into_values().cloned().collect()
     }
 
-    /// Every instruction that is reached from the entry; stops at a call of a function that is to be read first.
+    /// Collects the instructions reachable from the entry. Returns the address of a callee that must be analysed first.
     fn collect(&mut self, unread: &mut Unread<'_>) -> Option<u32> {
         while let Some(address) = unread.ahead.pop() {
             if unread.nodes.contains_key(&address) {
@@ -261,10 +264,10 @@ impl<'a> Analyst<'a> {
         None
     }
 
-    /// The instruction at an address and its ways out.
+    /// Returns the instruction at an address with its control flow.
     ///
     /// # Errors
-    /// The function that it calls, if that has not been read.
+    /// The address of the callee, if its analysis is still missing.
     fn node(&self, function: &Function, address: u32, decoded: &BTreeMap<u32, Instruction>) -> Result<Node, u32> {
         let unknown = |reason: String| Node {
             instruction: Instruction::from_text(address, 2, "?", "", None),
@@ -281,7 +284,7 @@ impl<'a> Analyst<'a> {
             return Ok(unknown("runs on into the next function".into()));
         }
         let Some(instruction) = decoded.get(&address).cloned() else {
-            let reason = if self.image.is_data(address) { "data among code" } else { "no instruction known here" };
+            let reason = if self.image.is_data(address) { "data instead of code" } else { "not a known instruction" };
             return Ok(unknown(reason.into()));
         };
         let flow = instruction.flow();
@@ -292,9 +295,9 @@ impl<'a> Analyst<'a> {
                 node.tail = true;
                 self.call(&mut node, target)?;
             }
-            Flow::Indirect(true) => node.refusal = Some("a call by a register: its target is not known".into()),
-            Flow::Indirect(false) => node.refusal = Some("a jump by a register: its target is not known".into()),
-            Flow::Exception => node.refusal = Some("a handler of an exception: what it does is not known".into()),
+            Flow::Indirect(true) => node.refusal = Some("a call by a register: its target is unknown".into()),
+            Flow::Indirect(false) => node.refusal = Some("a jump by a register: its target is unknown".into()),
+            Flow::Exception => node.refusal = Some("an exception: its handler is unknown".into()),
             Flow::Table(width) => match self.table(&node.instruction, width, decoded) {
                 Ok(targets) => node.table = targets,
                 Err(reason) => node.refusal = Some(reason.into()),
@@ -310,13 +313,15 @@ impl<'a> Analyst<'a> {
         Ok(node)
     }
 
-    /// Does more than one section lie at `address`, and is it not the one that runs?
+    /// Returns whether `address` lies in an overlay and in another section than `from`.
     fn is_elsewhere(&self, from: u32, address: u32) -> bool {
         self.image.is_overlaid(address) && !self.image.is_beside(from, address)
     }
 
+    /// Records the call of `target` in the node.
+    ///
     /// # Errors
-    /// The function, if it has not been read.
+    /// The address of the callee, if its analysis is still missing.
     fn call(&self, node: &mut Node, target: u32) -> Result<(), u32> {
         let image = self.image;
         if self.is_elsewhere(node.instruction.address, target) {
@@ -324,7 +329,7 @@ impl<'a> Analyst<'a> {
         } else if let Some(at) = self.open.get(&target) {
             let name = image.function_at(target).map_or("", Function::name);
             let others = self.open.len() - at - 1;
-            let way = if others == 0 { String::new() } else { format!(" by way of {others} more") };
+            let way = if others == 0 { String::new() } else { format!(" via {others} more") };
             node.refusal = Some(format!("recursion: {name} calls itself{way}"));
         } else if image.function_at(target).is_some() {
             let callee = self.done.get(&target).ok_or(target)?;
@@ -335,33 +340,34 @@ impl<'a> Analyst<'a> {
         Ok(())
     }
 
-    /// What the called function is worth.
+    /// Returns the summary of the called function.
     fn callee(&self, node: &Node) -> Option<&Summary> {
         self.done.get(&node.called?.0).map(Rc::as_ref)
     }
 
-    /// Targets of a table branch `tbb [pc, rN]` behind `cmp rN, #k; bhi ..`, which leaves 0 ..= k.
+    /// Returns the targets of a table branch `tbb [pc, rN]` behind `cmp rN, #k; bhi ..`, which limits the index to 0
+    /// ..= k.
     fn table(
         &self,
         one: &Instruction,
         width: u32,
         decoded: &BTreeMap<u32, Instruction>,
     ) -> Result<Vec<u32>, &'static str> {
-        let unbounded = "a table branch without `cmp rN, #k; bhi` before it: its table has no known length";
+        let unbounded = "a table branch without `cmp rN, #k; bhi` before it: the length of its table is unknown";
         let index = one.operands.first().and_then(|operand| operand.strip_prefix("[pc, "));
         let index = index.map(|rest| rest.trim_end_matches(']').trim_end_matches(", lsl #1")).ok_or(unbounded)?;
-        // Straight up: a jump in between would be seen as a node that is not the one before the next.
+        // Only direct predecessors count; `refuse_tables_entered_from_the_side` rejects jumps in between.
         let mut before = decoded.range(..one.address).rev().map(|(_, one)| one);
         let branch = before.next().filter(|branch| branch.next() == one.address).ok_or(unbounded)?;
         let compare = before.next().filter(|compare| compare.next() == branch.address).ok_or(unbounded)?;
         let entry = |code: &[u8]| u32::from(code[0]) | if width == 2 { u32::from(code[1]) << 8 } else { 0 };
         let guarded = compare.stem() == "cmp" && compare.operands.first().is_some_and(|register| register == index);
-        // To the table itself it would go with any index.
+        // A BHI to the table branch itself would pass any index.
         if !guarded || !self.is_unsigned_greater(branch) || branch.flow() == Flow::Jump(one.address) {
             return Err(unbounded);
         }
         if compare.conditional {
-            return Err("a table branch whose comparison is itself conditional: its table has no known length");
+            return Err("a table branch whose comparison is itself conditional: the length of its table is unknown");
         }
         let last = compare.operands.get(1).and_then(|k| k.strip_prefix('#'));
         let last =
@@ -374,7 +380,7 @@ impl<'a> Analyst<'a> {
         if targets.len() as u32 == last + 1 { Ok(targets) } else { Err(unbounded) }
     }
 
-    /// BHI, in either width, by its bits: encodings T1 and T3, whose condition is in the instruction.
+    /// Returns whether the branch is a BHI, from its bits: encodings T1 and T3 carry the condition in the instruction.
     fn is_unsigned_greater(&self, branch: &Instruction) -> bool {
         let code = self.image.bytes(branch.address).and_then(|code| code.get(..branch.size as usize));
         branch.stem() == "b"
@@ -416,11 +422,11 @@ impl<'a> Analyst<'a> {
                 Flow::Jump(target) if !node.tail => Some(target),
                 _ => None,
             });
-            summary.backward.extend(jumps.filter(|to| to <= address).map(|_| told(node, "goes back")));
+            summary.backward.extend(jumps.filter(|to| to <= address).map(|_| told(node, "jumps backwards")));
             let dead_ends = node.successors().into_iter().filter(|to| lives && !alive.contains(to));
             summary.never_return.extend(dead_ends.filter_map(|to| Some(told(nodes.get(&to)?, "never returns"))));
             if lives && !node.comes_back() {
-                summary.never_return.push(told(node, "calls what never returns"));
+                summary.never_return.push(told(node, "calls a function that never returns"));
             }
         }
         if !alive.contains(&function.start) {
@@ -439,9 +445,9 @@ impl<'a> Analyst<'a> {
         summary
     }
 
-    /// Bytes of stack at most on a path that returns, callees included.
+    /// Returns the maximum stack use in bytes over the paths that return, callees included.
     fn stack(&self, nodes: &BTreeMap<u32, Node>, alive: &BTreeSet<u32>, start: u32) -> Result<u32, Refusal> {
-        // Of each instruction how deep the stack is before it, and where the frame pointer stands, if it is one.
+        // Per instruction: the stack depth before it, and the position of the frame pointer if r7 holds one.
         let mut before: BTreeMap<u32, (i64, Option<i64>)> = [(start, (0, None))].into();
         let mut open = vec![start];
         let mut deepest = 0;
@@ -449,29 +455,29 @@ impl<'a> Analyst<'a> {
             let (node, (depth, frame)) = (&nodes[&address], before[&address]);
             let refused = |reason: &str| Refusal { address, text: node.instruction.text(), reason: reason.to_owned() };
             let Some((after, frame_after)) = node.instruction.frame_after(depth, frame) else {
-                return Err(refused("the stack pointer moves by an amount that is not in the instruction"));
+                return Err(refused("the stack pointer moves by an amount outside the instruction"));
             };
             let below = match self.callee(node) {
                 Some(callee) if callee.returns => match callee.stack.clone() {
                     Some(Ok(bytes)) => i64::from(bytes),
                     Some(Err(refusal)) => return Err(refusal),
-                    None => return Err(refused("the stack of the called function is not known")),
+                    None => return Err(refused("the stack of the called function is unknown")),
                 },
                 _ => 0,
             };
             deepest = deepest.max(after).max(depth + below);
-            // What is not executed leaves the stack as it is.
+            // An instruction that is not executed leaves the stack unchanged.
             let on = if node.flow == Flow::Return && node.instruction.conditional { depth } else { after };
             if node.leaves() && node.flow == Flow::Return && after != 0 {
-                return Err(refused("returns with another stack pointer than it was called with"));
+                return Err(refused("returns with a changed stack pointer"));
             }
             for to in node.successors().into_iter().filter(|to| alive.contains(to)) {
                 let frame = match before.get(&to) {
                     None => frame_after,
                     Some((known, _)) if *known != on => {
-                        return Err(refused("two ways come together with different stack depths"));
+                        return Err(refused("two paths join with different stack depths"));
                     }
-                    // Where two ways have it at different places it is no frame pointer.
+                    // Different positions on two joining paths: r7 is not a frame pointer.
                     Some((_, known)) if known.is_some() && *known != frame_after => None,
                     Some(_) => continue,
                 };
@@ -482,12 +488,12 @@ impl<'a> Analyst<'a> {
         u32::try_from(deepest).map_err(|_| Refusal {
             address: start,
             text: nodes[&start].instruction.text(),
-            reason: format!("takes {deepest} bytes: no stack is as large"),
+            reason: format!("takes {deepest} bytes of stack, more than the address space"),
         })
     }
 
     fn paths(&self, nodes: &BTreeMap<u32, Node>, alive: &BTreeSet<u32>, start: u32) -> Result<Paths, Refusal> {
-        // The entry is node 0, the others in the order of their addresses.
+        // The entry is node 0; the other nodes follow in address order.
         let rest = alive.iter().copied().filter(|&address| address != start);
         let addresses: Vec<u32> = std::iter::once(start).chain(rest).collect();
         let number: BTreeMap<u32, usize> = addresses.iter().enumerate().map(|(at, &address)| (address, at)).collect();
@@ -502,13 +508,13 @@ impl<'a> Analyst<'a> {
                     (
                         header,
                         format!(
-                            "a loop begins here; say how often at most: --loop {:#010x}=N, {place}",
+                            "a loop begins here; limit its executions per entry: --loop {:#010x}=N, {place}",
                             addresses[header]
                         ),
                     )
                 }
-                NoPath::Irreducible(header) => (header, "a loop with two ways in: it cannot be bounded".to_owned()),
-                NoPath::NoReturn => (0, "no return is reached".to_owned()),
+                NoPath::Irreducible(header) => (header, "a loop with two entries: it has no bound".to_owned()),
+                NoPath::NoReturn => (0, "no path reaches a return".to_owned()),
             };
             let node = &nodes[&addresses[at]];
             Refusal { address: addresses[at], text: node.instruction.text(), reason }
@@ -526,7 +532,7 @@ impl<'a> Analyst<'a> {
         Ok(paths)
     }
 
-    /// The ways out of a node that lead to a return, and what each costs.
+    /// Returns the edges of a node that lead to a return, with their costs.
     fn edges(
         &self,
         nodes: &BTreeMap<u32, Node>,
@@ -537,7 +543,7 @@ impl<'a> Analyst<'a> {
     ) -> Vec<Edge> {
         let one = &node.instruction;
         let class = Class::of(one).map_or(TABLE.len(), |class| class as usize);
-        // Every instruction was priced when it was collected: none has no price here.
+        // Only priced instructions reach this point: `node` refuses an instruction without a price.
         let price = |taken| self.own(one, taken, reading).unwrap_or(u64::MAX);
         let cost = |cycles: u64| {
             let mut path = Path { cycles, instructions: 1, ..Path::default() };
@@ -568,15 +574,15 @@ impl<'a> Analyst<'a> {
         if node.flow == Flow::Next && counts_as_executed {
             edges.push(Edge { to: Some(next), cost: cost(stalled(price(false))) });
         } else if one.conditional {
-            // Counted as executed, but for the least; a condition that fails takes one cycle, whatever would have been
-            // done (Table 3-1 note c).
+            // Counted as executed, except in the least. An instruction with a false condition takes one cycle (Table
+            // 3-1 note c).
             edges.push(Edge { to: Some(next), cost: cost(1) });
         }
         edges
     }
 }
 
-/// From where each address is reached.
+/// Returns the predecessors of each address.
 fn sources(nodes: &BTreeMap<u32, Node>) -> BTreeMap<u32, Vec<u32>> {
     let mut before: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (address, node) in nodes {
@@ -588,10 +594,10 @@ fn sources(nodes: &BTreeMap<u32, Node>) -> BTreeMap<u32, Vec<u32>> {
 }
 
 fn ambiguous(address: u32) -> String {
-    format!("more than one section lies at {address:#010x}: which one is loaded, the file does not say")
+    format!("more than one section lies at {address:#010x}: the file does not define which one is loaded")
 }
 
-/// The comparison before a table branch bounds it only if there is no way around the comparison.
+/// Refuses table branches that another path reaches without their comparison.
 fn refuse_tables_entered_from_the_side(nodes: &mut BTreeMap<u32, Node>) {
     let before = sources(nodes);
     let only = |to: u32, from: u32| before.get(&to).is_none_or(|all| all.iter().all(|&one| one == from));
@@ -605,11 +611,11 @@ fn refuse_tables_entered_from_the_side(nodes: &mut BTreeMap<u32, Node>) {
     let tables = nodes.iter().filter(|(_, node)| !node.table.is_empty()).map(|(&at, _)| at);
     let refused: BTreeSet<u32> = tables.filter(|&at| is_refused(at)).collect();
     for (_, node) in nodes.iter_mut().filter(|(at, _)| refused.contains(at)) {
-        node.refusal = Some("a table branch that is reached around its comparison".into());
+        node.refusal = Some("a table branch with a path around its comparison".into());
     }
 }
 
-/// An instruction behind an IT is executed whatever its condition is, if it is jumped to.
+/// Refuses instructions behind an IT that are jump targets: they would execute regardless of their condition.
 fn refuse_blocks_entered_from_the_side(nodes: &mut BTreeMap<u32, Node>) {
     let before = sources(nodes);
     let mut refused = BTreeSet::new();
@@ -624,11 +630,11 @@ fn refuse_blocks_entered_from_the_side(nodes: &mut BTreeMap<u32, Node>) {
         }
     }
     for (_, node) in nodes.iter_mut().filter(|(at, _)| refused.contains(at)) {
-        node.refusal = Some("an instruction behind an IT that is jumped to".into());
+        node.refusal = Some("a jump target behind an IT".into());
     }
 }
 
-/// Instructions from which a return is reached, or something unknown that might return.
+/// Returns the instructions that can reach a return, or a refused instruction that might return.
 fn alive(nodes: &BTreeMap<u32, Node>) -> BTreeSet<u32> {
     let before = sources(nodes);
     let mut alive = BTreeSet::new();

@@ -1,21 +1,22 @@
-//! Ceilings: what each shipped function may cost, in a file beside the firmware, so that nothing gets dearer unseen.
+//! Cycle budgets: a TOML file lists functions of a firmware and the limit (ceiling) of each figure. The check fails
+//! when a function becomes more expensive, so a regression cannot pass CI.
 //!
 //! ```toml
-//! compiler = "rustc 1.96.0"            # the ceilings hold for its code; another compiler's is shown, and fails
+//! compiler = "rustc 1.96.0" # the limits hold for its code; code of another compiler is printed, and fails
 //!
 //! [[instance]]
 //! name = "current loop"
 //! image = "target/thumbv7em-none-eabihf/release/drive"        # relative to this file
 //! symbol = "TIM3"
-//! state = "drive::STATE"               # the static whose size is the figure `state`
-//! coefficients = "drive::CONTROLLER"   # and `coefficients`
+//! state = "drive::STATE" # the static whose size is the figure `state` coefficients = "drive::CONTROLLER" # the static
+//! whose size is the figure `coefficients`
 //! barrier = 3                          # as --barrier; loops = ["PLACE=N"] as --loop
 //! ceiling = { bound = 577, typical = 454, instructions = 291, flash = 1420, stack = 72, state = 48 }   # or fewer
-//! floor = { typical = 129 }            # what theory says is the least
-//! allow = { division = "b(x) varies" } # all checks are asked for; an exception has its reason
+//! floor = { typical = 129 } # theoretical minimum allow = { division = "b(x) varies" } # all checks are active; each
+//! exception has a reason
 //! why = "a third of the 1600 cycles between two interrupts"
 //!
-//! [[difference]]                       # one instance less another
+//! [[difference]] # one instance minus another
 //! name = "guard"
 //! of = "current loop"
 //! without = "current loop, no guard"
@@ -23,19 +24,20 @@
 //! why = ".."
 //! ```
 //!
-//! | figure | unit | what it is |
+//! | figure | unit | meaning |
 //! |---|---|---|
-//! | `bound` | cycles | the upper bound |
-//! | `typical` | cycles | the dearest call in a run in the emulator, by the typical reading of the table |
-//! | `pipelined` | cycles | the same if VLDR and VSTR pipeline as LDR and STR do |
-//! | `instructions` | | the longest call in that run, exact |
-//! | `arithmetic` | | most additions, subtractions, multiplications and conversions of floats in a call of that run |
-//! | `flash`, `stack` | B | the function and all it reaches; below the stack pointer at the entry |
-//! | `state`, `coefficients` | B | the statics that are named |
+//! | `bound` | cycles | upper bound of a call |
+//! | `typical` | cycles | most expensive call of an emulator run, by the typical column of the cycle table |
+//! | `pipelined` | cycles | `typical`, if VLDR and VSTR pipeline as LDR and STR do |
+//! | `instructions` | | longest call of that run, exact |
+//! | `arithmetic` | | most float additions, subtractions, multiplications and conversions in a call of that run |
+//! | `flash`, `stack` | B | the function and all reached code; bytes below the stack pointer at the entry |
+//! | `state`, `coefficients` | B | sizes of the named statics |
 //!
-//! A figure fails above its ceiling, and also more than [`SLACK_PERCENT`] below it: a ceiling that is not lowered after
-//! a gain lets the gain be lost again. The dearest call counts, not the mean, since a budget is for every call. A
-//! difference has no such lower edge: 5 % of each of two figures is more than a small difference between them.
+//! A figure fails above its limit. It also fails more than [`SLACK_PERCENT`] below its limit, because a limit that is
+//! not lowered after an improvement would allow the improvement to be lost. The most expensive call counts, not the
+//! mean, since the limit holds for every call. A difference has no lower limit, because 5 % of each of its two figures
+//! can exceed a small difference.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -43,7 +45,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
-use whole_file::{Existing, Kind};
+use whole_file::{Existing, FileKind};
 
 use crate::image::Image;
 use crate::report::Report;
@@ -54,30 +56,30 @@ use file::{Difference, File, Instance, Located, nearest};
 
 mod file;
 
-/// A ceiling is tight if the figure is no more than this below it.
+/// Largest distance of a figure below its limit, in percent of the limit.
 pub const SLACK_PERCENT: u64 = 5;
 
-/// What is counted of a function and may have a ceiling.
+/// Figure of a function that may have a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Figure {
-    /// Upper bound of a call, in cycles.
+    /// Upper bound of a call, cycles.
     Bound,
-    /// The dearest executed call, in typical cycles.
+    /// Most expensive executed call, typical cycles.
     Typical,
-    /// The same with pipelined float loads and stores.
+    /// Most expensive executed call, typical cycles with pipelined float loads and stores.
     Pipelined,
     /// Instructions of the longest executed call.
     Instructions,
-    /// Of floats, in an executed call.
+    /// Most float additions, subtractions, multiplications and conversions in an executed call.
     Arithmetic,
-    /// Bytes of the function and all it reaches.
+    /// Size of the function and of all code that it reaches, bytes.
     Flash,
-    /// Bytes below the stack pointer at the entry, callees included.
+    /// Stack use below the stack pointer at the entry, callees included, bytes.
     Stack,
-    /// Bytes of the static that the file names as state.
+    /// Size of the static that the file names as state, bytes.
     State,
-    /// Bytes of the static that the file names as coefficients.
+    /// Size of the static that the file names as coefficients, bytes.
     Coefficients,
 }
 
@@ -94,7 +96,7 @@ impl Figure {
         Self::Coefficients,
     ];
 
-    /// As in the file.
+    /// Returns the key of the figure in the file.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bound => "bound",
@@ -109,7 +111,7 @@ impl Figure {
         }
     }
 
-    /// Of one or many.
+    /// Returns the unit of the figure, in the plural.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Bound | Self::Typical | Self::Pipelined => "cycles",
@@ -119,76 +121,76 @@ impl Figure {
         }
     }
 
-    /// Does it take a run in the emulator?
+    /// Returns whether the figure needs an emulator run.
     fn is_executed(self) -> bool {
         matches!(self, Self::Typical | Self::Pipelined | Self::Instructions | Self::Arithmetic)
     }
 }
 
-/// A figure of an instance or a difference, beside what it is held to.
+/// A figure of an instance or a difference, with its limits.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Of which instance or difference.
+    /// Name of the instance or the difference.
     pub name: String,
-    /// Which figure of it this row holds.
+    /// Figure in this row.
     pub figure: Figure,
-    /// The value of the figure; none if it has no answer.
+    /// Value of the figure; `None` if it could not be computed.
     pub value: Option<i64>,
-    /// The most, or of a difference that is fixed the very value.
+    /// Upper limit, or the exact value of a difference with `exactly`.
     pub ceiling: Option<u64>,
-    /// The least that theory allows.
+    /// Theoretical minimum.
     pub floor: Option<u64>,
-    /// What is wrong, in a few words; empty if nothing is.
+    /// Short remark on a violation; empty without one.
     pub remark: String,
 }
 
-/// An image and who compiled it.
+/// A firmware and its compilers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Built {
-    /// As in the file.
+    /// Path of the firmware, as in the file.
     pub image: String,
-    /// What its compilers say of themselves.
+    /// Compilers that the firmware names in its section `.comment`.
     pub compilers: Vec<String>,
-    /// Do the ceilings hold for it?
+    /// Set if one of the compilers is the compiler of the limits.
     pub is_judged: bool,
 }
 
-/// The answer to a file of ceilings.
+/// Result of checking a file of limits.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
-    /// The compiler that the ceilings were measured with.
+    /// Compiler that produced the limits.
     pub compiler: String,
-    /// The images that the file names, and who compiled them.
+    /// Firmware files named in the file, with their compilers.
     pub images: Vec<Built>,
-    /// All figures, each beside its ceiling.
+    /// All figures with their limits.
     pub rows: Vec<Row>,
-    /// What is above its ceiling, far below it, or should not be there.
+    /// Violated limits, limits that are too loose, and failed checks.
     pub failures: Vec<String>,
-    /// What has no answer, and why.
+    /// Figures that could not be computed, with the reason.
     pub declined: Vec<String>,
-    /// What is to be known and fails nothing.
+    /// Remarks that do not fail the check.
     pub notes: Vec<String>,
-    /// Each instance: why its ceilings are where they are.
+    /// Reason of the limits, per instance.
     pub reasons: BTreeMap<String, String>,
 }
 
-/// What is to be written into the file.
+/// Changes to write into the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Write {
-    /// Every ceiling that is above its figure, lowered to it.
+    /// Lowers every limit to its figure, where the figure is below.
     Lowered,
-    /// The compiler of the images and their figures, in place of those of another compiler.
+    /// Replaces compiler and limits by the firmware's compiler and figures.
     Recorded,
 }
 
-/// Reads the file and its images, runs them in the emulator, and holds every figure to its ceiling; what is asked is
-/// written into the file first.
+/// Checks every figure of a file against its limit. Reads the firmware, runs it in the emulator if needed, and first
+/// applies the requested changes to the file.
 ///
 /// # Errors
-/// Bad input, in one line.
+/// Invalid input, in one line.
 pub fn run(path: &Path, write: Option<Write>, stop: &AtomicBool) -> Result<Verdict, String> {
     let file = path.display().to_string();
-    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|message| format!("{file}: {message}"))?;
+    let text = whole_file::read_text(path, FileKind::SETTINGS).map_err(|message| format!("{file}: {message}"))?;
     let at = |image: &str| path.parent().unwrap_or_else(|| Path::new("")).join(image);
     let judged = |text: &str| {
         judge(
@@ -218,28 +220,28 @@ pub fn run(path: &Path, write: Option<Write>, stop: &AtomicBool) -> Result<Verdi
     run(path, None, stop)
 }
 
-/// The text with the ceilings of what is judged lowered to their figures; none if all are there already.
+/// Returns the text with the limits lowered to the figures, or `None` if no limit is above its figure.
 fn lowered(text: &str, verdict: &Verdict) -> Option<String> {
     let mut document: toml_edit::DocumentMut = text.parse().ok()?;
     let is_above = |row: &Row| row.value < row.ceiling.map(|ceiling| ceiling as i64);
     with_ceilings(&mut document, "instance", verdict, is_above).then(|| document.to_string())
 }
 
-/// What comes of recording.
+/// Outcome of recording new limits.
 #[derive(Debug, PartialEq)]
 enum Recorded {
-    /// The text of the file with the new compiler and figures.
+    /// New text of the file, with the new compiler and figures.
     Text(String),
-    /// Something has no figure: nothing is recorded.
+    /// A figure is missing; the file stays unchanged.
     Declined(Box<Verdict>),
 }
 
-/// The text with the compiler of the images and all their figures.
+/// Returns the text with the firmware's compiler and all its figures.
 fn recorded(file: &str, text: &str, judged: impl Fn(&str) -> Result<Verdict, String>) -> Result<Recorded, String> {
     let verdict = judged(text)?;
     if verdict.images.iter().all(|built| built.is_judged) {
         return Err(format!(
-            "{file}: its ceilings are of {} already; what was gained is written by --lower, a ceiling raised by hand",
+            "{file}: its ceilings are for {} already. Record improvements with --lower; raise a ceiling by hand",
             verdict.compiler
         ));
     }
@@ -248,20 +250,20 @@ fn recorded(file: &str, text: &str, judged: impl Fn(&str) -> Result<Verdict, Str
     document["compiler"] = toml_edit::value(common_compiler(&verdict).ok_or_else(|| {
         let of = |built: &Built| format!("{}: {}", built.image, built.compilers.join(", "));
         let all: Vec<String> = verdict.images.iter().map(of).collect();
-        format!("{file}: there is no compiler that all images name ({})", all.join("; "))
+        format!("{file}: the images have no compiler in common ({})", all.join("; "))
     })?);
     let verdict = judged(&document.to_string())?;
     if !verdict.declined.is_empty() {
         return Ok(Recorded::Declined(Box::new(verdict)));
     }
-    // A figure below its floor stays a failure: the floor is none then.
+    // A figure below its floor stays a failure, since it disproves the floor.
     let is_other = |row: &Row| row.value.is_some_and(|value| value >= row.floor.unwrap_or(0) as i64);
     with_ceilings(&mut document, "instance", &verdict, is_other);
     with_ceilings(&mut document, "difference", &verdict, |_| true);
     Ok(Recorded::Text(document.to_string()))
 }
 
-/// A compiler that every image names, up to its number; of the kind that the file had before any other.
+/// Returns the compiler and version that every firmware names. A compiler of the same kind as in the file has priority.
 fn common_compiler(verdict: &Verdict) -> Option<String> {
     let first = verdict.images.first()?;
     let kind = |name: &str| name.split_whitespace().next().map(str::to_owned);
@@ -273,7 +275,7 @@ fn common_compiler(verdict: &Verdict) -> Option<String> {
     Some(words[..=number].join(" "))
 }
 
-/// Writes the figures of the rows that are `wanted` over their ceilings in this list of tables; was there any?
+/// Overwrites the limits of the `wanted` rows with their figures; returns whether it changed any.
 fn with_ceilings(
     document: &mut toml_edit::DocumentMut,
     list: &str,
@@ -284,7 +286,7 @@ fn with_ceilings(
     let mut any = false;
     for table in tables.iter_mut() {
         let text_of = |key: &str| table.get(key).and_then(toml_edit::Item::as_str).unwrap_or_default();
-        // A difference has no image of its own.
+        // A difference has no firmware of its own.
         let image = verdict.images.iter().find(|built| built.image == text_of("image"));
         let is_judged = image.is_none_or(|built| built.is_judged);
         let rows: Vec<&Row> = verdict.rows.iter().filter(|row| is_judged && row.name == text_of("name")).collect();
@@ -294,7 +296,7 @@ fn with_ceilings(
                 continue;
             };
             if let Some(value) = row.value {
-                // The blanks and remarks around it stay.
+                // Keeps the white space and comments around the value.
                 let around = ceiling.decor().clone();
                 *ceiling = value.max(0).into();
                 *ceiling.decor_mut() = around;
@@ -305,7 +307,7 @@ fn with_ceilings(
     any
 }
 
-/// The same for images and traces from anywhere.
+/// Checks the figures as [`run`] does, with injected firmware and traces.
 fn judge(
     (name, text): (&str, &str),
     mut image_of: impl FnMut(&str) -> Result<Image, String>,
@@ -324,7 +326,7 @@ fn judge(
         notes: Vec::new(),
         reasons: file.instance.iter().map(|one| (one.name.clone(), one.why.trim().to_owned())).collect(),
     };
-    // By instance.
+    // Results in the order of the instances.
     let mut measured: Vec<Option<Measured>> = file.instance.iter().map(|_| None).collect();
     let mut names: Vec<&str> = Vec::new();
     file.instance.iter().for_each(|one| names.extend((!names.contains(&one.image.as_str())).then_some(&*one.image)));
@@ -335,11 +337,10 @@ fn judge(
         let compilers = image.compilers();
         let is_judged = compilers.iter().any(|one| is_compiler(one, &file.compiler));
         if !is_judged {
-            let by =
-                if compilers.is_empty() { "a compiler that it does not name".into() } else { compilers.join(", ") };
+            let by = if compilers.is_empty() { "an unnamed compiler".into() } else { compilers.join(", ") };
             verdict.failures.push(format!(
-                "{name} was built by {by}; the ceilings hold for {} alone: build it with that, or write down figures \
-                 of your own: --record",
+                "{name} was built by {by}; the ceilings hold for {} only. Build with it, or record your own figures: \
+                 --record",
                 file.compiler
             ));
         }
@@ -371,55 +372,55 @@ fn judge(
     Ok(verdict)
 }
 
-/// What was found of an instance.
+/// Results of an instance.
 struct Measured {
     answer: Answer,
     figures: BTreeMap<Figure, u64>,
     is_judged: bool,
 }
 
-/// What the layout cannot say.
+/// Checks the rules that the layout does not cover.
 fn check(file: &File, told: &impl Fn(&str, &str) -> String) -> Result<(), String> {
     let given = |key: &str, text: &str, what: &str| {
         if text.trim().is_empty() { Err(told(key, &format!("is missing: {what}"))) } else { Ok(()) }
     };
-    given("compiler", &file.compiler, "the compiler that the ceilings were measured with, as \"rustc 1.96.0\"")?;
+    given("compiler", &file.compiler, "the compiler of the ceilings, for example \"rustc 1.96.0\"")?;
     if file.instance.is_empty() {
         return Err(told("instance", "is missing: a function and its ceilings, [[instance]]"));
     }
     let names = || file.instance.iter().map(|one| one.name.as_str());
     for (k, one) in file.instance.iter().enumerate() {
         let key = |name: &str| format!("instance[{}].{name}", k + 1);
-        given(&key("name"), &one.name, "what the table calls it")?;
+        given(&key("name"), &one.name, "the name in the table")?;
         given(&key("image"), &one.image, "the linked firmware, relative to this file")?;
         given(&key("symbol"), &one.symbol, "the function")?;
-        given(&key("why"), &one.why, "the reason of its ceilings, in words")?;
+        given(&key("why"), &one.why, "the reason for its ceilings")?;
         if names().position(|name| name == one.name) != Some(k) {
-            return Err(told(&key("name"), &format!("{:?} is there already; each instance has its own", one.name)));
+            return Err(told(&key("name"), &format!("{:?} is used already; use another name", one.name)));
         }
         for (check, reason) in &one.allow {
-            given(&key(&format!("allow.{}", check.name())), reason, "the reason of the exception, in words")?;
+            given(&key(&format!("allow.{}", check.name())), reason, "the reason for the exception")?;
         }
         for (figure, name) in [(Figure::State, &one.state), (Figure::Coefficients, &one.coefficients)] {
             if one.ceiling.contains_key(&figure) && name.is_none() {
-                let message = format!("needs the static that is measured: {} = \"NAME\"", figure.name());
+                let message = format!("needs the measured static: {} = \"NAME\"", figure.name());
                 return Err(told(&key(&format!("ceiling.{}", figure.name())), &message));
             }
         }
         for (figure, floor) in &one.floor {
             if let Some(ceiling) = one.ceiling.get(figure).filter(|ceiling| floor > ceiling) {
-                let message = format!("{floor} is above the ceiling of {ceiling}");
+                let message = format!("{floor}: must be <= the ceiling of {ceiling}");
                 return Err(told(&key(&format!("floor.{}", figure.name())), &message));
             }
         }
     }
     for (k, one) in file.difference.iter().enumerate() {
         let key = |name: &str| format!("difference[{}].{name}", k + 1);
-        given(&key("name"), &one.name, "what the table calls it")?;
+        given(&key("name"), &one.name, "the name in the table")?;
         if names().any(|name| name == one.name) {
-            return Err(told(&key("name"), &format!("an instance is called {:?} already", one.name)));
+            return Err(told(&key("name"), &format!("{:?} is the name of an instance already", one.name)));
         }
-        given(&key("why"), &one.why, "the reason of its ceiling, in words")?;
+        given(&key("why"), &one.why, "the reason for its ceiling")?;
         for (name, instance) in [("of", &one.of), ("without", &one.without)] {
             given(&key(name), instance, "the name of an instance")?;
             if !names().any(|name| name == instance) {
@@ -431,7 +432,8 @@ fn check(file: &File, told: &impl Fn(&str, &str) -> String) -> Result<(), String
     Ok(())
 }
 
-/// Is `found`, as the image says it, the compiler that is `named`? Its number to the end: 1.9 is not 1.96.
+/// Returns whether the firmware's compiler `found` is the compiler `named`. The version must match completely: 1.9 is
+/// not 1.96.
 fn is_compiler(found: &str, named: &str) -> bool {
     let named = named.trim().replacen(" version ", " ", 1);
     found.strip_prefix(&named).is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '.'))
@@ -453,15 +455,15 @@ fn read(
     }
     let symbol = Some(instance.symbol.clone());
     let mut options = Options { symbol, barrier: instance.barrier, ..Options::default() };
-    // Another compiler puts the loops elsewhere; the checks need no rounds.
+    // Another compiler places the loops elsewhere, and the checks need no loop counts.
     if is_judged {
         options.loops.clone_from(&instance.loops);
     }
-    // The symbol is there: what is wrong now is a loop.
+    // The symbol exists, so a remaining error concerns the loops.
     Answer::of(image, &options).map_err(|why| told(&key("loops"), &why))
 }
 
-/// One run for all instances of an image, if any of them is held to what it executes.
+/// Runs a firmware once for all its instances, if one of them has a limit on an executed figure.
 fn trace(
     image: &str,
     file: &File,
@@ -511,7 +513,7 @@ fn figures(image: &Image, instance: &Instance, report: &Report) -> BTreeMap<Figu
 impl Verdict {
     fn instance(&mut self, instance: &Instance, measured: &Measured, told: &impl Fn(&str, &str) -> String) {
         let name = &instance.name;
-        // Of another compiler's code only what hides something from the checks.
+        // For another compiler, only unread code matters: it could hide something from the checks.
         let hides = measured.is_judged || !measured.answer.is_read();
         let told_in = if hides { &mut self.declined } else { &mut self.notes };
         told_in.extend(measured.answer.report.declined.iter().map(|reason| format!("{name}: {reason}")));
@@ -521,7 +523,7 @@ impl Verdict {
                 (Some((_, line)), None) => self.failures.push(format!("{name}: {line}")),
                 (None, Some(_)) if measured.is_judged => {
                     let key = format!(".allow.{}", check.name());
-                    self.failures.push(told(&key, "nothing needs this exception: take it out"));
+                    self.failures.push(told(&key, "unused exception: remove it"));
                 }
                 _ => {}
             }
@@ -549,12 +551,12 @@ impl Verdict {
                 && value < floor
             {
                 remark = "below the floor".into();
-                let message = format!("{name} has {value} {unit}, below the floor of {floor}, which is none then");
+                let message = format!("{name} has {value} {unit}, below the floor of {floor}, a wrong floor");
                 self.fail(measured, || told(&format!(".floor.{}", figure.name()), &message));
             }
-            // Why is told already, once for all figures; should it ever not be, nothing passes unseen.
+            // A refusal explains the missing figure already; this covers any other case.
             if value.is_none() && ceiling.is_some() && measured.is_judged && self.declined.is_empty() {
-                self.declined.push(told(&key, &format!("{name} has no such figure")));
+                self.declined.push(told(&key, &format!("{name}: the figure is not available")));
             }
             if value.is_some() || ceiling.is_some() {
                 let value = value.map(|value| value as i64);
@@ -593,7 +595,7 @@ impl Verdict {
                 self.fail(judged, || told(&key, &format!("{name} has {value} {unit}, not {exactly}")));
             }
             if value.is_none() && ceiling.or(exactly).is_some() && judged.is_judged && self.declined.is_empty() {
-                self.declined.push(format!("{name}: no {} of both instances", figure.name()));
+                self.declined.push(format!("{name}: `{}` is not available for both instances", figure.name()));
             }
             if ceiling.or(exactly).is_some() || (value.is_some_and(|value| value != 0)) {
                 let ceiling = ceiling.or(exactly);
@@ -602,7 +604,7 @@ impl Verdict {
         }
     }
 
-    /// Of another compiler's code the table says enough.
+    /// Records a failure. Code of another compiler fails once as a whole, so its figures are only in the table.
     fn fail(&mut self, measured: &Measured, message: impl Fn() -> String) {
         if measured.is_judged {
             self.failures.push(message());
@@ -635,7 +637,7 @@ impl fmt::Display for Verdict {
             before = name;
         }
         write!(f, "{table}")?;
-        writeln!(f, "\nceilings of {}; cycles by ARM DDI 0439D, zero wait states; `typical` with P = 2", self.compiler)
+        writeln!(f, "\nceilings for {}; cycles by ARM DDI 0439D, zero wait states; `typical` with P = 2", self.compiler)
     }
 }
 

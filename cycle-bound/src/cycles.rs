@@ -1,54 +1,54 @@
-//! Cycles of a Cortex-M4F instruction: the table, its source, and what neighbours cost each other.
+//! Cycle table of the Cortex-M4F: cycles per instruction, their source, and the interaction of neighbouring
+//! instructions.
 //!
 //! Source: ARM DDI 0439D, *Cortex-M4 Technical Reference Manual* r0p1, Table 3-1 (integer), Table 3-2 (DSP), section
-//! 3.3.2 (load/store timings), Table 7-1 and the notes of section 7.2.3 (FPU). Three readings of it:
+//! 3.3.2 (load/store timings), Table 7-1 and the notes of section 7.2.3 (FPU). The table has four readings:
 //!
-//! - **worst**, for a bound: no gain that the manual does not promise. Loads and stores never pipeline (note b: "they
-//!   might not pipeline optimally"), a pipeline refill takes P = 3, any result of the FPU that the next instruction
-//!   reads costs a cycle, and so does any address made of what the instruction before wrote.
-//! - **typical**, for an executed trace: P = 2; a load or store after a load is one cycle cheaper unless it takes its
-//!   address from it; a store to `[Rn, #imm]` takes one; operand stalls where the manual names them.
-//! - **pipelined**, the same with VLDR and VSTR taken for LDR and STR: the bus is the same, and the manual neither
-//!   promises it nor denies it. Others who count cycles from this manual do so.
-//! - **least**: P = 1, everything folded and pipelined that can be, what is conditional not executed.
+//! - **worst**, for the bound: uses no gain that the manual does not guarantee. Loads and stores never pipeline (note
+//!   b: "they might not pipeline optimally"). A pipeline refill takes P = 3. An FPU result that the next instruction
+//!   reads costs a cycle. An address costs a cycle if the previous instruction wrote one of its registers.
+//! - **typical**, for an executed trace: P = 2. A load or store after a load is one cycle cheaper, unless the load
+//!   wrote its address. A store to `[Rn, #imm]` takes one cycle. Operand stalls occur where the manual names them.
+//! - **pipelined**: typical, with VLDR and VSTR treated as LDR and STR. They share the bus, and the manual neither
+//!   guarantees nor excludes it. Published cycle counts based on this manual use this reading.
+//! - **least**: P = 1, every possible folding and pipelining, conditional instructions not executed.
 //!
-//! Where the manual says two things, the worst reading takes the larger: LDM and POP (3.3.2 "2+1+1 or 5" for three
-//! registers, Table 3-1 gives 4), TBB and TBH (3.3.2 "at least six", Table 3-1 gives 2 + P), a literal load ("might add
-//! a cycle"). A transfer between a core register and the FPU takes 2 in Table 7-1 in every reading.
+//! Where the manual has two values, the worst reading uses the larger one. This concerns LDM and POP (3.3.2 "2+1+1 or
+//! 5" for three registers, Table 3-1 gives 4), TBB and TBH (3.3.2 "at least six", Table 3-1 gives 2 + P), and a literal
+//! load ("might add a cycle"). A transfer between a core register and the FPU takes 2 in Table 7-1 in every reading.
 
 use crate::instruction::Instruction;
 
-/// What is assumed with every figure, in cycles or not.
-pub const RETURNS: &str =
-    "what looks like a return (`bx lr`, `pop {pc}`, `ldr pc, [sp]`, `mov pc, lr`) is taken for a return";
-/// What is assumed with every figure in cycles.
+/// Assumption of every figure, in cycles or in instructions.
+pub const RETURNS: &str = "`bx lr`, `pop {pc}`, `ldr pc, [sp]` and `mov pc, lr` are treated as returns";
+/// Assumptions of every figure in cycles.
 pub const ASSUMPTIONS: [&str; 7] = [
     "instruction timing of ARM DDI 0439D (Cortex-M4 r0p1): Tables 3-1, 3-2, 7-1, sections 3.3.2, 7.2.3",
     "zero wait states for code and data, code fetched over the ICode bus, no other bus master, accesses aligned",
     "bound: pipeline refill P = 3, no load or store pipelined, every operand and address stall taken",
     "typical: P = 2, loads and stores pipelined behind a load, named operand stalls",
-    "least: P = 1, all pipelined, what is conditional not executed",
+    "least: P = 1, all pipelined, conditional instructions not executed",
     "no interrupt, no fault; entry and exit of an interrupt, and the call of the function itself, not counted",
     "in a handler, the 17 words that its first float instruction stores (lazy stacking of the FPU) not counted",
 ];
 
-/// A reading of the table.
+/// Reading of the cycle table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
-    /// Upper bound: the most that the manual allows.
+    /// Upper bound: the maximum that the manual allows.
     Worst,
-    /// Of an executed trace.
+    /// Typical cycles of an executed trace.
     Typical,
-    /// Of an executed trace, if VLDR and VSTR pipeline as LDR and STR do.
+    /// Typical cycles of an executed trace, if VLDR and VSTR pipeline as LDR and STR do.
     Pipelined,
-    /// Lower bound: the least that the manual allows.
+    /// Lower bound: the minimum that the manual allows.
     Least,
-    /// Instructions instead of cycles, for cores without a table.
+    /// Instructions instead of cycles, for cores without a cycle table.
     Count,
 }
 
 impl Reading {
-    /// Cycles of a pipeline refill, P.
+    /// Returns the cycles of a pipeline refill, P.
     pub(crate) fn refill(self) -> u64 {
         match self {
             Self::Worst => 3,
@@ -59,7 +59,7 @@ impl Reading {
     }
 }
 
-/// Instructions that take their cycles in the same way.
+/// Class of instructions with the same timing: one row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the rows of the table say what each is")]
 pub enum Class {
@@ -90,33 +90,33 @@ pub enum Class {
     FloatStore,
 }
 
-/// Cycles of one reading.
+/// Cycles of an instruction class in one reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cycles {
-    /// That many cycles, whatever is moved.
+    /// Constant number of cycles.
     Fixed(u64),
-    /// That many, and one for each word moved.
+    /// Number of cycles plus one for each word moved.
     Words(u64),
-    /// No number is documented.
+    /// No documented maximum.
     Unbounded,
 }
 
-/// A row of the table; a branch that is taken costs P more.
+/// A row of the cycle table; a taken branch costs P more.
 #[derive(Debug)]
 pub struct Row {
-    /// What it is of.
+    /// Instruction class of the row.
     pub class: Class,
-    /// Its name in a histogram.
+    /// Name of the class in the histogram.
     pub label: &'static str,
     /// Mnemonics without condition, width, data type and the `s` of set flags.
     pub mnemonics: &'static [&'static str],
-    /// Fewest cycles, if it is executed.
+    /// Fewest cycles of an executed instruction.
     pub least: Cycles,
-    /// Cycles of it in an executed trace.
+    /// Cycles in an executed trace.
     pub typical: Cycles,
     /// Most cycles, for the bound.
     pub worst: Cycles,
-    /// Where this is written, and how it was read.
+    /// Place in the manual, and its interpretation.
     pub source: &'static str,
 }
 
@@ -149,7 +149,7 @@ const fn row(
     Row { class, label, mnemonics, least, typical, worst, source }
 }
 
-/// The table: least, typical, worst.
+/// The cycle table; each row has least, typical and worst cycles.
 pub static TABLE: &[Row] = &[
     row(Class::Integer, "integer", INTEGER, [Fixed(1); 3], "Tables 3-1, 3-2"),
     row(Class::Multiply, "multiply", MULTIPLY, [Fixed(1); 3], "Tables 3-1, 3-2"),
@@ -284,7 +284,7 @@ pub static TABLE: &[Row] = &[
 ];
 
 impl Class {
-    /// Of an instruction that the table has.
+    /// Returns the class of an instruction, or `None` if the table does not contain it.
     pub(crate) fn of(one: &Instruction) -> Option<Self> {
         let mut types = one.name.split('.');
         let stem = types.next()?;
@@ -304,9 +304,9 @@ impl Class {
             Self::FloatArithmetic | Self::FloatMultiplyAccumulate | Self::FloatDivide | Self::FloatCompare
         );
         match class {
-            // 128-bit registers, and arithmetic on 64-bit ones, belong to another unit.
+            // 128-bit registers, and arithmetic on 64-bit registers, need another unit.
             _ if named(&['q']) || (single_only && named(&['d'])) => None,
-            // ARM state is not there.
+            // The core has no ARM state.
             Self::Branch if stem == "blx" && one.operands.first().is_some_and(|operand| operand.starts_with('#')) => {
                 None
             }
@@ -318,22 +318,23 @@ impl Class {
         }
     }
 
-    /// The row of the table for this class.
+    /// Returns the table row of the class.
     pub fn row(self) -> &'static Row {
-        // The table is in the order of the classes: a test holds it to that.
+        // The rows have the order of the classes; a test checks the order.
         &TABLE[self as usize]
     }
 }
 
-/// Cycles of an executed instruction without those that its neighbours cause; `taken`: it goes elsewhere.
+/// Returns the cycles of an executed instruction without the influence of its neighbours; `taken` adds the pipeline
+/// refill.
 ///
 /// # Errors
-/// Why there is no number.
+/// The reason, if the table has no number for the instruction.
 pub(crate) fn own(one: &Instruction, taken: bool, reading: Reading) -> Result<u64, String> {
     if reading == Reading::Count {
         return Ok(1);
     }
-    let class = Class::of(one).ok_or("the table has no such instruction")?;
+    let class = Class::of(one).ok_or("the cycle table does not contain this instruction")?;
     let row = class.row();
     let mut cycles = match reading {
         Reading::Least => row.least,
@@ -353,7 +354,7 @@ pub(crate) fn own(one: &Instruction, taken: bool, reading: Reading) -> Result<u6
     match cycles {
         Fixed(cycles) => Ok(cycles + u64::from(literal) + refill + awaited),
         Words(first) => Ok(first + u64::from(one.words()) + u64::from(literal) + refill),
-        Unbounded => Err(format!("no largest number of cycles is documented ({})", row.source)),
+        Unbounded => Err(format!("no maximum number of cycles is documented ({})", row.source)),
     }
 }
 
@@ -375,17 +376,17 @@ fn access(one: &Instruction, class: Class, reading: Reading) -> Option<Access> {
     }
 }
 
-/// What `one` takes more, or less, because `before` was executed just before it.
+/// Returns the additional cycles of `one` (negative: saved) because `before` is executed directly before it.
 pub(crate) fn after(before: &Instruction, one: &Instruction, reading: Reading) -> i64 {
     let (Some(first), Some(second)) = (Class::of(before), Class::of(one)) else { return 0 };
-    // What is not executed does not wait and is not waited for.
+    // An instruction that is not executed neither stalls nor causes a stall.
     let may_fail = reading == Reading::Least && (before.conditional || one.conditional);
     if reading == Reading::Count || may_fail {
         return 0;
     }
     let worst = reading == Reading::Worst;
     let arithmetic = matches!(first, Class::FloatArithmetic | Class::FloatMultiplyAccumulate | Class::FloatDivide);
-    // 7.2.3 says "such as": a bound takes every operation of the FPU for one of them.
+    // 7.2.3 gives examples only ("such as"), so the bound includes every FPU operation.
     let stalls =
         arithmetic || (worst && matches!(first, Class::FloatCompare | Class::FloatMove | Class::FloatTransfer));
     let addend = if second == Class::FloatMultiplyAccumulate && worst { one.results() } else { 0 };
@@ -398,9 +399,9 @@ pub(crate) fn after(before: &Instruction, one: &Instruction, reading: Reading) -
         (true, _, true) => before.writes() & !before.results(),
         (false, ..) => 0,
     };
-    // A core register out of the FPU may be both; it is waited for once.
+    // A transfer from the FPU to a core register may cause both stalls; the core waits once.
     let address = written & one.address_registers() != 0 && !operand;
-    // 3.3.2: a load or store behind a load takes one cycle less, unless its address comes from it.
+    // 3.3.2: a load or store behind a load takes one cycle less, unless the load wrote its address.
     let pipelined = matches!(reading, Reading::Typical | Reading::Pipelined)
         && access(before, first, reading) == Some(Access::Load)
         && access(one, second, reading).is_some()
@@ -414,7 +415,7 @@ mod tests {
     use super::*;
     use crate::instruction::parse;
 
-    /// Least, typical, worst, not taken.
+    /// Returns the least, typical and worst cycles of an instruction without a taken branch.
     fn readings(text: &str) -> [Result<u64, String>; 3] {
         [Reading::Least, Reading::Typical, Reading::Worst].map(|reading| own(&parse(text), false, reading))
     }
@@ -433,7 +434,7 @@ mod tests {
         }
     }
 
-    /// One instruction of each class at least, against the numbers of the manual.
+    /// At least one instruction of each class, against the numbers of the manual.
     #[test]
     fn cycles_are_those_of_the_manual() {
         for (text, expected) in [
@@ -528,7 +529,8 @@ mod tests {
         assert_eq!(pair(add, "vmul.f32 s0, s3, s4"), [0, 0, 0]);
         assert_eq!(pair(add, "vmov d4, r0, r1"), [0, 0, 0]);
         assert_eq!(pair("vldr s0, [r1]", "vmul.f32 s3, s0, s4"), [0, 0, 0]);
-        // A comparison is not named, and an addend is taken a cycle later: only the bound counts them.
+        // The manual does not name a comparison, and an addend is read a cycle later: only the bound counts these
+        // stalls.
         assert_eq!(pair("vcmp.f32 s0, s1", "vmrs apsr_nzcv, fpscr"), [0, 0, 1]);
         assert_eq!(pair("vneg.f32 s0, s1", "vadd.f32 s2, s0, s0"), [0, 0, 1]);
         assert_eq!(pair(add, "vmla.f32 s0, s3, s4"), [0, 0, 1]);
@@ -544,12 +546,12 @@ mod tests {
         assert_eq!(pair("add r1, r2", "vldr s0, [r1]"), [1, 1, 1]);
         assert_eq!(pair("sub sp, #16", "push {r4, lr}"), [1, 1, 1]);
         assert_eq!(pair("add r3, r2", "vldr s0, [r1]"), [0, 0, 0]);
-        // Written back by a load: not named, so only the bound counts it.
+        // The manual does not name a register written back by a load: only the bound counts this stall.
         assert_eq!(pair("ldr r0, [r1], #4", "vldr s0, [r1]"), [0, 0, 1]);
         assert_eq!(pair("ldr r1, [r0]", "vldr s0, [r1]"), [0, 0, 0]);
     }
 
-    /// The four examples of section 3.3.2, in order, and the one thing that forbids it.
+    /// The four examples of section 3.3.2 in order, and the exception.
     #[test]
     fn typical_loads_pipeline_as_the_manual_shows_and_the_bound_takes_none_of_it() {
         let total = |lines: &[&str], reading| {
@@ -577,7 +579,7 @@ mod tests {
             let own: i64 = all.iter().map(|one| own(one, false, reading).expect("tabled") as i64).sum();
             own + all.windows(2).map(|pair| after(&pair[0], &pair[1], reading)).sum::<i64>()
         };
-        // The sum is stored by the very next instruction: 1 more in every reading.
+        // The very next instruction stores the sum: 1 more in every reading.
         assert_eq!([Reading::Typical, Reading::Pipelined, Reading::Worst].map(total), [10, 7, 10]);
         let pair = |before, one| after(&parse(before), &parse(one), Reading::Pipelined);
         assert_eq!(pair("ldr r1, [r0]", "vldr s0, [r1]"), 0, "its address was just loaded");

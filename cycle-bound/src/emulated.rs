@@ -1,8 +1,8 @@
-//! What an image executes, from the emulator: the trace that typical cycles are counted from.
+//! Execution trace of a firmware from the emulator; the typical cycles are counted from it.
 //!
-//! The image runs by the clock of its instructions, one a nanosecond, and the emulator writes down the address
-//! of every instruction within the functions that are asked about. It ends when the image says so in its log (a last
-//! word `ends`, `done` or `stopped`), and otherwise when there is enough.
+//! The emulated clock advances by one nanosecond per instruction. The emulator logs the address of every executed
+//! instruction in the requested ranges. The run ends when the last word of the firmware's log is `ends`, `done` or
+//! `stopped`. Otherwise it ends after a time or size limit.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,26 +10,26 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use whole_file::Kind;
+use whole_file::FileKind;
 
 use crate::log::{Log, Messages};
 use crate::qemu::{Clock, Process, Trace, is_last};
 use crate::trace;
 
-/// An image that does not end by itself has said enough when its trace is as large as this: two million instructions.
+/// Trace size that ends the run of a firmware without a last word, bytes: about two million instructions.
 const ENOUGH_BYTES: u64 = 200 << 20;
-/// Nor does a function that is never called keep anyone waiting for longer.
+/// Run time that ends the run of a firmware without a last word.
 const ENOUGH_TIME: Duration = Duration::from_secs(30);
-/// How often it is looked at.
+/// Polling interval of the run.
 const GLANCE: Duration = Duration::from_millis(20);
 
-/// Addresses within `ranges` in the order in which the image executes them.
+/// Returns the executed addresses within `ranges`, in the order of execution.
 ///
 /// # Errors
-/// When the emulator or the image is missing or no good; when told to `stop`.
+/// The emulator or the firmware is missing or unusable, or `stop` was set.
 pub fn executed(image: &Path, ranges: &[(u32, u32)], stop: &AtomicBool) -> Result<Vec<u32>, String> {
-    let scratch = whole_file::scratch().map_err(|error| format!("no place for a trace: {error}"))?;
-    // An image that logs nothing of ours runs as well: it only cannot say when it ends.
+    let scratch = whole_file::scratch().map_err(|error| format!("the trace file cannot be created: {error}"))?;
+    // A firmware without defmt messages runs too, but ends by the time or size limit only.
     let messages = Messages::of(image).ok();
     let trace = Trace { ranges, file: scratch.path() };
     let (process, [_, stream]) = Process::start(image, [false, messages.is_some()], Clock::Instructions, Some(trace))?;
@@ -56,6 +56,6 @@ pub fn executed(image: &Path, ranges: &[(u32, u32)], stop: &AtomicBool) -> Resul
     }
     drop(process);
     let text =
-        whole_file::read(scratch.path(), Kind::TRACE).map_err(|why| format!("the trace of the emulator: {why}"))?;
+        whole_file::read(scratch.path(), FileKind::TRACE).map_err(|why| format!("the trace of the emulator: {why}"))?;
     Ok(trace::addresses(&String::from_utf8_lossy(&text)))
 }

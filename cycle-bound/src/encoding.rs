@@ -1,10 +1,10 @@
-//! Encodings that the architecture leaves open.
+//! Unpredictable encodings: bit patterns whose behaviour the architecture leaves open.
 //!
-//! A disassembler names an instruction by some of its bits. Of the others the manual (ARMv7-M, DDI 0403E) writes `(0)`
-//! or `(1)`: what a core does if they are not so is its own affair, and so is what it does with a list of no register.
-//! A text says nothing of such code, so it is declined.
+//! A disassembler identifies an instruction by some of its bits. The manual (ARMv7-M, DDI 0403E) marks other bits as
+//! `(0)` or `(1)`. A different value, or an empty register list, is unpredictable. The disassembled text does not show
+//! such code, so this module finds it in the bits, and the analysis rejects it.
 
-/// Encodings of one form: which they are, and which of their bits are not free.
+/// An instruction form: its identifying bits, and the bits that must be 0 or 1.
 struct Form {
     mask: u32,
     is: u32,
@@ -16,7 +16,7 @@ const fn form(mask: u32, is: u32, zeros: u32, ones: u32) -> Form {
     Form { mask, is, zeros, ones }
 }
 
-/// Of 32 bits, the first half word above.
+/// Forms of 32 bits, first halfword in the upper half.
 const LONG: [Form; 10] = [
     // Data processing with a shifted register.
     form(0xfe00_0000, 0xea00_0000, 0x0000_8000, 0),
@@ -28,20 +28,19 @@ const LONG: [Form; 10] = [
     form(0xffd0_00f0, 0xfb90_00f0, 0, 0x0000_f000),
     // SXTB .. UXTAH.
     form(0xff80_f080, 0xfa00_f080, 0x0000_0040, 0),
-    // VMOV between a core register and one of the FPU.
+    // VMOV between a core register and an FPU register.
     form(0xffe0_0f10, 0xee00_0a10, 0x0000_006f, 0),
     // VMRS, VMSR.
     form(0xffe0_0f10, 0xeee0_0a10, 0x0000_00ef, 0),
     // VCMP with 0.
     form(0xffbf_0e50, 0xeeb5_0a40, 0x0000_002f, 0),
-    // LDM, STM and their kin: no stack pointer in the list.
+    // LDM, STM and variants: the list must not contain the stack pointer.
     form(0xfe40_0000, 0xe800_0000, 0x0000_2000, 0),
 ];
-/// BX, BLX.
+/// Forms of 16 bits: BX, BLX.
 const SHORT: [Form; 1] = [form(0xff00, 0x4700, 0x0007, 0)];
 
-/// Why nobody knows what this does; `None` for what the manual defines. In half words, the second of an instruction
-/// of 32 bits.
+/// Returns the reason if the instruction is unpredictable. `second` is the second halfword of a 32-bit instruction.
 pub(crate) fn open(first: u16, second: Option<u16>) -> Option<&'static str> {
     let (word, forms): (u32, &[Form]) = match second {
         Some(second) => (u32::from(first) << 16 | u32::from(second), &LONG),
@@ -49,7 +48,7 @@ pub(crate) fn open(first: u16, second: Option<u16>) -> Option<&'static str> {
     };
     let is_off = |form: &Form| word & form.mask == form.is && (word & form.zeros != 0 || !word & form.ones != 0);
     if forms.iter().any(is_off) {
-        return Some("unpredictable: bits that should be 0 or 1 are not");
+        return Some("unpredictable: a should-be-zero or should-be-one bit is wrong");
     }
     let listed = |mask: u32| (word & mask).count_ones();
     let is_short_list = match second {
@@ -57,7 +56,7 @@ pub(crate) fn open(first: u16, second: Option<u16>) -> Option<&'static str> {
         None if word & 0xf000 == 0xc000 => listed(0xff) == 0,
         None => word & 0xf600 == 0xb400 && listed(0x1ff) == 0,
         Some(_) if word & 0xfe40_0000 == 0xe800_0000 => listed(0xffff) < 2,
-        // VLDM, VSTM, but not VLDR, VSTR and moves of two.
+        // VLDM, VSTM, except VLDR, VSTR and moves of two registers.
         Some(_) if word & 0xfe00_0e00 == 0xec00_0a00 => {
             let [before, up, back] = [24, 23, 21].map(|bit| word >> bit & 1 == 1);
             let is_list = !before && up || before && !up && back;
@@ -68,13 +67,13 @@ pub(crate) fn open(first: u16, second: Option<u16>) -> Option<&'static str> {
         }
         Some(_) => false,
     };
-    is_short_list.then_some("unpredictable: a list of too few registers, or of more than there are")
+    is_short_list.then_some("unpredictable: a register list that is too short or too long")
 }
 
-/// Conditions in the order of their four bits; 14 is "always".
+/// Condition names, indexed by the four condition bits; 14 is "always".
 const CONDITIONS: [&str; 14] = ["eq", "ne", "hs", "lo", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le"];
 
-/// Returns the conditions of the instructions behind an IT, `None` for "always"; empty if it is no IT.
+/// Returns the conditions of the instructions behind an IT (`None`: "always"); empty if `it` is not an IT.
 pub(crate) fn conditions(it: u16) -> Vec<Option<&'static str>> {
     let (first, mask) = (usize::from(it >> 4 & 0xf), it & 0xf);
     if it & 0xff00 != 0xbf00 || mask == 0 {
@@ -84,13 +83,13 @@ pub(crate) fn conditions(it: u16) -> Vec<Option<&'static str>> {
     [first].into_iter().chain(others).map(|condition| CONDITIONS.get(condition).copied()).collect()
 }
 
-/// Why nobody knows what an IT does: it has no condition, or the opposite of "always".
+/// Returns the reason if an IT is unpredictable: it has no condition, or the opposite of "always".
 pub(crate) fn open_it(it: u16) -> Option<&'static str> {
     let (first, mask) = (it >> 4 & 0xf, it & 0xf);
-    (first == 15 || first == 14 && !mask.is_power_of_two()).then_some("unpredictable: an IT of no condition")
+    (first == 15 || first == 14 && !mask.is_power_of_two()).then_some("unpredictable: an IT without a valid condition")
 }
 
-/// Why nobody knows what this does as one of the instructions behind an IT; what goes elsewhere is allowed as the last.
+/// Returns the reason if the instruction is unpredictable behind an IT. A branch is allowed as the last one only.
 pub(crate) fn open_in_it(first: u16, second: Option<u16>, goes_on: bool, is_last: bool) -> Option<&'static str> {
     let has_own_condition = match second {
         None => first & 0xf000 == 0xd000 && first & 0xfe00 != 0xde00,
@@ -102,7 +101,7 @@ pub(crate) fn open_in_it(first: u16, second: Option<u16>, goes_on: bool, is_last
     if has_own_condition || is_barred {
         Some("unpredictable: not allowed behind an IT")
     } else if !goes_on && !is_last {
-        Some("unpredictable: goes elsewhere from within an IT block")
+        Some("unpredictable: a branch inside an IT block, before its last instruction")
     } else {
         None
     }
@@ -149,7 +148,7 @@ mod tests {
         ] {
             assert_eq!(open_in_it(first, second, true, true), None, "{first:#x}");
         }
-        // bx lr: the last or none.
+        // bx lr: allowed as the last one only.
         assert!(open_in_it(0x4770, None, false, false).is_some());
         assert_eq!(open_in_it(0x4770, None, false, true), None);
     }
@@ -158,7 +157,7 @@ mod tests {
         if word > 0xffff { open((word >> 16) as u16, Some(word as u16)) } else { open(word as u16, None) }
     }
 
-    /// As GCC's assembler has them, and with one bit changed each.
+    /// Encodings of the GNU assembler, and each with one bit changed.
     #[test]
     fn what_should_be_is_asked_of_each_form() {
         for (good, bad) in [
@@ -181,10 +180,10 @@ mod tests {
             (0xee10_1a10, 0xee10_1a50),
             (0xeef1_fa10, 0xeef1_fa18),
             (0xeeb5_0a40, 0xeeb5_0a41),
-            // ldmia.w r0, {r1, r8}; stmdb sp!, {r4, lr}: of one register, with the stack pointer.
+            // ldmia.w r0, {r1, r8}; stmdb sp!, {r4, lr}: changed to one register, and to a list with the stack pointer.
             (0xe890_0102, 0xe890_0100),
             (0xe92d_4010, 0xe92d_6010),
-            // vstmia r2, {s10}; vpush {d8}; vldmia r0, {s31}, of two.
+            // vstmia r2, {s10}; vpush {d8}; vldmia r0, {s31}: the last changed to two registers.
             (0xec82_5a01, 0xec82_5a00),
             (0xed2d_8b02, 0xed2d_8b00),
             (0xecd0_fa01, 0xecd0_fa02),

@@ -1,21 +1,21 @@
-//! Paths through a function: the longest and the shortest way from its entry to a return.
+//! Longest and shortest paths through a function, from its entry to a return.
 //!
-//! A node is an instruction, an edge a way to leave it with what that costs. A loop whose header is executed at most N
-//! times per entry is worth N - 1 of its longest rounds at the header; with that, and without its backward edges, the
-//! graph has no circle and the longest path is found node by node.
+//! A node is an instruction. An edge is a successor with its cost. A loop whose header executes at most N times per
+//! entry contributes N - 1 of its longest iterations at the header. With this contribution, and without its backward
+//! edges, the graph is acyclic, and the longest path is found node by node.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::cycles::TABLE;
 
-/// What lies on a path.
+/// Cost of a path.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Path {
-    /// Cycles of all its instructions.
+    /// Cycles of all instructions on the path.
     pub(crate) cycles: u64,
-    /// Number of its instructions.
+    /// Number of instructions on the path.
     pub(crate) instructions: u64,
-    /// Instructions of each row of the table, and at the end those it does not have.
+    /// Instructions per row of the cycle table; the last entry counts instructions outside the table.
     pub(crate) classes: Vec<u64>,
 }
 
@@ -26,7 +26,7 @@ impl Default for Path {
 }
 
 impl Path {
-    /// This path, and `next` behind it.
+    /// Returns the cost of this path followed by `next`.
     #[must_use]
     pub(crate) fn then(&self, next: &Self) -> Self {
         let classes = self.classes.iter().zip(&next.classes).map(|(a, b)| a.saturating_add(*b)).collect();
@@ -37,7 +37,7 @@ impl Path {
         }
     }
 
-    /// This path, so many times over.
+    /// Returns the cost of `count` repetitions of this path.
     #[must_use]
     pub(crate) fn times(&self, count: u64) -> Self {
         Self {
@@ -48,35 +48,35 @@ impl Path {
     }
 }
 
-/// A way to leave a node.
+/// A successor of a node.
 #[derive(Clone, Debug)]
 pub(crate) struct Edge {
-    /// To which node; none: the function returns.
+    /// Target node; `None`: the function returns.
     pub(crate) to: Option<usize>,
-    /// What the node costs if it is left this way.
+    /// Cost of the node if control leaves it by this edge.
     pub(crate) cost: Path,
 }
 
-/// A function: ways out of each node; the entry is node 0.
+/// Control-flow graph of a function: the edges of each node; the entry is node 0.
 pub(crate) type Graph = Vec<Vec<Edge>>;
 
-/// Why there is no longest path.
+/// Reason for a missing path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NoPath {
-    /// The loop with this header is not bounded.
+    /// The loop with this header has no iteration limit.
     Unbounded(usize),
-    /// This node is jumped to from inside a circle that it does not dominate.
+    /// The graph has a cycle with a second entry; this node does not dominate it.
     Irreducible(usize),
-    /// No return is reached.
+    /// No return is reachable.
     NoReturn,
 }
 
-/// Nodes in an order in which every edge but the backward ones leads on.
+/// Order of the nodes in which every edge except the backward ones leads forward.
 struct Order {
     nodes: Vec<usize>,
-    /// Of each node; none if the entry does not lead there.
+    /// Position of each node; `None` if the node is unreachable.
     positions: Vec<Option<usize>>,
-    /// Backward edges by the node they lead to.
+    /// Sources of the backward edges, by target node.
     latches: BTreeMap<usize, BTreeSet<usize>>,
 }
 
@@ -117,17 +117,17 @@ impl Order {
     }
 }
 
-/// Nodes in an order in which every edge leads on, but for those back to where a loop begins; of each loop the nodes in
-/// that order, by the one that it begins with.
+/// Nodes in an order in which every edge except the backward ones leads forward, and the nodes of each loop in this
+/// order, by loop header.
 pub(crate) struct Loops {
     pub(crate) order: Vec<usize>,
     pub(crate) bodies: BTreeMap<usize, Vec<usize>>,
 }
 
-/// The loops of a graph, of which only is known where each node leads to; the entry is node 0.
+/// Returns the loops of a graph, given the successors of each node; the entry is node 0.
 ///
 /// # Errors
-/// This node is jumped to from inside a circle that it does not dominate.
+/// The header of a cycle that has a second entry.
 pub(crate) fn loops(edges: &[Vec<usize>]) -> Result<Loops, usize> {
     let edge = |&to: &usize| Edge { to: Some(to), cost: Path::default() };
     let graph: Graph = edges.iter().map(|out| out.iter().map(edge).collect()).collect();
@@ -137,7 +137,7 @@ pub(crate) fn loops(edges: &[Vec<usize>]) -> Result<Loops, usize> {
     Ok(Loops { order: order.nodes, bodies })
 }
 
-/// From where each node is reached.
+/// Returns the predecessors of each node.
 fn sources(graph: &Graph) -> Vec<Vec<usize>> {
     let mut sources = vec![Vec::new(); graph.len()];
     for (from, edges) in graph.iter().enumerate() {
@@ -146,16 +146,16 @@ fn sources(graph: &Graph) -> Vec<Vec<usize>> {
     sources
 }
 
-/// Nodes of the loop of `header`, in order: those from which a latch is reached without the header.
+/// Returns the nodes of the loop of `header` in order: all nodes that reach a backward edge without passing the header.
 ///
 /// # Errors
-/// There is a way from the entry to a latch around the header.
+/// A path leads from the entry to a backward edge around the header.
 fn body(order: &Order, sources: &[Vec<usize>], header: usize) -> Result<Vec<usize>, NoPath> {
     let mut inside: BTreeSet<usize> = [header].into();
     let mut open: Vec<usize> = order.latches[&header].iter().copied().collect();
     while let Some(node) = open.pop() {
         if inside.insert(node) {
-            // Backwards from a latch to the entry and never through the header.
+            // Walks backwards from the backward edges, never through the header.
             if node == 0 {
                 return Err(NoPath::Irreducible(header));
             }
@@ -167,17 +167,18 @@ fn body(order: &Order, sources: &[Vec<usize>], header: usize) -> Result<Vec<usiz
     Ok(nodes)
 }
 
-/// The longest path from the entry to a return; `bound` says how often a header is executed at most per entry.
+/// Returns the longest path from the entry to a return; `bound` is the largest number of executions of a loop header
+/// per entry.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason, if no longest path exists.
 pub(crate) fn longest(graph: &Graph, bound: impl Fn(usize) -> Option<u64>) -> Result<Path, NoPath> {
     let (order, sources) = (Order::of(graph), sources(graph));
     let bodies = order.latches.keys().map(|&header| Ok((header, body(&order, &sources, header)?)));
     let mut bodies = bodies.collect::<Result<Vec<_>, _>>()?;
-    // Inner loops first: a round of the outer one goes through them.
+    // Inner loops first: an iteration of the outer loop contains them.
     bodies.sort_by_key(|(_, inside)| inside.len());
-    let mut way = Way { graph, order: &order, rounds: BTreeMap::new(), reached: vec![None; graph.len()] };
+    let mut way = PathSearch { graph, order: &order, rounds: BTreeMap::new(), reached: vec![None; graph.len()] };
     for (header, inside) in &bodies {
         let count = bound(*header).ok_or(NoPath::Unbounded(*header))?;
         let mut longest = Path::default();
@@ -197,29 +198,29 @@ pub(crate) fn longest(graph: &Graph, bound: impl Fn(usize) -> Option<u64>) -> Re
     way.finish(|a, b| a > b)
 }
 
-/// The shortest path from the entry to a return, every loop left as early as its way out allows.
+/// Returns the shortest path from the entry to a return; it leaves every loop as early as possible.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason, if no path exists.
 pub(crate) fn shortest(graph: &Graph) -> Result<Path, NoPath> {
     let order = Order::of(graph);
-    let mut way = Way { graph, order: &order, rounds: BTreeMap::new(), reached: vec![None; graph.len()] };
+    let mut way = PathSearch { graph, order: &order, rounds: BTreeMap::new(), reached: vec![None; graph.len()] };
     way.forward(&order.nodes, |a, b| a < b);
     way.finish(|a, b| a < b)
 }
 
-/// Paths found so far.
-struct Way<'a> {
+/// Best paths found so far.
+struct PathSearch<'a> {
     graph: &'a Graph,
     order: &'a Order,
-    /// What all rounds of a loop but the last are worth, by its header.
+    /// Cost of all iterations of a loop except the last, by loop header.
     rounds: BTreeMap<usize, Path>,
-    /// The best path to each node.
+    /// Best path to each node.
     reached: Vec<Option<Path>>,
 }
 
-impl Way<'_> {
-    /// From the first of these nodes, which are in order, to the others.
+impl PathSearch<'_> {
+    /// Extends the paths from the first of these ordered nodes to the others.
     fn forward(&mut self, nodes: &[usize], better: impl Fn(&Path, &Path) -> bool) {
         let Some(&entry) = nodes.first() else { return };
         self.reached[entry] = Some(self.rounds.get(&entry).cloned().unwrap_or_default());
@@ -242,7 +243,7 @@ impl Way<'_> {
         }
     }
 
-    /// The best path to a return.
+    /// Returns the best path to a return.
     fn finish(&self, better: impl Fn(&Path, &Path) -> bool) -> Result<Path, NoPath> {
         let mut best: Option<Path> = None;
         for (node, so_far) in self.reached.iter().enumerate() {
@@ -262,7 +263,7 @@ impl Way<'_> {
 mod tests {
     use super::*;
 
-    /// From each node: to which (none is a return), in how many cycles.
+    /// Builds a graph from the edges of each node: target (`None` is a return) and cycles.
     fn graph(edges: &[&[(Option<usize>, u64)]]) -> Graph {
         let edge = |&(to, cycles)| Edge { to, cost: Path { cycles, instructions: 1, ..Path::default() } };
         edges.iter().map(|out| out.iter().map(edge).collect()).collect()
@@ -294,8 +295,8 @@ mod tests {
         // 0 -> 1 (outer) -> 2 (inner, to itself, 7) -> 1; out of 1.
         let nested = graph(&[&[(Some(1), 1)], &[(Some(2), 1), (None, 1)], &[(Some(2), 7), (Some(1), 2)]]);
         let bound = |header| Some(if header == 1 { 3 } else { 4 });
-        // Two rounds of 1 + 3 * 7 + 2, the header once more on the way out; a third descent has no way back, so it
-        // is no path.
+        // Two iterations of 1 + 3 * 7 + 2, and the header once more on the way out. A third iteration would not return
+        // to the header, so it is not a path.
         assert_eq!(cycles(longest(&nested, bound)), Ok(1 + 2 * (1 + 21 + 2) + 1));
     }
 

@@ -1,6 +1,6 @@
-//! A linked firmware: its code, where data lies in it, the names of its functions and variables, and who compiled it.
+//! A linked firmware (ELF): code, data within the code, symbols, and the compilers that produced it.
 //!
-//! Mapping symbols of the ARM ELF supplement part code (`$t`) from data (`$d`: literal pools, branch tables).
+//! The mapping symbols of the ARM ELF supplement separate code (`$t`) from data (`$d`: literal pools, branch tables).
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -9,37 +9,37 @@ use std::ops::Range;
 use object::elf::{SHF_ALLOC, SHF_EXECINSTR, SHF_WRITE, STT_FUNC, STT_OBJECT};
 use object::{Architecture, Object, ObjectKind, ObjectSection, ObjectSymbol, SectionFlags, SymbolFlags, SymbolSection};
 
-/// How many names a message offers.
+/// Number of suggested names in a message.
 const OFFERED: usize = 3;
 
-/// A function by its symbols.
+/// A function of the symbol table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Function {
-    /// Names as linked; several where the linker merged functions.
+    /// Linker names; several where the linker merged functions.
     pub symbols: Vec<String>,
-    /// Names as written, in the same order.
+    /// Source (demangled) names, in the order of `symbols`.
     pub names: Vec<String>,
     /// First address of the function.
     pub start: u32,
-    /// Address behind its last byte, literal pools included.
+    /// Address behind the last byte, literal pools included.
     pub end: u32,
 }
 
 impl Function {
-    /// The name to show.
+    /// Returns the name for display.
     pub fn name(&self) -> &str {
         self.names.first().map_or("", String::as_str)
     }
 }
 
-/// A variable or a constant by its symbol.
+/// A variable or a constant of the symbol table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Data {
-    /// Name of the variable as linked.
+    /// Linker name of the variable.
     pub symbol: String,
-    /// Name of the variable as written.
+    /// Source (demangled) name of the variable.
     pub name: String,
-    /// Its size in bytes.
+    /// Size in bytes.
     pub size: u32,
 }
 
@@ -48,13 +48,13 @@ pub struct Data {
 struct Section {
     base: u32,
     bytes: Vec<u8>,
-    /// Where code and data begin: `true` is code.
+    /// Boundaries of code and data; `true` begins code.
     marks: BTreeMap<u32, bool>,
     functions: BTreeMap<u32, Function>,
 }
 
 impl Section {
-    /// Its length fits behind its address: that is looked at when it is read.
+    /// Returns the end address. Reading the file has checked that it does not overflow.
     fn end(&self) -> u32 {
         self.base + self.bytes.len() as u32
     }
@@ -63,7 +63,7 @@ impl Section {
         (self.base..self.end()).contains(&address)
     }
 
-    /// Adds a function; one without a size ends where the next begins.
+    /// Adds a function. A function without a size ends where the next one begins.
     fn add_function(&mut self, symbol: &str, start: u32, size: u32) -> Result<(), String> {
         let name = format!("{:#}", rustc_demangle::demangle(symbol));
         let end = start.checked_add(size).filter(|end| *end <= self.end()).ok_or_else(|| {
@@ -92,12 +92,12 @@ impl Section {
 #[derive(Clone, Debug, Default)]
 pub struct Image {
     sections: Vec<Section>,
-    /// Where more than one section lies, of which one at a time is loaded: overlays.
+    /// Address ranges with several sections, of which one at a time is loaded: overlays.
     overlaid: Vec<Range<u32>>,
     data: Vec<Data>,
-    /// Sections that are loaded and not written: address and bytes.
+    /// Loaded read-only sections: address and bytes.
     constants: Vec<(u32, Vec<u8>)>,
-    /// What the tools that made it say of themselves, section `.comment`.
+    /// Names of the tools that built the file, section `.comment`.
     tools: Vec<String>,
     elf: Vec<u8>,
 }
@@ -106,17 +106,17 @@ impl Image {
     /// Reads a linked ELF file for an ARM core.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The reason why the file is invalid.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
         let file = object::File::parse(bytes).map_err(|error| format!("not an ELF file: {error}"))?;
         if file.architecture() != Architecture::Arm || file.is_64() {
-            return Err(format!("a file for {:?}, not for ARM of 32 bits", file.architecture()));
+            return Err(format!("a file for {:?}, not for ARM (32 bits)", file.architecture()));
         }
         if file.kind() != ObjectKind::Executable {
-            return Err("not linked: calls have no target yet, give the executable".to_owned());
+            return Err("not linked: calls have no target. Use the linked executable".to_owned());
         }
         let mut image = Self { elf: bytes.to_vec(), ..Self::default() };
-        // By the numbers that symbols name them by.
+        // Section numbers, as symbols use them.
         let mut numbers: BTreeMap<usize, usize> = BTreeMap::new();
         for section in file.sections() {
             let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
@@ -131,7 +131,10 @@ impl Image {
             let bytes = section.data().map_err(|error| format!("a section cannot be read: {error}"))?;
             let base = section.address() as u32;
             if u32::try_from(bytes.len()).ok().and_then(|length| base.checked_add(length)).is_none() {
-                return Err(format!("a section of {} bytes at {base:#010x} ends behind all addresses", bytes.len()));
+                return Err(format!(
+                    "a section of {} bytes at {base:#010x} ends beyond the address space",
+                    bytes.len()
+                ));
             }
             if !bytes.is_empty() {
                 numbers.insert(section.index().0, image.sections.len());
@@ -151,11 +154,12 @@ impl Image {
                 image.add_data(name, symbol.size() as u32);
                 continue;
             }
-            // The lowest bit of a function's address says Thumb.
+            // The lowest bit of a function address marks Thumb code.
             let address = symbol.address() as u32 & !u32::from(kind == STT_FUNC);
             let number = match symbol.section() {
                 SymbolSection::Section(index) => numbers.get(&index.0).copied(),
-                // A name that the linker's script gives to a number: of the section there, if it is the only one.
+                // An absolute symbol of the linker script: assigned to the section at its address, if only one lies
+                // there.
                 SymbolSection::Absolute if !image.is_overlaid(address) => {
                     image.sections.iter().position(|section| section.holds(address))
                 }
@@ -182,7 +186,7 @@ impl Image {
     fn find_overlays(&mut self) {
         let mut ranges: Vec<Range<u32>> = self.sections.iter().map(|section| section.base..section.end()).collect();
         ranges.sort_by_key(|range| range.start);
-        // Those that share addresses, as one.
+        // Overlapping sections, merged to one range.
         let mut merged: Vec<(Range<u32>, usize)> = Vec::new();
         for range in ranges {
             match merged.last_mut() {
@@ -196,7 +200,7 @@ impl Image {
         self.overlaid = merged.into_iter().filter(|(_, sections)| *sections > 1).map(|(range, _)| range).collect();
     }
 
-    /// The image while this function runs: of the sections at one place only its own is loaded.
+    /// Returns the firmware as it is while this function runs: overlapping sections other than its own are removed.
     pub(crate) fn while_runs(&self, function: &Function) -> Cow<'_, Self> {
         if self.overlaid.is_empty() {
             return Cow::Borrowed(self);
@@ -207,7 +211,7 @@ impl Image {
         Cow::Owned(Self { sections: self.sections.iter().filter(loaded).cloned().collect(), ..self.clone() })
     }
 
-    /// Does more than one section of the file lie there, or beside one that does?
+    /// Returns whether `address` lies in a range of overlapping sections.
     pub(crate) fn is_overlaid(&self, address: u32) -> bool {
         self.overlaid.iter().any(|range| range.contains(&address))
     }
@@ -217,7 +221,7 @@ impl Image {
         self.data.push(Data { symbol: symbol.to_owned(), name, size });
     }
 
-    /// The file it was read from.
+    /// Returns the bytes of the ELF file.
     pub fn elf(&self) -> &[u8] {
         &self.elf
     }
@@ -226,12 +230,12 @@ impl Image {
         self.sections.iter().find(|section| section.holds(address))
     }
 
-    /// Code from an address to the end of its section.
+    /// Returns the code from an address to the end of its section.
     pub fn bytes(&self, address: u32) -> Option<&[u8]> {
         self.section(address).and_then(|section| section.bytes.get((address - section.base) as usize..))
     }
 
-    /// So many bytes that no program changes: code, or data that is loaded and not written.
+    /// Returns `length` constant bytes at an address: code, or loaded data that is not writable.
     pub(crate) fn constant_bytes(&self, address: u32, length: usize) -> Option<&[u8]> {
         let within = |(base, bytes): &'_ (u32, &'_ [u8])| *base <= address && (address - base) as usize <= bytes.len();
         let code = self.sections.iter().map(|section| (section.base, &section.bytes[..]));
@@ -239,23 +243,23 @@ impl Image {
         code.chain(data).filter(within).find_map(|(base, bytes)| bytes.get((address - base) as usize..)?.get(..length))
     }
 
-    /// Is this an address of data among code?
+    /// Returns whether the address holds data among code.
     pub fn is_data(&self, address: u32) -> bool {
         let mark = |section: &Section| section.marks.range(..=address).next_back().is_some_and(|(_, &code)| !code);
         self.section(address).is_some_and(mark)
     }
 
-    /// The function that begins there.
+    /// Returns the function that begins at an address.
     pub fn function_at(&self, start: u32) -> Option<&Function> {
         self.section(start)?.functions.get(&start)
     }
 
-    /// Is the second address one of the same section as the first?
+    /// Returns whether both addresses lie in one section.
     pub(crate) fn is_beside(&self, address: u32, other: u32) -> bool {
         self.section(address).is_some_and(|section| section.holds(other))
     }
 
-    /// `NAME+0x..` of an address, or the address alone.
+    /// Returns `NAME+0x..` for an address, or the address alone.
     pub fn place(&self, address: u32) -> String {
         let before = self.section(address).and_then(|section| section.functions.range(..=address).next_back());
         match before {
@@ -266,10 +270,10 @@ impl Image {
         }
     }
 
-    /// A function by its full name, mangled or not, by a part that no other has, or by the address of its beginning.
+    /// Finds a function by its full name (mangled or not), by a unique part of a name, or by its first address.
     ///
     /// # Errors
-    /// What there is instead.
+    /// No unique match; the message has the nearest names.
     pub fn find(&self, wanted: &str) -> Result<&Function, String> {
         let functions = || self.sections.iter().flat_map(|section| section.functions.values());
         if let Some(address) = wanted.strip_prefix("0x").and_then(|hex| u32::from_str_radix(hex, 16).ok()) {
@@ -285,7 +289,7 @@ impl Image {
         if let [_, _, ..] = alike[..] {
             let places: Vec<String> = alike.iter().map(|one| format!("{:#010x}", one.start)).collect();
             return Err(format!(
-                "{} functions are called {wanted:?}; say by its address which: {}",
+                "{} functions are called {wanted:?}; select one by its address: {}",
                 alike.len(),
                 places.join(", ")
             ));
@@ -294,25 +298,26 @@ impl Image {
         find("function", wanted, &functions.map(|one| (one, names(one))).collect::<Vec<_>>())
     }
 
-    /// A variable or a constant, by its name as a function by its own.
+    /// Finds a variable or a constant by its full name or by a unique part of it.
     ///
     /// # Errors
-    /// What there is instead.
+    /// No unique match; the message has the nearest names.
     pub fn find_data(&self, wanted: &str) -> Result<&Data, String> {
         let names = |one: &Data| vec![one.name.clone(), one.symbol.clone()];
         find("variable or constant", wanted, &self.data.iter().map(|one| (one, names(one))).collect::<Vec<_>>())
     }
 
-    /// Its compilers, `rustc 1.96.0 (..)`: what the tools that made it say of themselves, without the word "version".
+    /// Returns the compilers named in the file, as `rustc 1.96.0 (..)`, without the linker and without the word
+    /// "version".
     pub fn compilers(&self) -> Vec<String> {
         let of_linker = |text: &&String| text.starts_with("Linker: ");
         self.tools.iter().filter(|text| !of_linker(text)).map(|text| text.replacen(" version ", " ", 1)).collect()
     }
 
-    /// `0x08000123`, or `SYMBOL`, or `SYMBOL+0x12`.
+    /// Parses a place in the code: `0x08000123`, `SYMBOL`, or `SYMBOL+0x12`.
     ///
     /// # Errors
-    /// Why it is no place.
+    /// The reason why the text is not a place.
     pub fn parse_place(&self, text: &str) -> Result<u32, String> {
         let number = |text: &str| match text.strip_prefix("0x") {
             Some(hex) => u32::from_str_radix(hex, 16).ok(),
@@ -322,15 +327,15 @@ impl Image {
             return Ok(address);
         }
         let (symbol, offset) = match text.rsplit_once('+') {
-            Some((symbol, offset)) => (symbol, number(offset).ok_or_else(|| format!("{offset:?} is no offset"))?),
+            Some((symbol, offset)) => (symbol, number(offset).ok_or_else(|| format!("{offset:?} is not an offset"))?),
             None => (text, 0),
         };
         let start = self.find(symbol)?.start;
-        start.checked_add(offset).ok_or_else(|| format!("{text} lies behind all addresses"))
+        start.checked_add(offset).ok_or_else(|| format!("{text} is beyond the address space"))
     }
 }
 
-/// The one of `all`, each with its names, that is called `wanted`.
+/// Finds the element of `all` that has the name `wanted`.
 fn find<'a, T>(kind: &str, wanted: &str, all: &[(&'a T, Vec<String>)]) -> Result<&'a T, String> {
     let distance = |name: &str| {
         let last = name.rsplit("::").next().unwrap_or(name);
@@ -351,23 +356,23 @@ fn find<'a, T>(kind: &str, wanted: &str, all: &[(&'a T, Vec<String>)]) -> Result
         [] => {
             let mut near: Vec<_> = all.iter().collect();
             near.sort_by_key(|(_, names)| names.iter().map(|name| distance(name)).min());
-            Err(format!("no {kind} {wanted:?} in it; nearest: {}", offered(&near)))
+            Err(format!("no {kind} {wanted:?}; nearest: {}", offered(&near)))
         }
         several => {
             let more = if several.len() > OFFERED { ", .." } else { "" };
-            Err(format!("{wanted:?} is a part of {} names: {}{more}", several.len(), offered(several)))
+            Err(format!("{wanted:?} matches {} names: {}{more}", several.len(), offered(several)))
         }
     }
 }
 
 #[cfg(test)]
 impl Image {
-    /// Functions of given machine code one behind the other from 0x0800_0000 on.
+    /// Builds a firmware with these functions, one behind the other from 0x0800_0000 on.
     pub(super) fn of(functions: &[(&str, &[u16])]) -> Self {
         Self::default().with_section(0x0800_0000, functions)
     }
 
-    /// And a section of these functions one behind the other.
+    /// Adds a section with these functions, one behind the other from `base` on.
     pub(super) fn with_section(mut self, base: u32, functions: &[(&str, &[u16])]) -> Self {
         let code = functions.iter().flat_map(|(_, halfwords)| halfwords.iter().flat_map(|half| half.to_le_bytes()));
         let mut section = Section { base, bytes: code.collect(), ..Section::default() };
@@ -381,19 +386,19 @@ impl Image {
         self
     }
 
-    /// And a variable of so many bytes.
+    /// Adds a variable of `size` bytes.
     pub(super) fn with_variable(mut self, name: &str, size: u32) -> Self {
         self.add_data(name, size);
         self
     }
 
-    /// Made by this tool.
+    /// Adds a tool to the section `.comment`.
     pub(super) fn made_by(mut self, tool: &str) -> Self {
         self.tools.push(tool.to_owned());
         self
     }
 
-    /// From `address` on there is data.
+    /// Marks data from `address` on.
     pub(super) fn with_data(mut self, address: u32) -> Self {
         let section = self.sections.iter_mut().find(|section| section.holds(address)).expect("a section");
         section.marks.insert(address, false);

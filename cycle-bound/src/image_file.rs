@@ -1,9 +1,9 @@
-//! An image as a file: is it there, and is it one? Asked once, in one way, by whoever boots it or reads it.
+//! Access to a firmware file, with one check and one wording of its errors for the emulator and the analysis.
 
 use std::io::Read;
 use std::path::Path;
 
-use whole_file::Kind;
+use whole_file::FileKind;
 
 const ELF: &[u8] = b"\x7fELF";
 
@@ -12,13 +12,13 @@ fn told(image: &Path, why: &str) -> String {
 }
 
 fn is_elf(image: &Path, head: &[u8]) -> Result<(), String> {
-    if head.starts_with(ELF) { Ok(()) } else { Err(told(image, "this is no ELF file")) }
+    if head.starts_with(ELF) { Ok(()) } else { Err(told(image, "not an ELF file")) }
 }
 
-/// Is there an image, and is it one?
+/// Checks that the file exists and is an ELF file.
 ///
 /// # Errors
-/// When not; says what to do.
+/// The file is missing, unreadable or not an ELF file; the message has the remedy.
 pub(crate) fn check(image: &Path) -> Result<(), String> {
     let file = whole_file::open(image).map_err(|why| told(image, &why))?;
     let mut head = Vec::new();
@@ -28,12 +28,12 @@ pub(crate) fn check(image: &Path) -> Result<(), String> {
     is_elf(image, &head)
 }
 
-/// All of it.
+/// Reads the whole file.
 ///
 /// # Errors
-/// Those of [`check`], and an image that is too long.
+/// Errors of [`check`], and a file that is too long.
 pub(crate) fn read(image: &Path) -> Result<Vec<u8>, String> {
-    let bytes = whole_file::read(image, Kind::IMAGE).map_err(|why| told(image, &why))?;
+    let bytes = whole_file::read(image, FileKind::IMAGE).map_err(|why| told(image, &why))?;
     is_elf(image, &bytes)?;
     Ok(bytes)
 }

@@ -1,30 +1,31 @@
-//! One Thumb instruction: what it is called, which registers it reads, writes and takes for an address, where it goes.
+//! A Thumb instruction: its name, the registers that it reads, writes and uses as an address, and its control flow.
 //!
-//! The decoder prints an instruction as text; everything here is read from that text, so that a test can state an
-//! instruction the way the manual does. Conditions behind an IT are read from its bits: the decoder
-//! leaves some out.
+//! The decoder prints an instruction as text, and this module derives everything from the text. A test can therefore
+//! write an instruction as the manual does. The conditions behind an IT come from its bits, because the decoder omits
+//! some of them.
 //!
-//! All that may end or leave a path, and how it is seen ([`Flow`]). Each row has a test with machine code:
+//! The table lists all instructions that may end or leave a path, with their control flow ([`Flow`]). Each row has a
+//! test with machine code:
 //! `tests::classes` for the bound, `meaning::tests` for `--means`.
 //!
 //! | instructions | flow | condition |
 //! |---|---|---|
 //! | B, CBZ, CBNZ | jump; into another function: a tail call | its own or that of an IT: also to the next |
 //! | BL | call; returns if any path of the callee does | of an IT |
-//! | BLX, BLXNS | call by a register: declined, comes back to the next | of an IT |
+//! | BLX, BLXNS | call by a register: rejected, comes back to the next | of an IT |
 //! | BX LR, BXNS LR, MOV PC, LR; POP, LDM, LDR of PC from the stack | return | of an IT: also to the next |
-//! | BX, BXNS, MOV, ADD, LDR, LDM and all else that writes PC | declined: may go anywhere, and return | of an IT |
-//! | TBB, TBH | jump by a table behind its comparison, else declined | of an IT: declined |
+//! | BX, BXNS, MOV, ADD, LDR, LDM and all else that writes PC | rejected: may go anywhere, and return | of an IT |
+//! | TBB, TBH | jump by a table behind its comparison, else rejected | of an IT: rejected |
 //! | UDF, in any encoding | never returns; an exception that is not counted | of an IT: also to the next |
-//! | SVC, BKPT, HVC, SMC, HLT, DCPS, ERET, RFE | declined: a handler of which nothing is known | of an IT |
-//! | WFI, WFE | to the next; no largest number of cycles | of an IT |
+//! | SVC, BKPT, HVC, SMC, HLT, DCPS, ERET, RFE | rejected: the handler is unknown | of an IT |
+//! | WFI, WFE | to the next; no documented maximum of cycles | of an IT |
 //! | MSR of MSP, PSP, CONTROL | to the next; the stack has no bound | of an IT |
 //! | CPS, MSR else, MRS, barriers, hints, loads, stores, divisions | to the next; no fault is assumed | of an IT |
-//! | CBZ, IT, CPS, a branch with its own condition, not the last: behind an IT | declined: unpredictable | - |
-//! | an instruction behind an IT that is jumped to | declined | - |
+//! | CBZ, IT, CPS, a branch with its own condition, not the last: behind an IT | rejected: unpredictable | - |
+//! | an instruction behind an IT that is a jump target | rejected | - |
 //!
-//! A register is a bit of a `u64`: r0 .. pc at 0 .. 15, s0 .. s31 at 16 .. 47
-//! (d0 is s0 with s1), the flags of the FPSCR at 48.
+//! Register sets are bits of a `u64`: r0 .. pc at 0 .. 15, s0 .. s31 at 16 .. 47 (d0 is s0 with s1), the flags of the
+//! FPSCR at 48.
 
 use capstone::arch::arm::{ArchExtraMode, ArchMode, ArmCC};
 use capstone::prelude::*;
@@ -39,24 +40,24 @@ const LR: u64 = 1 << 14;
 const PC: u64 = 1 << 15;
 const FLOAT_FLAGS: u64 = 1 << 48;
 
-/// Where the processor goes after an instruction that is executed.
+/// Control flow after an executed instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Flow {
-    /// To the next one.
+    /// Continues at the next instruction.
     Next,
-    /// To an address known from the instruction.
+    /// Jumps to a constant address.
     Jump(u32),
-    /// To a function, and then to the next instruction.
+    /// Calls a function and continues at the next instruction.
     Call(u32),
-    /// Back to the caller.
+    /// Returns to the caller.
     Return,
-    /// By a table behind the instruction: width of its entries in bytes.
+    /// Jumps through the table behind the instruction; width of an entry, bytes.
     Table(u32),
-    /// To an address that only the running program knows; `true`: as a call.
+    /// Jumps to an address that only the running program determines; `true`: a call.
     Indirect(bool),
-    /// Nowhere: UDF, the end of a panic.
+    /// Ends the path: UDF, the end of a panic.
     Trap,
-    /// To a handler of an exception, and if that comes back to the next instruction.
+    /// Enters an exception handler, which may continue at the next instruction.
     Exception,
 }
 
@@ -65,22 +66,22 @@ pub(crate) enum Flow {
 pub(crate) struct Instruction {
     /// Address of the instruction.
     pub(crate) address: u32,
-    /// Its length, 2 or 4 bytes.
+    /// Length, 2 or 4 bytes.
     pub(crate) size: u32,
-    /// Mnemonic without condition and width, as `vadd.f32`.
+    /// Mnemonic without condition and width, for example `vadd.f32`.
     pub(crate) name: String,
-    /// Operands as the manual writes them.
+    /// Operands, in the notation of the manual.
     pub(crate) operands: Vec<String>,
-    /// Executed only if a condition holds.
+    /// Set if the instruction executes only under a condition.
     pub(crate) conditional: bool,
-    /// The condition, `eq`; empty if there is none, or if it is that of CBZ or CBNZ.
+    /// Condition, for example `eq`; empty without one, and for CBZ and CBNZ.
     pub(crate) condition: String,
-    /// Why the architecture does not say what it does, if it does not.
+    /// Reason, if the instruction is unpredictable.
     pub(crate) open: Option<&'static str>,
 }
 
 impl Instruction {
-    /// The instruction that this text says, `condition` being the letters that stand at the end of its mnemonic.
+    /// Parses an instruction from its text. `condition` holds the condition letters at the end of the mnemonic.
     pub(crate) fn from_text(address: u32, size: u32, mnemonic: &str, operands: &str, condition: Option<&str>) -> Self {
         let mnemonic = mnemonic.trim_end_matches(".w").trim_end_matches(".n");
         let (stem, types) = mnemonic.split_at(mnemonic.find('.').unwrap_or(mnemonic.len()));
@@ -91,38 +92,38 @@ impl Instruction {
         Self { address, size, name, operands: split(operands), conditional, condition, open: None }
     }
 
-    /// Is it an IT, of whatever conditions?
+    /// Returns whether the instruction is an IT.
     pub(crate) fn is_it(&self) -> bool {
         let stem = self.stem();
         stem.starts_with("it") && stem.len() <= 5 && stem[2..].chars().all(|letter| "te".contains(letter))
     }
 
-    /// Mnemonic without data types: `vadd` of `vadd.f32`.
+    /// Returns the mnemonic without data types: `vadd` of `vadd.f32`.
     pub(crate) fn stem(&self) -> &str {
         self.name.split('.').next().unwrap_or(&self.name)
     }
 
-    /// As in a listing.
+    /// Returns the text of the instruction, as in a listing.
     pub(crate) fn text(&self) -> String {
         let condition = if self.conditional && !self.name.starts_with("cb") { "<c>" } else { "" };
         format!("{}{condition} {}", self.name, self.operands.join(", ")).trim_end().to_owned()
     }
 
-    /// Makes it an instruction behind an IT, with the condition that the IT gives it.
+    /// Gives the instruction the condition of the IT before it.
     fn put_behind_it(&mut self, condition: Option<&'static str>, (first, second): (u16, Option<u16>), is_last: bool) {
         let goes_on = matches!(self.flow(), Flow::Next | Flow::Exception);
         self.open = self.open.or_else(|| encoding::open_in_it(first, second, goes_on, is_last));
-        // BKPT takes no notice of it.
+        // BKPT ignores the condition.
         if let Some(condition) = condition.filter(|_| self.stem() != "bkpt") {
             if self.conditional && self.condition != condition {
-                self.open = Some("unpredictable: its condition is not that of the IT");
+                self.open = Some("unpredictable: its condition differs from the IT");
             }
             self.conditional = true;
             condition.clone_into(&mut self.condition);
         }
     }
 
-    /// Address of the instruction behind it.
+    /// Returns the address of the following instruction.
     pub(crate) fn next(&self) -> u32 {
         self.address.wrapping_add(self.size)
     }
@@ -131,7 +132,7 @@ impl Instruction {
         self.operands.get(index).map_or("", String::as_str)
     }
 
-    /// Where it goes if it is executed.
+    /// Returns the control flow of the executed instruction.
     pub(crate) fn flow(&self) -> Flow {
         let target = || immediate(self.operands.last().map_or("", String::as_str)).map(|target| target as u32);
         let writes_pc = self.writes() & PC != 0;
@@ -143,11 +144,11 @@ impl Instruction {
             "bx" | "bxns" | "bxj" => Flow::Indirect(false),
             "tbb" => Flow::Table(1),
             "tbh" => Flow::Table(2),
-            // UDF #0xfe has a name of its own.
+            // UDF #0xfe has its own mnemonic.
             "udf" | "trap" => Flow::Trap,
             "svc" | "bkpt" | "hvc" | "smc" | "hlt" | "eret" => Flow::Exception,
             stem if ["dcps", "rfe", "srs"].iter().any(|name| stem.starts_with(name)) => Flow::Exception,
-            // A value that was put on the stack at the entry: the return address.
+            // Loads the return address, which the entry of the function stored on the stack.
             "pop" if writes_pc => Flow::Return,
             "ldm" | "ldmia" | "ldmdb" | "ldr" if writes_pc && self.address_registers() == SP => Flow::Return,
             "mov" if writes_pc && self.operand(1) == "lr" => Flow::Return,
@@ -156,7 +157,7 @@ impl Instruction {
         }
     }
 
-    /// Has it an operand in memory, or a list of registers to move?
+    /// Returns whether the instruction is a load or store of several registers.
     fn is_multiple(&self) -> bool {
         let multiple = ["ldm", "stm", "vldm", "vstm", "fldm", "fstm"];
         multiple.iter().any(|name| self.name.starts_with(name))
@@ -166,7 +167,7 @@ impl Instruction {
         matches!(self.stem(), "push" | "pop" | "vpush" | "vpop")
     }
 
-    /// Registers that its address in memory is made of.
+    /// Returns the registers that form the memory address.
     pub(crate) fn address_registers(&self) -> u64 {
         if self.is_push_or_pop() {
             return SP;
@@ -177,17 +178,17 @@ impl Instruction {
         self.operands.iter().filter(|operand| operand.starts_with('[')).map(|operand| registers(operand)).sum()
     }
 
-    /// Is its address relative to its own place?
+    /// Returns whether the memory address is relative to the program counter.
     pub(crate) fn is_literal_load(&self) -> bool {
         self.operands.iter().any(|operand| operand.starts_with("[pc"))
     }
 
-    /// Is a register added to the base of its address?
+    /// Returns whether the memory address has a register offset.
     pub(crate) fn has_register_offset(&self) -> bool {
         self.address_registers().count_ones() > 1
     }
 
-    /// Does it change the register of its address?
+    /// Returns whether the instruction writes back its address register.
     fn writes_base(&self) -> bool {
         let after = self.operands.iter().position(|operand| operand.starts_with('[') && operand.ends_with(']'));
         self.is_push_or_pop()
@@ -195,7 +196,7 @@ impl Instruction {
             || after.is_some_and(|at| at + 1 < self.operands.len())
     }
 
-    /// Number of operands at the front that it only writes, or writes and reads.
+    /// Returns the number of leading operands that are destinations.
     fn destinations(&self) -> usize {
         let stem = self.stem();
         let store = stem.starts_with("str") && !stem.starts_with("strex");
@@ -212,7 +213,7 @@ impl Instruction {
         if of_two || two_floats || two_cores { 2 } else { 1 }
     }
 
-    /// Registers that it writes, but for the base of its address.
+    /// Returns the written registers without a written-back base.
     pub(crate) fn results(&self) -> u64 {
         let loads = ["ldm", "vldm", "fldm", "pop", "vpop"];
         if loads.iter().any(|name| self.name.starts_with(name)) {
@@ -231,20 +232,20 @@ impl Instruction {
         written.map(|operand| registers(operand)).fold(0, |a, b| a | b)
     }
 
-    /// Registers that it writes.
+    /// Returns all written registers.
     pub(crate) fn writes(&self) -> u64 {
         let base = if self.writes_base() { self.address_registers() } else { 0 };
         self.results() | base
     }
 
-    /// Registers that it reads, but for the addend of a multiply-accumulate.
+    /// Returns the read registers, without the addend of a multiply-accumulate.
     pub(crate) fn reads(&self) -> u64 {
         let flags = if matches!(self.stem(), "vmrs" | "fmstat") { FLOAT_FLAGS } else { 0 };
         let sources = self.operands.iter().skip(self.destinations());
         sources.map(|operand| registers(operand)).fold(flags, |a, b| a | b)
     }
 
-    /// Words moved between registers and memory.
+    /// Returns the number of words moved between registers and memory.
     pub(crate) fn words(&self) -> u32 {
         match self.stem() {
             "ldrd" | "strd" => 2,
@@ -253,7 +254,7 @@ impl Instruction {
         }
     }
 
-    /// By how many bytes the stack grows; none if that is not in the instruction itself.
+    /// Returns the growth of the stack in bytes, or `None` if the instruction does not define it.
     pub(crate) fn stack_growth(&self) -> Option<i64> {
         if self.stem() == "msr" && ["msp", "psp", "control"].contains(&self.operand(0)) {
             return None;
@@ -279,9 +280,10 @@ impl Instruction {
         }
     }
 
-    /// Where the stack pointer and the frame pointer stand behind it, of where they stood before: in bytes below the
-    /// stack pointer of the entry, the frame pointer `None` where it is something else. `None` if the stack pointer is
-    /// not known. A function that is called leaves the frame pointer as it was, as the procedure call standard has it.
+    /// Returns the positions of the stack pointer and of the frame pointer after the instruction, from their positions
+    /// before it. Both are in bytes below the stack pointer at the entry. The frame position is `None` if r7 holds
+    /// another value. The result is `None` if the stack pointer becomes unknown. Callees preserve the frame pointer, as
+    /// the procedure call standard requires.
     pub(crate) fn frame_after(&self, depth: i64, frame: Option<i64>) -> Option<(i64, Option<i64>)> {
         let frame_after = match self.displaced().filter(|_| !self.conditional) {
             _ if self.writes() & FRAME == 0 => frame,
@@ -297,7 +299,8 @@ impl Instruction {
         Some((depth_after, frame_after))
     }
 
-    /// Of an instruction that gives a register and a constant: the register, and by how much the result is below it.
+    /// Returns the source register of a move, or of an addition or subtraction of a constant, and the decrease of its
+    /// value.
     fn displaced(&self) -> Option<(u64, i64)> {
         let from = self.operands.get(1).filter(|operand| !operand.starts_with('#')).or(self.operands.first())?;
         let number = immediate(self.operands.last()?).map(i64::from);
@@ -311,7 +314,7 @@ impl Instruction {
     }
 }
 
-/// Operands are parted by commas outside of brackets and braces.
+/// Splits operands at commas outside of brackets and braces.
 fn split(operands: &str) -> Vec<String> {
     let mut parts = Vec::new();
     let (mut depth, mut from) = (0_i32, 0);
@@ -333,7 +336,7 @@ fn split(operands: &str) -> Vec<String> {
     parts
 }
 
-/// The number in an operand like `#16` or `#-0x4`.
+/// Parses an immediate operand such as `#16` or `#-0x4`.
 pub(crate) fn immediate(operand: &str) -> Option<i32> {
     let text = operand.strip_prefix('#')?;
     let (sign, digits) = text.strip_prefix('-').map_or((1, text), |digits| (-1, digits));
@@ -341,16 +344,16 @@ pub(crate) fn immediate(operand: &str) -> Option<i32> {
         Some(hex) => i64::from_str_radix(hex, 16),
         None => digits.parse(),
     };
-    // An address above 2^31 keeps its bits.
+    // An address above 2^31 keeps its bit pattern.
     value.ok().map(|value| (sign * value) as i32)
 }
 
-/// Every register named in an operand.
+/// Returns all registers named in an operand.
 fn registers(operand: &str) -> u64 {
     operand.split(|c: char| !c.is_ascii_alphanumeric()).map(register).fold(0, |a, b| a | b)
 }
 
-/// Registers of a list in braces, none of anything else.
+/// Returns the registers of a list in braces; empty for any other operand.
 pub(crate) fn listed(operand: &str) -> u64 {
     if operand.starts_with('{') { registers(operand) } else { 0 }
 }
@@ -381,30 +384,31 @@ pub(crate) fn register(name: &str) -> u64 {
     }
 }
 
-/// The disassembler: bytes to instructions.
+/// Disassembler from bytes to instructions.
 pub(crate) struct Decoder {
     capstone: Capstone,
     v8: bool,
 }
 
 impl Decoder {
-    /// Thumb of ARMv7-M, and of ARMv8-M if `v8`.
+    /// Creates a decoder for Thumb of ARMv7-M, or of ARMv8-M with `v8`.
     ///
     /// # Errors
-    /// What the decoder says if it cannot be made.
+    /// The error message of the decoder library.
     pub(crate) fn new(v8: bool) -> Result<Self, String> {
         let modes = [ArchExtraMode::MClass, ArchExtraMode::V8];
         let count = if v8 { 2 } else { 1 };
         let builder =
             Capstone::new().arm().mode(ArchMode::Thumb).extra_mode(modes.into_iter().take(count)).detail(true);
-        let capstone = builder.build().map_err(|error| format!("the decoder cannot be made: {error}"))?;
+        let capstone = builder.build().map_err(|error| format!("the decoder cannot be created: {error}"))?;
         Ok(Self { capstone, v8 })
     }
 
-    /// The instruction at the front of `code`, with those that depend on it if it is an IT; empty if it is none.
+    /// Decodes the instruction at the start of `code`, with its dependent instructions if it is an IT; empty if it is
+    /// invalid.
     pub(crate) fn decode(&self, code: &[u8], address: u32) -> Vec<Instruction> {
         let block = match *code {
-            // IT: the lowest bit set of the mask ends the block.
+            // IT: the lowest set bit of the mask ends the block.
             [low, 0xbf, ..] if low & 0xf != 0 => 5 - (low & 0xf).trailing_zeros() as usize,
             _ => 1,
         };
@@ -541,7 +545,7 @@ mod tests {
         let block = decoder.decode(&code, 0x100);
         let told: Vec<_> = block.iter().map(|one| (one.name.as_str(), one.conditional)).collect();
         assert_eq!(told, [("ite", false), ("vmov.f32", true), ("vmov.f32", true)]);
-        // A conditional branch carries its condition itself.
+        // A conditional branch contains its condition.
         let branch = decoder.decode(&[0x01, 0xd0], 0x100);
         assert_eq!((branch[0].name.as_str(), branch[0].conditional), ("b", true));
         assert_eq!(branch[0].flow(), Flow::Jump(0x106));

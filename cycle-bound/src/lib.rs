@@ -1,12 +1,12 @@
 #![doc = include_str!("../README.md")]
 //!
-//! ## The parts
+//! ## Modules
 //!
 //! ```text
-//! image (ELF) -> instruction (decoder) -> analysis (ways, calls, stack) -> graph (longest path) -> report
-//!                                           `- cycles (the table) -- trace (what was executed) -- emulated (qemu, log)
-//! text of what it is to compute -> meaning (every path of the instructions on terms: the same?)
-//! a file of ceilings -> ceilings (the same for every function of the file, each figure held to its ceiling)
+//! image (ELF) -> instruction (decoder) -> analysis (paths, calls, stack) -> graph (longest path) -> report `- cycles
+//! (the table) -- trace (executed code) -- emulated (QEMU, log) specification of a function -> meaning (symbolic
+//! execution of every path, comparison for all inputs) file of limits -> ceilings (all functions of the file, each
+//! figure against its limit)
 //! ```
 
 mod analysis;
@@ -38,22 +38,22 @@ use cycles::Class;
 use image::{Function, Image};
 use instruction::Decoder;
 use report::{Report, Typical};
-use whole_file::Kind;
+use whole_file::FileKind;
 
-/// A core whose code is read.
+/// Processor core of the firmware.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Core {
-    /// In-order, three stages: the manual has a table of cycles.
+    /// Cortex-M4: in-order, three stages; the manual has a cycle table.
     #[default]
     CortexM4,
-    /// Dual issue, caches, branch prediction: no table of cycles is published.
+    /// Cortex-M7: dual issue, caches, branch prediction; ARM publishes no cycle table.
     CortexM7,
-    /// No table of cycles is published.
+    /// Cortex-M33: ARM publishes no cycle table.
     CortexM33,
 }
 
 impl Core {
-    /// As on the command line.
+    /// Returns the name of the core on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::CortexM4 => "cortex-m4",
@@ -67,99 +67,98 @@ impl Core {
     }
 }
 
-/// What is asked: the options of the command line.
+/// Options of the command line.
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 #[derive(Args, Clone, Debug, Default)]
 pub struct Options {
-    /// The linked firmware.
+    /// Linked firmware (ELF).
     #[arg(long, value_name = "FILE", required_unless_present = "ceilings")]
     pub elf: Option<PathBuf>,
-    /// The function: its name, mangled or not, a part of it that no other name has, or the address at which it begins.
+    /// Function: its name (mangled or not), a unique part of its name, or its first address.
     #[arg(long, value_name = "NAME", required_unless_present_any = ["ceilings", "means"])]
     pub symbol: Option<String>,
-    /// Hold the function to this text of what it is to compute, beside its bound; several, each of the function that it
-    /// names.
+    /// Specifications to compare the machine code with, each for the function that it names.
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with_all = ["ceilings", "trace", "emulate"])]
     pub means: Vec<PathBuf>,
-    /// Instead of one function all that FILE lists, each figure held to its ceiling.
+    /// File of limits: check all functions of FILE instead of one function.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "symbol", "core", "max_cycles", "no_panic",
         "no_double", "no_division", "no_call", "no_backward_branch", "no_fused", "loops", "barrier",
         "trace", "emulate", "lines"])]
     pub ceilings: Option<PathBuf>,
-    /// Lower in that file every ceiling that is above its figure; one that is exceeded is left for a person to judge.
+    /// Lower every limit of the file to its figure; exceeded limits stay for manual review.
     #[arg(long, requires = "ceilings")]
     pub lower: bool,
-    /// Write into that file the compiler of the images and their figures, where the ceilings are of another compiler.
+    /// Write the firmware's compiler and figures into the file, if its limits belong to another compiler.
     #[arg(long, requires = "ceilings", conflicts_with = "lower")]
     pub record: bool,
-    /// The core; only the Cortex-M4 has a published table of cycles, for the others instructions are counted.
+    /// Processor core; only the Cortex-M4 has a published cycle table, other cores count instructions only.
     #[arg(long, value_enum, default_value_t)]
     pub core: Core,
-    /// Fail if the bound is above this.
+    /// Maximum bound in cycles; a larger bound fails.
     #[arg(long, value_name = "N")]
     pub max_cycles: Option<u64>,
     /// Print one JSON object instead of the table.
     #[arg(long)]
     pub json: bool,
-    /// Fail if a panic, a trap or any way that never returns is reached.
+    /// Fail if a panic, a trap or a path that never returns is reached.
     #[arg(long)]
     pub no_panic: bool,
     /// Fail if 64-bit floating point is reached.
     #[arg(long)]
     pub no_double: bool,
-    /// Fail if a division or a root is reached.
+    /// Fail if a division or a square root is reached.
     #[arg(long)]
     pub no_division: bool,
-    /// Fail if the function calls another one or jumps to it.
+    /// Fail if the function calls another function or jumps to it.
     #[arg(long)]
     pub no_call: bool,
-    /// Fail if a jump goes back: a loop.
+    /// Fail if the function has a backward jump (a loop).
     #[arg(long)]
     pub no_backward_branch: bool,
-    /// Fail if a multiply-accumulate is reached: VFMA rounds once, and both it and VMLA take 3 cycles instead of 1 + 1.
+    /// Fail if a multiply-accumulate is reached: VFMA rounds once, and VFMA and VMLA take 3 cycles instead of 1 + 1.
     #[arg(long)]
     pub no_fused: bool,
-    /// The loop whose first instruction is PLACE (0x.., SYMBOL+0x..) executes it at most N times per entry.
+    /// Loop limit: the first instruction of the loop, at PLACE (0x.., SYMBOL+0x..), executes at most N times per entry.
     #[arg(long = "loop", value_name = "PLACE=N")]
     pub loops: Vec<String>,
-    /// A barrier (DSB, DMB, ISB) waits N cycles at most; without it a function with a barrier has no bound.
+    /// Maximum wait of a barrier (DSB, DMB, ISB) in cycles; without it a function with a barrier has no bound.
     #[arg(long, value_name = "N")]
     pub barrier: Option<u64>,
-    /// Addresses in the order of execution, as QEMU writes them (256 MiB at most): typical cycles.
+    /// Trace of executed addresses in QEMU's format (256 MiB at most), for typical cycles.
     #[arg(long, value_name = "FILE", group = "executed")]
     pub trace: Option<PathBuf>,
-    /// Run the image in the emulator (an STM32F405) and take what it executes: typical cycles.
+    /// Run the firmware in the emulator (an STM32F405), for typical cycles.
     #[arg(long, group = "executed")]
     pub emulate: bool,
-    /// Say which line of source the executed cycles go to; needs debug information in the ELF.
+    /// Print the executed cycles per source line; needs debug information in the ELF file.
     #[arg(long, requires = "executed")]
     pub lines: bool,
 }
 
-/// What is not to be reached.
+/// Property that the reached code must not have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Check {
-    /// A panic, a trap or a way that never returns.
+    /// A panic, a trap or a path that never returns.
     Panic,
-    /// Floating point of 64 bits.
+    /// 64-bit floating point.
     Double,
-    /// A division or a root.
+    /// A division or a square root.
     Division,
     /// A call or a jump to another function.
     Call,
-    /// A jump back: a loop.
+    /// A backward jump: a loop.
     BackwardBranch,
     /// A multiply-accumulate, VMLA or VFMA.
     Fused,
 }
 
 impl Check {
-    /// All checks, in the order in which they are told.
+    /// All checks, in the order of their output.
     pub const ALL: [Self; 6] =
         [Self::Panic, Self::Double, Self::Division, Self::Call, Self::BackwardBranch, Self::Fused];
 
-    /// As in a file of ceilings.
+    /// Returns the key of the check in a file of limits.
     pub fn name(self) -> &'static str {
         match self {
             Self::Panic => "panic",
@@ -185,14 +184,14 @@ impl Options {
     }
 }
 
-/// What the program has to say.
+/// Output of the program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reply {
-    /// For stdout: an aligned table, or one JSON object.
+    /// Output for stdout: an aligned table, or one JSON object.
     pub text: String,
-    /// For stderr: notes, what was declined, what failed, a line each.
+    /// Lines for stderr: notes, rejected code and failed checks.
     pub remarks: Vec<String>,
-    /// Exit status: 0 the figures stand, 1 a check failed, 2 something could not be followed (it is named).
+    /// Exit status: 0 all figures valid, 1 a check failed, 2 code rejected (with address and reason).
     pub status: u8,
 }
 
@@ -220,10 +219,10 @@ impl Reply {
     }
 }
 
-/// All of the program but its console: one function, or with `--ceilings` all of a file.
+/// Runs the whole program except its console output: one function, or with `--ceilings` all functions of a file.
 ///
 /// # Errors
-/// Bad input, in one line; the exit status is then 2.
+/// Invalid input, in one line; the exit status is 2.
 pub fn run(options: &Options, stop: &AtomicBool) -> Result<Reply, String> {
     if let Some(file) = &options.ceilings {
         let write = match (options.lower, options.record) {
@@ -242,17 +241,17 @@ pub fn run(options: &Options, stop: &AtomicBool) -> Result<Reply, String> {
     }
 }
 
-/// Reads the image, and the trace if there is one.
+/// Analyses a function of a firmware file, with its trace if the options request one.
 ///
 /// # Errors
-/// Bad input, in one line.
+/// Invalid input, in one line.
 pub fn report_of(options: &Options, stop: &AtomicBool) -> Result<Report, String> {
     let Some(elf) = &options.elf else { return Err("--elf FILE is missing".into()) };
     let image = Image::read(&image_file::read(elf)?).map_err(|reason| of_file(elf, &reason))?;
     let mut answer = Answer::of(&image, options)?;
     if let Some(path) = &options.trace {
-        // Names in a log may be in any encoding; addresses are not.
-        let log = whole_file::read(path, Kind::TRACE).map_err(|reason| of_file(path, &reason))?;
+        // Names in a log may have any encoding; addresses are ASCII.
+        let log = whole_file::read(path, FileKind::TRACE).map_err(|reason| of_file(path, &reason))?;
         answer.price(&trace::addresses(&String::from_utf8_lossy(&log)), options.lines.then_some(&image));
     } else if options.emulate {
         answer.price(&emulated::executed(elf, &answer.ranges(), stop)?, options.lines.then_some(&image));
@@ -260,29 +259,29 @@ pub fn report_of(options: &Options, stop: &AtomicBool) -> Result<Report, String>
     Ok(answer.report)
 }
 
-/// What is wrong with a file.
+/// Returns the error message of a file.
 fn of_file(path: &Path, reason: &dyn std::fmt::Display) -> String {
     format!("{}: {reason}", path.display())
 }
 
-/// A function that has been read: its report, and what a trace of it is held against.
+/// An analysed function: its report, and the code that a trace is compared with.
 pub struct Answer {
-    /// The report, as it is printed.
+    /// Report of the function.
     pub report: Report,
-    /// What is reached and should perhaps not be, whether it was asked for or not.
+    /// Findings of all checks, requested or not.
     pub found: Vec<(Check, String)>,
     reached: Vec<Rc<Summary>>,
-    /// First address and length of every function reached.
+    /// First address and length of every reached function.
     ranges: Vec<(u32, u32)>,
-    /// One of them where more than one section lies: an address in a trace does not say whose it is.
+    /// Address of a reached function in an overlay: a trace does not show which section was loaded.
     overlaid: Option<u32>,
 }
 
 impl Answer {
-    /// Reads the function that is asked for.
+    /// Analyses the function that the options name.
     ///
     /// # Errors
-    /// Bad input, in one line.
+    /// Invalid input, in one line.
     pub fn of(image: &Image, options: &Options) -> Result<Self, String> {
         let function = image.find(options.symbol.as_deref().unwrap_or_default())?;
         let image = &*image.while_runs(function);
@@ -294,24 +293,24 @@ impl Answer {
         let reached = analyst.reached(&summary);
         for header in loops.keys() {
             if !reached.iter().any(|one| one.nodes.contains_key(header)) {
-                return Err(format!("--loop {}: the function does not come there", image.place(*header)));
+                return Err(format!("--loop {}: the function does not reach this place", image.place(*header)));
             }
         }
         let functions: Vec<&Function> = reached.iter().filter_map(|one| image.function_at(one.start)).collect();
         let mut report = Report::new(options, function, &summary);
         if let Some(cycles) = options.barrier.filter(|_| timed) {
-            report.assumptions.push(format!("as given: a barrier waits {cycles} cycles at most"));
+            report.assumptions.push(format!("declared: a barrier waits {cycles} cycles at most"));
         }
         for (header, count) in loops.iter().filter(|_| timed) {
             let place = image.place(*header);
-            let rounds = format!("as given: {place} is executed {count} times at most per entry of its loop");
+            let rounds = format!("declared: {place} is executed {count} times at most per entry of its loop");
             report.assumptions.push(rounds);
         }
         report.functions = functions.iter().map(|one| one.name().to_owned()).collect();
         let ranges: Vec<(u32, u32)> = functions.iter().map(|one| (one.start, one.end - one.start)).collect();
         report.flash_bytes = covered(&ranges);
         if !summary.returns {
-            report.declined.push(format!("{}: no path of it returns", image.place(function.start)));
+            report.declined.push(format!("{}: no path returns", image.place(function.start)));
         }
         report.declined.extend(analyst.refusals(&summary).iter().map(|refusal| told(image, refusal)));
         if let Some(Err(refusal)) = &summary.stack {
@@ -326,7 +325,7 @@ impl Answer {
             }
             if !timed {
                 report.declined.push(format!(
-                    "--max-cycles: ARM publishes no table of cycles for the {}, so there is no bound, only counts",
+                    "--max-cycles: ARM publishes no cycle table for the {}, so only counts are available",
                     options.core.name()
                 ));
             }
@@ -335,21 +334,22 @@ impl Answer {
         Ok(Self { report, found, reached, ranges, overlaid })
     }
 
-    /// First address and length of every function that is reached: what a trace must hold.
+    /// Returns the first address and the length of every reached function: the ranges that a trace must contain.
     pub fn ranges(&self) -> Vec<(u32, u32)> {
         self.ranges.clone()
     }
 
-    /// Was every instruction read, so that the checks have seen them all? A loop without a number of rounds was.
+    /// Returns whether every instruction was followed, so that the checks cover all code. A loop without a limit is
+    /// allowed.
     pub fn is_read(&self) -> bool {
         self.reached.iter().flat_map(|one| one.nodes.values()).all(|node| node.refusal().is_none())
     }
 
-    /// Adds what the calls in a trace took; by line of source if the image is given.
+    /// Adds the cycles of the calls in a trace; per source line if a firmware is given.
     pub fn price(&mut self, executed: &[u32], lines_of: Option<&Image>) {
         let report = &mut self.report;
         if report.core != Core::CortexM4.name() {
-            report.declined.push(format!("trace: no table of cycles for the {}", report.core));
+            report.declined.push(format!("trace: no cycle table for the {}", report.core));
             return;
         }
         if let Some(address) = self.overlaid {
@@ -375,7 +375,7 @@ impl Answer {
         if let (Some(typical), Some(bound)) = (&report.typical, report.bound())
             && typical.cycles.max > bound
         {
-            // Then a loop was executed more often than --loop says.
+            // The trace executes a loop more often than its --loop allows.
             report.declined.push(format!(
                 "the trace takes {} cycles, more than the bound: is a --loop too small?",
                 typical.cycles.max
@@ -384,7 +384,7 @@ impl Answer {
     }
 }
 
-/// Bytes in at least one of these ranges, which are in the order of their addresses.
+/// Returns the number of bytes in the union of these ranges, which are in address order.
 fn covered(ranges: &[(u32, u32)]) -> u32 {
     let (mut bytes, mut behind) = (0, 0);
     for (start, length) in ranges {
@@ -402,16 +402,17 @@ fn told(image: &Image, refusal: &Refusal) -> String {
 fn parse_loops(image: &Image, loops: &[String]) -> Result<BTreeMap<u32, u64>, String> {
     let parse = |text: &String| {
         let (place, count) = text.rsplit_once('=').ok_or_else(|| format!("--loop {text}: expected PLACE=N"))?;
-        let count: u64 = count.parse().map_err(|_| format!("--loop {text}: {count:?} is no number of rounds"))?;
+        let count: u64 =
+            count.parse().map_err(|_| format!("--loop {text}: {count:?} is not a number of executions"))?;
         if count == 0 {
-            return Err(format!("--loop {text}: a loop that is entered executes its first instruction at least once"));
+            return Err(format!("--loop {text}: must be >= 1: an entered loop executes at least once"));
         }
         Ok((image.parse_place(place).map_err(|reason| format!("--loop {text}: {reason}"))?, count))
     };
     loops.iter().map(parse).collect()
 }
 
-/// What is there and is perhaps not to be, a line for each check.
+/// Returns the findings of all checks, one line per check.
 fn found(image: &Image, reached: &[Rc<Summary>], functions: &[&Function]) -> Vec<(Check, String)> {
     let named = |is: fn(&str) -> bool| -> Vec<String> {
         let any = |one: &&&Function| one.symbols.iter().chain(&one.names).any(|name| is(last_part(name)) || is(name));
@@ -440,7 +441,7 @@ fn found(image: &Image, reached: &[Rc<Summary>], functions: &[&Function]) -> Vec
         (Check::Double, "64-bit floating point is reached", doubles),
         (Check::Division, "a division is reached", divisions),
         (Check::Call, "a call", places(|one| &one.calls)),
-        (Check::BackwardBranch, "a jump back", places(|one| &one.backward)),
+        (Check::BackwardBranch, "a backward jump", places(|one| &one.backward)),
         (Check::Fused, "a multiply-accumulate is reached", instructions(is_fused)),
     ];
     let line = |(check, what, mut places): (Check, &str, Vec<String>)| {
@@ -450,7 +451,7 @@ fn found(image: &Image, reached: &[Rc<Summary>], functions: &[&Function]) -> Vec
     all.into_iter().filter_map(line).collect()
 }
 
-/// `g` of `a::b::g`.
+/// Returns the last part of a path: `g` of `a::b::g`.
 fn last_part(name: &str) -> &str {
     name.rsplit("::").next().unwrap_or(name)
 }
@@ -461,7 +462,8 @@ fn is_panic(name: &str) -> bool {
         .any(|part| name.contains(part))
 }
 
-/// Helpers of the run-time library for 64-bit floats: `__aeabi_dadd`, `__aeabi_f2d`, `__adddf3`, `__floatsidf`.
+/// Returns whether a name is a 64-bit float helper of the run-time library: `__aeabi_dadd`, `__aeabi_f2d`, `__adddf3`,
+/// `__floatsidf`.
 fn is_double(name: &str) -> bool {
     let to_double = ["__aeabi_f2d", "__aeabi_i2d", "__aeabi_ui2d", "__aeabi_l2d", "__aeabi_ul2d", "__aeabi_h2d"];
     let arm = name.starts_with("__aeabi_d") && !name.starts_with("__aeabi_div");
@@ -469,7 +471,8 @@ fn is_double(name: &str) -> bool {
     to_double.contains(&name) || name.starts_with("__aeabi_cd") || arm || generic
 }
 
-/// Helpers for division and roots: `__aeabi_uidivmod`, `__divsf3`, `sqrtf`.
+/// Returns whether a name is a division or root helper of the run-time library: `__aeabi_uidivmod`, `__divsf3`,
+/// `sqrtf`.
 fn is_division(name: &str) -> bool {
     (name.starts_with("__") && (name.contains("div") || name.contains("mod"))) || name == "sqrtf" || name == "sqrt"
 }

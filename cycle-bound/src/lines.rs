@@ -1,8 +1,8 @@
-//! Where the cycles go: the executed instructions of a trace by the line of source they come from.
+//! Cycles per source line, from the executed instructions of a trace.
 //!
-//! The compiler inlines and interleaves, so that the instructions of a line lie scattered; the debug information of the
-//! image says which line each one serves. A stall counts with the instruction that waits. Code of the language's own
-//! library (`a * b` is a function there) counts with the line that uses it.
+//! The compiler inlines and interleaves, so the instructions of a line are scattered. The debug information of the
+//! firmware maps each instruction to its line. A stall counts for the waiting instruction. Code of the language's core
+//! library (`a * b` is a function there) counts for the line that uses it.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -17,33 +17,33 @@ use terminal::table::Table;
 
 type Slice<'a> = EndianSlice<'a, LittleEndian>;
 
-/// What one line of source costs in a call, on average.
+/// Average cost of a source line per call.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Line {
-    /// File as the debug information has it, and line.
+    /// File name in the debug information, shortened.
     pub file: String,
-    /// From 1; 0 if the compiler names none.
+    /// Line number from 1; 0 if the debug information has none.
     pub line: u32,
-    /// The line that it was inlined into, if that is in another file.
+    /// File and line that this line was inlined into, if the file differs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<(String, u32)>,
     /// Executed instructions per call.
     pub instructions: f64,
     /// Typical cycles per call.
     pub cycles: f64,
-    /// The same if VLDR and VSTR pipeline as LDR and STR do.
+    /// Typical cycles per call, if VLDR and VSTR pipeline as LDR and STR do.
     pub pipelined: f64,
 }
 
-/// The lines of an executed function.
+/// Costs of all source lines of an executed function.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Lines(pub Vec<Line>);
 
-/// Where each address of the traced calls comes from; `elf` is the image.
+/// Returns the cost of each source line over the traced calls; `elf` holds the bytes of the firmware.
 ///
 /// # Errors
-/// The image has no readable debug information.
+/// The firmware has no readable debug information.
 pub(crate) fn of(elf: &[u8], runs: &[Run]) -> Result<Lines, String> {
     let told = |error: gimli::Error| format!("the debug information cannot be read: {error}");
     let file = object::File::parse(elf).map_err(|error| format!("not an ELF file: {error}"))?;
@@ -68,7 +68,7 @@ pub(crate) fn of(elf: &[u8], runs: &[Run]) -> Result<Lines, String> {
         }
     }
     if known.values().all(|(place, _)| place.line == 0) {
-        return Err("the image has no debug information of the function: is `debug` set in its profile?".to_owned());
+        return Err("the image has no debug information for the function: set `debug` in its profile".to_owned());
     }
     let line = |((place, within), sums): ((Place, Option<Place>), [u64; 3])| Line {
         file: place.file,
@@ -79,7 +79,7 @@ pub(crate) fn of(elf: &[u8], runs: &[Run]) -> Result<Lines, String> {
         pipelined: sums[2] as f64 / calls,
     };
     let mut all: Vec<Line> = lines.into_iter().map(line).collect();
-    // In the order of the source that a reader follows: a helper stands at the line that uses it.
+    // Source order: a helper is listed at the line that uses it.
     let at = |line: &Line| line.within.clone().unwrap_or((line.file.clone(), line.line));
     all.sort_by_key(|line| (at(line), line.line));
     Ok(Lines(all))
@@ -91,14 +91,14 @@ struct Place {
     line: u32,
 }
 
-/// The line an address serves, and the one in another file that it was inlined into.
+/// Returns the source line of an address, and the line in another file that it was inlined into.
 fn places(context: &addr2line::Context<Slice<'_>>, address: u32) -> Result<(Place, Option<Place>), gimli::Error> {
     let mut frames = context.find_frames(u64::from(address)).skip_all_loads()?;
     let mut found: Vec<Place> = Vec::new();
     while let Some(frame) = frames.next()? {
         let Some(location) = frame.location else { continue };
         let file = location.file.unwrap_or("?");
-        // The operators of numbers are functions of the language's library.
+        // Operators of numbers are functions of Rust's core library.
         if !file.contains("library/core/src/") {
             found.push(Place { file: short(file), line: location.line.unwrap_or(0) });
         }
@@ -109,7 +109,7 @@ fn places(context: &addr2line::Context<Slice<'_>>, address: u32) -> Result<(Plac
     Ok((inner, outer))
 }
 
-/// The last two folders and the name: enough to find a file, and the same on every machine.
+/// Returns the last two folders and the file name, which are equal on every machine.
 fn short(path: &str) -> String {
     let parts: Vec<&str> = path.split('/').filter(|part| !part.is_empty() && *part != ".").collect();
     parts[parts.len().saturating_sub(3)..].join("/")
@@ -117,7 +117,7 @@ fn short(path: &str) -> String {
 
 impl fmt::Display for Lines {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut table = Table::new(["cycles", "pipelined", "instructions", "line", "inlined there"]);
+        let mut table = Table::new(["cycles", "pipelined", "instructions", "line", "inlined code"]);
         let number = |value: f64| format!("{value:.1}");
         let mut total = [0.0; 3];
         for line in &self.0 {
@@ -130,7 +130,7 @@ impl fmt::Display for Lines {
             total.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
             table.row([number(line.cycles), number(line.pipelined), number(line.instructions), shown, inlined]);
         }
-        table.row([number(total[0]), number(total[1]), number(total[2]), "in all".to_owned(), String::new()]);
+        table.row([number(total[0]), number(total[1]), number(total[2]), "total".to_owned(), String::new()]);
         write!(f, "{table}")
     }
 }

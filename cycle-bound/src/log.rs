@@ -1,6 +1,6 @@
-//! What a target logs: defmt frames, decoded with the image they come from, or plain text.
+//! Log of a target: defmt frames, decoded with the messages of the firmware, or plain text.
 //!
-//! A thread of its own reads and decodes, so that neither a run nor a target ever waits for a log to be printed.
+//! A separate thread reads and decodes the log. Neither a run nor a target waits for the output of the log.
 
 use std::io::{ErrorKind, Read};
 use std::ops::ControlFlow;
@@ -15,14 +15,14 @@ use defmt_decoder::{DecodeError, Table};
 
 use crate::image_file;
 
-/// The messages of an image, by number; none if it speaks in plain text.
+/// Messages of a firmware, by number; empty for a plain-text log.
 pub struct Messages(Option<Table>);
 
 impl Messages {
-    /// Reads them from the image.
+    /// Reads the messages of a firmware.
     ///
     /// # Errors
-    /// When it cannot be read, or holds no messages; in words.
+    /// The file cannot be read, or holds no messages.
     pub fn of(image: &Path) -> Result<Self, String> {
         let found = Self::or_text(image)?;
         if found.is_text() {
@@ -31,10 +31,10 @@ impl Messages {
         Ok(found)
     }
 
-    /// Reads them from the image, if it holds any.
+    /// Reads the messages of a firmware, or selects plain text if it holds none.
     ///
     /// # Errors
-    /// When image or messages cannot be read; in words.
+    /// The file or its messages cannot be read.
     pub fn or_text(image: &Path) -> Result<Self, String> {
         let bytes = image_file::read(image)?;
         Table::parse(&bytes)
@@ -42,16 +42,16 @@ impl Messages {
             .map_err(|error| format!("log of image {}: its defmt messages cannot be read: {error}", image.display()))
     }
 
-    /// Does the image speak in plain text?
+    /// Returns whether the firmware logs plain text.
     pub fn is_text(&self) -> bool {
         self.0.is_none()
     }
 }
 
-/// Longest wait of a source for something to read; after that it must say that there was nothing.
+/// Longest blocking read of a source; then the source reports a timeout.
 pub const GLANCE: Duration = Duration::from_millis(100);
 
-/// The lines of a log as they come in. Reading ends, and the source is closed, when this is dropped.
+/// Lines of a log in the order of arrival. Dropping it ends the reader and closes the source.
 pub struct Log {
     lines: Receiver<String>,
     unwanted: Arc<AtomicBool>,
@@ -59,7 +59,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Follows a source that never waits longer than [`GLANCE`].
+    /// Starts to read a source whose reads block for at most [`GLANCE`].
     pub fn follow(source: impl Read + Send + 'static, messages: Messages) -> Self {
         let (sender, lines) = mpsc::channel();
         let unwanted = Arc::new(AtomicBool::new(false));
@@ -71,7 +71,7 @@ impl Log {
         Self { lines, unwanted, reader: Some(reader) }
     }
 
-    /// The next line, if there is one.
+    /// Returns the next line, if one has arrived.
     pub fn next(&self) -> Option<String> {
         self.lines.try_recv().ok()
     }
@@ -79,7 +79,7 @@ impl Log {
     /// Waits for the next line.
     ///
     /// # Errors
-    /// When none comes in time, or the source has ended.
+    /// No line arrived in time, or the source has ended.
     pub fn wait(&self, within: Duration) -> Result<String, RecvTimeoutError> {
         self.lines.recv_timeout(within)
     }
@@ -89,21 +89,21 @@ impl Drop for Log {
     fn drop(&mut self) {
         self.unwanted.store(true, Ordering::Relaxed);
         if let Some(reader) = self.reader.take() {
-            // If it panicked, it has told so itself.
+            // A panic of the thread has printed its own message.
             let _ = reader.join();
         }
     }
 }
 
-/// Nothing came in time, as the operating systems say it.
+/// Returns whether the error kind is a read timeout of an operating system.
 pub(crate) fn is_silence(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
-/// Longer than this no line gets.
+/// Longest line, bytes; the rest becomes a new line.
 const LONGEST_LINE: usize = 1000;
 
-/// Hands on what comes in, until the source ends, nobody wants more, or `take` breaks off.
+/// Passes the received bytes to `take`, until the source ends, `unwanted` is set or `take` breaks.
 fn pump(mut source: impl Read, unwanted: &AtomicBool, mut take: impl FnMut(&[u8]) -> ControlFlow<()>) {
     let mut bytes = [0; 1024];
     while !unwanted.load(Ordering::Relaxed) {
@@ -136,7 +136,7 @@ fn read_text(source: impl Read, lines: &Sender<String>, unwanted: &AtomicBool) {
         ControlFlow::Continue(())
     });
     if !line.is_empty() {
-        // Whoever is gone does not want it.
+        // A closed receiver does not need the line.
         let _ = lines.send(shown(&line));
     }
 }
@@ -145,7 +145,7 @@ fn send(lines: &Sender<String>, line: String) -> ControlFlow<()> {
     if lines.send(line).is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
 }
 
-/// A line as a terminal may show it.
+/// Returns a line with control characters replaced, safe for a terminal.
 fn shown(line: &[u8]) -> String {
     String::from_utf8_lossy(line).trim_end().chars().map(|c| if c.is_control() { '?' } else { c }).collect()
 }
@@ -163,11 +163,11 @@ fn read(source: impl Read, table: &Table, lines: &Sender<String>, unwanted: &Ato
                 },
                 Err(DecodeError::UnexpectedEof) => return ControlFlow::Continue(()),
                 Err(DecodeError::Malformed) if table.encoding().can_recover() => {
-                    // Once is enough: what follows is no better.
+                    // Prints one message only, since the following bytes are garbled too.
                     if std::mem::replace(&mut is_garbled, true) {
                         continue;
                     }
-                    "(something that is no message of this image; is it the one that runs there?)".into()
+                    "(data that is not a message of this image; does the target run this image?)".into()
                 }
                 Err(DecodeError::Malformed) => return ControlFlow::Break(()),
             };

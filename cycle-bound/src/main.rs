@@ -1,4 +1,4 @@
-//! `cycle-bound --elf FW.elf --symbol NAME`: the answer to stdout, everything else to stderr.
+//! Command `cycle-bound --elf FW.elf --symbol NAME`: the result goes to stdout, all messages to stderr.
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -8,9 +8,10 @@ use clap::Parser;
 use cycle_bound::{Options, Reply};
 use terminal::stop;
 
-/// Compute an upper bound in cycles of a function from its machine code, and what else it costs.
+/// Compute an upper bound on the cycles of a function from its machine code.
 ///
-/// Exit status: 0 the figures stand, 1 a check failed, 2 bad input, or something could not be followed (it is named).
+/// Prints instructions, flash and stack too. Exit status: 0 all figures valid, 1 a check failed, 2 invalid input or
+/// rejected code (with address and reason).
 #[derive(Parser)]
 #[command(name = "cycle-bound", version)]
 struct Cli {
@@ -18,7 +19,7 @@ struct Cli {
     options: Options,
 }
 
-/// Set by Ctrl-C: what runs is to end.
+/// Set by Ctrl-C; ends the run.
 static STOP: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {
@@ -31,7 +32,7 @@ fn main() -> ExitCode {
                 eprintln!("{line}");
             }
             match shown {
-                // A reader that has gone away (`| head`) is no error.
+                // A closed reader (`| head`) is not an error.
                 Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
                     eprintln!("error: stdout cannot be written: {error}");
                     ExitCode::from(1)

@@ -1,32 +1,42 @@
-//! Does the machine code compute what it is to compute? A function against a text that says what becomes of its inputs.
+//! Translation validation: compares the machine code of a function with a specification of its results.
 //!
-//! The instructions are executed on values of a graph instead of numbers, each instruction once, those of a loop once
-//! for each of its turns, up to 64; where ways meet, what differs is a choice by the branches between. The text becomes
-//! values of the same graph. Then every result must be equal to that of the text, each register that a function leaves
-//! as it was to its entry, and nothing else may be written; where an instruction cannot be followed, it is to be shown
-//! that no input goes there. Equal is what gives the same term on every path: for each way that the comparisons can be
-//! answered. Where that are too many, it is shown case by case, for a decision that goes one way and for one that goes
-//! the other (`cases.rs`); and where a case has still too many, values between are shown to be equal first, and stand
-//! for themselves from then on (`sweep.rs`). Then both give the same bits for all inputs: no number is chosen, none is
-//! left out. Numbers are tried too, but only to find where two results differ, and what may be equal (`inputs.rs`).
-//! What cannot be shown is declined, with its name.
+//! Both sides become values of one graph. The machine code is executed symbolically, each instruction once, and the
+//! instructions of a loop once per iteration, up to 64 iterations. Where paths join, differing values become a
+//! selection by the branches in between. The specification is entered into the same graph.
 //!
-//! # What counts as the same
-//! `+ * /` of floats stay as they are; only identities are used that hold for every bit pattern if one rounds to
-//! nearest: `a - b = a + (-b)`, `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, `a / 1 = a`,
-//! signs of products and quotients, `-(-a) = a`, `|-a| = |a|`, and that `|a|` is `-a` if `a < 0`, else `a + 0`. Of
-//! comparisons, what follows from those before: through constants, and that a comparison which holds is not of NaN.
-//! A count as a number, or so many times one above 0, is neither a NaN nor -0, so that `a + 0 = a`. Counts are sums
-//! modulo 2^32 in a normal form, with their low bits and `2^k (a >> k)` as a less its low bits; a quotient by 2^k is
-//! the bits above, by the sign. `VMLA` rounds its product and is followed, `VFMA` does not and is not.
+//! The function is correct if:
 //!
-//! # What is assumed
-//! Rounding to nearest with subnormal numbers (FPSCR as after reset). Memory behind different addresses does not
-//! overlap, nobody else writes to it meanwhile, and such an address is a multiple of 4, not 0, and as a count with a
-//! sign not below 0, up to the end of the memory behind it; the stack's too. What is given as a truth is 0 or 1. The
-//! sign and the payload of a NaN mean nothing. The disassembler is right.
+//! * every result equals the specified result,
+//! * every callee-saved register holds its value from the entry,
+//! * the function writes nothing else,
+//! * no input reaches an instruction that the execution cannot follow.
 //!
-//! # The text
+//! Two values are equal if they give the same term on every path, that is, for each combination of comparison results.
+//! With too many paths, the comparison proceeds case by case, for both outcomes of a decision (`cases.rs`). If a case
+//! still has too many paths, intermediate values are proved equal first and are then treated as one value (`sweep.rs`).
+//! The proof therefore covers all inputs bit for bit. Numeric inputs serve only to find differing results and
+//! candidates for equality (`inputs.rs`). A result without a proof is rejected by name.
+//!
+//! # Equality
+//! Float operations `+ * /` are uninterpreted. The comparison uses only identities that hold for every bit pattern
+//! under rounding to nearest: `a - b = a + (-b)`, `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`,
+//! `2 a = a + a`, `a / 1 = a`, signs of products and quotients, `-(-a) = a`, `|-a| = |a|`, and `|a|` as `-a` if
+//! `a < 0`, else `a + 0`. A comparison is decided by earlier comparisons, through constants, and because a comparison
+//! that holds excludes NaN. An integer count converted to float is never NaN or -0, and so is its product with a
+//! positive number, so `a + 0 = a` there. Counts are sums modulo 2^32 in a normal form, with their low bits, and with
+//! `2^k (a >> k)` as a minus its low bits. A quotient by 2^k is the upper bits, depending on the sign. `VMLA` rounds
+//! its product and is supported. `VFMA` does not round it and is rejected.
+//!
+//! # Assumptions
+//! * The FPU rounds to nearest, with subnormal numbers (FPSCR as after reset).
+//! * Memory regions behind different addresses do not overlap, and nothing else writes to them during the call.
+//! * An address, including the stack pointer, is a multiple of 4 and not 0. As a signed number it is not negative up to
+//!   the end of its memory.
+//! * An input of kind `truth` is 0 or 1.
+//! * The sign and the payload of a NaN are irrelevant.
+//! * The disassembler is correct.
+//!
+//! # Specification format
 //! ```text
 //! means 1                          the format
 //! function control::tick           its name in the image, as for --symbol
@@ -47,28 +57,27 @@
 //! end
 //! ```
 //!
-//! A place is a register at the entry or the return (`r0`, `s0`), or memory: `r1+44` is 44 bytes behind the address
-//! that `r1` holds at the entry. Kinds are `number` (a float), `count` (32 bits), `truth` (a byte in memory, 0 or 1),
-//! `either` (a word, with what it is where it is true and where it is not behind the place: `r2+0 0 1`). Results of the
-//! last two kinds that have one place add up: bits of a health (a half word in memory), a status that has two reasons.
-//! Inputs that are bits of a word, `truth r2+4 bit 0`, go from 0 on; what is above them may be anything. `pad r1+45 3`
-//! names bytes that may hold anything, `size r1 48` all bytes behind an address, for code that asks whether two places
-//! overlap.
+//! A place is a register at the entry or at the return (`r0`, `s0`), or memory: `r1+44` is 44 bytes behind the address
+//! in `r1` at the entry. The kinds are `number` (a float), `count` (32 bits), `truth` (a byte in memory, 0 or 1) and
+//! `either` (a word, with its values for true and for false behind the place: `r2+0 0 1`). Results of kind `truth` or
+//! `either` in one place add up. Examples are the bits of status flags (a halfword in memory), or a status with two
+//! reasons. Inputs that are bits of a word, `truth r2+4 bit 0`, start at bit 0; the bits above them are arbitrary.
+//! `pad r1+45 3` names bytes with arbitrary content. `size r1 48` gives the size of the memory behind an address, for
+//! code that checks two places for overlap.
 //!
-//! | operation | of | gives |
+//! | operation | operands | result |
 //! |---|---|---|
 //! | `number BITS`, `count BITS`, `true`, `false` | | a constant; `true` and `false` need no name |
 //! | `neg a`, `abs a`, `add a b`, `sub a b`, `mul a b`, `div a b` | numbers | a number, rounded once to nearest |
 //! | `less a b`, `less_equal`, `greater`, `greater_equal`, `equal`, `not_equal` | numbers | a truth, IEEE 754 |
 //! | `and a b`, `or a b`, `not a` | truths | a truth |
-//! | `select t a b` | a truth and two of one kind | the second if t holds, else the third |
+//! | `select t a b` | a truth and two of one kind | `a` if `t` holds, else `b` |
 //! | `plus a b`, `since a b`, `times a b` | counts | sum, difference, product modulo 2^32 |
-//! | `quotient a b` | counts | in two's complement towards 0, as SDIV gives it |
-//! | `signed a BITS` | count | its low bits, the highest of them in all bits above |
-//! | `number_of a` | count | as a number with a sign, rounded once |
+//! | `quotient a b` | counts | two's complement, rounded towards 0, as SDIV |
+//! | `signed a BITS` | count | its low bits, sign-extended |
+//! | `number_of a` | count | the signed count as a number, rounded once |
 //!
-//! A value has one name and stands before what needs it; the same definition may stand in two branches. `#` begins a
-//! comment.
+//! A value has one name and precedes its uses; one definition may appear in two branches. `#` begins a comment.
 
 use std::fmt;
 use std::path::Path;
@@ -77,7 +86,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::Serialize;
-use whole_file::Kind;
+use whole_file::FileKind;
 
 use crate::image::{Function, Image};
 use crate::instruction::Decoder;
@@ -97,47 +106,47 @@ mod sweep;
 mod term;
 mod text;
 
-/// What was found of one function.
+/// Result of the validation of one function.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// The function, as the text names it.
+    /// Name of the function in the specification.
     pub function: String,
-    /// The text.
+    /// File name of the specification.
     pub text: String,
-    /// Upper bound of a call in cycles, from the same disassembly; none if it was declined.
+    /// Upper bound of a call in cycles, from the same disassembly; `None` if it was rejected.
     pub bound: Option<u64>,
-    /// Instructions of all ways.
+    /// Instructions on all paths.
     pub instructions: usize,
-    /// Paths that were compared, of all results or of values between.
+    /// Compared paths, for all results or for intermediate values.
     pub paths: usize,
-    /// Results of the text.
+    /// Number of results in the specification.
     pub results: usize,
-    /// What came out.
+    /// Outcome of the comparison.
     pub verdict: Verdict,
-    /// How long it took, s.
+    /// Computing time, s.
     pub seconds: f64,
 }
 
-/// What came out of a comparison.
+/// Outcome of a comparison.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// Every result is equal for all inputs.
     Same,
-    /// For these inputs this result is another.
+    /// A result differs; the text has the result and the inputs.
     Differs(String),
-    /// This cannot be followed, or not be shown.
+    /// The code cannot be followed, or a result has no proof; the text has the reason.
     Declined(String),
 }
 
-/// The answer to a list of texts.
+/// Results of all specifications.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Meanings {
-    /// A row for each text.
+    /// One row per specification.
     pub rows: Vec<Row>,
-    /// Rows that differ.
+    /// Messages of the rows that differ.
     pub failures: Vec<String>,
-    /// Rows that were declined.
+    /// Messages of the rejected rows.
     pub declined: Vec<String>,
 }
 
@@ -164,10 +173,10 @@ impl fmt::Display for Meanings {
     }
 }
 
-/// Holds the functions of an image to these texts, and bounds them; as many at once as there are cores.
+/// Validates the functions of a firmware against their specifications, and bounds them, on all cores in parallel.
 ///
 /// # Errors
-/// Bad input, in one line.
+/// Invalid input, in one line.
 pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Meanings, String> {
     let image = Image::read(&image_file::read(elf)?).map_err(|reason| of_file(elf, &reason))?;
     let rows: Vec<_> = options.means.par_iter().map(|path| row(&image, path, options, stop)).collect();
@@ -184,9 +193,9 @@ pub(crate) fn run(elf: &Path, options: &Options, stop: &AtomicBool) -> Result<Me
     Ok(answer)
 }
 
-/// Holds one of them to its text.
+/// Validates one function.
 fn row(image: &Image, path: &Path, options: &Options, stop: &AtomicBool) -> Result<Row, String> {
-    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|reason| of_file(path, &reason))?;
+    let text = whole_file::read_text(path, FileKind::SETTINGS).map_err(|reason| of_file(path, &reason))?;
     let expected = Expected::read(&text).map_err(|reason| of_file(path, &reason))?;
     let name = options.symbol.as_deref().unwrap_or(&expected.function);
     let function = image.find(name).map_err(|reason| of_file(path, &reason))?;
@@ -211,7 +220,7 @@ struct Found {
     verdict: Verdict,
 }
 
-/// Function and text in one graph, held against each other.
+/// Builds the graph of machine code and specification and compares them.
 fn held(
     image: &Image,
     function: &Function,
@@ -249,14 +258,14 @@ fn held(
     let different = |(at, inputs): (usize, Vec<u32>)| {
         let told: Vec<String> = (expected.inputs.iter().zip(inputs))
             .map(|(port, bits)| match port.kind {
-                text::Kind::Number => format!("{} = {:?}", port.name, f32::from_bits(bits)),
+                text::ValueKind::Number => format!("{} = {:?}", port.name, f32::from_bits(bits)),
                 _ => format!("{} = {}", port.name, bits as i32),
             })
             .collect();
         let Some(at) = at.checked_sub(dead.len()) else {
             return declined(0, program.instructions(), format!("{}, where {}", dead[at].0, told.join(", ")));
         };
-        let what = format!("{} is another where {}", found[at].0, told.join(", "));
+        let what = format!("{} differs for {}", found[at].0, told.join(", "));
         Ok(Found { instructions: program.instructions(), paths: 0, verdict: Verdict::Differs(what) })
     };
     let tried = match inputs::difference(&graph, expected, &wanted, &pairs, effort.tried) {
@@ -267,7 +276,7 @@ fn held(
     let open: Vec<String> = (cases.unequal(&mut graph, &pairs, &tried)?.into_iter())
         .map(|at| match dead.get(at) {
             Some((reason, _)) => reason.clone(),
-            None => format!("{} is not shown to be the same", found[at - dead.len()].0),
+            None => format!("{} has no proof of equality", found[at - dead.len()].0),
         })
         .collect();
     let verdict = if open.is_empty() { Verdict::Same } else { Verdict::Declined(open.join("; ")) };

@@ -1,9 +1,8 @@
-//! An image in the emulator: QEMU's `netduinoplus2` carries an STM32F405.
+//! QEMU as the emulator of a firmware: its board `netduinoplus2` has an STM32F405.
 //!
-//! QEMU is a child process. USART1 and USART2 of the chip (the log) reach us over TCP on this machine; both connections
-//! are made before the first instruction runs, so that no byte is lost. The child ends when its owner is dropped; an
-//! exit that drops nothing calls [`stop_all`] first. On Linux it dies with the thread that started it, however that
-//! ends.
+//! QEMU is a child process. USART1 and USART2 of the chip (the log) are TCP connections on the local machine. Both are
+//! established before the first instruction runs, so no byte is lost. The child ends when its owner is dropped. An exit
+//! without drops calls [`stop_all`] first. On Linux the child is killed when the thread that started it ends.
 
 use std::io::{self, ErrorKind, Read};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
@@ -18,17 +17,17 @@ use crate::log::{self, is_silence};
 
 /// Name of the emulator.
 const PROGRAM: &str = "qemu-system-arm";
-/// Longest wait for the emulator to come up.
+/// Longest wait for the start of the emulator.
 pub const START_WITHIN: Duration = Duration::from_secs(10);
-/// Last words by which an image says that it has no more to say: `budget ends`, or `stopped` after a fault.
+/// Last words of a log that mark its end: for example `budget ends`, or `stopped` after a fault.
 const LAST_WORDS: [&str; 3] = ["done", "ends", "stopped"];
-/// How often a child that starts is looked at.
+/// Polling interval while the emulator starts.
 const GLANCE: Duration = Duration::from_millis(2);
 
-/// All emulators of this process.
+/// All running emulators of this process.
 static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
 
-/// Ends every emulator of this process: for an exit that drops nothing.
+/// Ends every emulator of this process, for an exit without drops.
 pub fn stop_all() {
     for child in RUNNING.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
         stop(&child);
@@ -37,46 +36,46 @@ pub fn stop_all() {
 
 fn stop(child: &Mutex<Child>) {
     let mut child = child.lock().unwrap_or_else(PoisonError::into_inner);
-    // It may have ended by itself; either way it is waited for, and leaves nothing behind.
+    // The child may have ended already; waiting for it leaves no zombie process.
     let _ = child.kill();
     let _ = child.wait();
 }
 
-/// Is this line of a log its last?
+/// Returns whether the line is the last one of a log.
 pub fn is_last(line: &str) -> bool {
     line.split_whitespace().next_back().is_some_and(|word| LAST_WORDS.contains(&word))
 }
 
-/// What the emulator is to write down: the address of every instruction that it executes within some ranges.
+/// Request for an execution trace: the addresses of all executed instructions within some ranges.
 #[derive(Clone, Copy, Debug)]
 pub struct Trace<'a> {
     /// First address and length in bytes of each range.
     pub ranges: &'a [(u32, u32)],
-    /// Where to write it.
+    /// File for the trace.
     pub file: &'a Path,
 }
 
-/// Who drives the clock of the emulated chip.
+/// Time base of the emulated chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
-    /// This machine: as fast as it goes.
+    /// Real time of the host, as fast as the emulation runs.
     Host,
-    /// The instructions: one counts one, in every run alike; waiting takes no time.
+    /// Instruction count, identical in every run; waiting takes no time.
     Instructions,
-    /// The same, but waiting takes as long as it does: for whoever has to keep up with the chip.
+    /// Instruction count, but waiting takes real time: for a program that exchanges data with the chip.
     Paced,
 }
 
-/// A running emulator; ends when dropped.
+/// A running emulator, which ends when dropped.
 pub struct Process {
     child: Arc<Mutex<Child>>,
 }
 
 impl Process {
-    /// Boots an image; `usarts` says which of USART1 and USART2 are to be connected.
+    /// Boots a firmware; `usarts` selects the connections to USART1 and USART2.
     ///
     /// # Errors
-    /// When the emulator or the image is missing or no good; the text names the remedy.
+    /// The emulator or the firmware is missing or unusable; the message has the remedy.
     pub fn start(
         image: &Path,
         usarts: [bool; 2],
@@ -121,7 +120,7 @@ impl Process {
 
     fn spawn(command: &mut Command) -> Result<Self, String> {
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-        // Ctrl-C at the terminal is for this program, which then keeps its record and ends the emulator.
+        // Ctrl-C at the terminal must reach only this program, which then saves its data and ends the emulator.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(command, 0);
         #[cfg(target_os = "linux")]
@@ -160,7 +159,7 @@ impl Process {
         };
         match connect() {
             Ok(Some(stream)) => Ok(stream),
-            Ok(None) => Err(self.ended("the emulator did not come up")),
+            Ok(None) => Err(self.ended("the emulator did not start")),
             Err(error) => Err(self.ended(&format!("no connection to the emulator: {error}"))),
         }
     }
@@ -169,34 +168,34 @@ impl Process {
         Ok(self.child.lock().unwrap_or_else(PoisonError::into_inner).try_wait()?.is_none())
     }
 
-    /// What happened, and what the emulator had to say about it; it ends with that.
+    /// Ends the emulator; returns the event `what` with the emulator's error output.
     pub fn ended(&self, what: &str) -> String {
         let already = self.child.lock().unwrap_or_else(PoisonError::into_inner).try_wait().ok().flatten();
         stop(&self.child);
         let mut said = String::new();
         let pipe = self.child.lock().unwrap_or_else(PoisonError::into_inner).stderr.take();
         if let Some(mut pipe) = pipe {
-            // What can be read is better than nothing.
+            // A partial error output is useful too.
             let _ = pipe.read_to_string(&mut said);
         }
         let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
         let ended = already.map_or_else(String::new, |status| format!(" ({status})"));
-        let said = if said.is_empty() { "it said nothing" } else { &said };
+        let said = if said.is_empty() { "no output" } else { &said };
         format!("{what}{ended}: {said}")
     }
 }
 
-/// A program that is killed cannot end its child: the system does.
+/// Makes the system kill the child with its parent, because a killed parent cannot do it.
 #[cfg(target_os = "linux")]
 fn die_with_parent(command: &mut Command) {
     use rustix::process::{Signal, getpid, getppid, set_parent_process_death_signal};
     let parent = getpid();
     let wish = move || {
         set_parent_process_death_signal(Some(Signal::KILL))?;
-        // It may be dead already.
+        // The parent may have ended already.
         if getppid() == Some(parent) { Ok(()) } else { Err(ErrorKind::BrokenPipe.into()) }
     };
-    // SAFETY: between fork and exec only what is safe in a signal handler may be called: two system calls.
+    // SAFETY: between fork and exec only async-signal-safe functions are allowed; these are two system calls.
     unsafe { std::os::unix::process::CommandExt::pre_exec(command, wish) };
 }
 

@@ -1,4 +1,4 @@
-//! The answer: for people an aligned table with its assumptions, for programs one JSON object.
+//! Result of an analysis: an aligned table with its assumptions for people, one JSON object for programs.
 
 use std::fmt;
 
@@ -17,7 +17,7 @@ use terminal::table::Table;
 /// Cycles and instructions of one path.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PathJson {
-    /// Cycles; none on a core without a table.
+    /// Cycles; `None` on a core without a cycle table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cycles: Option<u64>,
     /// Number of instructions on the path.
@@ -43,23 +43,23 @@ impl Spread {
     }
 }
 
-/// What the calls of a trace executed.
+/// Executed figures of the calls in a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Typical {
     /// Calls in the trace.
     pub calls: usize,
-    /// Instructions of a call, exact.
+    /// Executed instructions per call, exact.
     pub instructions: Spread,
-    /// Cycles of a call by the typical reading of the table.
+    /// Cycles per call, by the typical column of the cycle table.
     pub cycles: Spread,
-    /// The same if VLDR and VSTR pipeline as LDR and STR do.
+    /// Cycles per call, if VLDR and VSTR pipeline as LDR and STR do.
     pub pipelined: Spread,
-    /// Additions, subtractions, multiplications and conversions of floats in a call.
+    /// Float additions, subtractions, multiplications and conversions per call.
     pub arithmetic: Spread,
 }
 
 impl Typical {
-    /// Of all calls of a trace.
+    /// Summarises all calls of a trace.
     pub(crate) fn of(runs: &[Run]) -> Self {
         let instructions = Spread::of(runs.iter().map(|run| run.instructions));
         let cycles = Spread::of(runs.iter().map(|run| run.cycles));
@@ -69,40 +69,40 @@ impl Typical {
     }
 }
 
-/// The answer to [`Options`].
+/// Result of the analysis that [`Options`] request.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// The function, as it is written.
+    /// Source (demangled) name of the function.
     pub symbol: String,
     /// First address of the function.
     pub address: u32,
     /// Name of the core, as on the command line.
     pub core: &'static str,
-    /// The longest path, an upper bound; none if it was declined.
+    /// Longest path, an upper bound; `None` if the code was rejected.
     pub longest: Option<PathJson>,
-    /// The shortest path, a lower bound.
+    /// Shortest path, a lower bound; `None` if the code was rejected.
     pub shortest: Option<PathJson>,
     /// Most instructions of any path; the longest path in cycles may have fewer.
     pub most_instructions: Option<u64>,
-    /// What a trace says of executed calls.
+    /// Executed figures from a trace.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub typical: Option<Typical>,
-    /// Where the cycles of the executed calls go, if that was asked.
+    /// Cycles per source line, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lines: Option<Lines>,
-    /// Instructions of the longest path by row of the table.
+    /// Instructions of the longest path, per row of the cycle table.
     pub histogram: Vec<(&'static str, u64)>,
-    /// The function and all it reaches, literal pools included.
+    /// Size of the function and of all reached code, literal pools included, bytes.
     pub flash_bytes: u32,
-    /// Most on a path that returns, without what an interrupt stores on its entry; none if it was declined.
+    /// Largest stack use on a path that returns, without the interrupt frame, bytes; `None` if it was rejected.
     pub stack_bytes: Option<u32>,
-    /// Functions reached, the function itself included.
+    /// Names of all reached functions, the function itself included.
     pub functions: Vec<String>,
-    /// Checks that were asked for and failed.
+    /// Requested checks that failed.
     pub failures: Vec<String>,
-    /// What has no answer, and why.
+    /// Rejected code, with address and reason.
     pub declined: Vec<String>,
-    /// What the cycles rest on.
+    /// Assumptions of the figures.
     pub assumptions: Vec<String>,
 }
 
@@ -142,7 +142,7 @@ impl Report {
         }
     }
 
-    /// The upper bound in cycles.
+    /// Returns the upper bound in cycles.
     pub fn bound(&self) -> Option<u64> {
         self.longest.as_ref()?.cycles
     }
@@ -175,7 +175,7 @@ impl fmt::Display for Report {
             row("typical, least", cycles.min.to_string(), instructions.min.to_string(), &over);
             row("typical, mean", format!("{:.1}", cycles.mean), format!("{:.1}", instructions.mean), &over);
             row("typical, most", cycles.max.to_string(), instructions.max.to_string(), &over);
-            let supposed = "of these, if VLDR and VSTR pipeline as LDR and STR do";
+            let supposed = "typical, if VLDR and VSTR pipeline as LDR and STR do";
             row("pipelined, most", pipelined.max.to_string(), instructions.max.to_string(), supposed);
         }
         if self.longest.is_some() || self.typical.is_some() {
@@ -184,7 +184,7 @@ impl fmt::Display for Report {
         let stack = self.stack_bytes.map_or_else(|| "declined".to_owned(), |bytes| format!("{bytes} B"));
         writeln!(f, "\nflash {} B in {} function(s), stack {stack}", self.flash_bytes, self.functions.len())?;
         if let Some(lines) = &self.lines {
-            write!(f, "\nby line of source, mean of a call\n{lines}")?;
+            write!(f, "\nper source line, mean per call\n{lines}")?;
         }
         if !self.histogram.is_empty() {
             let mut table = Table::new(["instructions of the longest path", "number"]);

@@ -1,5 +1,5 @@
-//! Functions written by hand, whose cycles are known by construction, and functions that must be declined. Machine
-//! code as an assembler makes it, the assembly beside it.
+//! Tests with hand-written functions whose cycles follow from their code, and with functions that must be rejected. The
+//! machine code is an assembler's output, with the assembly next to it.
 
 mod classes;
 pub(crate) mod elf;
@@ -52,19 +52,19 @@ fn plain(functions: &[(&str, &[u16])]) -> Report {
     ask(functions, |_| {}, None)
 }
 
-/// Least and most.
+/// Least and most cycles.
 fn cycles(report: &Report) -> Option<(u64, u64)> {
     assert_eq!(report.declined, Vec::<String>::new());
     Some((report.shortest.as_ref()?.cycles?, report.longest.as_ref()?.cycles?))
 }
 
-/// The one reason for which nothing is answered.
+/// The only reason of the rejection.
 fn declined(report: &Report) -> &str {
     assert_eq!((report.bound(), report.declined.len()), (None, 1), "{:?}", report.declined);
     &report.declined[0]
 }
 
-/// A log of what was executed, as offsets.
+/// A log of executed instructions, given as offsets.
 fn log(offsets: &[u32]) -> String {
     let line = |offset: &u32| format!("Trace 0: 0x7f00 [00800400/{:08x}/0110/ff00] f", BASE + offset);
     offsets.iter().map(line).collect::<Vec<_>>().join("\n")
@@ -74,7 +74,7 @@ fn log(offsets: &[u32]) -> String {
 fn a_straight_function_is_the_sum_of_its_instructions_and_one_stall() {
     let report = plain(&[("f", STRAIGHT)]);
     // push 3, vldr 2, vldr 2, vadd 1 and 1 for the store that reads it, vstr 2, pop 3 + P; the bound: 2 + N. The least:
-    // 1 for each access of a float.
+    // 1 for each float access.
     assert_eq!(cycles(&report), Some((3 + 1 + 1 + 2 + 1 + 3 + 1, 3 + 2 + 2 + 2 + 2 + 4 + 3)));
     assert_eq!(report.longest.as_ref().map(|path| path.instructions), Some(6));
     assert_eq!((report.stack_bytes, report.flash_bytes), (Some(8), 20));
@@ -113,7 +113,7 @@ fn a_call_costs_the_branch_the_callee_and_its_stack() {
     assert_eq!(cycles(&report), Some((3 + 2 * (2 + 2 + 2) + 4, 3 + 2 * 10 + 7)));
     assert_eq!((report.stack_bytes, report.flash_bytes), (Some(16), 18));
     assert_eq!(report.functions, ["f", "leaf"]);
-    // b.w leaf: the callee returns for it.
+    // b.w leaf: a tail call, the callee returns for f.
     let tail = plain(&[("leaf", LEAF), ("f", &[0xf7ff, 0xbffb])]);
     assert_eq!(cycles(&tail).map(|(_, worst)| worst), Some(6));
     let tail = ask(&[("leaf", LEAF), ("f", &[0xf7ff, 0xbffb])], |options| options.symbol = Some("f".into()), None);
@@ -127,10 +127,10 @@ fn a_loop_is_declined_until_its_rounds_are_given() {
     let rounds = |places: &[&str], code| {
         ask(&[("f", code)], |options| options.loops = places.iter().map(|&it| it.to_owned()).collect(), None)
     };
-    // movs 1, three rounds of adds, cmp, bne taken, one with bne not taken, bx.
+    // movs 1, three iterations of adds, cmp, bne taken, one with bne not taken, bx.
     assert_eq!(cycles(&rounds(&["f+0x2=4"], LOOP)), Some((1 + 3 + 2, 1 + 3 * 6 + 3 + 4)));
     assert_eq!(cycles(&rounds(&["0x08000002=1"], LOOP)).map(|(_, worst)| worst), Some(1 + 3 + 4));
-    // An inner round 5 and the last 2; an outer round 1 + 5 + 2 + 5, the last with its bne not taken.
+    // An inner iteration 5, the last 2. An outer iteration 1 + 5 + 2 + 5, the last with its bne not taken.
     let nested = rounds(&["f+2=3", "f+4=2"], NESTED);
     assert_eq!(cycles(&nested).map(|(_, worst)| worst), Some(1 + 2 * 13 + 10 + 4));
     assert!(nested.assumptions.iter().any(|line| line.contains("3 times at most")));
@@ -144,13 +144,13 @@ fn a_loop_that_is_not_there_is_bad_input() {
         ("g=4", "no function"),
         ("f", "PLACE=N"),
         ("f=0", "at least once"),
-        ("f=many", "no number"),
-        ("f+0x40=4", "does not come there"),
+        ("f=many", "not a number"),
+        ("f+0x40=4", "does not reach this place"),
     ] {
         let options = Options { loops: vec![place.into()], ..question("f") };
         match Answer::of(&Image::of(&[("f", LOOP)]), &options) {
             Err(message) => assert!(message.contains(reason), "{message}"),
-            // A place in the function that heads no loop bounds none.
+            // A place that is not a loop header limits no loop.
             Ok(answer) => assert!(declined(&answer.report).contains("a loop begins here"), "{place}"),
         }
     }
@@ -158,19 +158,18 @@ fn a_loop_that_is_not_there_is_bad_input() {
 
 #[test]
 fn a_condition_that_may_fail_is_counted_as_if_it_held() {
-    // vcmp 1, vmrs 1 and 1 in the bound, it 1, vmov 1, bx 1 + 3; the least: folded,
-    // P = 1, the condition fails.
+    // vcmp 1, vmrs 1 and 1 in the bound, it 1, vmov 1, bx 1 + 3. The least: folded, P = 1, condition false.
     assert_eq!(cycles(&plain(&[("f", IF_THEN)])), Some((1 + 1 + 1 + 2, 1 + 2 + 1 + 1 + 4)));
 }
 
 #[test]
 fn least_is_below_every_call_whatever_its_conditions_are() {
-    // cmp r0, #0; it eq; ldmeq r0!, {r1, r2, r3, r4}; bx lr: where it fails 1, 0, 1, 2; where it holds 1, 1, 6, 4.
+    // cmp r0, #0; it eq; ldmeq r0!, {r1, r2, r3, r4}; bx lr. Condition false: 1, 0, 1, 2. Condition true: 1, 1, 6, 4.
     assert_eq!(cycles(&plain(&[("f", &[0x2800, 0xbf08, 0xc81e, 0x4770])])), Some((4, 12)));
-    // cmp r0, #0; it eq; vaddeq.f32 s0, s0, s1; vadd.f32 s0, s0, s1; bx lr: no stall if there was no first sum.
+    // cmp r0, #0; it eq; vaddeq.f32 s0, s0, s1; vadd.f32 s0, s0, s1; bx lr: no stall without the first sum.
     let code = [0x2800, 0xbf08, 0xee30, 0x0a20, 0xee30, 0x0a20, 0x4770];
     assert_eq!(cycles(&plain(&[("f", &code)])), Some((1 + 1 + 1 + 2, 1 + 1 + 2 + 1 + 4)));
-    // Five loads of floats that pipeline, if they do.
+    // Five float loads, which pipeline in the reading "pipelined" only.
     let loads = [[0xed90, 0x0a00]; 5].concat();
     let way: Vec<u32> = (0..6).map(|k| 4 * k).collect();
     let report = ask(&[("f", &[&loads[..], RETURN].concat())], |_| {}, Some(&log(&way)));
@@ -181,7 +180,7 @@ fn least_is_below_every_call_whatever_its_conditions_are() {
 #[test]
 fn what_the_figures_rest_on_is_printed_with_them() {
     let report = plain(&[("f", STRAIGHT)]);
-    for assumed in ["17 words", "lazy", "`bx lr`", "taken for a return"] {
+    for assumed in ["17 words", "lazy", "`bx lr`", "treated as returns"] {
         assert!(report.assumptions.iter().any(|line| line.contains(assumed)), "{assumed}: {report}");
         assert!(report.to_string().contains(assumed), "{assumed}: {report}");
     }
@@ -194,21 +193,21 @@ fn a_table_branch_is_followed_only_behind_its_comparison() {
     assert_eq!(cycles(&plain(&[("f", TABLE)])), Some((5, 13)));
     let bare = plain(&[("f", &TABLE[2..])]);
     assert!(declined(&bare).contains("table"), "{:?}", bare.declined);
-    // cbz r1 to the tbb: around the comparison.
+    // cbz r1 to the tbb: bypasses the comparison.
     let around: Vec<u16> = [0xb109].iter().chain(TABLE).copied().collect();
     let around = plain(&[("f", &around)]);
     assert!(declined(&around).contains("around its comparison"), "{:?}", around.declined);
-    // cbz r1 to the bhi: flags of another comparison.
+    // cbz r1 to the bhi: the flags come from another comparison.
     let flags: Vec<u16> = [0xb101].iter().chain(TABLE).copied().collect();
     assert!(declined(&plain(&[("f", &flags)])).contains("around its comparison"));
-    // cmp r0, #1; it hi; cmphi r0, #200; bhi: a comparison that need not be made bounds nothing.
+    // cmp r0, #1; it hi; cmphi r0, #200; bhi: a conditional comparison limits nothing.
     let conditional = [&[0x2801, 0xbf88, 0x28c8][..], &TABLE[1..]].concat();
     let conditional = plain(&[("f", &conditional)]);
     assert!(declined(&conditional).contains("comparison is itself conditional"), "{:?}", conditional.declined);
-    // bhi to the tbb itself: both ways lead to it.
+    // bhi to the tbb itself: both successors reach it.
     let to_itself: Vec<u16> = [TABLE[0], 0xd8ff].iter().chain(&TABLE[2..]).copied().collect();
     assert!(declined(&plain(&[("f", &to_itself)])).contains("table"));
-    // it eq; beq.w, whose bits look like those of a bhi.w: b.w with imm10 = 0x200.
+    // it eq; beq.w with bits similar to a bhi.w: b.w with imm10 = 0x200.
     let other: Vec<u16> = [0x2801, 0xbf08, 0xf200, 0xb800].iter().chain(&TABLE[2..]).copied().collect();
     assert!(plain(&[("f", &other)]).declined.iter().any(|line| line.contains("table")));
     // cmp r1 instead of r0: another register.
@@ -223,14 +222,14 @@ fn a_way_that_never_returns_is_left_out_and_told() {
     assert_eq!(cycles(&report).map(|(_, worst)| worst), Some(6));
     let failed = ask(&[("f", PANICS)], |options| options.no_panic = true, None);
     assert!(failed.failures[0].contains("a panic is reached: `udf #0` at 0x08000006"), "{:?}", failed.failures);
-    // The same with a call of `b .` (and what lies behind that call is not code of the function).
+    // The same function with a call of `b .`; code behind the call does not belong to the function.
     let calls: &[u16] = &[0x2800, 0xd000, 0x4770, 0xf000, 0xf800];
     let functions = [("f", calls), ("endless", &[0xe7fe][..])];
     assert_eq!(cycles(&plain(&functions)).map(|(_, worst)| worst), Some(6));
     let failed = ask(&functions, |options| options.no_panic = true, None);
     assert!(failed.failures[0].contains("never returns"), "{:?}", failed.failures);
     assert!(ask(&[("f", FORK)], |options| options.no_panic = true, None).failures.is_empty());
-    assert!(declined(&plain(&[("endless", &[0xe7fe])])).contains("no path of it returns"));
+    assert!(declined(&plain(&[("endless", &[0xe7fe])])).contains("no path returns"));
 }
 
 #[test]
@@ -239,27 +238,27 @@ fn what_cannot_be_followed_is_declined_with_its_place_and_reason() {
     for (reason, text) in [
         (of(&[("f", INDIRECT)]), "0x08000000 (f+0x0) `blx r3`: a call by a register"),
         (of(&[("f", &[0x4718])]), "`bx r3`: a jump by a register"),
-        (of(&[("f", &[0xffff, 0xffff])]), "no instruction known here"),
+        (of(&[("f", &[0xffff, 0xffff])]), "not a known instruction"),
         // bl f; bx lr
         (of(&[("f", &[0xf7ff, 0xfffe, 0x4770])]), "recursion: f calls itself"),
         // f: bl g; bx lr. g: bl f; bx lr
-        (of(&[("f", &[0xf000, 0xf801, 0x4770]), ("g", &[0xf7ff, 0xfffb, 0x4770])]), "recursion: f calls itself by way"),
+        (of(&[("f", &[0xf000, 0xf801, 0x4770]), ("g", &[0xf7ff, 0xfffb, 0x4770])]), "recursion: f calls itself via"),
         // nop, and then g begins
         (of(&[("f", &[0xbf00]), ("g", RETURN)]), "runs on into the next function"),
         // bl to somewhere
         (of(&[("f", &[0xf000, 0xf832, 0x4770])]), "no function of the file begins"),
-        (of(&[("f", &[0xbf30, 0x4770])]), "`wfi`: no largest number"),
-        (of(&[("f", &[0xf3bf, 0x8f4f, 0x4770])]), "`dsb sy`: no largest number"),
-        (of(&[("f", &[0xdf01, 0x4770])]), "`svc #1`: a handler of an exception"),
+        (of(&[("f", &[0xbf30, 0x4770])]), "`wfi`: no maximum number"),
+        (of(&[("f", &[0xf3bf, 0x8f4f, 0x4770])]), "`dsb sy`: no maximum number"),
+        (of(&[("f", &[0xdf01, 0x4770])]), "`svc #1`: an exception: its handler"),
         // cbz r0, 2f; 1: subs r1, #1; 2: subs r2, #1; bne 1b; bx lr
-        (of(&[("f", &[0xb100, 0x3901, 0x3a01, 0xd1fc, 0x4770])]), "two ways in"),
+        (of(&[("f", &[0xb100, 0x3901, 0x3a01, 0xd1fc, 0x4770])]), "two entries"),
     ] {
         assert!(reason.contains(text), "{reason}: {text}");
     }
     // movs r0, #0, and then a word of data.
     let data = Image::of(&[("f", &[0x2000, 0x4770])]).with_data(BASE + 2);
     let report = Answer::of(&data, &question("f")).expect("good input").report;
-    assert!(declined(&report).contains("data among code"));
+    assert!(declined(&report).contains("data instead of code"));
 }
 
 #[test]
@@ -277,23 +276,23 @@ fn a_stack_pointer_that_moves_by_an_unknown_amount_is_declined_alone() {
     let report = plain(&[("f", &[0x466c, 0x46a5, 0x4770])]);
     assert_eq!((report.bound(), report.stack_bytes), (Some(6), None));
     assert!(report.declined[0].contains("stack: 0x08000002"), "{:?}", report.declined);
-    // sub.w sp, sp, #0x40000000 so often that it is 4 GiB, and as often back.
+    // sub.w sp, sp, #0x40000000 until the depth is 4 GiB, and back again.
     let deep: Vec<u16> = [[0xf1ad, 0x4d80]; 4].concat().into_iter().chain([[0xf10d, 0x4d80]; 4].concat()).collect();
     let report = plain(&[("f", &[&deep[..], RETURN].concat())]);
-    assert!(report.stack_bytes.is_none() && report.declined[0].contains("no stack is as large"), "{report:?}");
+    assert!(report.stack_bytes.is_none() && report.declined[0].contains("more than the address space"), "{report:?}");
     // push {r4, lr}; bx lr
-    assert!(plain(&[("f", &[0xb510, 0x4770])]).declined[0].contains("another stack pointer"));
+    assert!(plain(&[("f", &[0xb510, 0x4770])]).declined[0].contains("a changed stack pointer"));
 }
 
-/// As GCC has it at -O0.
+/// Code as GCC generates it at -O0.
 #[test]
 fn a_frame_pointer_brings_the_stack_pointer_back() {
     // push {r7}; sub sp, #28; add r7, sp, #0; adds r7, #28; mov sp, r7; pop {r7}; bx lr
     let framed = [0xb480, 0xb087, 0xaf00, 0x371c, 0x46bd, 0xbc80, 0x4770];
     let report = plain(&[("f", &framed)]);
     assert_eq!((report.stack_bytes, report.declined.len()), (Some(32), 0), "{:?}", report.declined);
-    // Off by a word, or another number in it: adds r7, #24; movs r7, #1.
-    for (at, other, told) in [(3, 0x3718, "another stack pointer"), (3, 0x2701, "stack pointer moves by")] {
+    // Wrong by a word, or another number in r7: adds r7, #24; movs r7, #1.
+    for (at, other, told) in [(3, 0x3718, "a changed stack pointer"), (3, 0x2701, "stack pointer moves by")] {
         let mut code = framed;
         code[at] = other;
         assert!(plain(&[("f", &code)]).declined[0].contains(told), "{other:#x}");
@@ -303,7 +302,7 @@ fn a_frame_pointer_brings_the_stack_pointer_back() {
     assert!(report.declined[0].contains("stack pointer moves by"), "{:?}", report.declined);
 }
 
-/// Two files have a static function of that name.
+/// Two source files with a static function of one name.
 #[test]
 fn functions_of_one_name_are_told_apart_by_their_address() {
     let code = [0xbf00, 0x4770, 0x4770];
@@ -326,7 +325,7 @@ fn every_check_finds_what_it_is_for_and_nothing_else() {
     };
     let failures = |functions: &[(&str, &[u16])]| ask(functions, all, None).failures;
     assert_eq!(failures(&[("f", STRAIGHT)]), Vec::<String>::new());
-    for (code, word) in [(FORK, "a division"), (PANICS, "a panic"), (INDIRECT, "a call"), (LOOP, "a jump back")] {
+    for (code, word) in [(FORK, "a division"), (PANICS, "a panic"), (INDIRECT, "a call"), (LOOP, "a backward jump")] {
         let found = failures(&[("f", code)]);
         assert!(found.len() == 1 && found[0].starts_with(word), "{word}: {found:?}");
     }
@@ -364,19 +363,19 @@ fn a_core_without_a_table_counts_instructions_and_has_no_bound() {
     assert_eq!(report.shortest, Some(report::PathJson { cycles: None, instructions: 3 }));
     assert_eq!((report.declined.as_slice(), report.assumptions.as_slice()), (&[][..], &[RETURNS.to_owned()][..]));
     let asked = ask(&[("f", FORK)], |options| (options.core, options.max_cycles) = (Core::CortexM33, Some(1000)), None);
-    assert!(asked.declined[0].contains("no table of cycles for the cortex-m33"), "{:?}", asked.declined);
+    assert!(asked.declined[0].contains("no cycle table for the cortex-m33"), "{:?}", asked.declined);
 }
 
 #[test]
 fn a_trace_is_priced_call_by_call() {
-    // Once around the division, once through it.
+    // One call bypasses the division, one executes it.
     let both = log(&[0, 2, 8, 0, 2, 4, 8]);
     let report = ask(&[("f", FORK)], |_| {}, Some(&both));
     let typical = report.typical.expect("two calls");
     // cmp 1, beq taken 3, bx 3; cmp 1, beq 1, vdiv 14, bx 3.
     assert_eq!((typical.calls, typical.cycles.min, typical.cycles.max), (2, 7, 19));
     assert_eq!((typical.instructions.min, typical.instructions.max, typical.instructions.mean), (3, 4, 3.5));
-    // What the emulator began again counts once.
+    // An instruction that the emulator restarted counts once.
     let again = ask(&[("f", FORK)], |_| {}, Some(&log(&[0, 2, 8, 0, 2, 4, 4, 8])));
     assert_eq!(again.typical, Some(typical));
     // Into the callee and back, twice: push 3, bl 3, sub 1, add 1, bx 3, .., pop 3 + 2.
@@ -399,7 +398,8 @@ fn a_trace_that_the_function_cannot_have_made_is_declined() {
         let declined = of(offsets);
         assert!(declined.len() == 1 && declined[0].contains(reason), "{offsets:?}: {declined:?}");
     }
-    // Three rounds where two were vouched for: both readings would differ by less than P, so many rounds show it.
+    // Three iterations where two are declared. The readings differ by less than P per iteration, so only many
+    // iterations exceed the bound.
     let rounds: Vec<u32> = [0].into_iter().chain([2, 4, 6].repeat(9)).chain([8]).collect();
     let report = ask(&[("f", LOOP)], |options| options.loops = vec!["f+2=2".into()], Some(&log(&rounds)));
     assert!(report.declined[0].contains("is a --loop too small?"), "{:?}", report.declined);
@@ -424,7 +424,7 @@ fn the_bound_is_above_what_any_trace_of_the_function_takes() {
 
 #[test]
 fn an_answer_that_is_no_json_is_told_and_not_an_empty_line() {
-    // A map whose keys are lists has no form in JSON.
+    // JSON cannot represent a map whose keys are lists.
     #[derive(serde::Serialize)]
     struct Odd(BTreeMap<Vec<u8>, u8>);
     impl std::fmt::Display for Odd {

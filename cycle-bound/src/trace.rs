@@ -1,8 +1,9 @@
-//! What was executed, through the typical reading of the table.
+//! Executed calls of a function, counted with the typical column of the cycle table.
 //!
-//! The log of an emulator that names the address of every executed instruction (QEMU: `-singlestep -d exec,nochain
-//! -dfilter ADDRESS+LENGTH -D FILE`, a range that holds the function and all it calls). Every step is held against the
-//! ways out of the instruction before it, so a log of another image, or one with an interrupt in between, is refused.
+//! The input is an emulator log with the address of every executed instruction (QEMU:
+//! `-singlestep -d exec,nochain -dfilter ADDRESS+LENGTH -D FILE`, with a range that contains the function and its
+//! callees). Each step must be a possible successor of the previous instruction. A log of another firmware, or with an
+//! interrupt, is therefore rejected.
 
 use std::collections::BTreeMap;
 
@@ -15,31 +16,31 @@ use crate::instruction::Flow;
 pub(crate) struct Step {
     /// Address of the executed instruction.
     pub(crate) address: u32,
-    /// Typical cycles of it, beside the instruction before.
+    /// Typical cycles, including the interaction with the previous instruction.
     pub(crate) cycles: u64,
-    /// The same if VLDR and VSTR pipeline as LDR and STR do.
+    /// Typical cycles, if VLDR and VSTR pipeline as LDR and STR do.
     pub(crate) pipelined: u64,
 }
 
-/// One call of the function.
+/// An executed call of the function.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Run {
-    /// Instructions executed; one whose condition failed is one.
+    /// Executed instructions; an instruction with a false condition counts as one.
     pub(crate) instructions: u64,
     /// Typical cycles of the whole call.
     pub(crate) cycles: u64,
-    /// The same if VLDR and VSTR pipeline as LDR and STR do.
+    /// Typical cycles of the whole call, if VLDR and VSTR pipeline as LDR and STR do.
     pub(crate) pipelined: u64,
-    /// Additions, subtractions, multiplications and conversions of floats.
+    /// Float additions, subtractions, multiplications and conversions.
     pub(crate) arithmetic: u64,
-    /// What was executed, in order.
+    /// Executed instructions in order.
     pub(crate) steps: Vec<Step>,
 }
 
-/// Addresses of a log in the order of execution.
+/// Returns the addresses of a log in the order of execution.
 ///
-/// A line is `Trace 0: HOST [BASE/ADDRESS/FLAGS/..] NAME`. What the emulator took back, `Stopped execution of TB chain
-/// before HOST [ADDRESS] NAME`, was not executed.
+/// A line is `Trace 0: HOST [BASE/ADDRESS/FLAGS/..] NAME`. The line
+/// `Stopped execution of TB chain before HOST [ADDRESS] NAME` cancels the previous address, which was not executed.
 pub fn addresses(log: &str) -> Vec<u32> {
     let mut executed = Vec::new();
     for line in log.lines() {
@@ -57,10 +58,10 @@ pub fn addresses(log: &str) -> Vec<u32> {
     executed
 }
 
-/// The calls in a log of the function that begins at `start`; `nodes` are all instructions that it reaches.
+/// Returns the calls in a log of the function that begins at `start`; `nodes` holds all instructions that it reaches.
 ///
 /// # Errors
-/// The step that is not one of the function, or the instruction without a typical number.
+/// A step that the function cannot make, or an instruction without a typical number.
 pub(crate) fn runs(executed: &[u32], start: u32, nodes: &BTreeMap<u32, &Node>) -> Result<Vec<Run>, String> {
     let mut runs = Vec::new();
     let mut at = 0;
@@ -71,7 +72,7 @@ pub(crate) fn runs(executed: &[u32], start: u32, nodes: &BTreeMap<u32, &Node>) -
                     runs.push(run);
                     at += steps;
                 }
-                // The log ends before the function does.
+                // The log ends within a call.
                 None => break,
             }
         } else {
@@ -83,14 +84,14 @@ pub(crate) fn runs(executed: &[u32], start: u32, nodes: &BTreeMap<u32, &Node>) -
 
 fn run(executed: &[u32], nodes: &BTreeMap<u32, &Node>) -> Result<Option<(Run, usize)>, String> {
     let mut run = Run::default();
-    // Where the open calls come back to.
+    // Return addresses of the open calls.
     let mut back: Vec<u32> = Vec::new();
     let mut before: Option<&Node> = None;
     for (at, address) in executed.iter().enumerate() {
-        // Every step was held against the ways out of the one before it, and those lead to nodes.
+        // The previous step was checked against its successors, which are all nodes.
         let Some(&node) = nodes.get(address) else { return Ok(None) };
         let one = &node.instruction;
-        // An access to a peripheral makes the emulator begin an instruction again, and log it again.
+        // The emulator restarts, and logs again, an instruction that accesses a peripheral.
         let to_itself = node.successors().contains(address) || node.callee() == Some(*address);
         if executed.get(at + 1) == Some(address) && !to_itself {
             continue;
@@ -98,7 +99,7 @@ fn run(executed: &[u32], nodes: &BTreeMap<u32, &Node>) -> Result<Option<(Run, us
         let next = executed.get(at + 1).copied();
         let stays = next == Some(one.next()) && node.falls_through();
         let jumps = next.is_some_and(|next| node.successors().contains(&next));
-        // A conditional way out is taken if the program is not where it would be otherwise.
+        // A conditional jump or return is taken unless execution continues at the next address.
         let executed_out = !(one.conditional && stays);
         let mut taken = !matches!(node.flow, Flow::Next) && executed_out;
         let mut ends = false;

@@ -1,8 +1,8 @@
-//! The program as its user meets it: what stands on stdout and stderr, and the exit status.
+//! Tests of the program from the user's side: stdout, stderr and exit status.
 
 use std::process::Command;
 
-/// `slew.c`, linked.
+/// The linked form of `slew.c`.
 const ELF: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/slew.elf");
 
 /// Exit status, stdout, stderr.
@@ -21,7 +21,7 @@ fn the_program_prints_the_example_of_its_page() {
     let (status, _, err) = spoken(&["--elf", ELF, "--symbol", "slew", "--max-cycles", "16"]);
     assert_eq!((status, err.as_str()), (1, "failed: bound of 18 cycles, more than 16\n"));
     assert!(page.contains(err.trim_end()));
-    // The numbers beside the listing.
+    // The numbers next to the listing.
     let listing = page.split("```").find(|block| block.starts_with("text\nslew: ")).expect("the listing");
     let costs = listing.lines().filter_map(|line| line.get(33..41));
     let sum: u64 = costs.flat_map(str::split_whitespace).filter_map(|word| word.parse::<u64>().ok()).sum();
@@ -36,7 +36,7 @@ fn what_has_no_answer_is_status_2_and_bad_input_prints_nothing_on_stdout() {
     let (status, out, err) = spoken(&["--elf", ELF, "--symbol", "slew", "--core", "cortex-m7", "--max-cycles", "99"]);
     assert!(status == 2 && out.contains("cortex-m7") && err.starts_with("declined: --max-cycles: "), "{err}");
     for (args, told) in [
-        (&["--elf", ELF, "--symbol", "slow"][..], "error: no function \"slow\" in it; nearest: slew\n"),
+        (&["--elf", ELF, "--symbol", "slow"][..], "error: no function \"slow\"; nearest: slew\n"),
         (&["--elf", "/no/such/file", "--symbol", "f"], "error: image /no/such/file: there is no such file\n"),
         (&["--ceilings", "/no/such/file"], "error: /no/such/file: there is no such file\n"),
         (&["--elf", ELF], "error: the following required arguments were not provided:\n  --symbol <NAME>\n"),
@@ -59,16 +59,16 @@ fn a_gate_that_cannot_judge_does_not_pass() {
     std::fs::write(&file, &text).expect("temporary file");
     let (status, out, err) = spoken(&["--ceilings", &file]);
     assert!(status == 1 && out.contains("above by 10"), "{out}");
-    let told = "slew.elf was built by a compiler that it does not name; the ceilings hold for GCC 99 alone: ";
+    let told = "slew.elf was built by an unnamed compiler; the ceilings hold for GCC 99 only. ";
     assert!(err.starts_with("failed: ") && err.contains(told) && err.lines().count() == 1, "{err}");
     let (status, out, err) = spoken(&["--ceilings", &file, "--record"]);
     assert_eq!((status, out.as_str()), (2, ""));
-    assert!(err.contains("no compiler that all images name"), "{err}");
+    assert!(err.contains("no compiler in common"), "{err}");
     assert_eq!(std::fs::read_to_string(&file).ok(), Some(text), "nothing is written");
     let _ = std::fs::remove_dir_all(&folder);
 }
 
-/// The same image, with a section that says who compiled it in place of an empty one.
+/// Returns the firmware with the compiler's name in its section `.comment`.
 #[cfg(unix)]
 fn signed(compiler: &str) -> Vec<u8> {
     let mut elf = std::fs::read(ELF).expect("the image");
@@ -78,7 +78,7 @@ fn signed(compiler: &str) -> Vec<u8> {
     let word = |elf: &[u8], at: usize| u32::from_le_bytes(elf[at..at + 4].try_into().expect("4 bytes")) as usize;
     let names = find(&elf, b"\0.symtab\0");
     let headers = (word(&elf, 32)..elf.len()).step_by(40);
-    // Its header: the index of its name, then offset and size.
+    // Section header: the index of its name, then offset and size.
     let mut ours = headers.filter(|&at| names + word(&elf, at) == name);
     let header = ours.next().expect("its header");
     let text = [elf.len() as u32, compiler.len() as u32].map(u32::to_le_bytes).concat();
@@ -95,7 +95,7 @@ fn ceilings_that_cannot_be_written_whole_stay_as_they_were() {
     std::fs::write(folder.path().join("slew.elf"), signed("clang 21.1.8")).expect("an image");
     let head = "compiler = \"clang 21.1.8\"\n\n[[instance]]\nname = \"slew\"\nsymbol = \"slew\"\n";
     let rest = "image = \"slew.elf\"\nceiling = { bound = 99 }\nwhy = \"a test\"\n";
-    // Longer than a file may be below.
+    // Longer than the file-size limit of the shell below.
     let text = format!("{head}{rest}{}", format!("# {}\n", "-".repeat(70)).repeat(100));
     std::fs::write(&file, &text).expect("a file");
     let lowered = |limit: &str| {
@@ -111,7 +111,7 @@ fn ceilings_that_cannot_be_written_whole_stay_as_they_were() {
     assert_eq!(std::fs::read_to_string(&file).expect("the file"), text.replacen("99", "18", 1), "{err}");
 }
 
-/// An emulator that does nothing but live, and writes down its process number first.
+/// An emulator stand-in that writes its process number and then only waits.
 #[test]
 #[cfg(target_os = "linux")]
 fn an_emulator_dies_with_the_program_that_started_it_however_that_dies() {
@@ -129,7 +129,7 @@ fn an_emulator_dies_with_the_program_that_started_it_however_that_dies() {
         let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap_or_default());
         let mut command = Command::new(env!("CARGO_BIN_EXE_cycle-bound"));
         command.args(["--elf", ELF, "--symbol", "slew", "--emulate"]).env("PATH", path).env("NUMBER", &number);
-        // No core of a program that is told to leave one.
+        // Prevents a core dump of the killed program.
         let mut child = command.current_dir(folder.path()).spawn().expect("the program");
         let until = Instant::now() + Duration::from_secs(30);
         let wait_for = |done: &dyn Fn() -> bool| {
@@ -143,7 +143,7 @@ fn an_emulator_dies_with_the_program_that_started_it_however_that_dies() {
         let kill = |signal: &str, number: &str| Command::new("kill").args([signal, number]).status().expect("kill");
         assert!(kill(&format!("-{signal}"), &child.id().to_string()).success());
         child.wait().expect("a child of ours");
-        // One that is dead and not yet waited for by anyone has no command line.
+        // A dead process that is not yet waited for has an empty command line.
         let about = Path::new("/proc").join(&number).join("cmdline");
         let gone = wait_for(&|| std::fs::read(&about).map_or(true, |line| line.is_empty()));
         if !gone {

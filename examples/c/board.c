@@ -82,7 +82,7 @@ void board_ticker_start(uint32_t rate_hz) {
     TIM3_ARR = CORE_HZ / rate_hz - 1u;
     TIM3_DIER = 1u;
     TIM3_CR1 = 1u;
-    NVIC_ISER0 = 1u << 29 | 1u << 6; /* EXTI0 too, which only board_pend_longer calls */
+    NVIC_ISER0 = 1u << 29 | 1u << 6; /* TIM3, and EXTI0, which only board_pend_longer triggers */
 }
 
 void board_ticker_acknowledge(void) { TIM3_SR = ~1u; }
@@ -95,7 +95,7 @@ void board_sleep(void) { __asm__ volatile("wfi" ::: "memory"); }
 
 void board_end(void) {
 #ifdef EMULATED
-    /* Semihosting: the application has ended, with status 0. */
+    /* Semihosting call: end of the application with status 0. */
     static const uint32_t how[2] = {0x20026u, 0u};
     register uint32_t what __asm__("r0") = 0x20u;
     register const uint32_t *with __asm__("r1") = how;

@@ -1,4 +1,4 @@
-/* A design made on the chip, for gains that are known only there: the same bits as the host's. */
+/* A design computed on the target, for gains that are available only there. It is bit-identical to the host design. */
 #include "board.h"
 #include "edo_smc.h"
 #include "paper_design.h"
@@ -7,7 +7,7 @@
 #define JOINT_GRADIENT 378274.87974594877, 0.0, -9667.02470461869, -75.18796992481204
 #define JOINT_INPUT_GAIN 5001.6345210853215
 
-/* The law of paper.c: all three roots of the surface at -10, both poles of each observer at -100. */
+/* The controller of paper.c: all three roots of the surface at -10, both poles of each observer at -100. */
 static const edo_smc_config_n4_r2_c24_t config = {
     .period_s = 1e-4,
     .c = {1000.0, 300.0, 30.0, 1.0},

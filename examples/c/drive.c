@@ -1,13 +1,13 @@
-/* A drive of a flexible joint in C at 4 kHz: counts of two encoders in, current out. Copy it and replace what is marked
- * BOARD.
+/* A drive of a flexible joint in C at 4 kHz: counts of two encoders in, current out. Copy this file and replace every
+ * line marked BOARD.
  *
  *     timer interrupt:  counts -> tick along the plan, with monitors -> current -> PWM
- *     EXTI0:            the same for a tick that takes longer: the first one, and one in which another design takes over
+ *     EXTI0:            the longer ticks: the first one, and one that switches to another design
  *     main loop:        plans moves, designs, reports
  *
- * It runs as it is on a bare STM32F405 and in the emulator, with a stand-in for the joint that has a load and friction
- * which the drive knows nothing of. It moves, is tuned, takes a new goal in flight, and loses the encoder of its link on
- * the way: the monitors stop it. The last lines are what the project's tests look at.
+ * It runs unchanged on a bare STM32F405 and in the emulator, with a simulated joint. The drive's model has neither the
+ * load nor the friction of the simulated joint. The program moves, retunes and gets a new goal in flight. Then the link
+ * encoder fails, and the monitors stop the drive. The project's tests check the last lines of the output.
  */
 #include "board.h"
 #include <stdbool.h>
@@ -17,12 +17,12 @@
 #define TICKS_OF(seconds) ((uint32_t)((seconds) / PERIOD_S + 0.5))
 #define LAST TICKS_OF(3.4)
 
-/* The drive, twice: from the archive, which designs it here of its data sheet; or as one file, exported from
- * drive.toml, that needs nothing else. Both give the same bits. A status of 0 is good. */
+/* The drive in two versions. The static library designs the drive here from its data sheet. The single file is exported
+ * from drive.toml and needs nothing else. Both are bit-identical. Status 0 is success. */
 #ifdef STANDALONE
 #include "drive_standalone.h"
 
-static drive_state state; /* zeros are right: the first good counts start it */
+static drive_state state; /* all zeros is valid: the first valid counts start the drive */
 static drive_monitor monitor;
 static drive_sample sample;
 static drive_plan plans[2];
@@ -31,7 +31,7 @@ static uint32_t drive_prepare(void) {
     return 0;
 }
 
-/* Its one design is constants, and a start is short. */
+/* The single design is constant, and a start is short. */
 #define drive_takes_longer(end) false
 #define drive_tune(surface_rad_s, start) ((void)0)
 
@@ -40,7 +40,7 @@ static unsigned drive_step(uint32_t link, uint32_t motor, drive_plan *plan, uint
     (void)longer;
     sample.count_link = link;
     sample.count_motor = motor;
-    sample.begin = sample.end; /* a tick begins where the last one ended */
+    sample.begin = sample.end; /* a tick begins at the end of the previous tick */
     drive_plan_play(plan, end, &sample.end);
     const unsigned health = drive_watched_tick(&monitor, &state, &sample, &output);
     *u = output.u;
@@ -76,12 +76,12 @@ static edo_smc_state_joint_fast_t state;
 static edo_smc_sample_joint_t sample;
 static edo_smc_plan_joint_t plans[2]; /* zeros: rest at angle 0 */
 static const edo_smc_design_joint_fast_t *design = &designs[0];
-static volatile uint32_t tuned_at; /* tick at whose end the other design takes over, once it is there */
-static volatile bool waits = true; /* for the first good counts */
+static volatile uint32_t tuned_at; /* tick at whose end the other design, once complete, becomes active */
+static volatile bool waits = true; /* true until the first valid counts */
 
 static uint32_t drive_prepare(void) {
     edo_smc_status_t status = edo_smc_by_rule_joint_fast(&config, sizeof config);
-    config.hold = 0.0; /* the safe current is 0 */
+    config.hold = 0.0; /* safe output: 0 A */
     if (status == EDO_SMC_OK) {
         status = edo_smc_design_joint_fast(&config, sizeof config, &designs[0], sizeof designs[0], NULL);
     }
@@ -91,18 +91,18 @@ static uint32_t drive_prepare(void) {
     return (uint32_t)status;
 }
 
-/* Another surface, all else with it, from the tick that ends at `start`. A design is a million cycles, here in the main
- * loop; what is refused leaves the running one as it is. */
+/* Changes the surface bandwidth and, in proportion, all others, from the tick that ends at `start`. A design takes a
+ * million cycles, here in the main loop. If a design is rejected, the active one stays. */
 static void drive_tune(double surface_rad_s, uint32_t start) {
     edo_smc_design_joint_fast_t *const other = design == &designs[0] ? &designs[1] : &designs[0];
     (void)edo_smc_tune_joint_fast(&config, sizeof config, surface_rad_s);
     if (edo_smc_design_joint_fast(&config, sizeof config, other, sizeof *other, NULL) == EDO_SMC_OK) {
-        __asm__ volatile("" ::: "memory"); /* the design is in memory before the interrupt hears of it */
+        __asm__ volatile("" ::: "memory"); /* the design is in memory before the interrupt sees it */
         tuned_at = start;
     }
 }
 
-/* A start, and a design that takes over, are not in the bound of the others: they are EXTI0's. */
+/* The WCET bound of a normal tick covers neither a start nor a change of the design: EXTI0 runs them. */
 static bool drive_takes_longer(uint32_t end) {
     return waits || end == tuned_at;
 }
@@ -110,15 +110,15 @@ static bool drive_takes_longer(uint32_t end) {
 static inline __attribute__((always_inline)) unsigned drive_step(uint32_t link, uint32_t motor,
                                                                 edo_smc_plan_joint_t *plan, uint32_t end,
                                                                 bool longer, float *u) {
-    edo_smc_output_t output = {0}; /* what goes out if a call refuses: 0 A */
+    edo_smc_output_t output = {0}; /* output if a call is rejected: 0 A */
     sample.link = link;
     sample.motor = motor;
-    sample.begin = sample.end; /* a tick begins where the last one ended */
+    sample.begin = sample.end; /* a tick begins at the end of the previous tick */
     (void)edo_smc_plan_play_joint(plan, end, &sample.end);
     if (longer) {
         const edo_smc_design_joint_fast_t *const other = design == &designs[0] ? &designs[1] : &designs[0];
         if (end == tuned_at && edo_smc_retune_joint_fast(design, other, sizeof *other, &state, &sample) == EDO_SMC_OK) {
-            design = other; /* u does not jump */
+            design = other; /* bumpless: u does not jump */
         }
         waits = edo_smc_tick_joint_fast(design, &state, &sample, &output) != EDO_SMC_OK;
     } else {
@@ -136,20 +136,20 @@ static bool plan_move(edo_smc_plan_joint_t *plan, const edo_smc_plan_joint_t *fr
 #define STOPPED EDO_SMC_STOPPED
 #endif
 
-/* Between interrupt and main loop. */
-static volatile uint32_t tick; /* at which the coming period begins */
+/* Shared by interrupt and main loop. */
+static volatile uint32_t tick; /* tick at which the next period begins */
 static volatile unsigned playing;
 static volatile bool ready;
 static uint32_t changeover;
 static volatile unsigned health_seen;
 static volatile uint32_t stopped_at;
 
-/* Between interrupt and stand-in: what encoders and power stage are on a board. */
+/* Shared by interrupt and simulated joint: in place of the encoders and the power stage of a board. */
 static uint32_t counts[2];
 static float current;
 static void remember(float u);
 
-/* Once for each of its interrupts, so that the one has nothing in it of the other. */
+/* Inlined once per interrupt, so that neither contains the code of the other. */
 static inline __attribute__((always_inline)) void period(bool longer) {
     float u;
     const uint32_t end = tick + 1u;
@@ -157,14 +157,14 @@ static inline __attribute__((always_inline)) void period(bool longer) {
         playing ^= 1u;
         ready = false;
     }
-    /* BOARD: both counters as they stand. A count that did not come is told by the sample's `lost`. */
+    /* BOARD: both raw counter registers. Mark a missing count with the sample's `lost` field. */
     const unsigned health = drive_step(counts[0], counts[1], &plans[playing], end, longer, &u);
-    current = u; /* BOARD: PWM or current loop; if it holds anything else, say so by report_applied */
+    current = u; /* BOARD: PWM or current loop; if it applies another current, call report_applied */
     health_seen |= health;
     if ((health & STOPPED) != 0u && stopped_at == 0u) {
         stopped_at = tick;
     }
-    remember(u); /* BOARD: goes, and the next line: the joint moves by itself */
+    remember(u); /* BOARD: delete this line and the next: the real joint moves by itself */
     board_pend();
     tick = end;
 }
@@ -178,24 +178,24 @@ void TIM3_IRQHandler(void) {
     }
 }
 
-/* As soon as TIM3_IRQHandler returns, which waits for this one in turn. */
+/* Runs as soon as TIM3_IRQHandler returns; neither interrupts the other. */
 void EXTI0_IRQHandler(void) { period(true); }
 
-/* A move that begins at a tick to come, where the plan that is played will be then. Some ticks ahead: a plan is ten
- * thousand cycles and more of double in software. */
+/* Plans a move from the active plan's position at tick `start`. Call it some ticks ahead: a plan takes ten thousand
+ * cycles or more of software double. */
 static void move_to(float angle, uint32_t start, uint32_t ticks) {
     while (ready) {
-        board_sleep(); /* the last one has not begun yet */
+        board_sleep(); /* the previous plan has not begun yet */
     }
     const bool made = plan_move(&plans[playing ^ 1u], &plans[playing], start, ticks, angle);
     changeover = start;
-    __asm__ volatile("" ::: "memory"); /* the plan is in memory before the interrupt hears of it */
+    __asm__ volatile("" ::: "memory"); /* the plan is in memory before the interrupt sees the flag */
     ready = made;
 }
 
-/* BOARD: from here to the line below everything goes. The stand-in for the joint, after the control interrupt. */
+/* BOARD: delete everything from here to the line below. Simulated joint, advanced after the control interrupt. */
 #define BROKEN_S 3.15
-static float angle[2], speed[2]; /* of link and motor */
+static float angle[2], speed[2]; /* link, motor; rad and rad/s */
 static uint32_t advanced;
 
 void PendSV_Handler(void) {
@@ -216,7 +216,7 @@ void PendSV_Handler(void) {
     advanced = advanced + 1u;
 }
 
-/* A sum over the bits of every current until the last tick, and now and then a line. */
+/* Results: a checksum over the bits of every current until the last tick, and a line of values every 0.1 s. */
 static uint32_t sum = 0x811c9dc5u;
 static volatile struct {
     uint32_t tick;
@@ -237,7 +237,7 @@ static void remember(float u) {
 }
 /* ------------------------------------------------------------------------------------------------------------------ */
 
-/* Prints while it goes on, until this tick. */
+/* Prints the lines while the drive runs, until this tick. */
 static void report_until(uint32_t last) {
     static uint32_t told;
     while (tick < last) {
@@ -267,7 +267,7 @@ int main(void) {
     board_text("  time s  planned rad    true rad   error rad current A\n");
     move_to(1.0f, TICKS_OF(0.1), TICKS_OF(1.0));
     report_until(TICKS_OF(1.22));
-    drive_tune(16.0, TICKS_OF(1.45)); /* at rest; in motion would do as well */
+    drive_tune(16.0, TICKS_OF(1.45)); /* at rest; a retune in motion works as well */
     report_until(TICKS_OF(1.5));
     move_to(-0.5f, TICKS_OF(1.6), TICKS_OF(1.4));
     report_until(TICKS_OF(2.3));

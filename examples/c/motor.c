@@ -1,12 +1,14 @@
-/* A position drive of your own motor in C: encoder count in, current out. Copy it and replace what is marked BOARD.
+/* A position drive of your own motor in C: encoder count in, current out. Copy this file and replace every line marked
+ * BOARD.
  *
- * The controller is one file, exported from the data sheet of the motor (docs/linking.md, "A motor from C"):
+ * The controller is one file, exported from the data sheet of the motor (docs/c.md, "Exported C99 file"):
  *
  *     timer interrupt, every EDO_SMC_PERIOD_S:   count -> tick along the plan -> current -> PWM
- *     main loop, when there is time:             plans: onto a sine, then to rest at half a radian
+ *     main loop, in the remaining time:          plans: onto a sine, then to rest at half a radian
  *
- * It runs as it is on a bare STM32F405 and in the emulator, with a stand-in for the motor that has what no data sheet
- * says: friction, cogging, a current loop that lags. At the end it prints how far the true angle was from the plan.
+ * It runs unchanged on a bare STM32F405 and in the emulator, with a simulated motor. The simulated motor has friction,
+ * cogging and a current-loop lag, which no data sheet lists. At the end the program prints the largest difference
+ * between the true angle and the plan.
  */
 #include "board.h"
 #include <math.h>
@@ -18,17 +20,18 @@
 
 #define RATE_HZ ((uint32_t)(1.0 / EDO_SMC_PERIOD_S + 0.5))
 #define TICKS_OF(seconds) ((uint32_t)((seconds) / EDO_SMC_PERIOD_S + 0.5))
-/* From the making of a plan to its first tick: a plan is some ten thousand cycles of double in software. */
+/* Time from the computation of a plan to its first tick, s. A plan takes some ten thousand cycles of software doubles,
+ * in the main loop. */
 #define LEAD_S 0.005
 #define TWO_PI 6.283185307179586
 
-static edo_smc_state state; /* zeros are right: the first good count starts it */
+static edo_smc_state state; /* all zeros is valid: the first valid count starts the drive */
 static edo_smc_sample sample;
-static volatile uint32_t tick; /* at which the coming period of the timer begins */
+static volatile uint32_t tick; /* tick at which the next timer period begins */
 static volatile bool started;
-static volatile unsigned trouble; /* what ticks have said of themselves */
+static volatile unsigned trouble; /* status flags of all ticks */
 
-/* Plans are made in the main loop and played in the interrupt: two of them, and the tick at which to change over. */
+/* The main loop computes plans and the interrupt plays them: two plans, and the tick of the changeover. */
 static edo_smc_plan plans[2];
 static volatile unsigned playing;
 static volatile bool ready;
@@ -42,20 +45,20 @@ static float current(float ampere);
 void TIM3_IRQHandler(void) {
     edo_smc_output output;
     board_ticker_acknowledge();
-    motor_goes_on();            /* BOARD: goes; the motor moves by itself */
-    sample.count = encoder();   /* BOARD: the counter's register, as it stands */
-    sample.lost = false;        /* BOARD: true where an absolute encoder has sent a bad frame */
+    motor_goes_on();            /* BOARD: delete; the real motor moves by itself */
+    sample.count = encoder();   /* BOARD: the raw counter register */
+    sample.lost = false;        /* BOARD: true if an absolute encoder sent a bad frame */
     if (!state.started) {
         edo_smc_estimates_of known;
         if (!edo_smc_start(&state, &sample) || !edo_smc_estimates(&state, &known)) {
             return;
         }
-        /* Until there is another plan it stays where it is. */
+        /* Hold the present position until the first plan. */
         (void)edo_smc_plan_rest(&plans[0], known.turn, known.position);
         edo_smc_plan_at(&plans[0], tick, &sample.end);
         started = true;
     }
-    sample.begin = sample.end; /* a tick begins where the last one ended */
+    sample.begin = sample.end; /* a tick begins at the end of the previous tick */
     const uint32_t end = tick + EDO_SMC_DELAY_TICKS + 1u;
     if (ready && end == changeover) {
         playing ^= 1u;
@@ -65,23 +68,23 @@ void TIM3_IRQHandler(void) {
     trouble |= edo_smc_tick(&state, &sample, &output);
     const float held = current(output.u);
     if (held < output.u || held > output.u) {
-        (void)edo_smc_report_applied(&state, held); /* the only anti-windup, and needed */
+        (void)edo_smc_report_applied(&state, held); /* required: the only anti-windup */
     }
-    compare_with_the_truth(); /* BOARD: goes */
+    compare_with_the_truth(); /* BOARD: delete */
     tick = tick + 1u;
 }
 
-/* The plan to fill, and where the one that is played will be when it begins. */
+/* Returns the free plan; `present` gets the trajectory point of the active plan at the changeover. */
 static edo_smc_plan *next_plan(edo_smc_jet *present) {
     while (ready) {
-        board_sleep(); /* the last one has not begun yet */
+        board_sleep(); /* the previous plan has not begun yet */
     }
     changeover = tick + 1u + TICKS_OF(LEAD_S);
     edo_smc_plan_jet(&plans[playing], changeover, present);
     return &plans[playing ^ 1u];
 }
 
-/* What the plan is made of is in memory before the interrupt hears of it. */
+/* The plan is in memory before the interrupt sees the flag. */
 static void hand_over(bool made) {
     __asm__ volatile("" ::: "memory");
     ready = made;
@@ -100,10 +103,10 @@ static void to_rest_at(int32_t turn, float angle_rad, double seconds) {
     hand_over(edo_smc_plan_move(plan, &present, changeover, TICKS_OF(seconds), turn, angle_rad));
 }
 
-/* BOARD: from here to the line below everything goes. The stand-in motor, in steps of a fortieth of a tick. */
+/* BOARD: delete everything from here to the line below. Simulated motor, in steps of a fortieth of a tick. */
 static const float coulomb = 0.005f, at_rest = 0.008f, stribeck = 0.1f, smooth = 0.005f; /* N m, N m, rad/s, rad/s */
-static const float cogging = 0.003f, cogs = 7.0f;                                      /* N m, per turn */
-static const float lag = 2e-4f;                                                        /* of the current loop, s */
+static const float cogging = 0.003f, cogs = 7.0f;                                      /* N m, per revolution */
+static const float lag = 2e-4f;                                                        /* current-loop lag, s */
 static float angle, speed, flowing, commanded, late;
 
 static void motor_goes_on(void) {
@@ -130,7 +133,7 @@ static float current(float ampere) {
     return ampere;
 }
 
-/* What has been seen of the truth: the largest error since `judged`, and now and then a line. */
+/* Results: the largest error since tick `judged`, rad, and a line of values every 0.1 s. */
 static uint32_t judged;
 static volatile float peak;
 static volatile struct {
@@ -139,7 +142,7 @@ static volatile struct {
 } line;
 
 static void compare_with_the_truth(void) {
-    /* What was planned for the beginning of this tick. */
+    /* The planned target at the beginning of this tick. */
     static edo_smc_target last;
     const edo_smc_target now = EDO_SMC_DELAY_TICKS ? last : sample.begin;
     const float planned = now.r + (float)TWO_PI * (float)now.turn;
@@ -157,7 +160,7 @@ static void compare_with_the_truth(void) {
 }
 /* ------------------------------------------------------------------------------------------------------------------ */
 
-/* Prints while it goes on, until this tick. */
+/* Prints the lines while the drive runs, until this tick. */
 static void report_until(uint32_t last) {
     static uint32_t told;
     while (tick < last) {

@@ -1,17 +1,16 @@
-/* The paper's law in C at 10 kHz, on a state that is measured as a whole: what its tick costs, and its bits.
+/* The paper's controller in C at 10 kHz, on a fully measured state.
  *
- * The timer's interrupt samples, ticks the controller and drives; the main loop reports. After 1000 ticks it sends the
- * bits of every u, which the project's tests hold against the Rust library's: not one differs. A drive behind encoders
- * is drive.c.
+ * The timer interrupt samples, runs the controller and sets the output; the main loop reports. After 1000 ticks it
+ * sends the bits of every u. The project's tests check that these bits equal the bits of the Rust library. For a drive
+ * on encoder counts see drive.c.
  */
 #include "board.h"
 
 #define TICK_HZ 10000u
 #define TICKS 1000u
 
-/* The controller, three times: from the archive with its design, as one file that needs nothing else, or as assembly
- * for this core, a file to link and its header. All were exported from paper.toml, with the same bits. A status of 0 is
- * good. */
+/* The controller in three versions, all exported from paper.toml and bit-identical: a design for the static library,
+ * one file that needs nothing else, or assembly for this core with its header. Status 0 is success. */
 #if defined STANDALONE || defined ASSEMBLY
 #ifdef ASSEMBLY
 #include "paper_assembly.h"
@@ -19,11 +18,11 @@
 #include "paper_standalone.h"
 #endif
 
-/* The controller's memory. */
+/* State of the controller. */
 static paper_state state;
 
 static uint32_t controller_start(void) {
-    return 0; /* zeros are right, and the first good sample starts it */
+    return 0; /* all zeros is valid, and the first valid sample starts the controller */
 }
 
 static uint32_t controller_tick(const float x[4], float *u) {
@@ -36,7 +35,7 @@ static uint32_t controller_tick(const float x[4], float *u) {
 #include "edo_smc.h"
 #include "paper_design.h"
 
-/* The controller's memory. In the design: what it multiplies with, in flash. */
+/* State of the controller. The design holds the coefficients, in flash. */
 static edo_smc_state_n4_r2_c24_t state;
 
 static uint32_t controller_start(void) {
@@ -47,25 +46,25 @@ static uint32_t controller_start(void) {
 }
 
 static uint32_t controller_tick(const float x[4], float *u) {
-    edo_smc_output_t output = {0}; /* what goes out if the call refuses: u = 0 */
+    edo_smc_output_t output = {0}; /* output if the call is rejected: u = 0 */
     const edo_smc_status_t status = edo_smc_tick_n4_r2_c24(&paper_design, &state, x, &output);
     *u = output.u;
     return (uint32_t)status;
 }
 #endif
 
-/* What the interrupt leaves for the main loop. */
+/* Results of the interrupt for the main loop. */
 static volatile uint32_t ticks;
 static volatile uint32_t worst;
 static float told[TICKS];
 
-/* BOARD: a stand-in for the motor, so that the example runs on a bare board and in an emulator. At rest 0.1 rad off. */
+/* BOARD: delete. Simulated motor for a bare board or an emulator; it starts at rest, 0.1 rad off. */
 static float motor[4] = {0.1f, 0.0f, 0.0f, 0.0f};
 static float held;
 
 static void motor_goes_on(void) {
     const float period = 0.0001f;
-    /* In the unit of u: a(x)/b with its largest terms, the u that is held, and a load that nobody measures. */
+    /* In the unit of u: a(x)/b with its largest terms, the applied u, and an unmeasured load. */
     const float push = 75.63025f * motor[0] - 1.9327731f * motor[2] + held + 1.0f;
     motor[3] += period * (5001.6345f * push);
     motor[2] += period * motor[3];
@@ -82,7 +81,7 @@ void TIM3_IRQHandler(void) {
     const float x[4] = {motor[0], motor[1], motor[2], motor[3]}; /* BOARD: read the encoders, in chain coordinates */
     float u;
     const uint32_t status = controller_tick(x, &u);
-    held = u; /* BOARD: write the PWM; if it holds anything else, say so by the function report_applied */
+    held = u; /* BOARD: write the PWM; if it applies another value, call the function report_applied */
     if (status != 0) {
         worst = status;
     }

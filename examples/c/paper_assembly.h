@@ -13,8 +13,8 @@
  * order of its own. x, state and output must not overlap.
  *
  * A good sample takes 152 cycles with tick_u and 167 with tick, return included: counted from ARM's table of a Cortex-M4
- * (DDI 0439D), measured on no chip. No order of these operations takes less than 139 and 157, the floor of
- * docs/cycles.md.
+ * (DDI 0439D), measured on no chip. No order of these operations takes less than 139 and 157, the lower
+ * bound in docs/reference/cycles.md.
  *
  * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or a host program: rounding to nearest,
  * subnormal numbers kept, float computed as float. Of a Cortex-M: FPSCR with RMode = 00 and FZ = 0. An interrupt begins

@@ -1,4 +1,4 @@
-/* What runs before main: first values of variables, the FPU. Replace it by your vendor's start-up file. */
+/* Start-up code before main: initial values of variables, and the FPU. Replace it by your vendor's start-up file. */
 #include "board.h"
 
 extern uint32_t stack_top, data_image, data_start, data_end, bss_start, bss_end;
@@ -23,7 +23,7 @@ void Reset_Handler(void) {
     for (uint32_t *to = &bss_start; to < &bss_end;) {
         *to++ = 0;
     }
-    /* CPACR: the FPU on, before the first instruction that uses it. */
+    /* CPACR: enables the FPU before its first use. */
     *(volatile uint32_t *)0xE000ED88u |= 0xFu << 20;
     __asm__ volatile("dsb\n\tisb" ::: "memory");
     main();
@@ -35,8 +35,8 @@ typedef void (*handler_t)(void);
 #define THREE(handler) handler, handler, handler
 #define TEN(handler) THREE(handler), THREE(handler), THREE(handler), handler
 
-/* Top of the stack, 15 exceptions, of which PendSV is the last but one, interrupts 0 to 29: TIM3 is the last that is
- * used. */
+/* Vector table: top of the stack, 15 exceptions (PendSV is the last but one), interrupts 0 to 29. TIM3 is the last one
+ * in use. */
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t *stack;
     handler_t handlers[15 + 30];

@@ -1,9 +1,9 @@
-//! The tick as assembly in a program of Rust: files that `host-sim export --asm` wrote of `joint.toml`, `motor.toml`
-//! and `drive.toml` in this folder, and the designs that they were written of.
+//! Assembly ticks in a Rust program: the files that `host-sim export --asm` wrote from `joint.toml`, `motor.toml` and
+//! `drive.toml` in this folder, and the designs of their exports.
 //!
-//! One line takes such a file, a block declares what is called of it, and a struct is its state as the exported header
-//! has it: numbers in their order, then two flags. A reference says what the header asks for: no two places overlap.
-//! `assembly` is the image that holds every bit to the Rust tick, `budget` the one in which it is measured.
+//! One line includes such a file, and a block declares the called functions. A struct represents the state as in the
+//! exported header: numbers in their order, then two flags. References fulfil the rule of the header that no two places
+//! overlap. The image `assembly` compares every bit with the Rust tick, and the image `budget` measures the functions.
 
 use core::arch::global_asm;
 
@@ -18,7 +18,7 @@ global_asm!(include_str!("assembly/joint_r3.S"), options(raw));
 global_asm!(include_str!("assembly/motor.S"), options(raw));
 global_asm!(include_str!("assembly/joint_drive.S"), options(raw));
 
-/// What a tick of assembly remembers; the first good sample fills it.
+/// State of an assembly tick; the first valid sample fills it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct State<const NUMBERS: usize> {
@@ -28,28 +28,28 @@ pub struct State<const NUMBERS: usize> {
 }
 
 impl<const NUMBERS: usize> State<NUMBERS> {
-    /// Before the start.
+    /// State before the start.
     pub const ZEROS: Self = Self { numbers: [0.0; NUMBERS], resuming: false, started: false };
 }
 
-/// What a tick tells beside its health.
+/// Outputs of an assembly tick besides its health.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Told {
-    /// To hold until the next tick.
+pub struct TickOutput {
+    /// Output u, to hold until the next tick.
     pub u: f32,
-    /// Eq. (44).
+    /// Sliding variable sigma, Eq. (44).
     pub sigma: f32,
-    /// Eq. (17).
+    /// Reaching variable sigma*, Eq. (17).
     pub sigma_star: f32,
 }
 
-/// The state with observers of order 2.
+/// State with observers of order 2.
 pub type State2 = State<10>;
-/// The state with observers of order 3.
+/// State with observers of order 3.
 pub type State3 = State<12>;
 
-/// What a drive remembers; zeros before the start.
+/// State of a drive; zeros before the start.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct DriveState<const NUMBERS: usize, const COUNTS: usize, const ENCODERS: usize> {
@@ -62,7 +62,7 @@ pub struct DriveState<const NUMBERS: usize, const COUNTS: usize, const ENCODERS:
 }
 
 impl<const NUMBERS: usize, const COUNTS: usize, const ENCODERS: usize> DriveState<NUMBERS, COUNTS, ENCODERS> {
-    /// Before the start.
+    /// State before the start.
     pub const ZEROS: Self = Self {
         numbers: [0.0; NUMBERS],
         counts: [0; COUNTS],
@@ -73,12 +73,12 @@ impl<const NUMBERS: usize, const COUNTS: usize, const ENCODERS: usize> DriveStat
     };
 }
 
-/// That of a motor.
+/// State of a motor's drive.
 pub type MotorState = DriveState<9, 3, 1>;
-/// That of a joint.
+/// State of a joint's drive.
 pub type JointState = DriveState<16, 5, 2>;
 
-/// Where a drive should be at one instant: whole turns, and an angle with its derivatives.
+/// Target of a drive at one instant: whole revolutions, and an angle with its derivatives.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct DriveTarget<const N: usize> {
@@ -86,7 +86,7 @@ pub struct DriveTarget<const N: usize> {
     jet: [f32; N],
 }
 
-/// What comes in once per tick of a drive.
+/// Inputs of a drive's tick.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct DriveSample<const N: usize, const ENCODERS: usize> {
@@ -96,12 +96,12 @@ pub struct DriveSample<const N: usize, const ENCODERS: usize> {
     end: DriveTarget<N>,
 }
 
-/// That of a motor.
+/// Inputs of a motor's drive.
 pub type MotorSample = DriveSample<2, 1>;
-/// That of a joint.
+/// Inputs of a joint's drive.
 pub type JointSample = DriveSample<4, 2>;
 
-/// A sample of the Rust drive as the exported header has it.
+/// Converts a sample of the Rust drive to the layout of the exported header.
 impl<const N: usize, const ENCODERS: usize> From<&Sample<i32, Target<f32, i32, N>, ENCODERS>>
     for DriveSample<N, ENCODERS>
 {
@@ -116,55 +116,55 @@ impl<const N: usize, const ENCODERS: usize> From<&Sample<i32, Target<f32, i32, N
     }
 }
 
-// SAFETY: names, arguments and answers are those of the exported headers, which `global_asm!` has just assembled.
+// SAFETY: names, arguments and results match the exported headers, which belong to the files included by `global_asm!`.
 unsafe extern "C" {
-    /// Before the first tick, from its sample; false if that is not good enough.
+    /// Initialises the state before the first tick from its sample; returns false if the sample is invalid.
     pub safe fn joint_r2_start(state: &mut State2, x: &[f32; 4]) -> bool;
-    /// One tick: u alone.
+    /// Runs one tick; returns u.
     pub safe fn joint_r2_tick_u(state: &mut State2, x: &[f32; 4]) -> f32;
-    /// One tick: the whole output, and the health as bits.
-    pub safe fn joint_r2_tick(state: &mut State2, x: &[f32; 4], told: &mut Told) -> u32;
-    /// What the actuator holds instead of u; false if the number is not taken.
+    /// Runs one tick; writes the whole output and returns the health bits.
+    pub safe fn joint_r2_tick(state: &mut State2, x: &[f32; 4], told: &mut TickOutput) -> u32;
+    /// Reports the value that the actuator holds instead of u; returns false if the number is rejected.
     pub safe fn joint_r2_report_applied(state: &mut State2, u: f32) -> bool;
-    /// The same of order 3.
+    /// Initialises the state of order 3 before the first tick; returns false if the sample is invalid.
     pub safe fn joint_r3_start(state: &mut State3, x: &[f32; 4]) -> bool;
-    /// The same of order 3.
+    /// Runs one tick of order 3; returns u.
     pub safe fn joint_r3_tick_u(state: &mut State3, x: &[f32; 4]) -> f32;
-    /// The same of order 3.
-    pub safe fn joint_r3_tick(state: &mut State3, x: &[f32; 4], told: &mut Told) -> u32;
-    /// The same of order 3.
+    /// Runs one tick of order 3; writes the whole output and returns the health bits.
+    pub safe fn joint_r3_tick(state: &mut State3, x: &[f32; 4], told: &mut TickOutput) -> u32;
+    /// Reports the held actuator value for order 3; returns false if the number is rejected.
     pub safe fn joint_r3_report_applied(state: &mut State3, u: f32) -> bool;
-    /// The same of a motor's drive.
+    /// Initialises the state of a motor's drive; returns false if the sample is invalid.
     pub safe fn motor_start(state: &mut MotorState, sample: &MotorSample) -> bool;
-    /// The same of a motor's drive.
+    /// Runs one tick of a motor's drive; returns u.
     pub safe fn motor_tick_u(state: &mut MotorState, sample: &MotorSample) -> f32;
-    /// The same of a motor's drive.
-    pub safe fn motor_tick(state: &mut MotorState, sample: &MotorSample, told: &mut Told) -> u32;
-    /// The same of a motor's drive.
+    /// Runs one tick of a motor's drive; writes the whole output and returns the health bits.
+    pub safe fn motor_tick(state: &mut MotorState, sample: &MotorSample, told: &mut TickOutput) -> u32;
+    /// Reports the held current of a motor's drive; returns false if the number is rejected.
     pub safe fn motor_report_applied(state: &mut MotorState, u: f32) -> bool;
-    /// The same of a joint's drive.
+    /// Initialises the state of a joint's drive; returns false if the sample is invalid.
     pub safe fn joint_drive_start(state: &mut JointState, sample: &JointSample) -> bool;
-    /// The same of a joint's drive.
+    /// Runs one tick of a joint's drive; returns u.
     pub safe fn joint_drive_tick_u(state: &mut JointState, sample: &JointSample) -> f32;
-    /// The same of a joint's drive.
-    pub safe fn joint_drive_tick(state: &mut JointState, sample: &JointSample, told: &mut Told) -> u32;
-    /// The same of a joint's drive.
+    /// Runs one tick of a joint's drive; writes the whole output and returns the health bits.
+    pub safe fn joint_drive_tick(state: &mut JointState, sample: &JointSample, told: &mut TickOutput) -> u32;
+    /// Reports the held current of a joint's drive; returns false if the number is rejected.
     pub safe fn joint_drive_report_applied(state: &mut JointState, u: f32) -> bool;
 }
 
-/// The controller that the files were exported of, observers of order R in channels 2 and 4.
+/// Controller of the exported files, with observers of order R in channels 2 and 4.
 pub type Joint<const R: usize> = Controller<f32, FlexibleJoint<f32>, 4, R, { channels(4, 2, [2, 4]) }, 2>;
 
-/// What its design knows of the joint.
+/// Nominal model of the joint.
 pub const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 
-/// It, designed by the compiler.
+/// Returns the controller, designed by the compiler.
 pub const fn joint<const R: usize>() -> Joint<R> {
     Joint::<R>::design(&config(channels(4, 2, [2, 4]), NOMINAL), FlexibleJoint::<f32>::new(&NOMINAL))
 }
 
-/// What the drive of `motor.S` is designed from: as `firmware/motor.toml`, but for period and gain sets. Its gate is
-/// for one set.
+/// Design of the drive in `motor.S`: as `firmware/motor.toml`, except period and gain sets. Its innovation gate is for
+/// one gain set.
 pub const MOTOR: MotorDesign = {
     let by_rule = MotorDesign::by_rule(
         1e-3,
@@ -176,13 +176,13 @@ pub const MOTOR: MotorDesign = {
     one_set.with_bandwidths(by_rule.bandwidths)
 };
 
-/// What the drive of `joint_drive.S` is designed from: as `firmware/drive.toml`, but for period and gain sets.
+/// Design of the drive in `joint_drive.S`: as `firmware/drive.toml`, except period and gain sets.
 pub const JOINT_DRIVE: JointDesign = JointDesign {
     fallback: Fallback::Safe(0.0),
     ..JointDesign::new(1e-3, JointData::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3)
 };
 
-/// What all ticks that are measured have in common; one observer for each bit of the mask.
+/// Returns the common configuration of all measured ticks; one observer per bit of the mask.
 pub const fn config<const N: usize, const R: usize>(mask: u8, nominal: Nominal<N>) -> Config<N, R> {
     let mut observers = [None; N];
     let mut i = 0;

@@ -1,9 +1,9 @@
-//! A stopwatch that says what it counts.
+//! Stopwatch that reports its unit.
 //!
-//! On a chip the cycle counter of the debug unit (DWT) counts cycles of the core. An emulator may have the register and
-//! never move it, so it is believed only after it has moved. Else the 32-bit timer TIM2 is read: under QEMU's
-//! `-icount shift=0` it counts executed instructions, exactly and the same in every run; without that option it counts
-//! time of the host, which is worth nothing here. A loop of known length tells which.
+//! On a chip, the cycle counter of the debug unit (DWT) counts core cycles. An emulator may have a register that never
+//! changes, so the counter is used only after it has changed. Otherwise the 32-bit timer TIM2 is used. Under QEMU's
+//! `-icount shift=0` it counts executed instructions, exactly and identically in every run. Without that option it
+//! counts time of the host, which has no meaning here. A loop of known length distinguishes the two.
 
 use core::sync::atomic::{AtomicBool, Ordering, compiler_fence};
 
@@ -11,23 +11,23 @@ use cortex_m::asm;
 use cortex_m::peripheral::{DCB, DWT};
 use stm32f4::stm32f405::{RCC, TIM2, tim2};
 
-/// What [`now`] counts.
+/// Unit of [`now`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
 pub enum Unit {
-    /// Cycles of the core, from a chip.
+    /// Core cycles of a chip.
     Cycles,
-    /// Executed instructions, from an emulator that counts them.
+    /// Executed instructions of an emulator.
     Instructions,
-    /// Time of an emulator's host: no figure means anything.
+    /// Host time of an emulator: the figures have no meaning.
     HostTime,
 }
 
-/// Turns of the loop that tells instructions from time; two instructions each.
+/// Iterations of the loop that distinguishes instructions from time; two instructions each.
 const TURNS: u32 = 1000;
 
 static DWT_COUNTS: AtomicBool = AtomicBool::new(false);
 
-/// Starts the stopwatch; it owns its counters from now on.
+/// Starts the stopwatch, which owns its counters from then on.
 pub fn start(mut dcb: DCB, mut dwt: DWT, _owned: TIM2, rcc: &RCC) -> Unit {
     rcc.apb1enr().modify(|_, w| w.tim2en().enabled());
     tim2().cr1().write(|w| w.cen().enabled());
@@ -45,7 +45,7 @@ pub fn start(mut dcb: DCB, mut dwt: DWT, _owned: TIM2, rcc: &RCC) -> Unit {
     if (0..3).all(looks_exact) { Unit::Instructions } else { Unit::HostTime }
 }
 
-/// The count, modulo 2^32; 0 before [`start`]. What stands before it in the source is done before it is read.
+/// Returns the count modulo 2^32; 0 before [`start`]. Preceding code completes before the reading.
 #[inline]
 pub fn now() -> u32 {
     compiler_fence(Ordering::SeqCst);
@@ -54,7 +54,7 @@ pub fn now() -> u32 {
     count
 }
 
-/// What `work` takes, one reading of the stopwatch included: subtract `elapsed(|| ())`.
+/// Returns the duration of `work` including one reading of the stopwatch; subtract `elapsed(|| ())`.
 #[inline]
 pub fn elapsed(work: impl FnOnce()) -> u32 {
     let before = now();
@@ -63,6 +63,6 @@ pub fn elapsed(work: impl FnOnce()) -> u32 {
 }
 
 fn tim2() -> &'static tim2::RegisterBlock {
-    // SAFETY: the registers live as long as the chip; `start` owns them, everyone else only reads the count.
+    // SAFETY: the registers exist as long as the chip; `start` owns them, all other code only reads the count.
     unsafe { &*TIM2::ptr() }
 }

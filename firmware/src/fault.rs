@@ -1,6 +1,6 @@
-//! After a panic or a hard fault: switch off, say where, say the image's last words (its black box), stop.
+//! Reaction to a panic or a hard fault: switch off, log the place, log the trace buffer, stop.
 //!
-//! The log takes milliseconds; a power stage must not wait for it. So what switches it off comes before the first word.
+//! The log takes milliseconds, which is too long for a power stage. The switch-off therefore precedes the log.
 
 use core::cell::Cell;
 use core::panic::PanicInfo;
@@ -11,23 +11,23 @@ use critical_section::Mutex;
 
 use crate::log;
 
-/// What an image does after a fault. Both run with interrupts masked, and must not wait for anyone.
+/// Reaction of an image to a fault. Both functions run with interrupts masked and must not block.
 #[derive(Clone, Copy)]
 pub struct Response {
-    /// At once: switch off whatever can do harm.
+    /// First step: switches off everything that can cause harm.
     pub switch_off: fn(),
-    /// Then, through the log: what may explain it.
+    /// Second step: logs data that may explain the fault.
     pub last_words: fn(),
 }
 
 static RESPONSE: Mutex<Cell<Response>> = Mutex::new(Cell::new(Response { switch_off: || {}, last_words: || {} }));
 
-/// Sets the response of this image.
+/// Sets the reaction of this image.
 pub fn respond_with(response: Response) {
     critical_section::with(|cs| RESPONSE.borrow(cs).set(response));
 }
 
-/// What a debugger would stop at; shows in the emulator what a fault on the chip leaves behind.
+/// Triggers a fault for tests: a debugger would stop here; the emulator shows the reaction of the chip.
 pub fn provoke() -> ! {
     asm::udf()
 }
@@ -40,8 +40,7 @@ fn panicked(info: &PanicInfo<'_>) -> ! {
     stop(response)
 }
 
-// SAFETY: the handler neither returns nor touches what the faulting code may have left half done, but the line of the
-// log, which it takes over.
+// SAFETY: the handler never returns and uses no data of the interrupted code, except the log line, which it takes over.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let response = switched_off();
@@ -49,12 +48,12 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     stop(response)
 }
 
-/// Interrupts masked, harm averted, and the log ours.
+/// Masks interrupts, switches off and takes over the log.
 fn switched_off() -> Response {
     interrupt::disable();
     let response = critical_section::with(|cs| RESPONSE.borrow(cs).get());
     (response.switch_off)();
-    // SAFETY: nobody runs after this.
+    // SAFETY: no other code runs after this point.
     unsafe { log::take_over() };
     response
 }

@@ -1,17 +1,17 @@
-//! What the images share on an STM32F405: a serial port, a log that leaves through another one, a stopwatch, last words
-//! after a fault, a drive that is tuned while it runs, and the tick as assembly.
+//! Common code of the images on an STM32F405: a serial port, a log through a second port, a stopwatch, the reaction to
+//! faults, a drive that is tuned during operation, and the assembly ticks.
 //!
-//! | image | what it does |
+//! | image | function |
 //! |---|---|
-//! | `pil` | answers the host over USART1: the processor in the loop |
+//! | `pil` | answers the host over USART1: processor in the loop |
 //! | `drive` | a joint with two encoders at 3.2 kHz; the example to copy |
-//! | `motor` | the same of a motor with one encoder at 5 kHz |
-//! | `budget` | what one tick costs |
-//! | `assembly` | the tick as assembly beside the Rust tick, bit for bit |
+//! | `motor` | a motor with one encoder at 5 kHz |
+//! | `budget` | cost of one tick |
+//! | `assembly` | bit-for-bit comparison of the assembly ticks with the Rust tick |
 //!
-//! There is no hardware abstraction layer and no clock set-up: the core runs from its internal oscillator as after
-//! reset, [`CORE_HZ`], on any board and in an emulator that does not model the clock tree. Everything but
-//! [`uart::Uart`]'s pins would read the same on another Cortex-M4F.
+//! The images use no hardware abstraction layer and no clock set-up. The core runs from its internal oscillator as
+//! after reset, [`CORE_HZ`], on any board, and in an emulator without a clock tree. Only the pins of [`uart::Uart`] are
+//! specific to this chip; the rest suits any Cortex-M4F.
 #![no_std]
 
 pub mod assembly;
@@ -24,5 +24,5 @@ pub mod stand_in;
 pub mod ticker;
 pub mod uart;
 
-/// Core, bus and timer clocks after reset, Hz: the internal oscillator, all prescalers 1.
+/// Core, bus and timer clocks after reset, Hz: internal oscillator, all prescalers 1.
 pub const CORE_HZ: u32 = 16_000_000;

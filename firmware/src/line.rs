@@ -1,8 +1,8 @@
-//! USART1 with a memory: bytes that come while the main loop is at work are kept.
+//! Buffered USART1: bytes that arrive while the main loop is busy are stored.
 //!
-//! The interrupt of the port takes them, below the control interrupt in priority, so that this never waits. A byte must
-//! be taken within the 87 us of the next: where the control interrupt once takes longer, one is lost, the checksum of
-//! its frame fails, and the host asks again.
+//! The port's interrupt stores the bytes, with a priority below the control interrupt, so that the control interrupt
+//! never waits. A byte must be read within 87 us, before the next one. If the control interrupt takes longer once, a
+//! byte is lost, the checksum of its frame fails, and the host repeats the request.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
@@ -10,26 +10,26 @@ use stm32f4::stm32f405::{GPIOA, RCC, USART1};
 
 use crate::uart::Uart;
 
-/// Five requests.
+/// Size of the buffer, bytes: five requests.
 const KEPT: usize = 256;
 
 static BYTES: [AtomicU8; KEPT] = [const { AtomicU8::new(0) }; KEPT];
-/// Bytes that have come, and those that have been taken, modulo 2^32.
+/// Numbers of received and of consumed bytes, modulo 2^32.
 static COME: AtomicU32 = AtomicU32::new(0);
 static TAKEN: AtomicU32 = AtomicU32::new(0);
 
-/// The port; its interrupt must be let through, and its handler be [`received`].
+/// Buffered port; its interrupt must be enabled and its handler must call [`received`].
 pub struct Line(Uart);
 
 impl Line {
-    /// Transmits on PA9, receives on PA10.
+    /// Starts the port: transmits on PA9, receives on PA10.
     pub fn start(usart1: USART1, rcc: &RCC, gpioa: &GPIOA) -> Self {
         let port = Uart::on_usart1(usart1, rcc, gpioa);
         port.interrupt_at_a_byte();
         Self(port)
     }
 
-    /// The oldest byte that nobody has taken.
+    /// Returns the oldest unread byte.
     pub fn read(&mut self) -> Option<u8> {
         let taken = TAKEN.load(Ordering::Relaxed);
         (COME.load(Ordering::Acquire) != taken).then(|| {
@@ -45,7 +45,7 @@ impl Line {
     }
 }
 
-/// The handler of USART1. When the memory is full the byte is lost.
+/// Handler of USART1; a byte is lost if the buffer is full.
 pub fn received() {
     if let Some(byte) = Uart::arrived_on_usart1() {
         let come = COME.load(Ordering::Relaxed);

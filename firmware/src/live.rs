@@ -1,13 +1,13 @@
-//! A drive whose control interrupt goes on whatever else happens, and that is observed, moved and tuned over USART1.
+//! Drive with an uninterrupted control interrupt, observed, moved and tuned over USART1.
 //!
-//! | who | at | does |
+//! | context | priority | function |
 //! |---|---|---|
-//! | TIM3 | the tick, highest priority | [`Drive::tick`]: counts, plan, law, monitors, black box, current |
-//! | EXTI0 | the same priority | [`Drive::change`]: a tick in which a law starts, another takes over, or is recorded |
-//! | USART1 | below | keeps a byte ([`line`](crate::line)) |
-//! | main loop | the rest | [`serve`]: requests, designs, plans ([`pil_wire::Live`]) |
+//! | TIM3 | highest | [`Drive::tick`]: counts, plan, control law, monitors, black box, current |
+//! | EXTI0 | highest | [`Drive::change`]: a tick that starts a law, switches the law or is recorded |
+//! | USART1 | lower | stores a byte ([`line`](crate::line)) |
+//! | main loop | lowest | [`serve`]: requests, designs, plans ([`pil_wire::Live`]) |
 //!
-//! `host-sim live` speaks to it.
+//! The counterpart on the host is `host-sim live`.
 
 use core::cell::RefCell;
 use core::mem::MaybeUninit;
@@ -23,10 +23,10 @@ use stm32f4::stm32f405::Interrupt;
 use crate::line::Line;
 use crate::{clock, stand_in, ticker};
 
-/// Memory of a record: 6.1 s in rows of 1.2 ms, 61 KB.
+/// Rows of a recording: 6.1 s in rows of 1.2 ms, 61 KB.
 const ROWS: usize = 5120;
 
-/// A seat in its place. A function of its own: of the stack it takes 76 KB for a moment, and gives them back.
+/// Creates the seat in its place. A separate function, since it needs 76 KB of stack temporarily.
 #[inline(never)]
 pub fn seat<L: Tuned<E, N>, const E: usize, const N: usize>(
     place: &'static mut MaybeUninit<Seat<L, E, N>>,
@@ -35,24 +35,24 @@ pub fn seat<L: Tuned<E, N>, const E: usize, const N: usize>(
     place.write(Seat::new(law))
 }
 
-/// What interrupt and main loop share.
+/// State shared by the interrupt and the main loop.
 pub struct Drive<L: Tuned<E, N> + 'static, const E: usize, const N: usize>(Shared<L, E, N>);
 
 type Shared<L, const E: usize, const N: usize> = Mutex<RefCell<Option<&'static mut Seat<L, E, N>>>>;
 
 impl<L: Tuned<E, N>, const E: usize, const N: usize> Drive<L, E, N> {
-    /// Nothing ticks before [`begin`](Self::begin).
+    /// Creates an idle drive; it ticks after [`begin`](Self::begin).
     #[allow(clippy::new_without_default)]
     pub const fn new() -> Self {
         Self(Mutex::new(RefCell::new(None)))
     }
 
-    /// From now on it ticks.
+    /// Starts the ticks.
     pub fn begin(&self, seat: &'static mut Seat<L, E, N>) {
         critical_section::with(|cs| self.0.borrow(cs).replace(Some(seat)));
     }
 
-    /// The control interrupt: counts, a tick, a current. A tick that takes longer is EXTI0's.
+    /// Control interrupt: reads counts, runs a tick, writes the current. Longer ticks are left to EXTI0.
     #[inline(always)]
     pub fn tick(&self, counts: impl FnOnce() -> [Option<i32>; E], actuate: impl FnOnce(f32)) {
         ticker::acknowledge();
@@ -70,7 +70,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Drive<L, E, N> {
         });
     }
 
-    /// The first tick of a design.
+    /// Runs the first tick of a design, in EXTI0.
     pub fn change(&self, counts: impl FnOnce() -> [Option<i32>; E], actuate: impl FnOnce(f32)) {
         critical_section::with(|cs| {
             if let Some(seat) = self.0.borrow_ref_mut(cs).as_mut() {
@@ -80,7 +80,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Drive<L, E, N> {
         });
     }
 
-    /// The last ticks, oldest first, through the log: after a fault.
+    /// Logs the last ticks after a fault, oldest first.
     pub fn last_words(&self) {
         critical_section::with(|cs| {
             if let Ok(seat) = self.0.borrow(cs).try_borrow()
@@ -112,23 +112,22 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Machine<L, E, N> for &Drive
         clock::now()
     }
 
-    /// BOARD: goes.
+    /// BOARD: remove.
     fn disturb(&mut self, disturbance: &Disturbance) -> bool {
         stand_in::disturb(disturbance);
         true
     }
 
-    /// BOARD: goes.
+    /// BOARD: remove.
     fn replace(&mut self, plant: &Plant) -> bool {
         stand_in::replace(plant)
     }
 }
 
-/// Stops the start-up where a tick would compute in other floating-point modes than it assumes: in main, or in an
-/// interrupt, which begins with FPDSCR.
+/// Checks the floating-point modes that a tick assumes, in main and in interrupts, which begin with FPDSCR.
 ///
 /// # Panics
-/// There.
+/// Another mode is active.
 pub fn assume_modes(fpu: &FPU) {
     const ROUNDING_AND_FLUSH: u32 = 0b111 << 22;
     const ASPEN: u32 = 1 << 31;
@@ -137,9 +136,9 @@ pub fn assume_modes(fpu: &FPU) {
     assert!(fpu.fpccr.read() & ASPEN != 0, "FPCCR.ASPEN = 0: an interrupt would spoil the floats of main");
 }
 
-/// Lets the port and the changes through: the port below all else.
+/// Enables the interrupts of the port and of EXTI0, the port with the lower priority.
 pub fn unmask(mut nvic: NVIC) {
-    // SAFETY: no critical section is built on these masks and priorities.
+    // SAFETY: no critical section depends on these masks and priorities.
     unsafe {
         nvic.set_priority(Interrupt::USART1, 0x10);
         NVIC::unmask(Interrupt::USART1);
@@ -147,7 +146,7 @@ pub fn unmask(mut nvic: NVIC) {
     }
 }
 
-/// The main loop, with a memory for records.
+/// Runs the main loop, with a buffer for recordings.
 #[inline(never)]
 #[expect(clippy::large_stack_arrays, reason = "the RAM has room for it there and nowhere else")]
 pub fn serve<L: Tuned<E, N>, const E: usize, const N: usize>(
@@ -156,9 +155,9 @@ pub fn serve<L: Tuned<E, N>, const E: usize, const N: usize>(
     mut line: Line,
     clock: Clock,
 ) -> ! {
-    // On the stack, where the seat was made before ([`seat`]): the RAM is not large enough for both at a time.
+    // On the stack, which [`seat`] used earlier: the RAM is too small for both at once.
     let mut rows: [Row; ROWS] = [[0; _]; ROWS];
-    // SAFETY: this never returns, so what lies here lives as long as the program, and nothing else refers to it.
+    // SAFETY: the function never returns, so the buffer lives as long as the program, without another reference.
     let rows: &'static mut [Row] = unsafe { &mut *core::ptr::addr_of_mut!(rows) };
     let mut live = live.recording_in(rows);
     line.write(&live.hello());
@@ -198,13 +197,13 @@ pub fn serve<L: Tuned<E, N>, const E: usize, const N: usize>(
     }
 }
 
-/// What the log says of time.
+/// Time units of the log.
 #[derive(Clone, Copy)]
 pub struct Clock {
-    /// What the stopwatch counts.
+    /// Unit of the stopwatch.
     pub unit: clock::Unit,
-    /// Of these in a period.
+    /// Length of a period in this unit.
     pub period: u32,
-    /// Ticks in a second.
+    /// Ticks per second.
     pub tick_hz: u32,
 }

@@ -1,8 +1,8 @@
-//! defmt messages leave through USART2; the host decodes them with the image at hand.
+//! Log: defmt messages over USART2; the host decodes them with the image.
 //!
-//! **No interrupt is masked while a message goes out.** It takes 2 ms on the line; a critical section of that length
-//! would cost a drive twenty ticks. Instead a frame belongs to who began it: what an interrupt says in the middle of
-//! somebody's frame is not heard. Handlers nest like calls on one core, so a depth is all there is to keep.
+//! **A message masks no interrupt.** A message takes 2 ms on the line; a critical section of that length would cost a
+//! drive twenty ticks. Instead, a frame belongs to the code that began it. A message from an interrupt in the middle of
+//! another frame is dropped. Handlers nest like calls on one core, so a depth counter is sufficient.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -18,7 +18,7 @@ struct Line {
 }
 
 impl Line {
-    /// The port, as the encoder wants it, next to the encoder itself.
+    /// Returns the encoder and the port as a byte sink.
     fn split(&mut self) -> (&mut Encoder, impl FnMut(&[u8])) {
         let Self { port, encoder } = self;
         (encoder, move |bytes: &[u8]| {
@@ -30,19 +30,19 @@ impl Line {
 }
 
 struct Log {
-    /// Frames begun and not ended. Only the outermost is sent.
+    /// Number of open frames; only the outermost frame is sent.
     depth: AtomicU32,
     line: UnsafeCell<Line>,
 }
 
-// SAFETY: `line` is touched by the owner of the outermost frame alone; who finds a frame open leaves it alone, and on
-// one core it ends its own before that owner goes on.
+// SAFETY: only the owner of the outermost frame uses `line`. Nested code leaves it alone, and on one core it ends
+// before that owner continues.
 unsafe impl Sync for Log {}
 
 static LOG: Log = Log { depth: AtomicU32::new(0), line: UnsafeCell::new(Line { port: None, encoder: Encoder::new() }) };
 
 impl Log {
-    /// Begins a frame, and says whether it is the outermost.
+    /// Begins a frame; returns whether it is the outermost.
     fn enter(&self) -> bool {
         self.depth.fetch_add(1, Ordering::Acquire) == 0
     }
@@ -55,16 +55,18 @@ impl Log {
         self.depth.fetch_sub(1, Ordering::Release);
     }
 
+    /// Returns the line.
+    ///
     /// # Safety
     /// Only between `enter` and `leave`, for the owner of the outermost frame, one borrow at a time.
     #[allow(clippy::mut_from_ref)]
     unsafe fn line(&self) -> &mut Line {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { &mut *self.line.get() }
     }
 }
 
-/// Switches the log on; what was said before is lost.
+/// Starts the log; earlier messages are lost.
 pub fn start(usart2: USART2, rcc: &RCC, gpioa: &GPIOA) {
     let port = Uart::on_usart2(usart2, rcc, gpioa);
     if LOG.enter() {
@@ -74,13 +76,13 @@ pub fn start(usart2: USART2, rcc: &RCC, gpioa: &GPIOA) {
     LOG.leave();
 }
 
-/// Gives up a frame that is still open, so that the handler of a fault is heard.
+/// Discards an open frame, so that a fault handler can log.
 ///
 /// # Safety
-/// Who was interrupted must never run again.
+/// The interrupted code must never continue.
 pub(crate) unsafe fn take_over() {
     if LOG.depth.swap(0, Ordering::Acquire) > 0 && LOG.enter() {
-        // SAFETY: outermost, and the former owner is gone. A new encoder begins with an end of frame.
+        // SAFETY: outermost, and the former owner never continues. A new encoder begins with an end of frame.
         unsafe { LOG.line() }.encoder = Encoder::new();
         LOG.leave();
     }
@@ -116,6 +118,6 @@ unsafe impl Logger for Global {
         LOG.leave();
     }
 
-    /// Nothing is kept back: `Uart::write` returns when the last byte is on its way.
+    /// Does nothing: `Uart::write` returns when the last byte is in the shift register.
     unsafe fn flush() {}
 }

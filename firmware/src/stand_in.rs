@@ -1,8 +1,7 @@
-//! BOARD: goes. Between the control interrupt and a stand-in of the plant on the chip, so that a drive runs on a bare
-//! board and in an emulator.
+//! BOARD: remove. Simulated plant on the target, so that a drive runs on a bare board and in the emulator.
 //!
-//! The interrupt leaves its current with [`hold`]; when it has ended, the exception PendSV lets a period pass
-//! ([`advance`]), and the coming [`counts`] are of that. So what is measured is the drive.
+//! The control interrupt passes its current to [`hold`]. After the interrupt, the exception PendSV simulates one period
+//! ([`advance`]), and the next [`counts`] follow from it. The measured time therefore belongs to the drive alone.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicI32, AtomicU32, Ordering::Relaxed};
@@ -18,41 +17,41 @@ pub use joint::Joint;
 pub use motor::Motor;
 
 static COUNTS: [AtomicI32; 2] = [AtomicI32::new(0), AtomicI32::new(0)];
-/// Which encoders stick, and which give no count ([`Disturbance::bits`]).
+/// Frozen encoders and missing counts, as [`Disturbance::bits`].
 static STUCK: AtomicU32 = AtomicU32::new(0);
-/// What is to stand in from the next period on.
+/// Plant parameters from the next period on.
 static NEXT: Mutex<Cell<Option<pil_wire::Plant>>> = Mutex::new(Cell::new(None));
-/// Bits of the current, A, and of the load, N m.
+/// Current, A, and load, N m, as bits.
 static CURRENT: AtomicU32 = AtomicU32::new(0);
 static LOAD: AtomicU32 = AtomicU32::new(0);
 
-/// A plant that stands in.
+/// Simulated plant.
 pub trait Plant<const E: usize> {
-    /// What its counters say.
+    /// Returns the encoder counts.
     fn counts(&self) -> [i32; E];
 
-    /// It becomes another, at rest where it is.
+    /// Changes the parameters; the plant is then at rest at its present angle.
     fn become_as(&mut self, numbers: &pil_wire::Plant);
 
-    /// One period passes under a current, A, and a load against positive motion, N m.
+    /// Simulates one period under a current, A, and a load against positive motion, N m.
     fn advance(&mut self, u: f32, load_n_m: f32, period_s: f32);
 }
 
-/// What the counters say.
+/// Returns the encoder counts; `None` for a missing count.
 #[inline(always)]
 pub fn counts<const E: usize>() -> [Option<i32>; E] {
     let lost = STUCK.load(Relaxed) >> 2;
     core::array::from_fn(|i| COUNTS.get(i).filter(|_| lost >> i & 1 == 0).map(|count| count.load(Relaxed)))
 }
 
-/// The current from now on.
+/// Sets the current.
 #[inline(always)]
 pub fn hold(u: f32) {
     CURRENT.store(u.to_bits(), Relaxed);
     SCB::set_pendsv();
 }
 
-/// A period passes.
+/// Simulates one period.
 pub fn advance<const E: usize>(plant: &mut impl Plant<E>, period_s: f32) {
     if let Some(numbers) = critical_section::with(|cs| NEXT.borrow(cs).take()) {
         plant.become_as(&numbers);
@@ -65,13 +64,13 @@ pub fn advance<const E: usize>(plant: &mut impl Plant<E>, period_s: f32) {
     }
 }
 
-/// What a test does to it.
+/// Sets a disturbance for a test.
 pub fn disturb(disturbance: &Disturbance) {
     STUCK.store(disturbance.bits(), Relaxed);
     LOAD.store(disturbance.load_n_m.to_bits(), Relaxed);
 }
 
-/// Another plant stands in from the next period on. One without an inertia does not.
+/// Changes the plant from the next period on; returns false, without a change, if the inertia is not positive.
 pub fn replace(numbers: &pil_wire::Plant) -> bool {
     let is_good = numbers[4] > 0.0;
     if is_good {
@@ -80,8 +79,8 @@ pub fn replace(numbers: &pil_wire::Plant) -> bool {
     is_good
 }
 
-/// An angle in counts: whole ones, and what is left, within half of one. So that 32 bits do not round it in every
-/// period, which would look like a push.
+/// An angle in counts: whole counts, and a remainder within half a count. The split avoids a rounding error in every
+/// period, which would act like a disturbance.
 #[derive(Clone, Copy)]
 struct Angle {
     whole: i32,
@@ -93,35 +92,35 @@ impl Angle {
 
     fn move_by(&mut self, counts: f32) {
         self.rest += counts;
-        // To the nearest.
+        // Rounds to the nearest.
         let step = (self.rest + if self.rest < 0.0 { -0.5 } else { 0.5 }) as i32;
         self.whole = self.whole.wrapping_add(step);
         self.rest -= step as f32;
     }
 
-    /// From another angle to this one, counts.
+    /// Returns the angle from another one to this one, counts.
     fn from(self, other: Self) -> f32 {
         self.whole.wrapping_sub(other.whole) as f32 + (self.rest - other.rest)
     }
 
-    /// Within half a turn, rad.
+    /// Returns the angle within half a revolution, rad.
     fn rad(self, counts_per_turn: i32) -> f32 {
         let half = counts_per_turn / 2;
         let within = (self.whole.wrapping_add(half)).rem_euclid(counts_per_turn) - half;
         (within as f32 + self.rest) * (core::f32::consts::TAU / counts_per_turn as f32)
     }
 
-    /// a sin of so many times the angle.
+    /// Returns a sin of `times` times the angle.
     fn wave(self, times: i32, counts_per_turn: i32, a: f32) -> f32 {
         let often = Self { whole: self.whole.wrapping_mul(times), rest: self.rest * times as f32 };
         controller_core::drive::sin_cos(often.rad(counts_per_turn), a).0
     }
 }
 
-/// Periods of a cogging in a turn.
+/// Cogging periods per revolution.
 const COGGING_PER_TURN: i32 = 24;
 
-/// A speed after a period under an acceleration and a damping, by the trapezoid; and how far that is.
+/// Returns the speed after a period under an acceleration and a damping (trapezoidal rule), and the travelled distance.
 fn moved(speed: f32, acceleration: f32, damping: f32, period_s: f32) -> (f32, f32) {
     let half = 0.5 * period_s;
     let next = (speed * (1.0 - half * damping) + period_s * acceleration) / (1.0 + half * damping);

@@ -1,41 +1,41 @@
-//! The control interrupt: TIM3 calls its handler every so many cycles of the core.
+//! Control interrupt: TIM3 calls its handler at a fixed number of core cycles.
 //!
-//! The timer counts 16 bits: of longer periods a prescaler counts several cycles at once.
+//! The timer has 16 bits; for longer periods a prescaler combines several cycles into one count.
 
 use cortex_m::peripheral::NVIC;
 use stm32f4::stm32f405::{Interrupt, RCC, TIM3, tim3};
 
 use crate::CORE_HZ;
 
-/// What the timer counts, each as its register takes it: less one.
+/// Register values of the timer, each minus one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Division {
-    /// Cycles of the core for one count, less one.
+    /// Core cycles per count, minus one.
     pub prescaler: u16,
-    /// Counts from one call to the next, less one.
+    /// Counts per call, minus one.
     pub reload: u16,
 }
 
 impl Division {
-    /// The longest period that is not above that of `rate_hz`, by the finest count that 16 bits hold it in; a rate of 0
-    /// is taken as 1 Hz, one above `core_hz` as `core_hz`.
+    /// Returns the longest period not above the period of `rate_hz`, with the finest count that fits 16 bits. A rate of
+    /// 0 is treated as 1 Hz, and a rate above `core_hz` as `core_hz`.
     pub const fn new(core_hz: u32, rate_hz: u32) -> Self {
         let wanted = match core_hz.checked_div(rate_hz) {
             Some(ticks) => ticks,
             None => core_hz,
         };
         let cycles = if wanted == 0 { 1 } else { wanted };
-        // Both have 16 bits, for any 32 bits of cycles.
+        // Both values fit 16 bits for any 32-bit number of cycles.
         let prescaler = (cycles - 1) / 0x1_0000;
         Self { prescaler: prescaler as u16, reload: (cycles / (prescaler + 1) - 1) as u16 }
     }
 
-    /// Cycles of the core from one call to the next.
+    /// Returns the core cycles per call.
     pub const fn period(self) -> u32 {
         (self.prescaler as u32 + 1) * (self.reload as u32 + 1)
     }
 
-    /// For the proof below.
+    /// Compares the values, for the compile-time tests below.
     const fn is(self, prescaler: u16, reload: u16, period: u32) -> bool {
         self.prescaler == prescaler && self.reload == reload && self.period() == period
     }
@@ -43,7 +43,7 @@ impl Division {
 
 const _: () = {
     assert!(Division::new(16_000_000, 10_000).is(0, 1599, 1600));
-    // The last rate that needs no prescaler, the first that does, the slowest.
+    // The last rate without a prescaler, the first rate with one, and the slowest rate.
     assert!(Division::new(16_000_000, 245).is(0, 65_305, 65_306));
     assert!(Division::new(16_000_000, 244).is(1, 32_785, 65_572));
     assert!(Division::new(16_000_000, 1).is(244, 65_305, 15_999_970));
@@ -52,38 +52,38 @@ const _: () = {
     assert!(Division::new(1, u32::MAX).is(0, 0, 1));
 };
 
-/// Calls the handler `TIM3` at `rate_hz` from now on. Returns the cycles from one call to the next.
+/// Starts to call the handler `TIM3` at `rate_hz`. Returns the core cycles per call.
 pub fn start(_owned: TIM3, rcc: &RCC, rate_hz: u32) -> u32 {
     let division = Division::new(CORE_HZ, rate_hz);
     rcc.apb1enr().modify(|_, w| w.tim3en().enabled());
     registers().arr().write(|w| w.arr().set(division.reload));
     if division.prescaler > 0 {
         registers().psc().write(|w| w.psc().set(division.prescaler));
-        // It is taken over where the timer wraps, so it wraps now, before the interrupt is let through.
+        // The prescaler takes effect at a wrap of the timer; this forces a wrap before the interrupt is enabled.
         registers().egr().write(|w| w.ug().set_bit());
         acknowledge();
     }
     registers().dier().write(|w| w.uie().enabled());
     registers().cr1().write(|w| w.cen().enabled());
-    // SAFETY: no critical section is built on this mask.
+    // SAFETY: no critical section depends on this mask.
     unsafe { NVIC::unmask(Interrupt::TIM3) };
     division.period()
 }
 
-/// The handler has seen this call.
+/// Clears the interrupt flag of this call.
 #[inline]
 pub fn acknowledge() {
     registers().sr().write(|w| w.uif().clear_bit());
 }
 
-/// Has the next call come due already?
+/// Returns whether the next call is due already.
 #[inline]
 pub fn is_due() -> bool {
     registers().sr().read().uif().bit_is_set()
 }
 
 fn registers() -> &'static tim3::RegisterBlock {
-    // SAFETY: the registers live as long as the chip; `start` owns them and sets them up before the handler can run,
-    // and the handler alone touches the status.
+    // SAFETY: the registers exist as long as the chip. `start` owns them and sets them up before the handler can run,
+    // and only the handler accesses the status.
     unsafe { &*TIM3::ptr() }
 }

@@ -1,6 +1,6 @@
-//! The C file for a program that links the archive `libedo_smc.a`: the design alone, as a constant of `edo_smc.h`.
+//! C file for a program that links the static library `libedo_smc.a`: the design alone, as a constant of `edo_smc.h`.
 //!
-//! A decimal with the digits that f32 needs is the same f32 to every compiler of C.
+//! Each f32 is printed with enough digits that every C compiler reads back the identical value.
 
 use std::fmt::Write as _;
 
@@ -8,9 +8,9 @@ use controller_core::{LAYOUT, SampleLimits, VERSION, VERSION_NUMBER, design, sha
 use loop_sim::port::in_process::Model;
 
 use super::c99::File;
-use super::{Exported, named};
+use super::{Error, Exported, named};
 
-/// What the archive carries, by name.
+/// Names of the configurations that the library contains.
 const CARRIED: &[&str] = {
     macro_rules! names {
         ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => { &[$(stringify!($name)),*] };
@@ -18,31 +18,23 @@ const CARRIED: &[&str] = {
     shapes!(archive => names)
 };
 
+/// Returns the text of the C file.
+///
 /// # Errors
-/// What the archive does not carry, and what carries it.
-pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
+/// The configuration is missing in the library; the message names a form that supports it.
+pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Error> {
     let shape = exported.download.shape;
     let (n, r, channels) = (usize::from(shape.n), usize::from(shape.r), exported.channels());
     let Model::Linear(_) = exported.spec.model else {
-        return Err(
-            "the archive for C carries a linear a(x) only, and that of the benchmark is not: take --lang rust, or set \
-                    plant.kind=chain"
-                .into(),
-        );
+        return Err(Error::ArchiveModel);
     };
     if exported.spec.config.padded.options.samples != SampleLimits::NONE {
-        return Err("the archive for C keeps no limits of samples: take --standalone, which does, or leave \
-                    controller.samples out"
-            .into());
+        return Err(Error::ArchiveSamples);
     }
     let digits: String = channels.iter().map(usize::to_string).collect();
     let name = format!("n{n}_r{r}_c{digits}");
     if !CARRIED.contains(&name.as_str()) {
-        return Err(format!(
-            "the archive for C has no {name} ({}); it has {}. Take --standalone, which has them all",
-            exported.shape(),
-            CARRIED.join(", ")
-        ));
+        return Err(Error::ArchiveShape { name, shape, library: CARRIED });
     }
     let body = members(exported, &channels);
     let mut out = format!(
@@ -69,7 +61,7 @@ static const edo_smc_design_{name}_t {prefix}_design = {{
     Ok(out + " */\n" + &File::new(prefix).guarded("DESIGN_H", &body))
 }
 
-/// The members of the design, each with its name.
+/// Returns the named members of the design.
 fn members(exported: &Exported<'_>, channels: &[usize]) -> String {
     let (n, r) = (usize::from(exported.download.shape.n), usize::from(exported.download.shape.r));
     let mut numbers = named(n, r, channels.len(), &exported.download.numbers);
@@ -78,8 +70,8 @@ fn members(exported: &Exported<'_>, channels: &[usize]) -> String {
         format!("{{{}}}", values.join(", "))
     };
     let mut body = String::new();
-    // The order of the header: that of LAYOUT, with the estimates at the start before it and the row of a(x)/b_0 before
-    // its check, which is over all of them.
+    // Order of the header: LAYOUT, preceded by the start estimates. The row of a(x)/b_0 precedes the check, which
+    // covers all members.
     let coefficients = LAYOUT.split_whitespace().filter(|field| *field != "check");
     let fields = || ["d_hat[N]"].into_iter().chain(coefficients.clone()).chain(["drift[N]"]);
     let before = fields().flat_map(|field| numbers[field.split('[').next().unwrap_or(field)].clone());

@@ -1,36 +1,36 @@
-//! The scheduled assembly: the functions of the self-contained C file as text for the GNU assembler, and their header.
+//! Scheduled assembly: the functions of the self-contained C file as GNU assembler text, with their header.
 //!
-//! [`arm`](super::arm) makes them of the same record, so the bits are the same; a program changes from the one to the
-//! other by its include and one more file to link. What is not is said in the header: whose order the state has, which
-//! products with 0 are left out, and `tick_u`, for a caller that reads nothing but u.
+//! [`arm`](super::arm) generates them from the operation trace of the C file, so the results are bit-identical. A
+//! program switches between the two by its include and one more file to link. The header lists the differences: the
+//! order of the state, omitted products with 0, and `tick_u`, for a caller that needs only u.
 
 use std::fmt::Write as _;
 
 use controller_core::SampleLimits;
 use loop_sim::port::in_process::Model;
-use tick_record::{Drift, Functions, Kind, Port, Record};
+use tick_record::{Drift, Functions, Port, Record, ValueKind};
 
 use super::arm::{self, Assembly, Effort, Layout};
 use super::c99::{File, MODES};
-use super::{Exported, standalone};
+use super::{Error, Exported, standalone};
 
-/// A file for the assembler and the header of its functions.
+/// An assembler file and the header of its functions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Files {
-    /// For the GNU assembler, or `global_asm!` of Rust.
+    /// Text for the GNU assembler, or for `global_asm!` of Rust.
     pub assembly: String,
-    /// C99 and C++11.
+    /// Header in C99 and C++11.
     pub header: String,
 }
 
-pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
+pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> Result<Files, Error> {
     let (functions, drift) = functions(exported)?;
     let shape = exported.download.shape;
     let assembly = arm::assembly(&functions, usize::from(shape.n), usize::from(shape.r), prefix, effort)?;
     let file = File::new(prefix);
     let state: Vec<&Port> = (assembly.layout.words.iter())
         .filter_map(|name| functions.state.iter().find(|word| word.name == *name))
-        .chain(functions.state.iter().filter(|word| word.kind == Kind::Truth))
+        .chain(functions.state.iter().filter(|word| word.kind == ValueKind::Truth))
         .collect();
     let body = [
         file.demands("#include <stddef.h>\n"),
@@ -45,7 +45,7 @@ pub(super) fn files(exported: &Exported<'_>, prefix: &str, effort: &Effort) -> R
     Ok(Files { assembly: text(prefix, &exported.about.origin(), &assembly.text), header })
 }
 
-/// The file for the assembler: where it comes from, and its functions.
+/// Returns the assembler file: its origin and its functions.
 pub(super) fn text(prefix: &str, origin: &str, functions: &str) -> String {
     let mut text = format!("@ The functions of {prefix}.h, exported by version {}.\n", controller_core::VERSION);
     for line in origin.lines() {
@@ -55,23 +55,23 @@ pub(super) fn text(prefix: &str, origin: &str, functions: &str) -> String {
     text + "\n" + functions
 }
 
-/// What one function is to compute, as `cycle-bound --means` reads it: one of the C file, or `tick_u`.
-pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Result<String, String> {
+/// Returns the specification of one function for `cycle-bound --means`: a function of the C file, or `tick_u`.
+pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Result<String, Error> {
     let (functions, _) = functions(exported)?;
     let layout = Layout::of(&functions, usize::from(exported.download.shape.n));
     let recorded = if function == "tick_u" { "tick" } else { function };
     standalone::means_of(exported, &functions, &layout.words, &format!("{prefix}_{function}"), recorded)
 }
 
-/// The controller as records, without products with a 0, and where its a(x) comes from.
-fn functions(exported: &Exported<'_>) -> Result<(Functions, Drift), String> {
+/// Returns the operation traces of the controller without products with 0, and the source of its a(x).
+fn functions(exported: &Exported<'_>) -> Result<(Functions, Drift), Error> {
     let drift = match &exported.spec.model {
         Model::Linear(_) => Drift::Sparse,
         Model::Formulas { gain, .. } if gain.varies() => Drift::ArgumentWithGain,
         Model::BenchmarkLibm | Model::BenchmarkMicromath | Model::Formulas { .. } => Drift::Argument,
     };
     if exported.spec.config.padded.options.samples != SampleLimits::NONE {
-        return Err("a gate is not scheduled as assembly: leave out controller.samples, or take --standalone".into());
+        return Err(Error::AssemblySamples);
     }
     Ok((standalone::recorded(exported.spec, exported.download, drift)?, drift))
 }
@@ -104,8 +104,8 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
  * order of its own. x, state and output must not overlap.
  *
  * A good sample takes {} cycles with tick_u and {} with tick, return included: counted from ARM's table of a Cortex-M4
- * (DDI 0439D), measured on no chip. No order of these operations takes less than {} and {}, the floor of
- * docs/cycles.md.
+ * (DDI 0439D), measured on no chip. No order of these operations takes less than {} and {}, the lower
+ * bound in docs/reference/cycles.md.
  *
 ",
         assembly.cycles, assembly.cycles_whole, assembly.floor, assembly.floor_whole,
@@ -118,7 +118,7 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
     out + " */\n"
 }
 
-/// What the caller computes and hands to a tick.
+/// Returns the description of the values that the caller computes and passes to a tick.
 fn listed(drift: Drift, before: &str) -> String {
     let names: &[&str] = match drift {
         Drift::Linear | Drift::Sparse => &[],

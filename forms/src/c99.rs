@@ -1,23 +1,23 @@
-//! What every self-contained C99 file has: head, guards, and functions that are written from a record.
+//! Common parts of every self-contained C99 file: head, guards, and functions generated from an operation trace.
 //!
-//! In the texts `@` stands for the prefix and `@@` for that of macros. All functions are `static inline`: the file is
-//! included where the interrupt is, and the tick becomes part of it.
+//! In the texts, `@` stands for the prefix and `@@` for the prefix of macros. All functions are `static inline`: the
+//! interrupt's source includes the file, and the tick is inlined into the interrupt.
 
 use std::fmt;
 
 use tick_record::{Port, Record, c};
 
-/// A template of C, which is a file in `c`, with `$name$` filled in.
+/// Returns a C template of the folder `c` with each `$name$` replaced.
 pub(super) fn filled(template: &str, values: &[(&str, &dyn fmt::Display)]) -> String {
     values
         .iter()
         .fold(template.to_owned(), |text, (name, value)| text.replace(&format!("${name}$"), &value.to_string()))
 }
 
-/// What is said of a constant, by how its name begins; of a longer beginning first.
+/// Comments of constants, by the beginning of their names; a longer beginning comes first.
 pub(super) type Meanings = [(&'static str, &'static str)];
 
-/// The modes of the machine that a tick assumes, and their check, for the head of a file.
+/// Comment on the floating-point modes that a tick assumes, and on their check, for the head of a file.
 pub(super) const MODES: &str = " * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or \
     a host program: rounding to nearest,
  * subnormal numbers kept, float computed as float. Of a Cortex-M: FPSCR with RMode = 00 and FZ = 0. An interrupt begins
@@ -28,10 +28,10 @@ pub(super) const MODES: &str = " * FLOATING-POINT MODES assumed wherever the tic
  *
 ";
 
-/// The file that begins every name with a prefix.
+/// A C file whose names all begin with one prefix.
 pub(super) struct File<'a> {
     prefix: &'a str,
-    /// The prefix of macros.
+    /// Prefix of macros.
     pub(super) capitals: String,
 }
 
@@ -40,12 +40,12 @@ impl<'a> File<'a> {
         Self { prefix, capitals: prefix.to_ascii_uppercase() }
     }
 
-    /// A text of C with the prefix in it.
+    /// Returns a C text with the prefix inserted.
     pub(super) fn c(&self, text: &str) -> String {
         text.replace("@@", &self.capitals).replace('@', self.prefix)
     }
 
-    /// Which file it is, what compilers must not do, and where the file comes from: a comment.
+    /// Returns the head comment: title, rules for the compiler, and origin of the file.
     pub(super) fn head(&self, title: &str, usage: &str, origin: &str) -> String {
         let version = controller_core::VERSION;
         let mut out = format!(
@@ -71,7 +71,7 @@ impl<'a> File<'a> {
         out + " */\n"
     }
 
-    /// What the functions need of the compiler, after the head.
+    /// Returns the requirements on the compiler, which follow the head.
     pub(super) fn demands(&self, includes: &str) -> String {
         [
             "
@@ -104,9 +104,9 @@ impl<'a> File<'a> {
         .concat()
     }
 
-    /// All behind the head of a C file within its include guard, `form` behind the prefix. It carries a checksum of all
-    /// of that: the same file twice is one, two files of one prefix that differ in a character of code are an error,
-    /// after which the compiler shows where the other one comes from.
+    /// Returns everything behind the head within its include guard; `form` follows the prefix in the name of the guard.
+    /// The guard holds a checksum of the body. Including one file twice is allowed. Two files with one prefix and
+    /// different bodies are an error, after which the compiler shows the origin of the other file.
     pub(super) fn guarded(&self, form: &str, body: &str) -> String {
         let (guard, prefix) = (format!("{}_{form}", self.capitals), self.prefix);
         let sum = format!("{:#010x}u", pil_wire::checksum(body.as_bytes()));
@@ -123,17 +123,17 @@ impl<'a> File<'a> {
         )
     }
 
-    /// The check of the floating-point modes.
+    /// Returns the check of the floating-point modes.
     pub(super) fn modes(&self) -> String {
         self.c(include_str!("c/modes.h"))
     }
 
-    /// A function that is elsewhere.
+    /// Returns the declaration of a function defined in another file.
     pub(super) fn declaration(&self, meaning: &str, head: &str) -> String {
         self.c(&format!("\n/* {meaning} */\n{head};\n"))
     }
 
-    /// A function in float that does what was recorded.
+    /// Returns a float function that performs a recorded operation trace.
     pub(super) fn function(
         &self,
         meaning: &str,
@@ -145,7 +145,7 @@ impl<'a> File<'a> {
         self.function_in(false, meaning, head, record, place, meanings)
     }
 
-    /// The same in double, if that is said.
+    /// Returns a function that performs a recorded operation trace, in float or double.
     pub(super) fn function_in(
         &self,
         double: bool,
@@ -164,7 +164,8 @@ impl<'a> File<'a> {
         self.c(&format!("\n/* {meaning} */\nstatic inline {head}\n{{\n    @@_AS_WRITTEN\n")) + &body + "}\n"
     }
 
-    /// Name of the function that makes a number with a sign of a count; a file with counts has [`c::signed`].
+    /// Returns the name of the function that converts a count to a signed number; a file with counts contains
+    /// [`c::signed`].
     pub(super) fn signed(&self) -> String {
         format!("{}_signed", self.prefix)
     }

@@ -1,8 +1,9 @@
-//! The drive of a motor or of a joint as a source file: C99 of its recorded parts, the same as assembly with a header,
-//! or Rust of its design.
+//! Drive of a motor or of a joint as a source file: C99 or assembly with a header from its operation traces, or Rust
+//! from its design.
 //!
-//! In C every part of the tick is recorded ([`tick_record::drive`]); what stands here is types, what is said of each
-//! function, and who calls whom: `tick`, `tick_or_start` and `lost` have no operation on numbers.
+//! In C every part of the tick is generated from an operation trace ([`tick_record::drive`]). This file adds types,
+//! comments of the functions, and the calls between the functions. The functions `tick`, `tick_or_start` and `lost`
+//! have no arithmetic.
 
 use std::fmt::Write as _;
 
@@ -11,13 +12,14 @@ use controller_core::drives;
 use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction, Thresholds};
 use scenario::Drive;
 use tick_record::drive::{DriveFunctions, JET, QUEUED, joint, joint_tick, motor, motor_tick};
-use tick_record::{Kind, Port, Record, Role, c};
+use tick_record::{Port, Record, Role, ValueKind, c};
 
 use super::arm::{DriveAssembly, DriveLayout, Effort, drive_assembly};
 use super::c99::{File, Meanings, filled};
-use super::{About, Files, Form, assembly, plan, rust};
+use super::standalone::FUNCTIONS;
+use super::{About, Error, Files, Form, assembly, plan, rust};
 
-pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<String, String> {
+pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<String, Error> {
     match form {
         Form::Standalone(prefix) => {
             let (exported, functions) = (Exported::of(drive, about)?, functions(drive)?);
@@ -25,22 +27,19 @@ pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<S
             Ok(C { exported: &exported, functions: &functions, file, assembly: None }.text())
         }
         Form::Means(prefix, function) => means_of_c(drive, &functions(drive)?, prefix, function),
-        Form::MeansOfAssembly(..) if let Some(why) = too_late_for_assembly(drive) => Err(why),
-        Form::MeansOfAssembly(prefix, function) => means(drive, &functions(drive)?, prefix, function),
-        Form::Archive(_) => {
-            Err("the archive for C takes no exported design of a drive (its own are designed where they \
-                 run): take --lang c --standalone, one file that needs no library, or --lang rust"
-                .into())
+        Form::MeansOfAssembly(prefix, function) => {
+            supports_assembly(drive)?;
+            means(drive, &functions(drive)?, prefix, function)
         }
+        Form::Archive(_) => Err(Error::ArchiveDrive),
         Form::Rust => Ok(rust::drive(&Exported::of(drive, about)?)),
     }
 }
 
-/// The functions as assembly, and their header: that of the C file, with declarations where that has functions.
-pub(super) fn files(drive: &Drive, about: &About<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
-    if let Some(why) = too_late_for_assembly(drive) {
-        return Err(why);
-    }
+/// Returns the functions as assembly with their header: the header of the C file, with declarations instead of
+/// functions.
+pub(super) fn files(drive: &Drive, about: &About<'_>, prefix: &str, effort: &Effort) -> Result<Files, Error> {
+    supports_assembly(drive)?;
     let (exported, functions) = (Exported::of(drive, about)?, functions(drive)?);
     let assembly = drive_assembly(&functions, prefix, effort)?;
     let file = File::new(prefix);
@@ -48,19 +47,17 @@ pub(super) fn files(drive: &Drive, about: &About<'_>, prefix: &str, effort: &Eff
     Ok(Files { assembly: assembly::text(prefix, &about.origin(), &assembly.text), header })
 }
 
-/// Why there is no assembly of a drive: its registers are shown for one tick of delay at most.
-fn too_late_for_assembly(drive: &Drive) -> Option<String> {
+/// Checks the delay: the register allocation of the assembly is verified for at most one tick.
+fn supports_assembly(drive: &Drive) -> Result<(), Error> {
     let delay_ticks = drive.designed.form().delay_ticks;
-    (delay_ticks > 1).then(|| {
-        format!(
-            "drive.delay_ticks = {delay_ticks} is not scheduled as assembly, 0 and 1 are: take --lang c --standalone, \
-             or --lang rust"
-        )
-    })
+    if delay_ticks > 1 { Err(Error::AssemblyDelay(delay_ticks)) } else { Ok(()) }
 }
 
-/// What one function of the assembly is to compute, as `cycle-bound --means` reads it.
-fn means(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str) -> Result<String, String> {
+/// Further functions of the assembly.
+const PARTS: [&str; 9] = ["tick_u", "begin", "observe", "law", "give_up", "refuse", "pass", "follow", "carry"];
+
+/// Returns the specification of one assembly function for `cycle-bound --means`.
+fn means(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str) -> Result<String, Error> {
     let part = match function {
         "begin" => Some(&functions.begin),
         "observe" => Some(&functions.observe),
@@ -75,12 +72,7 @@ fn means(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str
     let record = match (part, function) {
         (Some(part), _) => part.clone(),
         (None, "tick_u") => tick(drive)?,
-        _ => recorded_function(
-            drive,
-            functions,
-            function,
-            "tick_u, begin, observe, law, give_up, refuse, pass, follow, carry, ",
-        )?,
+        _ => recorded_function(drive, functions, function, &PARTS)?,
     };
     let layout = DriveLayout::of(functions);
     let place = |port: &Port| layout.means(function, port, &record.results);
@@ -88,8 +80,13 @@ fn means(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str
     Ok(tick_record::text::text(&symbol, &record, &place, &|port| place(port).into_iter().collect(), ""))
 }
 
-/// One function that C and assembly have; `more` are those that this one has too.
-fn recorded_function(drive: &Drive, functions: &DriveFunctions, function: &str, more: &str) -> Result<Record, String> {
+/// Returns a function that C and assembly share; `more` lists further function names for the error message.
+fn recorded_function(
+    drive: &Drive,
+    functions: &DriveFunctions,
+    function: &str,
+    more: &[&'static str],
+) -> Result<Record, Error> {
     Ok(match function {
         "start" => functions.start.clone(),
         "tick" => tick(drive)?,
@@ -97,19 +94,15 @@ fn recorded_function(drive: &Drive, functions: &DriveFunctions, function: &str, 
         "report_applied" => functions.report_applied.clone(),
         "estimates" => functions.estimates.clone(),
         "reset" => functions.reset.clone(),
-        _ => {
-            return Err(format!(
-                "no function `{function}`; there are start, tick, {more}not_started, report_applied, estimates, reset"
-            ));
-        }
+        _ => return Err(Error::Function { name: function.into(), functions: [&FUNCTIONS[..], more].concat() }),
     })
 }
 
-/// The same of a function of the C file. Places are those of the calling convention of ARM and of the types of the
-/// file: words, and flags of a byte each.
-fn means_of_c(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str) -> Result<String, String> {
-    let record = recorded_function(drive, functions, function, "")?;
-    // Which register holds the address of the state, of the sample, of what goes out.
+/// Returns the specification of one function of the C file. Places follow ARM's calling convention and the types of the
+/// file: words, and flags of one byte each.
+fn means_of_c(drive: &Drive, functions: &DriveFunctions, prefix: &str, function: &str) -> Result<String, Error> {
+    let record = recorded_function(drive, functions, function, &[])?;
+    // Registers with the addresses of the state, of the sample and of the output.
     let [state, sample, output] = match function {
         "start" => [0, 1, 4],
         "tick" => [0, 1, 2],
@@ -154,11 +147,11 @@ fn means_of_c(drive: &Drive, functions: &DriveFunctions, prefix: &str, function:
     Ok(tick_record::text::text(&symbol, &record, &place, &|port| place(port).into_iter().collect(), ""))
 }
 
-/// Where the members of a type in C lie that is made of these: words, and flags of a byte each.
+/// Returns the byte offsets of the members of a C type: words, and flags of one byte each.
 fn places(members: &[Port]) -> Vec<(&str, usize)> {
     let mut end = 0_usize;
     let place = |port: &Port| {
-        let size = if port.kind == Kind::Truth { 1 } else { 4 };
+        let size = if port.kind == ValueKind::Truth { 1 } else { 4 };
         let at = end.next_multiple_of(size);
         end = at + size;
         at
@@ -174,7 +167,7 @@ pub(super) struct Exported<'a> {
     thresholds: Thresholds,
 }
 
-/// Does something for the type of a drive: aim, fast gain sets, ticks of delay, and of a motor states of its observer.
+/// Dispatches on the type of a drive: control mode, high gain sets, ticks of delay, and observer states of a motor.
 macro_rules! of_its_type {
     ($drive:expr, $of_motor:ident, $of_joint:ident) => {{
         let types = $drive.designed.form().types();
@@ -187,12 +180,12 @@ macro_rules! of_its_type {
                 drives!(joint types => $of_joint!(design, mounting,))
             }
         };
-        made.map_err(|error| error.to_string())
+        made.map_err(Error::Drive)
     }};
 }
 
-/// The parts of a drive's tick as records.
-pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, String> {
+/// Returns the operation traces of the parts of a drive's tick.
+pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, Error> {
     macro_rules! of_motor {
         ($design:expr, $mounting:expr, $($of:tt)*) => { motor::<$($of)*>($design, $mounting) };
     }
@@ -202,8 +195,8 @@ pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, String> {
     of_its_type!(drive, of_motor, of_joint)
 }
 
-/// One tick as a whole.
-fn tick(drive: &Drive) -> Result<Record, String> {
+/// Returns the operation trace of one whole tick.
+fn tick(drive: &Drive) -> Result<Record, Error> {
     macro_rules! of_motor {
         ($design:expr, $mounting:expr, $($of:tt)*) => { motor_tick::<$($of)*>($design, $mounting) };
     }
@@ -214,8 +207,8 @@ fn tick(drive: &Drive) -> Result<Record, String> {
 }
 
 impl<'a> Exported<'a> {
-    fn of(drive: &'a Drive, about: &'a About<'a>) -> Result<Self, String> {
-        let (bounds, thresholds) = drive.designed.thresholds().map_err(|error| error.to_string())?;
+    fn of(drive: &'a Drive, about: &'a About<'a>) -> Result<Self, Error> {
+        let (bounds, thresholds) = drive.designed.thresholds().map_err(Error::Drive)?;
         Ok(Self { drive, about, bounds, thresholds })
     }
 
@@ -223,7 +216,7 @@ impl<'a> Exported<'a> {
         self.drive.designed.period_s()
     }
 
-    /// `Drive of a motor with one encoder, position, 2 gain sets, f32, T = 0.001 s.`
+    /// Returns the title, for example `Drive of a motor with one encoder, position, 2 gain sets, f32, T = 0.001 s.`
     pub(super) fn title(&self) -> String {
         let DriveForm { follows, gain_sets, delay_ticks, observer_states } = self.drive.designed.form();
         format!(
@@ -239,7 +232,7 @@ impl<'a> Exported<'a> {
         )
     }
 
-    /// Its bounds as Rust has them.
+    /// Returns the bounds of the monitors as Rust source.
     pub(super) fn bounds(&self) -> String {
         match self.thresholds.disturbance.len() {
             1 => format!("{:#?}", Bounds::<1>::from_numbers(self.bounds.iter().copied())),
@@ -247,7 +240,7 @@ impl<'a> Exported<'a> {
         }
     }
 
-    /// Encoders with their places in names.
+    /// Returns the encoders with their suffixes in names.
     fn encoders(&self) -> Vec<(String, Encoder, Mounting)> {
         let Drive { shafts, designed, .. } = self.drive;
         let place = |name: &str| if shafts.len() > 1 { format!("_{name}") } else { String::new() };
@@ -256,7 +249,7 @@ impl<'a> Exported<'a> {
     }
 }
 
-/// A delay in words.
+/// Returns a delay in words.
 fn ticks_in_words(ticks: usize) -> String {
     match ticks {
         1 => "one tick".into(),
@@ -266,7 +259,7 @@ fn ticks_in_words(ticks: usize) -> String {
     }
 }
 
-/// What is said of a constant, by how its name begins; of a longer beginning first.
+/// Comments of constants, by the beginning of their names; a longer beginning comes first.
 const CONSTANTS: [(&str, &str); 71] = [
     ("k1", "K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle"),
     ("b1", "damping of the link, 1/s"),
@@ -341,7 +334,7 @@ const CONSTANTS: [(&str, &str); 71] = [
     ("input_limit", "nothing beyond is a number"),
 ];
 
-/// What is said of a word of the state, by how its name begins.
+/// Comments of the words of the state, by the beginning of their names.
 const WORDS: [(&str, &str); 28] = [
     ("fresh", "no tick has passed since the start"),
     ("started", ""),
@@ -378,7 +371,7 @@ fn said(of: &Meanings, name: &str) -> &'static str {
     of.max_by_key(|(beginning, _)| beginning.len()).map_or("", |(_, meaning)| meaning)
 }
 
-/// What follows an alarm, in words.
+/// Returns the text on the reaction to an alarm.
 const fn followed(reaction: Reaction) -> &'static str {
     match reaction {
         Reaction::GoOn => "is told and no more, as the scenario has it",
@@ -394,7 +387,7 @@ const fn followed(reaction: Reaction) -> &'static str {
     }
 }
 
-/// What follows an alarm that somebody else raises.
+/// Returns the C statements for an external alarm.
 const fn tripped(reaction: Reaction) -> &'static str {
     match reaction {
         Reaction::Brake => include_str!("c/trip_brakes.h"),
@@ -405,7 +398,7 @@ const fn tripped(reaction: Reaction) -> &'static str {
     }
 }
 
-/// What is to be known of the assembly.
+/// Returns the comment on the assembly: calling convention, cycles and lower bound.
 fn told(assembly: &DriveAssembly) -> String {
     format!(
         " *
@@ -413,7 +406,8 @@ fn told(assembly: &DriveAssembly) -> String {
  * (-mfloat-abi=hard). Their bits are those of the Rust tick and of the C file; the state has an order of its own.
  * State, sample and output must not overlap. An ordinary tick, every count there and believed, takes {} cycles with
  * @_tick_u and {} with @_tick, return included: counted from ARM's table of a Cortex-M4 (DDI 0439D), on no chip. No
- * order of these operations takes less than {} and {}: the floor of docs/cycles.md.
+ * order of these operations takes less than {} and {}: the lower bound in
+ * docs/reference/cycles.md.
 ",
         assembly.cycles, assembly.cycles_whole, assembly.floor, assembly.floor_whole,
     )
@@ -423,7 +417,7 @@ struct C<'a> {
     exported: &'a Exported<'a>,
     functions: &'a DriveFunctions,
     file: File<'a>,
-    /// Where the functions are, if this is their header.
+    /// The assembly, if this file is its header.
     assembly: Option<&'a DriveAssembly>,
 }
 
@@ -450,12 +444,12 @@ impl C<'_> {
         self.exported.drive.designed.form().follows == Follows::Position
     }
 
-    /// Ends of the names that belong to an encoder.
+    /// Returns the name suffixes of the encoders.
     fn shafts(&self) -> Vec<String> {
         self.exported.encoders().into_iter().map(|(shaft, ..)| shaft).collect()
     }
 
-    /// How the functions are called.
+    /// Returns the comment on the use of the functions.
     fn usage(&self) -> String {
         let exported = self.exported;
         let counts: Vec<String> = exported
@@ -496,7 +490,7 @@ impl C<'_> {
         usage + &self.assembly.map_or_else(String::new, told)
     }
 
-    /// Numbers of the drive for the program around it.
+    /// Returns the macros with the numbers of the drive.
     fn defines(&self) -> String {
         let exported = self.exported;
         let mut out = String::new();
@@ -566,7 +560,7 @@ impl C<'_> {
             "typedef struct {\n".into(),
             self.state().into_iter().map(word).collect(),
             "} @_state;\n\n/* What one part of a tick tells the next. */\ntypedef struct {\n".into(),
-            // The assembly has a word for each.
+            // The assembly uses one word per member.
             between.iter().map(|port| if self.assembly.is_some() { Self::as_word(port) } else { word(port) }).collect(),
             "} @_between;\n".into(),
             layout,
@@ -574,7 +568,7 @@ impl C<'_> {
         self.file.c(&parts.concat())
     }
 
-    /// Where the shaft should be; a speed is a number.
+    /// Returns the type of the target, empty for a speed, which is a number.
     fn target(&self) -> String {
         if !self.follows_position() {
             return String::new();
@@ -586,7 +580,7 @@ impl C<'_> {
         filled(include_str!("c/target.h"), &[("derivatives", &derivatives.collect::<String>())])
     }
 
-    /// What a tick is given.
+    /// Returns the type of a sample.
     fn sample(&self) -> String {
         let (target, unit) = if self.follows_position() { ("@_target", "") } else { ("float", ", rad/s") };
         let shafts = self.shafts();
@@ -596,7 +590,7 @@ impl C<'_> {
         filled(include_str!("c/sample.h"), &[("counts", &counts), ("target", &target), ("unit", &unit)])
     }
 
-    /// What is known of each shaft.
+    /// Returns the members with the estimates of each shaft.
     fn known(&self) -> String {
         let quantities = [
             ("position", "rad"),
@@ -609,25 +603,25 @@ impl C<'_> {
         self.shafts().into_iter().map(of).collect()
     }
 
-    /// The words of the state in the order that they have in memory.
+    /// Returns the words of the state in memory order.
     fn state(&self) -> Vec<&Port> {
         let words = &self.functions.state;
         let Some(assembly) = self.assembly else { return words.iter().collect() };
         let placed = assembly.layout.words().filter_map(|name| words.iter().find(|word| word.name == *name));
-        placed.chain(words.iter().filter(|word| word.kind == Kind::Truth)).collect()
+        placed.chain(words.iter().filter(|word| word.kind == ValueKind::Truth)).collect()
     }
 
-    /// A member that takes a word whatever it is.
+    /// Returns a member that holds any word.
     fn as_word(port: &Port) -> String {
-        let kind = if port.kind == Kind::Truth { Kind::Count } else { port.kind };
+        let kind = if port.kind == ValueKind::Truth { ValueKind::Count } else { port.kind };
         Self::member(&Port { kind, ..port.clone() })
     }
 
     fn member(word: &Port) -> String {
         let t = match word.kind {
-            Kind::Number => "float",
-            Kind::Truth => "bool",
-            Kind::Count => "uint32_t",
+            ValueKind::Number => "float",
+            ValueKind::Truth => "bool",
+            ValueKind::Count => "uint32_t",
         };
         let meaning = said(&WORDS, &word.name);
         let comment = if meaning.is_empty() { String::new() } else { format!(" /* {meaning} */") };
@@ -718,8 +712,8 @@ impl C<'_> {
         functions.concat()
     }
 
-    /// What of a tick is looked at after it. Comparisons and counts of ticks, written by hand: bit by bit they are
-    /// those of `controller_core::drive::Monitored` (test `export_drive`).
+    /// Returns the monitors that run after a tick. They are comparisons and counters, written by hand; the test
+    /// `export_drive` checks that they equal `controller_core::drive::Monitored` bit by bit.
     fn monitors(&self) -> String {
         let Thresholds { disturbance, sigma_star, ticks, gain, .. } = &self.exported.thresholds;
         let reaction = self.exported.drive.designed.reaction();
@@ -798,8 +792,8 @@ impl C<'_> {
         ))
     }
 
-    /// The function of a drive that brakes, where a tick goes to it, its members and their zeros; `looks` and `overs`
-    /// are those of [`monitors`](Self::monitors).
+    /// Returns the brake function, the call in a tick, its members and their zeros; `looks` and `overs` come from
+    /// [`monitors`](Self::monitors).
     fn brake(&self, looks: &str, overs: &str) -> [String; 4] {
         let Thresholds { disturbance, ticks, brake, limits: [u_min, u_max], per_gain, .. } = &self.exported.thresholds;
         let shafts = self.shafts();
@@ -808,7 +802,7 @@ impl C<'_> {
         let [stuck_ticks, patience_ticks] = [ticks.stuck, ticks.patience].map(|number| format!("{number:?}"));
         let [slope, u_min, u_max, brake_ticks] =
             [*brake, *u_min, *u_max, ticks.brake].map(|number| format!("{number:?}"));
-        // Of a joint the spring damps the link, and is not held against.
+        // The spring of a joint damps the link, so the brake does not hold the load of a joint.
         let (and_load, load, may_hold, holds) = match &disturbance[..] {
             [bound] => (
                 ", and the load within its bound",
@@ -854,13 +848,13 @@ impl C<'_> {
         [text, brakes.into(), member.into(), zeros.into()]
     }
 
-    /// The limits of position, speed and error, and what a tick does with them; nothing without any.
+    /// Returns the limits of position, speed and error, and their use in a tick; empty without limits.
     fn fence(&self) -> (String, String) {
         let Some(fence) = self.exported.drive.designed.fence() else { return (String::new(), String::new()) };
         let ([low, high], [max_speed, following, constant, per_square, slack]) = fence.thresholds();
         let number = |number: f32| format!("{number:?}f");
         let shaft = &self.shafts()[0];
-        // A speed is no place: the shaft is where it is.
+        // A speed target has no position, so the position error is 0.
         let target = if self.follows_position() {
             filled(include_str!("c/following.h"), &[("shaft", shaft)])
         } else {
@@ -886,8 +880,8 @@ impl C<'_> {
         (fence, include_str!("c/fenced.h").into())
     }
 
-    /// The band at rest: its functions, members of the monitor and their zeros, what comes before a tick, the sample
-    /// that the tick is given, and what is told after it.
+    /// Returns the band at rest: functions, members of the monitor and their zeros, statements before a tick, the name
+    /// of the sample passed to the tick, and statements after it.
     fn rest_band(&self) -> [String; 6] {
         let Some(band) = self.exported.drive.designed.rest_band() else {
             return ["", "", "", "", "sample", ""].map(String::from);
@@ -934,8 +928,8 @@ impl C<'_> {
         ]
     }
 
-    /// The lower gains at rest: functions, members of the monitor, how they are left, what is placed while they are in
-    /// use, and what comes after a tick.
+    /// Returns the lower gains at rest: functions, members of the monitor, the exit, the target during their use, and
+    /// statements after a tick.
     fn calm(&self, lower: &LowerGains) -> [String; 5] {
         let ([period, gain, per_gain, band, load, settled, loud, averaging, forgetting], sets) = lower.numbers();
         let Thresholds { limits: [u_min, u_max], .. } = &self.exported.thresholds;
@@ -978,7 +972,7 @@ impl C<'_> {
         [functions, members.into(), leave.into(), lowered.into(), calming.into()]
     }
 
-    /// The member of the state for what a tick puts out.
+    /// Returns the member of the state with the output of the latest tick.
     fn put_out(&self) -> &'static str {
         match self.exported.drive.designed.form().delay_ticks {
             0 => "held",
@@ -986,7 +980,7 @@ impl C<'_> {
         }
     }
 
-    /// None for a speed: it is a number, and a ramp of it needs no plan.
+    /// Returns the planning functions; empty for a speed, whose ramp needs no plan.
     fn plans(&self) -> String {
         if self.follows_position() {
             plan::functions(&self.file, 2 * self.shafts().len(), self.exported.period_s())
@@ -995,7 +989,7 @@ impl C<'_> {
         }
     }
 
-    /// What a drive does beside a tick of its own: the start, a tick without a sample, ticks that were missed.
+    /// Returns the functions besides the tick: the start, a tick without a sample, missed ticks.
     fn beside_a_tick(&self, start_ticks: f32, nothing: &str) -> String {
         let half = 0.5 * self.functions.pass.constant("lost_ticks").unwrap_or(0.0);
         let shafts = self.shafts();
@@ -1084,7 +1078,7 @@ static inline bool @_limit(@_state *state, float current)
     fn functions(&self) -> String {
         let DriveFunctions { start, not_started, begin, report_applied, estimates, reset, .. } = self.functions;
         let start_ticks = begin.constant("start_ticks").unwrap_or(0.0);
-        // Counts, whether they are lost, targets: in the order of their declaration, which C++ wants whole.
+        // Counts, lost flags, targets: in declaration order, which C++ requires.
         let shafts = self.shafts().len();
         let jet = format!("{{0{}}}", ", 0.0f".repeat(2 * shafts));
         let target = if self.follows_position() { &*jet } else { "0.0f" };

@@ -14,33 +14,35 @@ mod arm;
 mod assembly;
 mod c99;
 mod drive;
+mod error;
 mod plan;
 mod rust;
 mod standalone;
 
 pub use arm::Effort;
 pub use assembly::Files;
+pub use error::Error;
 
-/// What the names of an exported C file begin with, if nothing else is asked for.
+/// Default prefix of the names in an exported C file.
 pub const PREFIX: &str = "edo_smc";
 
-/// Which form an exported controller has.
+/// Form of an exported controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form<'a> {
-    /// Self-contained C99; every name in it begins with this prefix.
+    /// Self-contained C99; every name begins with this prefix.
     Standalone(&'a str),
-    /// What a function of the self-contained file, of this prefix and name, is to compute: for `cycle-bound --means`.
+    /// Specification of a function of the self-contained file for `cycle-bound --means`: prefix and name.
     Means(&'a str, &'a str),
-    /// The same of the assembly.
+    /// Specification of an assembly function for `cycle-bound --means`: prefix and name.
     MeansOfAssembly(&'a str, &'a str),
-    /// C on the archive of `controller-capi`; the name of the design begins with this prefix.
+    /// C for the static library of `controller-capi`; the name of the design begins with this prefix.
     Archive(&'a str),
-    /// Rust on `controller-core`.
+    /// Rust for `controller-core`.
     Rust,
 }
 
-/// What to be warned of before this controller drives anything: the warnings of its design, a loop that is not stable,
-/// and limits that it has not.
+/// Returns the warnings before a controller drives hardware: warnings of its design, an unstable loop, missing limits
+/// of u.
 pub fn warnings(experiment: &Experiment) -> Vec<String> {
     let mut warnings = experiment.warnings.clone();
     warnings.extend(margins::warnings(experiment));
@@ -48,7 +50,7 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
     warnings
 }
 
-/// Which limits of u the controller has not, and how to give them; `None` if it has both.
+/// Returns the missing limits of u, and how to set them; `None` if both are set.
 pub fn without_limits(experiment: &Experiment) -> Option<String> {
     let Limits { min, max } = experiment.spec.as_ref()?.config.padded.options.limits;
     let (what, size) = match (min <= Limits::NONE.min, max >= Limits::NONE.max) {
@@ -60,13 +62,13 @@ pub fn without_limits(experiment: &Experiment) -> Option<String> {
     Some(format!("u has no {what}: up to {size:e} may go out; set controller.limits={{ min = .., max = .. }}"))
 }
 
-/// The text of an exported file.
+/// Returns the text of an exported file.
 ///
 /// # Errors
-/// What cannot be exported, and what to change.
-pub fn export(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Result<String, String> {
+/// The controller cannot be exported in this form; the message has the remedy.
+pub fn export(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> Result<String, Error> {
     if matches!(form, Form::MeansOfAssembly(..)) && !cfg!(feature = "asm") {
-        return Err("assembly needs the feature asm".into());
+        return Err(Error::Feature("asm"));
     }
     if let Some(drive) = &experiment.drive {
         return drive::text(drive, &About::of(experiment, source), form);
@@ -81,12 +83,12 @@ pub fn export(experiment: &Experiment, source: &Source<'_>, form: Form<'_>) -> R
     }
 }
 
-/// The functions of an exported controller as assembly for a Cortex-M4F, and their header; every name begins with
-/// `prefix`. The same experiment and effort give the same files.
+/// Returns the functions of an exported controller as assembly for a Cortex-M4F, with their header. Every name begins
+/// with `prefix`. The output is deterministic for one experiment and effort.
 ///
 /// # Errors
-/// What cannot be exported, and what to change.
-pub fn assembly(experiment: &Experiment, source: &Source<'_>, prefix: &str, effort: &Effort) -> Result<Files, String> {
+/// The controller cannot be exported as assembly; the message has the remedy.
+pub fn assembly(experiment: &Experiment, source: &Source<'_>, prefix: &str, effort: &Effort) -> Result<Files, Error> {
     if let Some(drive) = &experiment.drive {
         return drive::files(drive, &About::of(experiment, source), prefix, effort);
     }
@@ -94,20 +96,20 @@ pub fn assembly(experiment: &Experiment, source: &Source<'_>, prefix: &str, effo
     let Some(spec) = experiment.spec.as_ref().filter(of_formulas) else {
         return assembly::files(&exported(experiment, source)?, prefix, effort);
     };
-    // The caller computes what a formula says: no other number of the design depends on it.
+    // The caller evaluates the formula; no other number of the design depends on it.
     let linear = ControllerSpec { model: Model::Linear(vec![0.0; spec.config.n]), ..spec.clone() };
-    let designed = in_process::build(&linear).map_err(|error| error.to_string())?;
-    let download = designed.download.ok_or(F32_ONLY)?;
+    let designed = in_process::build(&linear).map_err(Error::Controller)?;
+    let download = designed.download.ok_or(Error::Precision)?;
     let exported = Exported { spec, download: &download, about: About::of(experiment, source) };
     assembly::files(&exported, prefix, effort)
 }
 
-/// The records that the self-contained C file of a scenario is written from.
+/// Returns the operation traces of the self-contained C file of a scenario.
 ///
 /// # Errors
-/// What cannot be exported to C, and what to change.
+/// The controller cannot be exported to C; the message has the remedy.
 #[cfg(feature = "proof")]
-pub fn functions(experiment: &Experiment) -> Result<tick_proof::Functions, String> {
+pub fn functions(experiment: &Experiment) -> Result<tick_proof::Functions, Error> {
     use tick_proof::Functions;
     if let Some(drive) = &experiment.drive {
         return drive::functions(drive).map(Functions::Drive);
@@ -116,26 +118,24 @@ pub fn functions(experiment: &Experiment) -> Result<tick_proof::Functions, Strin
     standalone::functions(spec, download).map(Functions::Chain)
 }
 
-const F32_ONLY: &str = "an exported controller computes in f32; set controller.precision=f32";
-
-/// What a controller that can be exported is made of.
-fn parts(experiment: &Experiment) -> Result<(&ControllerSpec, &Download), String> {
+/// Returns the specification and the coefficients of an exportable controller.
+fn parts(experiment: &Experiment) -> Result<(&ControllerSpec, &Download), Error> {
     match (&experiment.spec, &experiment.download) {
         (Some(spec), Some(download)) => Ok((spec, download)),
-        (None, _) => Err("the baseline is not exported; set controller.kind=proposed".into()),
-        _ => Err(experiment.formulas_stay_here().unwrap_or_else(|| F32_ONLY.into())),
+        (None, _) => Err(Error::Baseline),
+        _ => Err(experiment.formulas_stay_here().map_or(Error::Precision, Error::Formula)),
     }
 }
 
-/// What there is to export of a controller.
-fn exported<'a>(experiment: &'a Experiment, source: &'a Source<'a>) -> Result<Exported<'a>, String> {
+/// Returns the data of an export.
+fn exported<'a>(experiment: &'a Experiment, source: &'a Source<'a>) -> Result<Exported<'a>, Error> {
     let (spec, download) = parts(experiment)?;
     Ok(Exported { spec, download, about: About::of(experiment, source) })
 }
 
-/// Where a file comes from, and which design it is.
+/// Origin of a file, and its design.
 struct About<'a> {
-    /// Fingerprint of everything that changes what the exported functions do: the one of the port that `run` runs.
+    /// Fingerprint of all inputs of the exported functions: the fingerprint of the port that `run` uses.
     design: u32,
     warnings: Vec<String>,
     source: &'a Source<'a>,
@@ -143,11 +143,11 @@ struct About<'a> {
 
 impl<'a> About<'a> {
     fn of(experiment: &Experiment, source: &'a Source<'a>) -> Self {
-        // Only a law without one has none, and that is not exported.
+        // Only the baseline has no fingerprint, and it is not exported.
         Self { design: experiment.port.fingerprint().unwrap_or(0), warnings: warnings(experiment), source }
     }
 
-    /// Line by line: every line may stand in a comment of C and of Rust.
+    /// Returns the origin as text; every line is valid in a comment of C and of Rust.
     fn origin(&self) -> String {
         let Self { design, warnings, source: Source { file, text, sets } } = self;
         let mut origin = String::new();
@@ -167,7 +167,7 @@ impl<'a> About<'a> {
     }
 }
 
-/// What all forms are made from.
+/// Common input of all forms.
 struct Exported<'a> {
     spec: &'a ControllerSpec,
     download: &'a Download,
@@ -175,7 +175,7 @@ struct Exported<'a> {
 }
 
 impl Exported<'_> {
-    /// Observed channels, from 1.
+    /// Returns the observed channels, from 1.
     fn channels(&self) -> Vec<usize> {
         channels(self.download.shape)
     }
@@ -185,12 +185,12 @@ impl Exported<'_> {
     }
 }
 
-/// Observed channels, from 1.
+/// Returns the observed channels, from 1.
 fn channels(shape: Shape) -> Vec<usize> {
     (1..=usize::from(shape.n)).filter(|i| shape.mask >> (i - 1) & 1 == 1).collect()
 }
 
-/// `n = 4, observers of order up to 2 in channels 2, 4`.
+/// Returns the configuration as text, for example `n = 4, observers of order up to 2 in channels 2, 4`.
 fn shape_text(shape: Shape) -> String {
     let channels: Vec<String> = channels(shape).iter().map(usize::to_string).collect();
     match channels.as_slice() {
@@ -202,8 +202,8 @@ fn shape_text(shape: Shape) -> String {
     }
 }
 
-/// A text as it may stand in any comment: nothing in it ends the comment, opens another or turns the direction of
-/// reading. What is changed so is visible.
+/// Returns a text that is safe in any comment: nothing in it ends the comment, opens another one or changes the writing
+/// direction. Replaced characters are visible as `?`.
 fn harmless(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -220,7 +220,7 @@ fn harmless(text: &str) -> String {
     out
 }
 
-/// The numbers of a download by the names of [`LAYOUT`], with what comes before the coefficients.
+/// Returns the numbers of a download by their names in [`LAYOUT`], with the numbers before the coefficients.
 fn named(n: usize, r: usize, o: usize, numbers: &[f32]) -> BTreeMap<&'static str, Vec<f32>> {
     let mut given = numbers.iter().copied();
     let mut named = BTreeMap::new();

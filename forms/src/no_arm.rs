@@ -1,10 +1,11 @@
-//! The module `arm` without the feature `asm`: functions that return the reason, and layouts that nothing is in.
+//! Replacement of the module `arm` without the feature `asm`: its functions return the reason, and its layouts are
+//! empty.
 #![allow(clippy::unused_self, reason = "the signatures of the module `arm`")]
 
 use tick_record::drive::DriveFunctions;
 use tick_record::{Functions, Port};
 
-const LEFT_OUT: &str = "this program was built without the feature asm";
+use super::Error;
 
 /// The effort of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,14 +85,18 @@ pub(crate) struct DriveAssembly {
     pub(crate) floor_whole: u32,
 }
 
+/// Rejects a controller.
+///
 /// # Errors
 /// Always.
-pub(crate) fn assembly(_: &Functions, _: usize, _: usize, _: &str, _: &Effort) -> Result<Assembly, String> {
-    Err(LEFT_OUT.into())
+pub(crate) fn assembly(_: &Functions, _: usize, _: usize, _: &str, _: &Effort) -> Result<Assembly, Error> {
+    Err(Error::Feature("asm"))
 }
 
+/// Rejects a drive.
+///
 /// # Errors
 /// Always.
-pub(crate) fn drive_assembly(_: &DriveFunctions, _: &str, _: &Effort) -> Result<DriveAssembly, String> {
-    Err(LEFT_OUT.into())
+pub(crate) fn drive_assembly(_: &DriveFunctions, _: &str, _: &Effort) -> Result<DriveAssembly, Error> {
+    Err(Error::Feature("asm"))
 }

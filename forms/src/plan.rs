@@ -1,8 +1,9 @@
-//! Plans of a drive that follows a position, as C: rest, sine, and the joined way onto either.
+//! Plans of a position drive as C: rest, sine, and the polynomial transition to either.
 //!
-//! Sine, join and the coefficients of a join are recorded ([`tick_record::plan`]). What is written here asks whether
-//! numbers are good, says where between start and end a tick is, and computes what a plan begins with: the gap, the
-//! phase of a tick, where a stop ends. All of it is held to `controller_core::drive` bit by bit.
+//! Sine, transition and the coefficients of a transition come from operation traces ([`tick_record::plan`]). The code
+//! here is written by hand: it validates numbers, locates a tick between start and end, and computes the start of a
+//! plan (the gap, the phase of a tick, the end of a stop). Tests compare all of it with `controller_core::drive` bit by
+//! bit.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +14,8 @@ use tick_record::{Port, Record, Role};
 
 use super::c99::{File, filled};
 
-/// The functions of plans; `order` derivatives of a target, r included, of which a motor's plan takes over one more.
+/// Returns the functions of plans; `order` counts the derivatives of a target, r included. A motor's plan uses one
+/// more.
 pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String {
     let (taken, recorded) = if order == 2 { (3, plan::<3>()) } else { (4, plan::<4>()) };
     let (PlanFunctions { sine, join, profile: jet_of_profile, powers }, width) = (&recorded, 2 * taken);
@@ -95,17 +97,17 @@ typedef struct {{
     jet + &filled(include_str!("c/plan_types.h"), &[("width", &(2 * taken))])
 }
 
-/// What a target has of a jet.
+/// Returns the statements that copy a trajectory point to a target.
 fn copied(order: usize) -> String {
     let copied = |name: &&str| format!("    target->{name} = jet.{name};\n");
     JET[..order].iter().map(copied).collect::<Vec<_>>().concat()
 }
 
-/// What the interrupt calls.
+/// Returns the functions that the interrupt calls.
 fn played(order: usize, taken: usize, period_s: f64) -> String {
     let zeros: Vec<String> = JET[1..taken].iter().map(|name| format!("        jet->{name} = 0.0f;\n")).collect();
     let (zeros, copied) = (zeros.concat(), copied(order));
-    // No loop: the bound of an interrupt in cycles is told without a hint.
+    // Unrolled, so that the cycle bound of the interrupt needs no loop limit.
     let last = 2 * taken - 1;
     let sum = |k| format!("    sum = @_share(sum, s) + plan->way[half][{k}];\n");
     let sums: Vec<String> = (0..last).rev().map(sum).collect();
@@ -122,7 +124,7 @@ fn played(order: usize, taken: usize, period_s: f64) -> String {
     )
 }
 
-/// What makes a plan.
+/// Returns the functions that create a plan.
 fn made(taken: usize, period_s: f64) -> String {
     let gap = |(j, name): (usize, &&str)| format!("    gap[{j}] = (double)present->{name} - (double)at.{name};\n");
     let gap: Vec<String> = JET[..taken].iter().enumerate().map(gap).collect();
@@ -144,7 +146,7 @@ fn made(taken: usize, period_s: f64) -> String {
     )
 }
 
-/// Set-points that come at any time.
+/// Returns the functions for set-points at arbitrary times.
 fn profile(order: usize, taken: usize, period_s: f64) -> String {
     let (averages, [most, unit_rad]) = (taken - 1, PROFILE_UNITS);
     let before = |windows| format!("@_profile_before(profile, {windows}u)");

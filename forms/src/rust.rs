@@ -1,7 +1,7 @@
-//! The Rust file: the whole [`Config`](controller_core::Config) as it stands, designed by the compiler into flash.
+//! Rust file: the whole [`Config`](controller_core::Config), from which the compiler computes the design in flash.
 //!
-//! Not the coefficients: the compiler's design has the same bits, is checked against the library that it is linked
-//! with, and can be read in SI units. An f64 is printed with as many digits as bring it back.
+//! The file contains no coefficients. The compiler's design has the same bits, is checked against the linked library,
+//! and is readable in SI units. An f64 is printed with enough digits to restore it exactly.
 
 use std::fmt::Write as _;
 
@@ -9,10 +9,10 @@ use controller_core::{Config, MAX_N, MAX_R, ObserverGains, Options, SampleLimits
 use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction};
 use loop_sim::port::in_process::Model;
 
-use super::Exported;
 use super::drive::Exported as Drive;
+use super::{Error, Exported};
 
-pub(super) fn text(exported: &Exported<'_>) -> Result<String, String> {
+pub(super) fn text(exported: &Exported<'_>) -> Result<String, Error> {
     let Exported { spec, download, .. } = exported;
     let (n, r) = (usize::from(download.shape.n), download.shape.r);
     let channels = exported.channels();
@@ -88,8 +88,8 @@ pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER,
     Ok(out)
 }
 
-/// Type and value of the nominal model, and what they are imported by.
-fn nominal_model(model: &Model, n: usize, b: f64) -> Result<(String, String, &'static str), String> {
+/// Returns type and value of the nominal model, and its import.
+fn nominal_model(model: &Model, n: usize, b: f64) -> Result<(String, String, &'static str), Error> {
     Ok(match model {
         Model::Linear(row) => {
             let nominal = format!("Nominal {{ gradient: {row:?}, input_gain: {b:?} }}");
@@ -97,11 +97,11 @@ fn nominal_model(model: &Model, n: usize, b: f64) -> Result<(String, String, &'s
         }
         Model::BenchmarkLibm => ("Benchmark<Libm>".into(), "Benchmark::new()".into(), "Benchmark, Libm"),
         Model::BenchmarkMicromath => ("Benchmark<Micromath>".into(), "Benchmark::new()".into(), "Benchmark, Micromath"),
-        Model::Formulas { .. } => return Err(super::F32_ONLY.into()),
+        Model::Formulas { .. } => return Err(Error::Precision),
     })
 }
 
-/// What the file is, and where it comes from.
+/// Returns the head comment: title and origin.
 fn head(title: &str, origin: &str) -> String {
     let version = controller_core::VERSION;
     let mut out = format!(
@@ -116,7 +116,7 @@ fn head(title: &str, origin: &str) -> String {
     out
 }
 
-/// Gains of each channel.
+/// Returns the gains of each channel.
 fn observer_lines(observers: &[Option<ObserverGains<MAX_R>>]) -> String {
     let line = |gains: &Option<ObserverGains<MAX_R>>| match gains {
         Some(gains) => {
@@ -128,12 +128,12 @@ fn observer_lines(observers: &[Option<ObserverGains<MAX_R>>]) -> String {
     observers.iter().map(line).collect()
 }
 
-/// Are samples held to limits?
+/// Returns whether the samples have limits.
 fn is_gated(options: &Options<MAX_N>) -> bool {
     options.samples != SampleLimits::NONE
 }
 
-/// Calls that make these options of the neutral ones.
+/// Returns the method calls that build these options from the defaults.
 fn calls(options: &Options<MAX_N>, n: usize) -> String {
     let said = options.calls().filter(|(call, _)| is_gated(options) || *call != "with_samples").map(|(call, value)| {
         let value = match call {
@@ -151,12 +151,12 @@ fn calls(options: &Options<MAX_N>, n: usize) -> String {
     said.collect()
 }
 
-/// The first n numbers of a row.
+/// Returns the first n numbers of a row.
 fn of_order(row: &[f64; MAX_N], n: usize) -> String {
     format!("{:?}", &row[..n])
 }
 
-/// The design of a drive, likewise.
+/// Returns the Rust file of a drive.
 pub(super) fn drive(exported: &Drive<'_>) -> String {
     let DriveForm { follows, gain_sets, delay_ticks, observer_states } = exported.drive.designed.form();
     let (fast, late) = (u8::from(gain_sets > 1), delay_ticks);

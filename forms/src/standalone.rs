@@ -1,8 +1,8 @@
-//! The self-contained C99 file: the functions of a controller, recorded and written out.
+//! Self-contained C99 file: the functions of a controller, generated from its operation traces.
 //!
-//! Not one operation stands here. [`tick_record`] runs `Running` and `Controller` of `controller-core` with a scalar
-//! that writes down what is done with it, and makes C of that; this file adds head, types, and what is said of each
-//! function.
+//! This file contains no arithmetic. [`tick_record`] runs `Running` and `Controller` of `controller-core` with a scalar
+//! type that records its operations, and translates the trace to C. This file adds the head, the types and the comments
+//! of the functions.
 //!
 //! Names of channels and states count from 1; `a2, b2, c2` are A, B, C of channel 2, `p2` its P.
 
@@ -10,14 +10,14 @@ use std::fmt::Write as _;
 
 use controller_core::SampleLimits;
 use loop_sim::port::in_process::{ControllerSpec, Download, Model};
-use tick_record::{Drift, Functions, Kind, Port, Record, Role, chain};
+use tick_record::{Drift, Functions, Port, Record, Role, ValueKind, chain};
 
 use super::c99::File;
-use super::{Exported, shape_text};
+use super::{Error, Exported};
 
-pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, String> {
+pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Error> {
     let file = Standalone::of(exported, prefix)?;
-    let state: Vec<&Port> = [Kind::Number, Kind::Truth]
+    let state: Vec<&Port> = [ValueKind::Number, ValueKind::Truth]
         .into_iter()
         .flat_map(|kind| file.functions.state.iter().filter(move |word| word.kind == kind))
         .collect();
@@ -34,49 +34,47 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Stri
     Ok(file.head() + &file.file.guarded("STANDALONE", &body))
 }
 
-/// The controller as records.
-pub(super) fn functions(spec: &ControllerSpec, download: &Download) -> Result<Functions, String> {
+/// Returns the operation traces of the controller.
+pub(super) fn functions(spec: &ControllerSpec, download: &Download) -> Result<Functions, Error> {
     if !matches!(spec.model, Model::Linear(_)) {
-        return Err(
-            "the C file carries a linear a(x) only, and that of the benchmark is not: take --lang rust, or set \
-                    plant.kind to chain or flexible_joint"
-                .into(),
-        );
+        return Err(Error::StandaloneModel);
     }
     recorded(spec, download, Drift::Linear)
 }
 
-/// The controller as records; a(x) comes as is said.
-pub(super) fn recorded(spec: &ControllerSpec, download: &Download, drift: Drift) -> Result<Functions, String> {
+/// Returns the operation traces of the controller, with a(x) from the given source.
+pub(super) fn recorded(spec: &ControllerSpec, download: &Download, drift: Drift) -> Result<Functions, Error> {
     let shape = download.shape;
     let numbers: Vec<f64> = download.numbers.iter().copied().map(f64::from).collect();
     let (guess, rest) = numbers.split_at(usize::from(shape.n));
     let (row, coefficients) = rest.split_at(usize::from(shape.n));
     let samples = &spec.config.padded.options.samples;
     let samples = (*samples != SampleLimits::NONE).then_some(samples);
-    chain(shape, coefficients, drift, row, guess, samples)
-        .ok_or_else(|| format!("there is no tick of {}", shape_text(shape)))
+    chain(shape, coefficients, drift, row, guess, samples).ok_or(Error::Shape(shape))
 }
 
-/// What one function of the file is to compute, as `cycle-bound --means` reads it.
-pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Result<String, String> {
+/// Functions of a controller or drive.
+pub(super) const FUNCTIONS: [&str; 6] = ["start", "tick", "not_started", "report_applied", "estimates", "reset"];
+
+/// Returns the specification of one function of the file for `cycle-bound --means`.
+pub(super) fn means(exported: &Exported<'_>, prefix: &str, function: &str) -> Result<String, Error> {
     let file = Standalone::of(exported, prefix)?;
-    let words = file.functions.state.iter().filter(|word| word.kind == Kind::Number);
+    let words = file.functions.state.iter().filter(|word| word.kind == ValueKind::Number);
     let words: Vec<String> = words.map(|word| word.name.clone()).collect();
     means_of(exported, &file.functions, &words, &format!("{prefix}_{function}"), function)
 }
 
-/// The same of functions whose state has its numbers in this order. Places are those of the calling convention of ARM
-/// and of the types of the header.
+/// Returns the specification of a function for a given order of the state. Places follow ARM's calling convention and
+/// the types of the header.
 pub(super) fn means_of(
     exported: &Exported<'_>,
     functions: &Functions,
     words: &[String],
     symbol: &str,
     function: &str,
-) -> Result<String, String> {
+) -> Result<String, Error> {
     let Functions { start, tick, not_started, report_applied, estimates, reset, .. } = functions;
-    // Which register holds the address of the state, of x, of the output, of the estimates.
+    // Registers with the addresses of the state, of x, of the output and of the estimates.
     let (record, [state, x, output, d_hat]) = match function {
         "start" => (start, [0, 1, 4, 4]),
         "tick" => (tick, [0, 1, 2, 4]),
@@ -84,19 +82,17 @@ pub(super) fn means_of(
         "report_applied" => (report_applied, [0, 4, 4, 4]),
         "estimates" => (estimates, [0, 4, 4, 1]),
         "reset" => (reset, [0, 4, 4, 4]),
-        _ => {
-            return Err(format!(
-                "no function `{function}`; there are start, tick, not_started, report_applied, estimates, reset"
-            ));
-        }
+        _ => return Err(Error::Function { name: function.into(), functions: FUNCTIONS.into() }),
     };
     let u_alone = symbol.ends_with("_tick_u");
-    let flags = functions.state.iter().filter(|word| word.kind == Kind::Truth);
+    let flags = functions.state.iter().filter(|word| word.kind == ValueKind::Truth);
     let flags: Vec<&str> = flags.map(|word| word.name.as_str()).collect();
     let place = |port: &Port| {
         let at = |register: usize, word: usize| format!("r{register}+{}", 4 * word);
         Some(match port.role {
-            Role::State if port.kind == Kind::Number => at(state, words.iter().position(|word| *word == port.name)?),
+            Role::State if port.kind == ValueKind::Number => {
+                at(state, words.iter().position(|word| *word == port.name)?)
+            }
             Role::State => {
                 format!("r{state}+{}", 4 * words.len() + flags.iter().position(|word| *word == port.name)?)
             }
@@ -114,7 +110,7 @@ pub(super) fn means_of(
     Ok(tick_record::text::text(symbol, record, &place, &|port| place(port).into_iter().collect(), ""))
 }
 
-/// What is said of a constant, by how its name begins; of a longer beginning first.
+/// Comments of constants, by the beginning of their names; a longer beginning comes first.
 const MEANINGS: [(&str, &str); 27] = [
     ("d_hat_", "initial estimate, in the unit of x_i per second"),
     ("drift_", "a(x)/b_0 = drift . x"),
@@ -145,7 +141,7 @@ const MEANINGS: [(&str, &str); 27] = [
     ("plausible", "a demand beyond is looked at"),
 ];
 
-/// What is said of a word of the state, by how its name begins or ends.
+/// Comments of the words of the state, by the beginning or end of their names.
 const WORDS: [(&str, &str); 8] = [
     ("_prev", "x at the last tick"),
     ("_seen", "the last sample within its range"),
@@ -157,7 +153,7 @@ const WORDS: [(&str, &str); 8] = [
     ("", "folded estimate"),
 ];
 
-/// What tells one file from another: version, design, shape, period.
+/// Returns the macros that identify a file: version, design, configuration, period.
 pub(super) fn defines(exported: &Exported<'_>, file: &File<'_>) -> String {
     let shape = exported.download.shape;
     format!(
@@ -173,7 +169,7 @@ pub(super) fn defines(exported: &Exported<'_>, file: &File<'_>) -> String {
     )
 }
 
-/// Health, state with its words in this order, and output.
+/// Returns the types of health, state (with its words in this order) and output.
 pub(super) fn types(file: &File<'_>, state: &[&Port]) -> String {
     let mut out = String::from(
         "
@@ -190,7 +186,7 @@ typedef struct {
 ",
     );
     for word in state {
-        let t = if word.kind == Kind::Number { "float" } else { "bool" };
+        let t = if word.kind == ValueKind::Number { "float" } else { "bool" };
         let fits = |(part, _): &&(&str, &str)| word.name.starts_with(part) || word.name.ends_with(part);
         let meaning = WORDS.iter().find(fits).map_or("", |(_, meaning)| meaning);
         let comment = if meaning.is_empty() { String::new() } else { format!(" /* {meaning} */") };
@@ -209,18 +205,18 @@ typedef struct {
     file.c(&out)
 }
 
-/// What the caller computes and hands to a tick.
+/// Values that the caller computes and passes to a tick.
 #[derive(Default)]
 pub(super) struct Given {
-    /// Behind the arguments of a tick, where it is declared and where it is called.
+    /// Further arguments of a tick, in its declaration and in its calls.
     pub(super) declared: String,
     pub(super) passed: String,
-    /// What it is.
+    /// Comment on the values.
     pub(super) told: String,
 }
 
-/// Every function of a controller, each by `write` from what is said of it, its head and its record; `more` comes
-/// behind the tick.
+/// Returns every function of a controller, written by `write` from its comment, head and trace; `more` follows the
+/// tick.
 pub(super) fn interface(
     file: &File<'_>,
     functions: &Functions,
@@ -298,7 +294,7 @@ struct Standalone<'a> {
 }
 
 impl<'a> Standalone<'a> {
-    fn of(exported: &'a Exported<'a>, prefix: &'a str) -> Result<Self, String> {
+    fn of(exported: &'a Exported<'a>, prefix: &'a str) -> Result<Self, Error> {
         let functions = functions(exported.spec, exported.download)?;
         Ok(Self { exported, file: File::new(prefix), functions })
     }

@@ -1,37 +1,41 @@
 //! The command line.
 //!
 //! ```text
-//! host-sim                          the default scenario: Example 2 of the paper, for its figures
-//! host-sim run FILE.toml            any scenario
-//! host-sim pil [FILE.toml]          the same with the controller on the emulated chip, compared bit for bit
-//! host-sim hil --port DEV [..]      the same with a board at a serial port
-//! host-sim live [FILE.toml] [..]    a drive that runs by itself, emulated or on a board: seen, moved, tuned
-//! host-sim replay BLACKBOX [..]     what its black box held, run again, or with another design
-//! host-sim emulate --image FILE     any image in the emulator, with its log
-//! host-sim design [FILE.toml]       poles, margins, noise of its loop, what limits it, what would be better
-//! host-sim map [FILE.toml] ..        where it is stable and how good, over two keys or all corners
-//! host-sim tune [FILE.toml] ..       bandwidths from what a drive shall do
-//! host-sim report [FILE ..]         all of it as one page, of one scenario or of several side by side
-//! host-sim bounds [FILE.toml]       how large sigma*, the errors and y can be, why, and which gain lowers it
-//! host-sim monte-carlo [FILE.toml]  many runs with keys drawn anew: percentiles, failure rate, the worst
-//! host-sim merge SHARD..            shards of such runs made one
-//! host-sim identify DATA.csv [..]   what a joint or motor really is, from a record; the scenario with it
-//! host-sim commission [FILE.toml]   a drive that records, identifies, is re-tuned and verified: simulated, or itself
-//! host-sim compare [FILE.toml]      our drive beside its rivals, all tuned alike
-//! host-sim figures                  the figures of the paper and its claims
-//! host-sim budget                   an upper bound in cycles of a function of a firmware; ceilings of many
-//! host-sim export [FILE.toml] ..    the designed controller as one source file, C or Rust
-//! host-sim schema [--plant P]       JSON schema of a scenario file
-//! host-sim new NAME [--plant P]     a commented scenario file to start from: paper, motor, joint, chain, own
-//! host-sim completions SHELL        what a shell must know to complete these
+//! host-sim                          run the default scenario: Example 2 of the paper, for its figures
+//! host-sim run FILE.toml            simulate a scenario
+//! host-sim pil [FILE.toml]          simulate with the controller on the emulated target, compared bit for bit
+//! host-sim hil --port DEV [..]      simulate with the controller on a board, compared bit for bit
+//! host-sim live [FILE.toml] [..]    monitor, move and tune a running drive, emulated or on a board
+//! host-sim replay BLACKBOX [..]     rerun the trace buffer of a drive, with its design or another
+//! host-sim emulate --image FILE     run a firmware in the emulator and print its log
+//! host-sim design [FILE.toml]       analyse the closed loop: poles, margins, noise, limits, suggestions
+//! host-sim map [FILE.toml] ..       sweep two keys or all corners: stability and performance
+//! host-sim tune [FILE.toml] ..      tune the bandwidths of a drive to a specification
+//! host-sim report [FILE ..]         write an HTML report of one or more scenarios
+//! host-sim bounds [FILE.toml]       compute guaranteed bounds on sigma*, the errors and u
+//! host-sim monte-carlo [FILE.toml]  simulate many random variations: percentiles, failure rate, worst case
+//! host-sim merge SHARD..            combine the shards of a Monte Carlo run
+//! host-sim identify DATA.csv [..]   identify a motor or joint from a recording
+//! host-sim commission [FILE.toml]   record, identify, switch the gains and verify: simulated, or on a board
+//! host-sim compare [FILE.toml]      compare edo-smc with tuned baseline controllers
+//! host-sim figures                  reproduce the figures of the paper
+//! host-sim budget                   compute the WCET bound of a function, check the budgets of many
+//! host-sim export [FILE.toml] ..    export the controller as one source file, C or Rust
+//! host-sim schema [--plant P]       print the JSON schema of scenario files
+//! host-sim new NAME [--plant P]     write a commented scenario file: paper, motor, joint, chain, own
+//! host-sim completions SHELL        print a completion script for a shell
 //! ```
 //!
-//! Nothing waits for a target longer than 5 s, nor for the emulator to come up longer than 10 s.
+//! A target must reply within 5 s, and the emulator must start within 10 s.
 //!
-//! Results go to stdout, everything else to stderr. Exit status: 0 done (a run that diverged is a result), 1 the run or
-//! the writing failed, a bar is not held, a claim that held no longer does, a target differs or cannot be reached, 2
-//! bad input (nothing is computed) or a place that nothing can be written to (what was computed is told), 130 told to
-//! stop by Ctrl-C or SIGTERM (what was recorded is written).
+//! Results go to stdout, everything else to stderr. Exit status:
+//!
+//! | status | meaning |
+//! |---|---|
+//! | 0 | finished, even if the simulated loop diverged |
+//! | 1 | a run or a write failed, a limit was exceeded, a claim of the paper failed, a target differs or is missing |
+//! | 2 | invalid input (nothing was computed), or an output path that cannot be written (results are printed) |
+//! | 130 | stopped by Ctrl-C or SIGTERM (recorded data are written) |
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
@@ -48,7 +52,7 @@ use sha2::{Digest, Sha256};
 use study::map::Subject;
 use study::number::significant;
 use terminal::stop;
-use whole_file::{Claim, Existing, Kind};
+use whole_file::{Claim, Existing, FileKind};
 
 use crate::feature::Feature;
 use crate::store;
@@ -87,20 +91,21 @@ use tune::TuneOptions;
 
 /// The exit statuses of the program.
 pub mod status {
-    /// Everything was done.
+    /// The command finished.
     pub const DONE: u8 = 0;
-    /// The run or the writing failed.
+    /// A run, a write or a check failed.
     pub const FAILED: u8 = 1;
-    /// The input was bad, and nothing was done.
+    /// The input was invalid; nothing was computed.
     pub const BAD_INPUT: u8 = 2;
     /// Stopped by Ctrl-C.
     pub const INTERRUPTED: u8 = terminal::stop::STATUS;
 }
 
-/// Sliding mode control with an extended disturbance observer, in closed loop with a simulated plant.
+/// edo-smc: motor and joint control with load and friction estimation. Simulate, design, export.
 ///
-/// Without a command the default scenario runs: the paper's flexible joint as its figures have it, f32 controller at
-/// 1 kHz. For a joint or motor of your own: host-sim new NAME --plant joint (or motor).
+/// Start with your own motor: host-sim new mine --plant motor, edit mine.toml, host-sim run mine.toml. Use --plant
+/// joint for a joint with two encoders. Without a command host-sim runs the flexible joint of the paper in f32 at 1
+/// kHz.
 #[derive(Parser, Debug)]
 #[command(name = "host-sim", version, args_conflicts_with_subcommands = true)]
 struct Cli {
@@ -112,144 +117,170 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// Run a scenario file.
+    /// Simulate a scenario: metrics, figures and a trace.
     ///
-    /// Exit status: 0 the run came to its end, or diverged: that is a result, told as NOT BOUNDED, in run.json as
-    /// metrics.bounded and ending. 1 it could not go on or be written, 2 bad input, 130 stopped. To have a bound held,
-    /// host-sim monte-carlo --at-most.
+    /// Example: host-sim run mine.toml --set motor.inertia_kg_m2=3e-4
+    ///
+    /// Exit status: 0 the run finished, even if the loop diverged (last line `result: DIVERGED`; run.json:
+    /// metrics.bounded, ending); 1 the run broke off or could not be written; 2 invalid input; 130 stopped. To fail on
+    /// a metric use host-sim monte-carlo --at-most.
     Run {
-        /// The scenario (host-sim new NAME writes one).
+        /// Scenario file; host-sim new NAME writes one.
         file: PathBuf,
         #[command(flatten)]
         options: RunOptions,
     },
-    /// Run a scenario with the controller on the emulated chip, and compare every output of every tick bit for bit
-    /// (feature chip).
+    /// Simulate with the controller on the emulated target, compared bit for bit (feature chip).
     ///
-    /// Waits at most 10 s for the emulator to come up, and 5 s for any answer of the target.
+    /// Example: host-sim pil mine.toml
+    ///
+    /// The emulator must start within 10 s, and the target must reply within 5 s. Exit status 1 if a bit differs.
     Pil {
-        /// The scenario; without one the default.
+        /// Scenario file [default: built-in joint of the paper].
         file: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,
         #[command(flatten)]
         target: PilOptions,
     },
-    /// Run a scenario with the controller on a board, and compare all outputs of every tick bit for bit (feature chip).
+    /// Simulate with the controller on a board, compared bit for bit (feature chip).
     ///
-    /// The board runs the image `pil`. Waits at most 5 s for any answer of the target.
+    /// Example: host-sim hil mine.toml --port /dev/ttyACM0
+    ///
+    /// The board runs the firmware `pil` and must reply within 5 s. Exit status 1 if a bit differs.
     Hil {
-        /// The scenario; without one the default.
+        /// Scenario file [default: built-in joint of the paper].
         file: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,
         #[command(flatten)]
         target: HilOptions,
     },
-    /// See, move and tune a drive that runs by itself: the image `drive` or `motor`, emulated or on a board
-    /// (feature chip).
+    /// Monitor, move and tune a running drive (feature chip).
     ///
-    /// Commands come from stdin, one a line; `help` lists them. A setting is designed here first, sent, designed on the
-    /// chip while the drive goes on, and taken over between two ticks; what is refused leaves it as it was.
+    /// The drive is the firmware `drive` or `motor`, emulated or on a board. It reads one command per line from stdin;
+    /// `help` lists them. The host checks a new setting first. The target then designs it in the background and
+    /// switches between two ticks. A rejected setting changes nothing.
     Live(LiveOptions),
-    /// Run again what the black box of a drive held: bit for bit, or with another design.
+    /// Rerun the trace buffer (black box) of a drive.
     ///
-    /// Exit status: 0 the same bits, 1 others, 2 the file is none or damaged.
+    /// With the recorded design the replay is bit-identical; with --set it shows another design on the same counts.
+    /// Exit status: 0 identical bits, 1 different bits, 2 the file is damaged or is not a trace buffer.
     Replay(ReplayOptions),
-    /// Run an image in the emulator, one instruction a nanosecond, and print its log (feature chip).
+    /// Run a firmware in the emulator and print its log (feature chip).
+    ///
+    /// One instruction takes one nanosecond of emulated time.
     Emulate(EmulateOptions),
-    /// Say what a design comes to in its loop: poles, margins, noise, what limits it, what would be better.
+    /// Analyse the closed loop: poles, margins, noise, limits.
     ///
-    /// Nothing is simulated: the loop is linearised where it stands still. A loop that is unstable is a result. Of a
-    /// drive noise of u may be 1 % of the largest current.
+    /// Example: host-sim design mine.toml --set drive.margin=standard
+    ///
+    /// The loop is linearised at standstill; nothing is simulated. The table ends with the limits that bind and a
+    /// suggestion. For a drive, encoder noise in the current command is limited to 1 % of max_current_a. Exit status 0
+    /// also for an unstable loop.
     Design(DesignOptions),
-    /// Say how large sigma*, the errors of the estimates, y and u can be: by what, how tight, and which gain lowers it.
+    /// Compute guaranteed bounds on sigma*, the errors and u.
     ///
-    /// Bounds of the sampled loop, held against a run of it: table and figure. Exit status 1 if the loop is not stable,
-    /// which has no bound.
+    /// For each bound: its cause, its ratio to a simulated run, and the gain that lowers it, as table and figure. Exit
+    /// status 1 if the loop is unstable: an unstable loop has no bound.
     Bounds(BoundsOptions),
-    /// Sweep two keys, or all corners of the plant: where is the loop stable, how good, what may be promised? Table and
-    /// figure.
+    /// Sweep two keys or all parameter corners; plot stability and tolerance.
     ///
-    /// Of a drive: host-sim map mine.toml --x error.torque_percent=-90..300 --y drive.period_s=1e-4..5e-3:log.
-    /// Stability is that of the exact matrices of the sampled loop at rest; --simulate asks the plant itself as well.
+    /// Example: host-sim map mine.toml --x error.torque_percent=-90..300 --y drive.period_s=1e-4..5e-3:log
+    ///
+    /// Stability follows from the exact matrices of the sampled loop at standstill. --simulate also runs the nonlinear
+    /// plant at each point.
     Map(MapOptions),
-    /// Run a scenario many times, its keys drawn anew each time: percentiles, failure rate, the worst. Table and
-    /// figures.
+    /// Simulate many random parameter variations: percentiles, failure rate, worst case.
     ///
-    /// Of a motor: host-sim monte-carlo mine.toml --uncertain 50 --trials 10000. Trials are kept chunk by chunk; a run
-    /// that was ended goes on with --resume. The same seed gives the same bytes on any threads, shards and machines.
+    /// Example: host-sim monte-carlo mine.toml --uncertain 50 --trials 10000
+    ///
+    /// Trials are saved in chunks; --resume continues an interrupted run. One seed gives identical bytes on any number
+    /// of threads, shards and machines.
     MonteCarlo(MonteCarloOptions),
-    /// Make one of all shards of a Monte Carlo run, and report it.
+    /// Combine the shards of a Monte Carlo run and report the result.
     Merge(MergeOptions),
-    /// Find the bandwidths of a drive from what it shall do: table, picture, and the scenario with them.
+    /// Tune the bandwidths of a drive to a specification.
     ///
-    /// Of a joint: host-sim tune mine.toml --noise 0.015 --load 5e-3 --uncertain 50. Each figure is that of the worst
-    /// corner. Exit status 1 if something that is asked for was not reached.
+    /// Example: host-sim tune mine.toml --noise 0.015 --load 5e-3 --uncertain 50
+    ///
+    /// Each metric is taken in the worst corner. Metrics without a limit are minimised. Writes a table, a figure and
+    /// the tuned scenario. Exit status 1 if a limit is not met.
     Tune(TuneOptions),
-    /// From a record of counts and current to the data sheet of the plant: stiffness, damping, torque constant,
-    /// friction.
+    /// Identify a motor or joint from a recording of counts and current.
     ///
-    /// Prints each parameter with an interval and what changed, writes the scenario with it, and a figure of what is
-    /// left. A record that says too little is refused with the reason (exit status 2). docs/commissioning.md is the
-    /// way.
+    /// Example: host-sim identify record.csv mine.toml
+    ///
+    /// Prints inertia, stiffness, damping, torque constant and friction with intervals. Writes the updated scenario and
+    /// a figure of the residual. A recording with too little excitation is rejected with the reason (exit status 2).
+    /// Procedure: docs/commissioning.md.
     Identify(IdentifyOptions),
-    /// Let a drive commission itself: record, identify, swap the gains at rest, verify, keep or go back.
+    /// Commission a drive: record, identify, switch gains, verify.
     ///
-    /// In simulation, or with --port on a board, with --image on the emulated chip, whose image is `drive` or `motor`.
-    /// Of a joint whose stiffness is 40 % off: host-sim commission mine.toml --set error.stiffness_percent=-40. Exit
-    /// status 1 if the record was refused or the old gains are back.
+    /// Example (stiffness 40 % off): host-sim commission mine.toml --set error.stiffness_percent=-40
+    ///
+    /// Runs in simulation, on a board (--port), or on the emulated target (--image with the firmware `drive` or
+    /// `motor`). Keeps the new gains if a test move verifies them, else restores the old gains. Exit status 1 if the
+    /// recording was rejected or the old gains were restored.
     Commission(CommissionOptions),
-    /// Write all that there is to say of a scenario as one page: design, run, map, cost; several stand side by side.
+    /// Write an HTML report of one or more scenarios.
     ///
-    /// The page needs no network, zooms, prints, and holds its numbers: given to report again, it stands beside a new
-    /// run.
+    /// The page shows design, run, map and cycle cost; several scenarios stand side by side. It works without a network
+    /// and contains its data: pass an old report as an input to compare it with a new run.
     Report(ReportOptions),
-    /// Tune our drive and its rivals with the same effort, and show what each does: table and figure.
+    /// Compare edo-smc with equally tuned baseline controllers.
     ///
-    /// Rivals: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI, and on a joint P-PI with a
-    /// notch. docs/comparison.md says how.
+    /// Baselines: LQG with disturbance states, LQI, ADRC with model, super-twisting, P-PI, and for a joint P-PI with a
+    /// notch filter. Protocol: docs/comparison.md.
     Compare(CompareOptions),
-    /// Reproduce the figures of the paper and hold its claims against what comes out.
+    /// Reproduce the figures of the paper and check its claims.
     Figures {
-        /// Only this figure (fig01 .. fig10); may be given several times.
+        /// Figure to draw, fig01 to fig10; repeatable [default: all].
         #[arg(long, value_name = "FIGURE")]
         only: Vec<String>,
-        /// Folder for the figures.
+        /// Output folder.
         #[arg(long, value_name = "DIR", default_value = "out/figures")]
         out: PathBuf,
         /// Print a JSON array of claims instead of the table.
         #[arg(long)]
         json: bool,
     },
-    /// Compute an upper bound in cycles of a function from its machine code, and what else it costs (feature chip).
+    /// Compute the WCET bound of a function from its machine code (feature chip).
     ///
-    /// Exit status: 0 the figures stand, 1 a check failed, 2 something could not be followed (it is named).
+    /// Example: host-sim budget --elf my.elf --symbol my_tick
+    ///
+    /// Also prints stack, code size and instruction counts. Exit status: 0 all bounds hold, 1 a check failed, 2 the
+    /// code cannot be analysed (with address and reason).
     Budget(BudgetOptions),
-    /// Write the designed controller of a scenario as one source file, to stdout or with -o into a file.
+    /// Export the designed controller as one source file.
     ///
-    /// It gives the same bits as `host-sim run`. Its head says which scenario, design and version it is.
+    /// Example: host-sim export mine.toml --lang c --standalone -o drive.h
+    ///
+    /// The file computes the bits of `host-sim run`. Its head names scenario, design and version.
     Export(ExportOptions),
     /// Print the JSON schema of scenario files.
     Schema {
-        /// Whose: a motor and a joint have their own, the others one together.
+        /// Plant type of the schema; `paper`, `chain` and `own` share one.
         #[arg(long, value_name = "PLANT", default_value = "paper", value_parser = starts())]
         plant: String,
     },
-    /// Write a commented scenario file NAME.toml; an existing file is never overwritten.
+    /// Write a commented scenario file NAME.toml.
+    ///
+    /// Example: host-sim new mine --plant motor
+    ///
+    /// An existing file is never overwritten.
     New {
-        /// Name of the scenario and, with .toml, of the file.
+        /// Name of the scenario; the file is NAME.toml.
         name: String,
-        /// What is controlled: a flexible joint, a motor, a chain of integrators or any equations of your own; or the
-        /// paper's joint as its figures have it.
+        /// Plant type: flexible joint, motor, chain of integrators, your own equations, or the joint of the paper.
         #[arg(long, value_name = "PLANT", default_value = "joint", value_parser = starts())]
         plant: String,
     },
-    /// Print a script that completes commands and options: bash, zsh, fish, elvish or powershell.
+    /// Print a shell completion script.
     ///
-    /// For bash: host-sim completions bash > ~/.local/share/bash-completion/completions/host-sim
+    /// Example: host-sim completions bash > ~/.local/share/bash-completion/completions/host-sim
     Completions {
-        /// The shell to write completions for.
+        /// Shell of the script.
         shell: clap_complete::Shell,
     },
 }
@@ -259,7 +290,7 @@ fn starts() -> clap::builder::PossibleValuesParser {
 }
 
 impl Command {
-    /// What needs a feature, and which.
+    /// Returns the command's name and the cargo feature that it needs.
     const fn needs(&self) -> Option<(&'static str, Feature)> {
         match self {
             Self::Pil { .. } => Some(("pil", Feature::Chip)),
@@ -276,42 +307,42 @@ impl Command {
 
 #[derive(Args, Debug, Default)]
 struct RunOptions {
-    /// Override a key, as in --set controller.k_l=100 or --set controller.observer[1].printed=[100,20].
+    /// Override a key of the scenario; repeatable. Example: --set drive.margin=standard.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for trace.csv and the figures [default: out/SCENARIO; with a target out/SCENARIO-pil, out/SCENARIO-hil].
+    /// Output folder of trace.csv and figures [default: out/SCENARIO, on a target out/SCENARIO-pil or -hil].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON object instead of the table; the folder has it as run.json either way.
+    /// Print JSON instead of the table (run.json is written in both cases).
     #[arg(long)]
     json: bool,
-    /// Write nothing: no folder, no figures.
+    /// Do not write files.
     #[arg(long, conflicts_with = "out")]
     no_files: bool,
-    /// Every N-th tick in trace.csv, the first and the last always; the figures show all.
+    /// Write every N-th tick to trace.csv, and the first and last tick [default: 1].
     #[arg(long, value_name = "N")]
     every: Option<NonZeroUsize>,
-    /// A figure of every state too.
+    /// Also plot every state.
     #[arg(long)]
     states: bool,
 }
 
-/// Where a command speaks, and whether it has been told to stop.
+/// Output streams of a command, and the request to stop.
 pub struct Console<'a> {
-    /// Where results go.
+    /// Stream of results.
     pub out: &'a mut dyn Write,
-    /// Where everything goes that is no result.
+    /// Stream of errors, notes and progress.
     pub err: &'a mut dyn Write,
     /// Set by Ctrl-C.
     pub stop: &'a AtomicBool,
-    /// Is there someone to watch a progress bar?
+    /// Whether to draw progress bars.
     pub terminal: bool,
 }
 
-/// Set by the handler of Ctrl-C, the one thing that outlives a call.
+/// Stop request, set by the handler of Ctrl-C. It is global because a signal handler takes no argument.
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// The program, on the real console.
+/// Runs the program on the real console.
 pub fn main() -> u8 {
     stop::on_request(&STOP);
     let terminal = io::stderr().is_terminal();
@@ -319,7 +350,7 @@ pub fn main() -> u8 {
     run(std::env::args_os(), console)
 }
 
-/// The program on any console; `args` begin with its name. Returns the exit status.
+/// Runs the program on any console and returns the exit status. `args[0]` is the program's name.
 pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
     let program = args.first().map_or("host-sim".into(), |name| name.to_string_lossy().into_owned());
@@ -328,7 +359,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Err(usage) => {
             let text = usage.render();
             let to = if usage.use_stderr() { console.err } else { console.out };
-            // Nobody is left to be told that this could not be printed.
+            // A failed print has no other place to be reported.
             let _ = write!(to, "{text}");
             return if usage.use_stderr() { status::BAD_INPUT } else { status::DONE };
         }
@@ -384,7 +415,16 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
     }
 }
 
-/// The command line. A number below 0 is a value, of which its option says what it takes, and no unknown option.
+/// Checks the syntax of a command line without running it; `args[0]` is the program's name.
+///
+/// # Errors
+/// The message that the program would print.
+pub fn check_syntax(args: impl IntoIterator<Item = OsString>) -> Result<(), String> {
+    let found = command().try_get_matches_from(args).and_then(|found| Cli::from_arg_matches(&found));
+    found.map(|_| ()).map_err(|usage| usage.to_string())
+}
+
+/// Returns the command line parser. A negative number is parsed as a value, not as an unknown option.
 fn command() -> clap::Command {
     fn numbers(command: clap::Command) -> clap::Command {
         command
@@ -406,36 +446,36 @@ fn scenario_of(file: Option<&Path>, options: &RunOptions) -> Result<Experiment, 
     }
 }
 
-/// The text of a scenario that more is to be done with than to run it.
+/// Text of a scenario, for commands that change or repeat it.
 struct ScenarioText {
-    /// What messages call its file.
+    /// Name of the file in messages.
     file: String,
     text: String,
-    /// Its name if it gives none.
+    /// Name of the scenario if the file has no key `name`.
     stem: String,
 }
 
-/// Scenarios that are there without a file: what ends their names, and their texts.
+/// Built-in scenarios: name and text.
 const DEFAULT: (&str, &str) = ("default", scenario::DEFAULT);
 const JOINT: (&str, &str) = ("joint", scenario::JOINT);
 
 impl ScenarioText {
-    /// Of a file; without one, one that is built in.
+    /// Reads a file, or returns the built-in scenario if there is none.
     fn read(file: Option<&Path>, (stem, text): (&str, &str)) -> Result<Self, Failure> {
         let Some(file) = file else {
             return Ok(Self { file: format!("built-in {stem}.toml"), text: text.into(), stem: stem.into() });
         };
         let stem = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        // What is no scenario at all is told as that, before its first line is.
+        // A recording passed as a scenario gets its own message: a TOML error in its first line would mislead.
         let other = match file.extension().and_then(OsStr::to_str) {
-            Some("csv") => Some("a table, as `identify RECORD SCENARIO` takes for its record"),
-            Some("parquet") => Some("trials, as `report SCENARIO --trials FOLDER` takes them"),
+            Some("csv") => Some("a recording, the first argument of `identify RECORDING SCENARIO`"),
+            Some("parquet") => Some("a file of trials, for `report SCENARIO --trials FOLDER`"),
             _ => None,
         };
         if let Some(other) = other.filter(|_| file.exists()) {
             return Err(bad(format!("{}: expected a scenario, this is {other}", file.display())));
         }
-        Ok(Self { file: file.display().to_string(), text: read_text(file, Kind::SETTINGS)?, stem })
+        Ok(Self { file: file.display().to_string(), text: read_text(file, FileKind::SETTINGS)?, stem })
     }
 
     fn source<'a>(&'a self, sets: &'a [String]) -> Source<'a> {
@@ -447,7 +487,7 @@ impl ScenarioText {
     }
 }
 
-fn read_text(file: &Path, kind: Kind) -> Result<String, Failure> {
+fn read_text(file: &Path, kind: FileKind) -> Result<String, Failure> {
     whole_file::read_text(file, kind).map_err(|why| bad(format!("{}: {why}", file.display())))
 }
 
@@ -455,18 +495,18 @@ fn hex_sha256(data: impl AsRef<[u8]>) -> String {
     store::hex(&Sha256::digest(data))
 }
 
-/// Why a command ended early, a line for each thing that is wrong, and the exit status.
+/// Early end of a command: exit status and one line per problem.
 struct Failure {
     status: u8,
     message: String,
 }
 
-/// What the user can mend.
+/// Returns a failure that the user can correct.
 fn bad(message: impl Into<String>) -> Failure {
     Failure { status: status::BAD_INPUT, message: message.into() }
 }
 
-/// What went wrong on the way.
+/// Returns a failure during the work.
 fn failed(message: impl Into<String>) -> Failure {
     Failure { status: status::FAILED, message: message.into() }
 }
@@ -495,16 +535,16 @@ impl Failure {
     }
 }
 
-/// A bar, how much of it, and how long it takes.
+/// Template of a progress bar: bar, share, elapsed and remaining time.
 const LEFT: &str = "{bar:40} {percent:>3} %  {elapsed} / {eta} left";
 
 impl Console<'_> {
-    /// A progress bar of this look, if there is someone to watch it.
+    /// Returns a progress bar; it is hidden without a terminal.
     fn bar(&self, length: u64, template: &str) -> ProgressBar {
         self.bar_from(0, length, template)
     }
 
-    /// The same of which so much was done before: it says nothing of the `{rate}`, per second, and of what is `{left}`.
+    /// Returns a progress bar that starts at `done`. Template keys: `{rate}` per second, `{left}` remaining time.
     fn bar_from(&self, done: u64, length: u64, template: &str) -> ProgressBar {
         let drawn = if self.terminal { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(length), drawn).with_position(done);
@@ -526,7 +566,7 @@ impl Console<'_> {
         bar
     }
 
-    /// To stdout. A reader that has gone away (`| head`) is no error.
+    /// Prints a line to stdout. A closed pipe (`| head`) is not an error.
     fn say(&mut self, text: &str) -> Result<(), Failure> {
         match writeln!(self.out, "{text}").and_then(|()| self.out.flush()) {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::writing("stdout", &error)),
@@ -534,12 +574,12 @@ impl Console<'_> {
         }
     }
 
-    /// JSON to stdout, or why there is none.
+    /// Prints JSON to stdout.
     fn say_json(&mut self, json: serde_json::Result<String>) -> Result<(), Failure> {
-        self.say(&json.map_err(|error| Failure::writing("the answer as JSON", &error.into()))?)
+        self.say(&json.map_err(|error| Failure::writing("the JSON output", &error.into()))?)
     }
 
-    /// To stderr; there is nowhere to complain if that fails.
+    /// Prints a line to stderr. A failure is ignored: it has no other place to be reported.
     fn note(&mut self, text: &str) {
         let _ = writeln!(self.err, "{text}");
     }
@@ -556,16 +596,15 @@ impl Console<'_> {
         Ok(status::DONE)
     }
 
-    /// `program` is what the user called.
+    /// Writes a template. `program` is the path by which the user called the program.
     fn new_scenario(&mut self, name: &str, plant: &str, folder: &Path, program: &str) -> Result<u8, Failure> {
         let name = name.strip_suffix(".toml").unwrap_or(name);
-        let text = scenario::template(name, plant).ok_or_else(|| {
-            bad(format!("{name:?} cannot name a scenario: use 1 to 64 letters, digits, `_`, `-`, `.`"))
-        })?;
+        let text = scenario::template(name, plant)
+            .ok_or_else(|| bad(format!("{name:?} is not a valid name: use 1 to 64 letters, digits, `_`, `-`, `.`")))?;
         let path = folder.join(format!("{name}.toml"));
         let written = whole_file::write(&path, Existing::Keep, |out| out.write_all(text.as_bytes()));
         written.map_err(|error| match error.kind() {
-            io::ErrorKind::AlreadyExists => bad(format!("{} exists already and is left as it is", path.display())),
+            io::ErrorKind::AlreadyExists => bad(format!("{} already exists and was not changed", path.display())),
             _ => Failure::writing(path.display(), &error),
         })?;
         self.say(&format!("wrote {0}; run it with: {program} run {0}", path.display()))?;
@@ -573,27 +612,27 @@ impl Console<'_> {
     }
 }
 
-/// What `--out` names, or the folder that a command makes for a scenario.
+/// Returns the folder of `--out`, or the default folder of a command and scenario.
 fn folder_of(out: Option<&PathBuf>, scenario: &str, what: &str) -> PathBuf {
     out.cloned().unwrap_or_else(|| Path::new("out").join(format!("{scenario}-{what}")))
 }
 
-/// Makes the folder, tries it and takes it, before anything is computed that could then not be kept.
+/// Creates, tests and locks an output folder. It runs before the computation, so that results are never lost.
 fn claim_folder(folder: &Path) -> Result<Claim, Failure> {
     whole_file::claim(folder).map_err(|error| {
         let why = match error.kind() {
             io::ErrorKind::ResourceBusy => {
-                "another run is writing there; wait for its end, or give this one another with --out".into()
+                "another run is writing there; wait until it ends, or give another folder with --out".into()
             }
-            _ if folder.is_file() => "that is a file: give a folder with --out".into(),
+            _ if folder.is_file() => "this is a file: give a folder with --out".into(),
             _ => format!("cannot be written: {error}"),
         };
         bad(format!("output folder {}: {why}", folder.display()))
     })
 }
 
-/// A file that the user names is the user's: it is never lost by a slip, only `--force` overwrites it, and its folder
-/// must be there. What stands under `out/` without being named is the program's, and is made anew.
+/// Writes a file that the user named. Only `--force` overwrites an existing one, and its folder must exist. Unnamed
+/// files under `out/` belong to the program and are replaced.
 fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
     let existing = if force { Existing::Replace } else { Existing::Keep };
     whole_file::write(path, existing, |out| out.write_all(text.as_bytes())).map_err(|error| match error.kind() {
@@ -602,34 +641,34 @@ fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
     })
 }
 
-/// Asked before minutes of work, not after.
+/// Checks that a file can be written, before minutes of work.
 fn free(path: &Path, force: bool) -> Result<(), Failure> {
     if path.exists() && !force {
         return Err(exists(path));
     }
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        return Err(bad(format!("{}: there is no folder {}", path.display(), folder.display())));
+        return Err(bad(format!("{}: the folder {} does not exist", path.display(), folder.display())));
     }
     whole_file::may_be_made(path).map_err(|error| bad(format!("{}: cannot be written: {error}", path.display())))
 }
 
-/// The same for `--to`: what is found is written to a file of its own, and nothing is ever overwritten by it.
+/// Checks the path of `--to`, which never overwrites a file.
 fn free_to(to: &Path) -> Result<(), Failure> {
-    // A link to nothing is in the way too.
+    // A dangling symbolic link also blocks the path.
     if std::fs::symlink_metadata(to).is_ok() {
-        return Err(bad(format!("{} exists already and is left as it is: give another with --to", to.display())));
+        return Err(bad(format!("{} already exists and was not changed: give another path with --to", to.display())));
     }
     free(to, false).map_err(|Failure { status, message }| Failure { status, message: format!("--to {message}") })
 }
 
-/// What goes to a place that was [free](free_to): should one have come there since, it stays.
+/// Writes a file to a path checked by [`free_to`]. A file created in the meantime stays.
 fn write_new(to: &Path, text: &str) -> Result<(), Failure> {
     whole_file::write(to, Existing::Keep, |out| out.write_all(text.as_bytes()))
         .map_err(|error| Failure::writing(to.display(), &error))
 }
 
 fn exists(path: &Path) -> Failure {
-    bad(format!("{} exists already and is left as it is; --force overwrites it", path.display()))
+    bad(format!("{} already exists and was not changed; --force overwrites it", path.display()))
 }
 
 #[cfg(test)]

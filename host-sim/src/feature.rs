@@ -1,4 +1,4 @@
-//! Features of this crate: what the first commands do not need is built on request.
+//! Cargo features of this crate: parts that the first commands do not need are built on request.
 //!
 //! A left-out command or option stays in `--help`. It then prints one line with its feature and the command to type.
 //! Each feature has one module in two versions with equal signatures, for example `transport/board.rs` and
@@ -6,14 +6,14 @@
 
 use std::ffi::OsString;
 
-/// A feature of this crate.
+/// Cargo feature of this crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
-    /// Exported assembly.
+    /// Export of assembly.
     Asm,
-    /// The emulated chip, serial ports and machine code.
+    /// Emulated target, serial ports and machine code analysis.
     Chip,
-    /// Trials of Monte Carlo runs as Parquet.
+    /// Monte Carlo trials as Parquet.
     Parquet,
     /// Figures as PNG.
     Png,
@@ -25,7 +25,7 @@ impl Feature {
     /// All features.
     pub const ALL: [Self; 5] = [Self::Asm, Self::Chip, Self::Parquet, Self::Png, Self::Proof];
 
-    /// The name on the command line of cargo.
+    /// Returns the name on the command line of cargo.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Asm => "asm",
@@ -36,7 +36,7 @@ impl Feature {
         }
     }
 
-    /// Whether this program has it.
+    /// Returns whether this program has the feature.
     pub const fn is_built_in(self) -> bool {
         match self {
             Self::Asm => cfg!(feature = "asm"),
@@ -47,7 +47,7 @@ impl Feature {
         }
     }
 
-    /// The one line that a command or option without its feature prints. `args` are the arguments of the program.
+    /// Returns the message for a command or option without its feature. `args` are the arguments of the program.
     pub fn missing(self, what: &str, args: &[OsString]) -> String {
         let name = self.name();
         let words: Vec<String> = args.iter().map(|word| quoted(&word.to_string_lossy())).collect();
@@ -55,7 +55,7 @@ impl Feature {
     }
 }
 
-/// A word as a shell reads it back.
+/// Quotes a word for a shell.
 pub(crate) fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=,:+%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {

@@ -1,16 +1,16 @@
-//! The figures of the paper, and its claims held against what comes out.
+//! Figures of the paper, reproduced, and checks of its claims.
 //!
-//! A figure is a scenario file, the cases it compares (a label and the keys they set), the panels it draws and the
-//! claims the paper makes about it. [`CATALOGUE`] lists all ten. A claim that holds today must hold tomorrow:
-//! `host-sim figures` ends with status 1 if one no longer does. A claim that does *not* hold says so in the same table.
+//! A figure has a scenario file, the cases it compares (a label and the keys they set), its panels, and the claims of
+//! the paper. [`CATALOGUE`] lists all ten. `host-sim figures` ends with status 1 if a claim that held before no longer
+//! holds. Claims that do *not* hold are in the table, too.
 //!
-//! Some claims hang on what the paper does not print: c_1 and alpha of Example 1, and which errors of the parameters
-//! "up to 50 %" are meant in Example 2. Runs that are not drawn go over these, the table gives the range, and a claim
-//! that holds on a part of it only is *open*.
+//! Some claims depend on values that the paper does not print: c_1 and alpha of Example 1, and the parameter errors "up
+//! to 50 %" of Example 2. Further runs, which are not drawn, vary these values. The table contains the resulting range.
+//! A claim that holds on a part of the range only is *open*.
 //!
-//! The paper's controller is continuous; its figures are run with the discrete one at T = 0.2 ms (Example 2) and 0.1 ms
-//! (Example 1). There the ultimate σ* is within 1 % of the continuous one for observers of order 2; for order 3 it is 6
-//! to 9 % above, since the exact placement of the printed fast pole, -1000 rad/s, costs low-frequency gain.
+//! The paper's controller is continuous. Here its figures use the discrete controller at T = 0.2 ms (Example 2) and 0.1
+//! ms (Example 1). There the ultimate σ* is within 1 % of the continuous one for observers of order 2. For order 3 it
+//! is 6 to 9 % larger, because the exact placement of the printed fast pole, -1000 rad/s, costs low-frequency gain.
 
 mod catalogue;
 
@@ -23,19 +23,19 @@ use crate::report::plot::{Figure, Panel, Series, Style};
 
 pub use catalogue::CATALOGUE;
 
-/// One figure of the paper.
+/// Figure of the paper.
 pub struct PaperFigure {
-    /// `fig01` .. `fig10`.
+    /// Identifier, `fig01` .. `fig10`.
     pub id: &'static str,
-    /// The scenario file: name and text.
+    /// Scenario file: name and text.
     pub scenario: (&'static str, &'static str),
     /// Reading of the paper and period.
     pub reading: &'static str,
-    /// What is compared: label and `key=value` settings on top of the file.
+    /// Compared cases: label and `key=value` settings.
     pub cases: &'static [(&'static str, &'static [&'static str])],
-    /// The controller of reference \[1\] as a last case: label, and its scenario file.
+    /// Last case with the controller of reference \[1\]: label, and its scenario file.
     pub baseline: Option<(&'static str, (&'static str, &'static str))>,
-    /// Runs that are judged and not drawn, after the others: label, scenario file, settings.
+    /// Further runs, which are evaluated but not drawn: label, scenario file, settings.
     further: &'static [Further],
     panels: &'static [PanelSpec],
     claims: &'static [Claim],
@@ -44,63 +44,63 @@ pub struct PaperFigure {
 /// Label, scenario file and settings of a run.
 type Further = (&'static str, (&'static str, &'static str), &'static [&'static str]);
 
-/// Reads one quantity from a row.
+/// Function that reads a quantity from a row.
 type Quantity = fn(&Row) -> f64;
 
-/// One panel: a quantity of every case, or several quantities of the only one.
+/// Panel: one quantity of every case, or several quantities of a single case.
 #[derive(Clone, Copy)]
 struct PanelSpec {
     y_label: &'static str,
-    /// Legend text (with several quantities) and value.
+    /// Legend text (for several quantities) and value.
     quantities: &'static [(&'static str, Quantity)],
-    /// Time shown, s; the whole span if `None`.
+    /// Time range, s; `None` for the whole run.
     x_range: Option<(f64, f64)>,
 }
 
-/// What the paper says, and how to see whether it is so.
+/// Claim of the paper, and its check.
 struct Claim {
     text: &'static str,
-    /// What the paper prints.
+    /// Published value.
     published: &'static str,
-    /// The figure of merit, from the cases in the order of the catalogue.
+    /// Figure of merit, from the cases in the order of the catalogue.
     reproduced: Merit,
     unit: &'static str,
-    /// What the figure of merit must do for the claim to hold.
+    /// Criterion for the figure of merit.
     test: Test,
-    /// Does it hold today? Where it does not, or is open, the remark says why.
-    held: Held,
+    /// Known verdict. The remark gives the reason for a claim that does not hold or is open.
+    held: KnownVerdict,
     remark: &'static str,
 }
 
-/// What was found of a claim.
+/// Verdict on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Held {
-    /// Does it hold for the runs that are drawn?
+pub struct KnownVerdict {
+    /// Whether the claim holds for the drawn runs.
     pub as_drawn: bool,
-    /// And for all that the text leaves open? None, in JSON null: for a part of it.
+    /// Whether the claim holds for all values that the paper leaves open; `None` (JSON null) if for a part of them.
     pub everywhere: Option<bool>,
 }
 
-/// How a figure of merit is taken.
+/// Evaluation of a figure of merit.
 #[derive(Clone, Copy)]
 enum Merit {
-    /// From the cases as they are drawn, or from certain further ones.
+    /// One value, from the drawn cases or from certain further ones.
     One(fn(&[Case]) -> f64),
-    /// As drawn, then over what the text leaves open.
+    /// Value as drawn, then the values over the open parameters.
     Range(fn(&[Case]) -> Vec<f64>),
 }
 
-/// When a claim holds.
+/// Criterion of a claim.
 enum Test {
-    /// Within this fraction of a published value.
+    /// Within a relative tolerance of a published value: value, tolerance.
     Near(f64, f64),
-    /// At most this.
+    /// At most this value.
     AtMost(f64),
 }
 
 impl Test {
     fn passes(&self, value: f64) -> bool {
-        // An infinite ratio comes from a run that went wrong, whichever sign it has.
+        // An infinite ratio of either sign comes from a failed run.
         value.is_finite()
             && match *self {
                 Self::Near(published, fraction) => (value - published).abs() <= fraction * published.abs(),
@@ -108,7 +108,7 @@ impl Test {
             }
     }
 
-    /// Of all values: they hold, they do not, or (`None`) some do.
+    /// Returns whether all values pass or none does; `None` if some do.
     fn verdict(&self, values: &[f64]) -> Option<bool> {
         let passed = values.iter().filter(|value| self.passes(**value)).count();
         if passed == 0 { Some(false) } else { (passed == values.len()).then_some(true) }
@@ -122,87 +122,87 @@ impl Test {
     }
 }
 
-/// A case that was run.
+/// Case with its run.
 pub struct Case {
-    /// Its label in the legends.
+    /// Label in the legends.
     pub label: &'static str,
-    /// The trace of the run.
+    /// Trace of the run.
     pub trace: Trace,
-    /// Its figures of merit.
+    /// Metrics of the run.
     pub metrics: Metrics,
 }
 
 impl Case {
-    /// max |f| over rows from `from_s` on.
+    /// Returns max |f| over the rows from `from_s` on.
     fn peak(&self, from_s: f64, f: impl Fn(&Row) -> f64) -> f64 {
         metrics::ultimate(&self.trace, [from_s, f64::INFINITY], f)
     }
 
-    /// Root mean square of f over the metric window.
+    /// Returns the root mean square of f over the metric window.
     fn rms(&self, f: impl Fn(&Row) -> f64) -> f64 {
         metrics::rms(&self.trace, self.metrics.window_s, f)
     }
 }
 
-/// A row of the table of claims.
+/// Row of the table of claims.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ClaimRow {
-    /// `fig01` .. `fig10`.
+    /// Identifier, `fig01` .. `fig10`.
     pub figure: &'static str,
-    /// What the paper says.
+    /// Claim of the paper.
     pub claim: &'static str,
-    /// The number or words printed.
+    /// Published number or words.
     pub published: &'static str,
-    /// What comes out here.
+    /// Reproduced value.
     pub reproduced: f64,
-    /// Smallest and largest over what the text leaves open, if the claim hangs on that.
+    /// Smallest and largest value over the open parameters, if the claim depends on them.
     pub range: Option<[f64; 2]>,
-    /// Unit of the number.
+    /// Unit of the value.
     pub unit: &'static str,
-    /// What it takes for the claim to hold.
+    /// Criterion of the claim.
     pub criterion: String,
     /// Reading of the paper and period.
     pub reading: &'static str,
-    /// Does the claim hold? None, in JSON null: on a part of the range only.
+    /// Whether the claim holds; `None` (JSON null) if on a part of the range only.
     pub holds: Option<bool>,
-    /// Does it hold for the runs that are drawn?
+    /// Whether the claim holds for the drawn runs.
     pub holds_as_drawn: bool,
-    /// What held when the catalogue was written must hold still.
-    pub held_before: Held,
-    /// Why not, or in what sense.
+    /// Verdict in the catalogue.
+    pub held_before: KnownVerdict,
+    /// Reason for the verdict, or restriction of the claim.
     pub remark: &'static str,
 }
 
 impl ClaimRow {
-    /// A number that reproduced before no longer does.
+    /// Returns whether a claim that held before no longer holds.
     pub fn is_regression(&self) -> bool {
-        let Held { as_drawn, everywhere } = self.held_before;
+        let KnownVerdict { as_drawn, everywhere } = self.held_before;
         (everywhere == Some(true) && self.holds != Some(true)) || (as_drawn && !self.holds_as_drawn)
     }
 }
 
-/// A figure, drawn and judged.
+/// Reproduced figure with its claims.
 pub struct Reproduction {
-    /// What is drawn.
+    /// Drawn figure.
     pub figure: Figure,
-    /// The claims that are judged.
+    /// Checked claims.
     pub claims: Vec<ClaimRow>,
 }
 
 impl PaperFigure {
-    /// The experiments of this figure with their labels, one per curve.
+    /// Returns the experiments of this figure with their labels, one per curve.
     ///
     /// # Errors
-    /// If its scenario is wrong (a fault of this program; a test builds them all).
+    /// If the scenario is invalid, which is a fault of this program; a test builds all of them.
     pub fn experiments(&self) -> Result<Vec<(&'static str, Experiment)>, ScenarioError> {
         let cases = self.cases.iter().map(|&(label, sets)| self.build(label, self.scenario, sets));
         cases.chain(self.baseline.map(|(label, file)| self.build(label, file, &[]))).collect()
     }
 
-    /// The experiments that are judged and not drawn.
+    /// Returns the experiments that are evaluated but not drawn.
     ///
     /// # Errors
-    /// As [`experiments`](Self::experiments).
+    /// If a scenario is invalid, see [`experiments`](Self::experiments).
     pub fn further_experiments(&self) -> Result<Vec<(&'static str, Experiment)>, ScenarioError> {
         self.further.iter().map(|&(label, file, sets)| self.build(label, file, sets)).collect()
     }
@@ -217,8 +217,8 @@ impl PaperFigure {
         Ok((label, scenario::parse(&Source { file, text, sets: &sets }, self.id)?))
     }
 
-    /// Draws and judges the runs of [`experiments`](Self::experiments) and then
-    /// [`further_experiments`](Self::further_experiments), given in their order.
+    /// Draws the figure and checks its claims. `cases` are the runs of [`experiments`](Self::experiments), then the
+    /// runs of [`further_experiments`](Self::further_experiments), in order.
     pub fn judge(&self, title: &str, cases: &[Case]) -> Reproduction {
         let claims = self.claims.iter().map(|claim| self.judge_claim(claim, cases)).collect();
         let drawn = self.cases.len() + usize::from(self.baseline.is_some());
@@ -254,7 +254,7 @@ impl PaperFigure {
         let mut letters = 'a'..;
         let mut letter = String::new();
         for panel in self.panels {
-            // The paper's letters; a part of the panel before, magnified, has none of its own.
+            // Letters of the paper; a magnified part of the previous panel has its letter.
             let repeats = panels.last().is_some_and(|last| last.y_label == panel.y_label);
             if !repeats {
                 letter = letters.next().map_or_else(String::new, |letter| format!("({letter})"));
@@ -273,16 +273,16 @@ impl PaperFigure {
                 let shown = case.trace.rows.iter().filter(|row| (from_s..=to_s).contains(&row.t_s));
                 let label = if cases.len() > 1 { case.label } else { name };
                 let line = Series {
-                    // Of all that is drawn only the control is held from tick to tick.
+                    // Only the control is held from tick to tick.
                     is_held: panel.y_label.starts_with('u'),
                     ..Series::solid(label, c + q, shown.map(|row| (row.t_s, quantity(row))))
                 };
-                // An estimate lies on what it estimates: dashes show both.
+                // An estimate lies on the estimated quantity: dashes keep both visible.
                 series.push(if q > 0 { line.styled(Style::Dashed) } else { line });
             }
         }
         if self.baseline.is_some() {
-            // The chattering curve to the bottom, else nobody sees the other.
+            // The chattering curve is drawn first: on top it would hide the other curve.
             series.reverse();
         }
         Panel {
@@ -337,7 +337,7 @@ mod tests {
             reading: "",
             holds,
             holds_as_drawn,
-            held_before: Held { as_drawn, everywhere },
+            held_before: KnownVerdict { as_drawn, everywhere },
             remark: "",
         };
         let [yes, no, open, open_not_drawn] = [(true, Some(true)), (false, Some(false)), (true, None), (false, None)];

@@ -1,12 +1,12 @@
-//! The program around [`loop_sim`]: the paper's figures, reports, targets, exported designs and the command line.
+//! Command-line program around [`loop_sim`]: simulation, reports, targets, export, and the figures of the paper.
 //!
 //! ```text
 //! scenario.toml -> Plant -> Sensor -> ControllerPort -> Actuator -> (back to Plant)
 //!                    `-> Trace -> Metrics -> report (table, csv, svg, png, json)
 //! ```
 //!
-//! A [`scenario`] says what runs, [`loop_sim`] runs it. The controller runs in this process, or beside it on a target
-//! over a [`link`], compared bit for bit. A scenario file with its seed reproduces a run bit for bit.
+//! A [`scenario`] defines a run, [`loop_sim`] simulates it. The controller runs in this process, and optionally also on
+//! a target over a [`link`], compared bit for bit. A scenario file with its seed reproduces a run bit for bit.
 
 pub mod cli;
 pub mod feature;

@@ -1,16 +1,15 @@
-//! What a person gets to see of a run: files and tables. Values in, text and pictures out; nothing here changes a
-//! number.
+//! Output of a run for people: files, tables and figures. This module only formats values; it changes none.
 //!
-//! | you want | go to |
+//! | output | module |
 //! |---|---|
-//! | every tick as numbers | [`csv`] |
-//! | the standard figures of a run | [`trace_figure`]; where a reference is followed [`drive_figure`] |
-//! | a figure of your own | [`plot`] |
-//! | a number with as many digits as say something | [`study::number`] |
-//! | all of it in one page for a browser | [`page`] |
+//! | all ticks as numbers | [`csv`] |
+//! | standard figures of a run | [`trace_figure`]; with a reference [`drive_figure`] |
+//! | your own figure | [`plot`] |
+//! | a number with its significant digits | [`study::number`] |
+//! | an HTML report of everything | [`page`] |
 //! | an aligned table on the terminal | [`terminal::table`] |
 //!
-//! Every file appears whole or not at all, see [`write_whole`].
+//! Every file is written completely or not at all, see [`write_whole`].
 
 use std::fs;
 use std::io::{self, Write};
@@ -32,13 +31,13 @@ mod png;
 mod polyline;
 pub mod trace_figure;
 
-/// What the name of a figure ends in that messages point to.
+/// File extension of the figures that messages name.
 pub const FIGURE: &str = if cfg!(feature = "png") { "png" } else { "svg" };
 
-/// Writes a file whole or not at all, over an older one. Missing folders are made.
+/// Writes a file completely or not at all, and replaces an older one. Missing folders are created.
 ///
 /// # Errors
-/// Those of [`whole_file::write`], or when a folder cannot be made.
+/// If a folder cannot be created or the file cannot be written, see [`whole_file::write`].
 pub fn write_whole(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
@@ -51,7 +50,7 @@ mod tests {
     use super::*;
     use std::path::PathBuf;
 
-    /// A fresh folder of this test alone.
+    /// Returns the path of a new folder for one test.
     pub(super) fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("host-sim-report-{name}-{}", std::process::id()));
         let _ = fs::remove_dir_all(&folder);

@@ -1,17 +1,16 @@
-//! Trials in files, of one of two forms with the same names of columns.
+//! Files of Monte Carlo trials, in one of two formats with equal columns.
 //!
-//! | feature `parquet` | form | file |
+//! | feature `parquet` | format | source |
 //! |---|---|---|
-//! | with | Parquet, which pyarrow, polars and DuckDB read | `form` is `store/parquet.rs` |
+//! | with | Parquet, readable by pyarrow, polars and DuckDB | `form` is `store/parquet.rs` |
 //! | without | CSV with numbers at full precision | `form` is `store/csv.rs` |
 //!
-//! A file holds trials `first .. first + count` of a plan: column `trial`, column `outcome`, then a column of f64 for
-//! each name of the [`Header`]; what is no number is NaN. The header stands in the file as JSON, with the range and a
-//! SHA-256. The same trials are the same bytes, whoever computed them: nothing in a file tells of its time, machine or
-//! shard.
+//! A file contains trials `first .. first + count` of a plan: column `trial`, column `outcome`, then a column of f64
+//! for each name of the [`Header`]. A missing number is NaN. The file also contains the header as JSON, the range and a
+//! SHA-256. Equal trials give identical bytes: time, machine and shard are not part of a file.
 //!
-//! A file is written whole or not at all. One that was damaged since, or is of another plan or version, is told from
-//! what was asked for. A chunk is in memory at a time.
+//! A file is written completely or not at all. A damaged file, or one of another plan or version, is detected. One
+//! chunk is in memory at a time.
 
 use std::collections::BTreeMap;
 
@@ -28,7 +27,7 @@ mod form;
 
 pub use form::{EXTENSION, Trials, write};
 
-/// What all files of a plan have in common.
+/// Common header of all files of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Name and version of the program.
@@ -37,27 +36,27 @@ pub struct Header {
     pub scenario: String,
     /// SHA-256 of the text of its file.
     pub scenario_sha256: String,
-    /// `KEY=VALUE` for all trials.
+    /// `KEY=VALUE` settings of all trials.
     pub sets: Vec<String>,
-    /// What differs from trial to trial.
+    /// `KEY=DISTRIBUTION` of the drawn keys.
     pub vary: Vec<String>,
     /// Master seed.
     pub seed: u64,
-    /// Trials of the plan.
+    /// Number of trials of the plan.
     pub trials: u64,
-    /// Trials of a chunk.
+    /// Number of trials per chunk.
     pub chunk: u64,
-    /// Names of the columns of numbers: what was drawn, then what came out.
+    /// Names of the number columns: drawn keys, then metrics.
     pub columns: Vec<String>,
     /// Units of the columns that have one.
     #[serde(default)]
     pub units: BTreeMap<String, String>,
-    /// What the scenario comes to with nothing drawn, per column that has it; as text, which a reader cannot round.
+    /// Values with the parameters of the file, per column; as text, which no JSON reader rounds.
     pub of_file: BTreeMap<String, String>,
 }
 
 impl Header {
-    /// The first thing in which another differs, in words: what was asked for before what follows from it.
+    /// Returns the first difference to another header as text. Inputs come before the values that follow from them.
     pub fn difference(&self, other: &Self) -> Option<String> {
         const ASKED: [&str; 8] = ["program", "scenario", "sets", "vary", "seed", "trials", "chunk", "scenario_sha256"];
         let [ours, theirs] = [self, other].map(|header| serde_json::to_value(header).unwrap_or_default());
@@ -66,12 +65,12 @@ impl Header {
         keys.find_map(|key| differs(key, ours.get(key), theirs.get(key)))
     }
 
-    /// The name of a column and its unit.
+    /// Returns the name of a column with its unit.
     pub fn label(&self, name: &str) -> String {
         self.units.get(name).map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
     }
 
-    /// Trials of a chunk.
+    /// Returns the first trial of a chunk, and the one after its last.
     pub const fn range(&self, chunk: u64) -> [u64; 2] {
         let first = chunk * self.chunk;
         let end = first + self.chunk;
@@ -79,7 +78,7 @@ impl Header {
     }
 }
 
-/// The first place below this one where two values differ.
+/// Returns the first difference of two values below `place`.
 fn differs(place: &str, ours: Option<&Value>, theirs: Option<&Value>) -> Option<String> {
     if ours == theirs {
         return None;
@@ -97,7 +96,7 @@ fn differs(place: &str, ours: Option<&Value>, theirs: Option<&Value>) -> Option<
             let [ours, theirs] =
                 [ours, theirs].map(|it| it.map_or_else(|| "none".into(), |it| shortened(&it.to_string())));
             Some(match place {
-                "scenario_sha256" => "the text of its scenario file is another (scenario_sha256)".into(),
+                "scenario_sha256" => "the text of its scenario file differs (scenario_sha256)".into(),
                 _ => format!("its {place} is {theirs}, expected {ours}"),
             })
         }
@@ -109,18 +108,18 @@ fn shortened(text: &str) -> String {
     if text.chars().count() <= LONGEST { text.into() } else { text.chars().take(LONGEST).chain("..".chars()).collect() }
 }
 
-/// Some trials one after the other.
+/// Consecutive trials.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chunk {
-    /// Number of the first.
+    /// Number of the first trial.
     pub first: u64,
-    /// Of each.
+    /// Outcome of each trial.
     pub outcomes: Vec<Outcome>,
-    /// Column by column.
+    /// Numbers, column by column.
     pub numbers: Vec<Vec<f64>>,
 }
 
-/// Bytes as digits.
+/// Returns bytes as hexadecimal digits.
 pub fn hex(bytes: &[u8]) -> String {
     let digits = bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]);
     digits.filter_map(|digit| char::from_digit(digit.into(), 16)).collect()

@@ -1,7 +1,7 @@
-//! `host-sim bounds`: against closed forms, against disturbances built to attain them, and as a user meets them.
+//! `host-sim bounds`: against closed forms, against disturbances that attain the bounds, and its output.
 //!
-//! The runs know nothing of matrices: they are the loop of [`loop_sim::closed_loop`], with the very tick and the
-//! solver, under a plant whose disturbance the test makes piece by piece.
+//! The runs do not use matrices. They use the loop of [`loop_sim::closed_loop`] with the real tick and the solver, and
+//! a plant whose disturbance the test builds piece by piece.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
@@ -14,9 +14,9 @@ use loop_sim::random::Random;
 use loop_sim::signal::Signal;
 use loop_sim::trace::{Row, Trace};
 use scenario::{AtRest, Experiment, Sensed, Source};
-use study::bounds::{Known, NoBounds, Quantity, SampledLoop, instants};
+use study::bounds::{NoBounds, Quantity, SampledLoop, SignalBounds, instants};
 
-/// A chain of three with observers of order 2 in the channels 2 and 3, its model 30 % wrong, no disturbance.
+/// Chain of order 3 with observers of order 2 in the channels 2 and 3, a model error of 30 %, and no disturbance.
 const CHAIN: &str = r#"
 span_s = 3.0
 [plant]
@@ -49,18 +49,18 @@ fn at(it: &SampledLoop, quantity: Quantity) -> usize {
     it.quantities().iter().position(|other| *other == quantity).expect("it is bounded")
 }
 
-/// A plant with a further disturbance in one channel, whose m-th derivative is constant from instant to instant.
+/// Plant with an additional disturbance in one channel, whose m-th derivative is piecewise constant.
 struct Disturbed {
     plant: Box<dyn Plant>,
     channel: usize,
     m: usize,
-    /// From when on, and w, w', .. there, the m-th derivative last.
+    /// Start of each piece, s, and w, w', .. there; the m-th derivative is the last.
     pieces: Vec<(f64, [f64; 4])>,
     jumps_s: Vec<f64>,
 }
 
 impl Disturbed {
-    /// `levels`: from when on, and the m-th derivative; w and its lower derivatives begin with 0.
+    /// `levels` are start (s) and m-th derivative of each piece; w and its lower derivatives start at 0.
     fn new(plant: Box<dyn Plant>, channel: usize, m: usize, levels: &[(f64, f64)]) -> Self {
         let mut it = Self { plant, channel, m, pieces: Vec::new(), jumps_s: levels.iter().map(|(t, _)| *t).collect() };
         for &(from_s, level) in levels {
@@ -76,7 +76,7 @@ impl Disturbed {
 
     fn derivative(&self, t_s: f64, order: usize) -> f64 {
         let Some((from_s, jet)) = self.pieces.iter().rev().find(|(from_s, _)| *from_s <= t_s) else { return 0.0 };
-        // Horner, from the m-th derivative down.
+        // Horner scheme from the m-th derivative down.
         (order..=self.m).rev().fold(0.0, |sum, j| jet[j] + sum * (t_s - from_s) / ((j - order + 1) as f64))
     }
 }
@@ -101,7 +101,7 @@ impl Plant for Disturbed {
     }
 }
 
-/// The run of a scenario under such a disturbance.
+/// Runs a scenario with such a disturbance.
 fn run(text: &str, sets: &[&str], channel: usize, m: usize, levels: &[(f64, f64)]) -> Trace {
     let mut it = experiment(text, sets);
     let plant = std::mem::replace(&mut it.plant, Box::new(bare(2)));
@@ -126,11 +126,11 @@ fn value(trace: &Trace, tick: usize, quantity: Quantity) -> f64 {
     }
 }
 
-/// The independent oracle: $w^{(m)} = sign h_m$ run backwards from the last tick makes the bound, in the very loop.
+/// Independent oracle: $w^{(m)} = sign h_m$, backwards from the last tick, attains the bound in the real loop.
 #[test]
 fn a_disturbance_built_of_the_kernel_attains_the_bound() {
     let late = ["actuator.delay_ticks=1", "sensor.delay_ticks=1", "actuator.report=false", "controller.k_l=10"];
-    // What held u makes of x_3 inside a tick the observer of d_2 knows as well as the model is.
+    // The observer of d_2 predicts the effect of the held u on x_3 within a tick as well as its model does.
     let exact = ["controller.nominal={a=[-6.0,-11.0,-6.0],b=2.0}"];
     let cases: [(Quantity, usize, usize, &[&str]); 7] = [
         (Quantity::Output, 1, 0, &[]),
@@ -146,10 +146,10 @@ fn a_disturbance_built_of_the_kernel_attains_the_bound() {
         let (t, ticks, found) = (it.period_s, it.periods, sampled(&it));
         let i = at(&found, quantity);
         let kernel = found.kernel(channel, m, 0.0).expect("a kernel");
-        // Nothing is left of a polynomial of lower degree.
+        // A polynomial of lower degree has no effect.
         let left = (0..m).map(|j| kernel.coefficients[(i, j)].abs()).fold(0.0, f64::max);
         assert!(left < 1e-7 * kernel.norms[i], "{quantity:?} {channel} {m}: {left}");
-        // From the last tick backwards, where the kernel has another sign than before.
+        // From the last tick backwards, at each sign change of the kernel.
         let end_s = ticks as f64 * t;
         let mut levels = Vec::new();
         let mut last = None;
@@ -175,7 +175,7 @@ fn a_disturbance_built_of_the_kernel_attains_the_bound() {
     }
 }
 
-/// Random switching of w^(m) at random instants, slow and fast, stays below; it would not below 0.3 of the bound.
+/// Random switching of w^(m), slow and fast, stays below the bound, and exceeds 0.3 of it.
 #[test]
 fn no_random_disturbance_within_its_bounds_makes_more() {
     let found = sampled(&experiment(CHAIN, &[]));
@@ -194,7 +194,7 @@ fn no_random_disturbance_within_its_bounds_makes_more() {
         let kernel = found.kernel(channel, m, 0.0).expect("a kernel");
         for (i, quantity) in found.quantities().iter().enumerate() {
             let is_whole = (0..m).all(|j| kernel.coefficients[(i, j)].abs() < 1e-7 * kernel.norms[i]);
-            // Of the error itself w is a part at once.
+            // The error itself contains w directly.
             let direct = f64::from(u8::from(m == 0 && *quantity == Quantity::EstimationError(channel)));
             for tick in (0..trace.rows.len()).filter(|_| is_whole) {
                 let share = value(&trace, tick, *quantity).abs() / (kernel.norms[i] + direct);
@@ -206,15 +206,15 @@ fn no_random_disturbance_within_its_bounds_makes_more() {
     assert!(most > 0.3, "{most}");
 }
 
-/// Where the law takes away a constant only, a slow disturbance is bounded by an error coefficient and a small rest:
-/// of x_3' = .. + d_3 without observer y goes to C_0 d, and C_0 w + C_1 w' + .. is what the run shows.
+/// If the law rejects only a constant, a slow disturbance is bounded by an error coefficient and a small rest. For
+/// x_3' = .. + d_3 without observer, y tends to C_0 d, and the run shows C_0 w + C_1 w' + ...
 #[test]
 fn error_coefficients_are_what_a_slow_disturbance_makes() {
     let sets = ["controller.observer=[]", "span_s=12"];
     let found = sampled(&experiment(CHAIN, &sets));
     let i = at(&found, Quantity::Output);
     let kernel = found.kernel(2, 3, 0.0).expect("a kernel");
-    // A ramp, and after 6 s of it a parabola.
+    // A ramp for 6 s, then a parabola.
     let levels = [(0.0, 0.0), (2.0, 0.3)];
     let trace = run(CHAIN, &sets, 2, 2, &levels);
     let tick = trace.rows.len() - 1;
@@ -225,8 +225,8 @@ fn error_coefficients_are_what_a_slow_disturbance_makes() {
     assert!((told - y).abs() < 1e-6 * y.abs(), "{told} {y}");
 }
 
-/// An observer of first order with the pole q = e^(-l T) makes of d' the error (T/2) coth(l T/2), which is 1/l of the
-/// continuous one and a little more.
+/// An observer of first order with the pole q = e^(-l T) has the error (T/2) coth(l T/2) per d', slightly more than 1/l
+/// of the continuous observer.
 #[test]
 fn observer_of_first_order_has_the_bound_of_its_closed_form() {
     for (l, period_s) in [(20.0, 1e-3), (20.0, 2e-2), (3.0, 1e-2)] {
@@ -240,15 +240,15 @@ fn observer_of_first_order_has_the_bound_of_its_closed_form() {
         let expected = 0.5 * period_s / f64::tanh(0.5 * l * period_s);
         let norm = found.kernel(1, 1, 0.0).expect("a kernel").norms[i];
         assert!((norm / expected - 1.0).abs() < 2e-5, "{l} {period_s}: {norm} {expected}");
-        let known = Known { mu: vec![1e9, 2.0], jumps: 0.5 };
+        let known = SignalBounds { mu: vec![1e9, 2.0], jumps: 0.5 };
         let bound = found.of_disturbance(1, &known, 100.0).expect("a bound")[i];
-        // What jumps by 1 is in error by 1 at the next tick, and by less then.
+        // A step of 1 gives an error of 1 at the next tick, and a smaller one afterwards.
         assert!((bound.value / (2.0 * expected + 0.5) - 1.0).abs() < 2e-3, "{bound:?} {expected}");
         assert_eq!(bound.derivative, 1);
     }
 }
 
-/// u = -k x_2 on x_2' = u: an error of the sensor makes u at once and by all of x_2, which it moves by itself at most.
+/// u = -k x_2 on x_2' = u: a sensor error enters u directly and through x_2, which moves by at most this error.
 #[test]
 fn steps_of_a_sensor_make_what_the_known_loop_says() {
     struct Proportional(f64);
@@ -276,12 +276,12 @@ fn steps_of_a_sensor_make_what_the_known_loop_says() {
         report: true,
         left_out: Vec::new(),
     };
-    // A thousand ticks per time constant, and less than two.
+    // From 1000 ticks per time constant to less than two.
     for (k, t) in [(10.0, 1e-4), (10.0, 0.06)] {
         let it = at_rest(k);
         let found = SampledLoop::of(&it, it.law.as_ref(), t, 1, &[]).expect("a loop");
         let bounds = found.of_sensor(1, 0.05);
-        // Rounded up by 1e-4.
+        // The bound is rounded up by 1e-4.
         for (bound, expected) in bounds.iter().zip([0.05, 2.0 * k * 0.05]) {
             assert!((bound / expected - 1.0001).abs() < 3e-5, "{k} {t}: {bounds:?}");
         }
@@ -292,7 +292,7 @@ fn steps_of_a_sensor_make_what_the_known_loop_says() {
     assert!(matches!(refused, Err(NoBounds::Unstable(radius)) if (radius - 1.01).abs() < 1e-9), "{refused:?}");
 }
 
-/// Against the sum over every tick, with poles down to 0.5 /s, so that strides are up to 64 ticks.
+/// Comparison with the sum over every tick. Poles down to 0.5 1/s give strides of up to 64 ticks.
 #[test]
 fn strides_lose_less_than_the_bounds_are_rounded_up() {
     let sets = ["controller.observer=[{channel=2,poles=[[-0.5,0],[-60,0]]},{channel=3,poles=[[-2,9],[-2,-9]]}]"];
@@ -319,7 +319,7 @@ fn told(args: &[&str]) -> (u8, String, String) {
     (status, String::from_utf8(out).expect("text"), String::from_utf8(err).expect("text"))
 }
 
-/// A folder of this test, with a file in it.
+/// Creates a folder of this test with a scenario file.
 fn with_file(name: &str, text: &str) -> (std::path::PathBuf, String) {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bounds-{name}"));
     whole_file::claim(&folder).expect("a folder");
@@ -330,7 +330,7 @@ fn with_file(name: &str, text: &str) -> (std::path::PathBuf, String) {
 
 #[test]
 fn bounds_hold_for_every_file_to_start_from() {
-    // The fast tier takes the first and the fourth.
+    // The fast tier tests the first and the fourth.
     let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
     for (plant, text) in scenario::STARTS.into_iter().step_by(if deep { 1 } else { 3 }) {
         let (folder, file) = with_file(plant, text);
@@ -350,16 +350,16 @@ fn bounds_hold_for_every_file_to_start_from() {
     }
 }
 
-/// What is advised may be typed as it stands, and does what is said of it. Of a joint nothing lowers the bound of σ\*.
+/// The advised setting works as printed and has the predicted effect. For a joint no gain lowers the bound of σ\*.
 #[test]
 fn advice_is_what_the_file_takes_and_what_a_run_of_it_shows() {
     let bounds = |json: &serde_json::Value| -> Vec<f64> {
         json["bounds"].as_array().expect("bounds").iter().map(|it| it.as_f64().expect("a number")).collect()
     };
-    // At 940 the reaching law of the motor has less than a tenth to its limit, 1/T.
+    // At 940 the reaching gain of the motor is within 10 % of its limit 1/T.
     let starts = scenario::STARTS.into_iter().map(|(plant, text)| (plant, text, None));
     let all = starts.chain([("motor", scenario::MOTOR, Some("drive.reaching_per_s=940"))]);
-    // The fast tier takes that motor.
+    // The fast tier tests this motor.
     let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
     let mut advised = 0;
     for (plant, text, set) in all.filter(|(_, _, set)| deep || set.is_some()) {
@@ -387,7 +387,7 @@ fn advice_is_what_the_file_takes_and_what_a_run_of_it_shows() {
     assert!(advised >= if deep { 15 } else { 1 }, "{advised}");
 }
 
-/// A drive in f64 whose u is another by something.
+/// Drive in f64 with an additive deviation of u.
 struct Beside<'a> {
     port: Box<dyn ControllerPort>,
     by: Box<dyn FnMut() -> f64 + Send + 'a>,
@@ -409,7 +409,7 @@ impl ControllerPort for Beside<'_> {
     }
 }
 
-/// The run with this law instead of its own, from the same file.
+/// Runs a file with this law instead of its own.
 fn with_law(text: &str, sets: &[&str], by: Option<Box<dyn FnMut() -> f64 + Send>>) -> Trace {
     let mut it = experiment(text, sets);
     if let Some(by) = by {
@@ -422,9 +422,9 @@ fn with_law(text: &str, sets: &[&str], by: Option<Box<dyn FnMut() -> f64 + Send>
     trace
 }
 
-/// Drives without friction at fine encoders: a u that is other by up to 1 % of the limit (of a joint 3 %, so that it is
-/// more than the steps), in square waves of all periods, moves sigma*, y and u by no more than the bound, and by a good
-/// part of it.
+/// Drives without friction with fine encoders. A deviation of u of up to 1 % of the limit (joint: 3 %, more than the
+/// quantisation), in square waves of all periods, changes sigma*, y and u by at most the bound, and by a large part of
+/// it.
 #[test]
 fn a_u_that_is_asked_for_beside_the_law_makes_no_more_than_its_bound_and_most_of_it() {
     let fine = ["encoder.bits=24", "drive.gain_sets=1", "friction={}", "reference={kind=\"rest\"}", "span_s=0.6"];
@@ -437,7 +437,7 @@ fn a_u_that_is_asked_for_beside_the_law_makes_no_more_than_its_bound_and_most_of
         let it = experiment(text, &sets);
         let found = sampled(&it);
         let bounds = found.of_asked(error);
-        // Two runs whose counts are rounded each for itself.
+        // Two runs with separately rounded counts.
         let quanta = it.at_rest.as_ref().expect("a loop").sensed.iter().map(|sensed| sensed.quantum);
         let steps = quanta.enumerate().map(|(i, quantum)| found.of_sensor(i, quantum));
         let steps = steps.fold(vec![0.0; bounds.len()], |sums, row| sums.iter().zip(row).map(|(a, b)| a + b).collect());
@@ -471,8 +471,8 @@ fn a_u_that_is_asked_for_beside_the_law_makes_no_more_than_its_bound_and_most_of
     }
 }
 
-/// Against the run in f32 and the run in f64, each with its own counts: they differ by no more than the rounding and
-/// both encoders make, and what the rounding makes is there.
+/// Compares a run in f32 with a run in f64, each with its own counts. They differ by at most the bounds of rounding and
+/// quantisation, and the bound of rounding is present.
 #[test]
 fn f32_and_f64_differ_by_no_more_than_the_bound_of_rounding_and_of_the_steps() {
     for (plant, sets) in [("motor", &["encoder.bits=24"][..]), ("joint", &[])] {
@@ -514,7 +514,7 @@ fn f32_and_f64_differ_by_no_more_than_the_bound_of_rounding_and_of_the_steps() {
 fn what_has_no_bounds_is_told_and_nothing_is_written() {
     let folder = with_file("none", CHAIN).0.join("out").display().to_string();
     let cases: [(&[&str], u8, &str); 4] = [
-        (&["--set", "plant.error.b=3", "--set", "controller.k_l=500"], status::FAILED, "there is no bound"),
+        (&["--set", "plant.error.b=3", "--set", "controller.k_l=500"], status::FAILED, "no bound: "),
         (&["--set", "controller.kay=3"], status::BAD_INPUT, "k_l"),
         (&["no-such-file.toml"], status::BAD_INPUT, "no-such-file.toml"),
         (&["--set", "actuator.hold_ticks=2"], status::BAD_INPUT, "hold_ticks"),

@@ -1,5 +1,5 @@
-//! Ctrl-C during `host-sim commission --port`, as its user meets it: a motor at the other end of a pseudo terminal, and
-//! a signal while it is shaken, and after the new gains have taken over. Unix only, as terminals and signals are.
+//! Ctrl-C during `host-sim commission --port`. A simulated motor is at the other end of a pseudo terminal. The signal
+//! comes during the excitation, and after the switch to the new gains. Unix only, because of terminals and signals.
 #![cfg(unix)]
 
 use std::collections::VecDeque;
@@ -20,10 +20,10 @@ type Law = MotorDrive<f32, Position, 1>;
 const PERIOD_S: f64 = 1e-3;
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(20), Limits::symmetric(10.0));
-/// Nothing here takes so long.
+/// Timeout; no run here takes so long.
 const HANGS: Duration = Duration::from_mins(2);
 
-/// The motor and its interrupt.
+/// Motor and control interrupt.
 struct Chip {
     seat: Seat<Law, 1, 2>,
     x: [f64; 2],
@@ -49,7 +49,7 @@ impl Machine<Law, 1, 2> for Chip {
     }
 }
 
-/// The chip with its line.
+/// Board: target with its serial line.
 struct Board {
     live: Live<Law, 1, 2>,
     chip: Chip,
@@ -96,8 +96,8 @@ fn ctrl_c_leaves_a_drive_at_rest_with_the_gains_of_before() {
     std::fs::create_dir_all(&folder).expect("a folder");
     let file = folder.join("motor.toml");
     std::fs::write(&file, scenario::MOTOR).expect("a file");
-    // The design of the file takes over and is shaken, then that of what was found takes over: so many designs, and
-    // ticks after the last one.
+    // First the design of the file is loaded and excited, then the identified design is loaded. Each case: number of
+    // designs, and ticks after the last one.
     for (designs, ticks) in [(1, 500), (2, 100), (2, 700)] {
         let label = format!("{ticks} ticks after design {designs}");
         let (mut line, name) = {
@@ -119,7 +119,7 @@ fn ctrl_c_leaves_a_drive_at_rest_with_the_gains_of_before() {
             match line.read(&mut bytes) {
                 Ok(count) => board.send(&bytes[..count]).expect("a wire"),
                 Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
-                // Nobody has the other end yet, or any more.
+                // The other end is not open yet, or is closed.
                 Err(_) => std::thread::sleep(Duration::from_millis(1)),
             }
             if let Some(Event::Started(_)) = board.live.take_event() {
@@ -139,7 +139,7 @@ fn ctrl_c_leaves_a_drive_at_rest_with_the_gains_of_before() {
         let output = child.wait_with_output().expect("its last words");
         let told = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(130), "{label}: {told}");
-        assert!(told.contains("with the gains of before"), "{label}: {told}");
+        assert!(told.contains("with the old gains"), "{label}: {told}");
         assert!(left == 0 && !folder.join("found.toml").exists(), "{label}: {shaken} A");
         let mut drive = LiveDrive::connect(board, Duration::from_millis(50)).expect("the drive");
         assert!(*drive.design() == design(), "{label}: another design runs");

@@ -1,5 +1,5 @@
-//! `host-sim monte-carlo` as its user meets it: the same bytes whoever computed them, also after a kill; a trial that
-//! is the run; files that are damaged, foreign, or too many for the disk. Unix only, as signals and limits are.
+//! `host-sim monte-carlo` from outside: identical bytes on any threads and shards, also after a kill; a trial equals
+//! its run; damaged and foreign files; a full disk. Unix only, because of signals and limits.
 #![cfg(unix)]
 
 use std::fs;
@@ -12,10 +12,10 @@ use host_sim::store::{self, Header, Trials};
 use serde_json::Value as Json;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
-/// Nothing here takes so long.
+/// Timeout; nothing here takes so long.
 const HANGS: Duration = Duration::from_mins(2);
 
-/// A folder of one test, gone when the test is over.
+/// Folder of one test, removed at its end.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -57,7 +57,7 @@ fn merged(args: &[&str]) -> (i32, String, String) {
     told(&Command::new(PROGRAM).arg("merge").args(args).output().expect("the program"))
 }
 
-/// What must go well.
+/// Returns stdout of a command that must succeed.
 fn done(args: &[&str]) -> String {
     let (status, out, err) = spoken(args);
     assert_eq!(status, 0, "{args:?}: {err}");
@@ -68,7 +68,7 @@ fn json(text: &str) -> Json {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// The joint of the paper for a twentieth of a second, everything random that it has.
+/// Joint of the paper for 0.05 s with all its random parts.
 const PLAN: [&str; 12] = [
     "--set",
     "span_s=0.05",
@@ -92,8 +92,8 @@ fn bytes(folder: &str) -> Vec<u8> {
     fs::read(Path::new(folder).join("trials.parquet")).expect("trials")
 }
 
-/// A joint by its data sheet that is off by up to half is unstable in many corners. As its current is limited it
-/// shakes, but where all of its numbers are off at once, which may run away.
+/// A joint with parameters off by up to 50 % is unstable in many corners. The current limit turns this into an
+/// oscillation. It may diverge only where all parameters are off at once.
 #[test]
 fn a_drive_that_shakes_has_failed() {
     let folder = Folder::new("shakes");
@@ -110,8 +110,8 @@ fn a_drive_that_shakes_has_failed() {
     let of_file = told["of_file"]["noise.at_rest"].as_str().and_then(|text| text.parse::<f64>().ok()).expect("noise");
     let unstable: Vec<usize> = (0..200).filter(|k| outcomes[*k].word() == "unstable").collect();
     let never = (0..200).filter(|k| outcomes[*k].word() == "finished" && settling[*k].is_nan()).count();
-    // What grows at rest is seen in the run: more than the encoders' steps make of u, or a drive that an alarm has
-    // stopped, so that it has no noise and is not where it should be.
+    // An unstable loop is visible in the run: more noise than from quantisation, or a drive that an alarm stopped,
+    // which has no noise and a large error.
     let is_seen = |k: &usize| noise[*k] > 2.0 * of_file || noise[*k].is_nan() && error[*k] > 0.1;
     assert!(unstable.len() > 10 && unstable.iter().all(is_seen), "{unstable:?} {noise:?} {error:?}");
     assert!(unstable.iter().filter(|k| noise[**k].is_nan()).count() < 10, "most are not stopped");
@@ -121,7 +121,7 @@ fn a_drive_that_shakes_has_failed() {
     assert!(never > 0 && gone <= 1, "{told}");
 }
 
-/// Waits for a file of a process that writes it.
+/// Waits for a file that another process writes.
 fn await_file(path: &Path) {
     let until = Instant::now() + HANGS;
     while !path.exists() {
@@ -146,13 +146,13 @@ fn threads_shards_an_end_by_signal_and_a_kill_leave_the_same_bytes() {
     let (status, out, err) = merged(&[&files[0], &files[1], &files[2], "--out", &all]);
     assert_eq!(status, 0, "{err}");
     assert!(bytes(&one) == bytes(&all), "shards");
-    // A shard that is there is taken as it is.
+    // An existing shard is not computed again.
     let before = fs::metadata(&files[0]).and_then(|about| about.modified()).expect("a file");
     done(&with(&["--shard", "3/3", "--out", &parts, "--resume"]));
     assert_eq!(fs::metadata(&files[0]).and_then(|about| about.modified()).expect("a file"), before);
     assert!(out.starts_with("460 trials, seed 1: "), "{out}");
 
-    // Killed once, told to end once.
+    // Killed once, then interrupted once.
     for signal in ["KILL", "INT"] {
         let mut child = command(&with(&["--threads", "1", "--resume", "--out", &killed])).spawn().expect("a child");
         let chunks = Path::new(&killed).join("trials.chunks");
@@ -164,18 +164,18 @@ fn threads_shards_an_end_by_signal_and_a_kill_leave_the_same_bytes() {
         } else {
             let (status, _, err) = told(&child.wait_with_output().expect("a child"));
             assert_eq!(status, 130, "{err}");
-            assert!(err.contains("go on with: ") && err.trim_end().ends_with(" --resume"), "{err}");
+            assert!(err.contains("continue with: ") && err.trim_end().ends_with(" --resume"), "{err}");
         }
         assert!(!Path::new(&killed).join("trials.parquet").exists(), "it was too late for {signal}");
     }
     let (status, _, err) = spoken(&with(&["--out", &killed]));
-    assert!(status == 2 && err.contains("--resume goes on"), "{err}");
+    assert!(status == 2 && err.contains("Give --resume to continue it"), "{err}");
     done(&with(&["--resume", "--out", &killed]));
     assert!(bytes(&one) == bytes(&killed), "resumed");
     assert!(!Path::new(&killed).join("trials.chunks").exists());
 }
 
-/// The number behind a key, to the bit.
+/// Returns the number of a key, exact to the bit.
 fn number(json: &str, key: &str) -> f64 {
     let text = json.split(&format!("\"{key}\":")).nth(1).unwrap_or_else(|| panic!("no {key}: {json}"));
     let text = text.split([',', '}']).next().expect("a number");
@@ -185,7 +185,7 @@ fn number(json: &str, key: &str) -> f64 {
 #[test]
 fn a_trial_alone_is_the_trial_to_the_bit_and_so_is_the_run_that_is_told() {
     let folder = Folder::new("alone");
-    // The fast tier takes the first and the fourth.
+    // The fast tier tests the first and the fourth.
     let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
     for plant in ["motor", "paper", "joint", "own", "chain"].into_iter().step_by(if deep { 1 } else { 3 }) {
         let out = folder.path(plant);
@@ -229,7 +229,7 @@ fn a_trial_alone_is_the_trial_to_the_bit_and_so_is_the_run_that_is_told() {
     }
 }
 
-/// A tenth of the time of [`PLAN`], for whoever looks at what was drawn.
+/// A tenth of the time of [`PLAN`], for tests of the drawn values.
 const BRIEF: [&str; 4] = ["--set", "span_s=0.004", "--set", "window_s=[0.002, 0.004]"];
 
 #[test]
@@ -244,24 +244,24 @@ fn percentiles_of_what_was_drawn_are_those_of_the_law() {
     ];
     let told = json(&done(&args.concat()));
     let of = |name: &str, p: &str| told["percentiles"][name][p].as_f64().expect(name);
-    // Four standard deviations of a quantile, sqrt(p(1 - p)/n)/density: at the middle of a box of 0.2 it is 0.0022, at
-    // that of a normal law 0.028 of its deviation, at its 95 % point 0.047.
+    // Tolerance: four standard deviations of a quantile, sqrt(p(1 - p)/n)/density. It is 0.0022 at the median of a box
+    // of 0.2; for a normal law 0.028 of its deviation at the median and 0.047 at the 95 % point.
     assert!((of("plant.x0[1]", "p50") - 0.2).abs() < 4.0 * 0.0022);
     assert!((of("plant.x0[1]", "p95") - 0.29).abs() < 4.0 * 0.001);
     let k_l = told["of_file"]["controller.k_l"].as_str().and_then(|text| text.parse::<f64>().ok()).expect("k_l");
     assert!((of("controller.k_l", "p50") / k_l - 1.0).abs() < 4.0 * 0.028 * 0.05);
     assert!((of("controller.k_l", "p95") / k_l - 1.0 - 1.644_854 * 0.05).abs() < 4.0 * 0.047 * 0.05);
-    // The points of Sobol are even to some two of 2000.
+    // Sobol points are even to about two of 2000.
     assert!((of("plant.error.k1", "p5") + 0.45).abs() < 1e-3 && (of("plant.error.k1", "p95") - 0.45).abs() < 1e-3);
     assert_eq!([of("actuator.delay_ticks", "p1"), of("actuator.delay_ticks", "max")], [0.0, 3.0]);
-    // No chance, no bound.
+    // Without random draws there is no bound of the rate.
     assert!(told["failures"]["rate_below"].is_null());
 }
 
 #[test]
 fn trials_that_run_away_and_those_without_a_design_are_counted_and_told_first() {
     let folder = Folder::new("away");
-    // Two weak springs: the linear gain of 10 is too low for the strong motor, 100 is not.
+    // With two weak springs the linear gain of 10 is too low for the strong motor; 100 is sufficient.
     let args = [
         &[
             "--set",
@@ -302,7 +302,7 @@ fn trials_that_run_away_and_those_without_a_design_are_counted_and_told_first() 
     assert_eq!(told["failures"]["count"], away + refused);
     assert!(told["failures"]["rate_below"].as_f64() > told["failures"]["rate"].as_f64());
     assert!(told["worst"].as_array().expect("a list").iter().all(|worst| worst["outcome"] != "finished"));
-    // What is above a limit has failed too.
+    // A trial above a limit has also failed.
     let limit = ["--at-most", "metrics.y_ultimate=0"];
     let (status, told, err) = spoken(&[&args.concat()[..], &limit, &["--resume"]].concat());
     assert_eq!((status, err.lines().count()), (1, 2), "{err}");
@@ -310,7 +310,7 @@ fn trials_that_run_away_and_those_without_a_design_are_counted_and_told_first() 
     assert_eq!(all["failures"]["count"], 40);
 }
 
-/// A pendulum of which the controller believes the wrong sign swings between the limits of u, and comes to its end.
+/// A pendulum whose controller assumes the wrong sign oscillates between the limits of u, and the run finishes.
 #[test]
 fn what_grows_at_rest_is_unstable_however_its_run_went() {
     let folder = Folder::new("limited");
@@ -325,7 +325,7 @@ fn what_grows_at_rest_is_unstable_however_its_run_went() {
     assert!((trials / 10..=trials - trials / 10).contains(&unstable), "{told}");
     let kept = Trials::open(&folder.0.join("out/trials.parquet")).expect("trials");
     let (m, outcomes) = (kept.column(0).expect("m"), kept.outcomes().expect("outcomes"));
-    // The lighter it is, the larger the gain of its input, from some mass on too large.
+    // A lighter pendulum has a larger input gain, which is too large below a certain mass.
     let of =
         |word: &str| -> Vec<f64> { m.iter().zip(&outcomes).filter(|it| it.1.word() == word).map(|it| *it.0).collect() };
     let (unstable, finished) = (of("unstable"), of("finished"));
@@ -334,7 +334,7 @@ fn what_grows_at_rest_is_unstable_however_its_run_went() {
     assert!(heaviest < lightest && (unstable.len() + finished.len()) as u64 == trials, "{heaviest} {lightest}");
 }
 
-/// What is printed to be typed may be typed; what is not of the plan is refused.
+/// The printed command works as it stands; a command without a plan is rejected.
 #[test]
 fn the_trial_that_is_told_may_be_replayed_as_it_is_told() {
     let folder = Folder::new("told");
@@ -346,7 +346,7 @@ fn the_trial_that_is_told_may_be_replayed_as_it_is_told() {
     let (status, _, err) = told(&shell.output().expect("sh"));
     assert_eq!(status, 0, "{line}: {err}");
     let (status, _, err) = spoken(&[&BRIEF[..], &["--replay", "3", "--out", &folder.path("two")]].concat());
-    assert!(status == 2 && err.contains("what is to vary?"), "{err}");
+    assert!(status == 2 && err.contains("no parameter to vary: give --uncertain PERCENT"), "{err}");
 }
 
 #[test]
@@ -370,15 +370,15 @@ fn a_damaged_a_foreign_a_missing_and_a_double_shard_are_told_by_name() {
     };
     refused(&[&one, &three], "trials 10 to 19 are in no shard");
     refused(&[&one, &two], "trials 20 to 39 are in no shard");
-    refused(&[&one, &two, &two, &three], &format!("{two}: its trials 10 to 19 are in another too"));
+    refused(&[&one, &two, &two, &three], &format!("{two}: its trials 10 to 19 are also in another shard"));
     refused(&[&one, &foreign, &three], &format!("{foreign}: a shard of another plan: its seed is 7, expected 1"));
-    // What was asked for otherwise is told at its place, and before what follows from it.
+    // A different input is reported with its place, before the values that follow from it.
     let other = folder.path("varied");
     done(&[&brief[..], &["--vary", "sensor.dropout=uniform(0,0.1)", "--shard", "2/3", "--out", &other]].concat());
     let varied = format!("{other}/shard-2-of-3.parquet");
     let expected = "its vary[2] is \"sensor.dropout=uniform(0,0.1)\", expected none";
     refused(&[&one, &varied, &three], &format!("{varied}: a shard of another plan: {expected}"));
-    // The same trials as another version of the program would have written them.
+    // The file that another version of the program would have written.
     let (ours, later) = (concat!("host-sim ", env!("CARGO_PKG_VERSION")), folder.path("later.parquet"));
     let theirs = ours.replace('.', "_");
     let written = Trials::open(Path::new(&two)).expect("a shard");
@@ -386,20 +386,20 @@ fn a_damaged_a_foreign_a_missing_and_a_double_shard_are_told_by_name() {
     store::write(Path::new(&later), &header, written.range, written.chunks()).expect("a file");
     let expected = format!("its program is \"{theirs}\", expected \"{ours}\"");
     refused(&[&one, &later, &three], &format!("{later}: a shard of another plan: {expected}"));
-    // A header that somebody changed.
+    // A changed header.
     let bytes = fs::read(&two).expect("a shard");
     let seed = br#""seed":1,"#;
     let at = bytes.windows(seed.len()).position(|window| window == seed).expect("a seed in a header");
     let changed = [&bytes[..at], br#""seed":2,"#, &bytes[at + seed.len()..]].concat();
     let forged = folder.path("forged.parquet");
     fs::write(&forged, changed).expect("a file");
-    refused(&[&one, &forged, &three], &format!("{forged}: damaged: its header or its values are not those"));
+    refused(&[&one, &forged, &three], &format!("{forged}: damaged: the checksum of header and values is wrong"));
     refused(&[&one, "nothing.parquet"], "nothing.parquet: there is no such file");
     let other = folder.path("other.parquet");
     fs::write(&other, "not at all").expect("a file");
     refused(&[&other], &format!("{other}: not a readable Parquet file: "));
 
-    // Whatever byte is another: told, or nothing that counts.
+    // Any changed byte is detected, or does not change a value.
     let whole = fs::read(&two).expect("a shard");
     let header = Trials::open(Path::new(&two)).expect("a shard").header;
     let values = |trials: &Trials| -> Vec<u64> {
@@ -419,13 +419,13 @@ fn a_damaged_a_foreign_a_missing_and_a_double_shard_are_told_by_name() {
             undetected += usize::from(same);
         }
     }
-    // Those that no value is made from.
+    // Undetected bytes are those that no value depends on.
     assert!(undetected * 3 < whole.len(), "{undetected} of {}", whole.len());
     for end in [0, 4, 12, whole.len() / 2, whole.len() - 1] {
         fs::write(&other, &whole[..end]).expect("a file");
         assert!(Trials::open(Path::new(&other)).is_err(), "cut at {end}");
     }
-    // A run does not go on with what is not its own.
+    // A run does not continue with files of another plan.
     let (status, _, err) =
         spoken(&[&brief[..], &["--shard", "2/3", "--seed", "7", "--out", &out, "--resume"]].concat());
     assert!(status == 2 && err.contains(&format!("{two}: trials of another plan: its seed is 1, expected 7")), "{err}");
@@ -436,7 +436,7 @@ fn a_full_disk_is_told_and_loses_nothing_that_was_written() {
     let folder = Folder::new("full");
     let out = folder.path("out");
     let brief = [&BRIEF[..], &["--vary", "sensor.jitter=uniform(0,0.5)", "--trials", "800", "--chunk", "100"]].concat();
-    // No file may grow beyond 64 kB: a chunk does not, all of them together do.
+    // Files are limited to 64 kB: a chunk fits, the file of all trials does not.
     let limited = r#"trap '' XFSZ; ulimit -f 128; exec "$0" "$@""#;
     let mut full = Command::new("sh");
     full.args(["-c", limited, PROGRAM, "monte-carlo"]).args(&brief).args(["--out", &out]);
@@ -451,8 +451,8 @@ fn a_full_disk_is_told_and_loses_nothing_that_was_written() {
     assert!(bytes(&out) == bytes(&undisturbed));
 }
 
-/// A word is drawn by its position; what is told and what is run has the word. Of many figures those are drawn that are
-/// asked for, and the others are named.
+/// A word is drawn by its position; output and run contain the word. Of many metrics the requested ones are plotted,
+/// and the others are named.
 #[test]
 fn words_are_drawn_as_they_are_set_and_pictures_are_those_that_are_asked_for() {
     let folder = Folder::new("words");
@@ -467,7 +467,7 @@ fn words_are_drawn_as_they_are_set_and_pictures_are_those_that_are_asked_for() {
     let at = |name: &str| trials.header.columns.iter().position(|known| known == name).expect(name);
     let drawn = trials.column(at("drive.tuning")).expect("a column");
     assert!([1.0, 2.0].iter().all(|word| drawn.contains(word)) && drawn.iter().all(|it| [1.0, 2.0].contains(it)));
-    // The word of its position is what the trial was run with.
+    // The trial ran with the word at its position.
     let peaks = trials.column(at("metrics.u_peak")).expect("a column");
     for (k, word) in [(1.0, "quiet"), (2.0, "normal")] {
         let trial = drawn.iter().position(|it| *it == k).expect("a trial");
@@ -477,7 +477,7 @@ fn words_are_drawn_as_they_are_set_and_pictures_are_those_that_are_asked_for() {
     }
 
     let left = said.lines().find(|line| line.starts_with("histograms.png: 9 of ")).expect("a line");
-    assert!(left.contains("--draw NAME, with --resume, shows: ") && !left.contains("metrics.u_peak"), "{left}");
+    assert!(left.contains("--draw NAME with --resume plots the others") && !left.contains("metrics.u_peak"), "{left}");
     let picture = |name: &str| fs::read_to_string(Path::new(&out).join(name)).expect("a picture");
     let hidden = left.rsplit(": ").next().and_then(|names| names.split(", ").next()).expect("a name");
     assert!(!picture("histograms.svg").contains(hidden));
@@ -488,7 +488,7 @@ fn words_are_drawn_as_they_are_set_and_pictures_are_those_that_are_asked_for() {
 
     for (more, told) in [
         (["--vary", "drive.tuning=list(quite,normal)"], r#"found "quite", expected "quiet""#),
-        (["--draw", "metrics.u_pek"], "--draw metrics.u_pek: a trial has no such figure; nearest is metrics.u_peak"),
+        (["--draw", "metrics.u_pek"], "--draw metrics.u_pek: no such metric or key; nearest is metrics.u_peak"),
     ] {
         let (status, _, err) = spoken(&[&[&*file, "--uncertain", "10", "--out", &out][..], &more].concat());
         assert!(status == 2 && err.contains(told), "{err}");
@@ -502,31 +502,28 @@ fn bad_input_is_told_with_what_was_expected_and_nothing_is_written() {
     let cases: [(&[&str], &str); 19] = [
         (
             &["--vary", "plant.error.b=uniform(0,1)", "--vary", "plant.error=list({b=0.1},{b=0.2})"],
-            "--vary: plant.error is drawn twice: plant.error.b is too",
+            "--vary: plant.error is drawn twice: it overlaps plant.error.b",
         ),
         (
             &["--vary", "plant.x0[01]=uniform(0,1)", "--vary", "plant.x0[1]=uniform(0,1)"],
-            "--vary: plant.x0[1] is drawn twice: plant.x0[01] is too",
+            "--vary: plant.x0[1] is drawn twice: it overlaps plant.x0[01]",
         ),
         (&["--vary", "plant.constants.zz=uniform(0.5,1.5)"], "has no plant.constants.zz to vary"),
-        (&[], "what is to vary? Give --uncertain 50"),
+        (&[], "no parameter to vary: give --uncertain PERCENT"),
         (&["--vary", "controller.k_l"], r#"--vary "controller.k_l": expected KEY=uniform(LOW,HIGH)"#),
-        (&["--vary", "controller.k_l=unifrom(1,2)"], r#"there is no distribution "unifrom"; did you mean uniform?"#),
+        (&["--vary", "controller.k_l=unifrom(1,2)"], r#"unknown distribution "unifrom"; did you mean uniform?"#),
         (&["--vary", "controller.k_l=uniform(1)"], "uniform has two numbers, LOW and HIGH"),
         (&["--vary", "controller.k_l=uniform(2,1)"], "the second number must be above the first"),
-        (&["--vary", "controller.k_l=uniform(1,y)"], r#""y" is no finite number"#),
-        (
-            &["--vary", "controller.k_l=uniform(0.5x,200)"],
-            "either all of its numbers are times the file's own (x), or none",
-        ),
-        (&["--vary", "controller.k_l=normal(1,0)"], "a standard deviation is above 0"),
+        (&["--vary", "controller.k_l=uniform(1,y)"], r#""y" is not a finite number"#),
+        (&["--vary", "controller.k_l=uniform(0.5x,200)"], "the suffix x must be on all numbers or on none"),
+        (&["--vary", "controller.k_l=normal(1,0)"], "a standard deviation must be above 0"),
         (&["--vary", "controller.kl=uniform(1,2)"], "unknown key `controller.kl`; did you mean `k_l`?"),
         (&["--vary", "controller.kl=uniform(0.5x,2x)"], "unknown key `controller.kl`; did you mean `k_l`?"),
         (&["--uncertain", "120"], "--uncertain 120: expected a number above 0 and below 100"),
         (&["--uncertain", "50", "--vary", "plant.error.b=uniform(0,1)"], "--vary: plant.error.b is drawn twice"),
         (&["--uncertain", "50", "--shard", "4/3"], "--shard 4/3: expected I/N with I from 1 to N"),
         (&["--uncertain", "50", "--worst", "metrics.u_pek"], "nearest is metrics.u_peak"),
-        // What only a report of all trials could heed.
+        // Options that only a report of all trials can use.
         (&["--uncertain", "50", "--replay", "3", "--draw", "metrics.u_peak"], "'--replay <TRIAL>' cannot be used with"),
         (&["--uncertain", "50", "--shard", "1/2", "--at-most", "a=1"], "'--shard <I/N>' cannot be used with"),
     ];

@@ -1,4 +1,4 @@
-//! The program as a process: files that are no files, writes that fail half way, signals. Unix only, as they are.
+//! The program as a process: special files, failed writes, signals. Unix only.
 #![cfg(unix)]
 
 use std::fs;
@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Nothing here takes a second; what takes as long as this hangs.
+/// Timeout; nothing here takes a second.
 const HANGS: Duration = Duration::from_secs(30);
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
 
-/// A folder of one test, gone when the test is over.
+/// Folder of one test, removed at its end.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -41,7 +41,7 @@ impl Drop for Folder {
     }
 }
 
-/// Exit status, stdout and stderr of a child that must end by itself.
+/// Returns exit status, stdout and stderr of a child that must end by itself.
 fn ended(mut child: Child) -> (i32, String, String) {
     let status = status_of(&mut child);
     let text = |from: Option<&mut dyn Read>| {
@@ -86,7 +86,7 @@ fn an_export_that_fails_half_way_leaves_the_file_that_was_there() {
     let folder = Folder::new("half");
     let file = folder.path("controller.h");
     fs::write(&file, "my work").expect("a file");
-    // No file may grow beyond a block, which a write is told and not killed for.
+    // Files are limited to one block; the write fails, and the process is not killed.
     let limited = r#"trap '' XFSZ; ulimit -f 1; exec "$0" "$@""#;
     let mut command = Command::new("sh");
     command.args(["-c", limited, PROGRAM, "export", "--paper", "--standalone", "--force", "-o", &file]);
@@ -137,7 +137,7 @@ fn a_trace_that_is_too_long_is_refused_by_its_length() {
     let folder = Folder::new("long");
     let elf = concat!(env!("CARGO_MANIFEST_DIR"), "/../cycle-bound/tests/slew.elf");
     let file = folder.path("trace");
-    // A hole: long, and on the disk nothing.
+    // A sparse file: long, without data on the disk.
     fs::File::create(&file).and_then(|file| file.set_len(1 << 40)).expect("a file");
     let (status, _, err) = spoken(&["budget", "--elf", elf, "--symbol", "slew", "--trace", &file]);
     assert_eq!((status, err), (2, format!("error: {file}: longer than 256 MiB: not a trace\n")));
@@ -150,7 +150,7 @@ fn the_first_request_to_stop_ends_a_program_whose_reader_does_not_read() {
     let short = ["--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]", "--json", "--out", &to];
     for (args, is_out) in [(&["schema"][..], true), (&short, true), (&["figures", "--out", &to], false)] {
         let (_reader, mut writer) = std::io::pipe().expect("a pipe");
-        // As much as it holds.
+        // Fills the pipe.
         writer.write_all(&vec![0; 1 << 16]).expect("room");
         let mut command = Command::new(PROGRAM);
         command.args(args).stdout(Stdio::null()).stderr(Stdio::null());
@@ -167,7 +167,7 @@ fn the_first_request_to_stop_ends_a_program_whose_reader_does_not_read() {
 fn an_image_without_messages_runs_too_and_what_it_sends_is_shown_as_text() {
     use std::os::unix::fs::PermissionsExt;
     let folder = Folder::new("text");
-    // An emulator of two lines.
+    // An emulator that prints two lines.
     let text = "#!/bin/bash\nall=\"$*\"\nport=${all##*tcp:127.0.0.1:}\nexec 3<>\"/dev/tcp/127.0.0.1/${port%%,*}\"\n\
                 printf 'count \\e[1m1\\r\\nis done\\n' >&3\nexec sleep 600\n";
     let emulator = folder.0.join("qemu-system-arm");
@@ -178,7 +178,7 @@ fn an_image_without_messages_runs_too_and_what_it_sends_is_shown_as_text() {
     command.args(["emulate", "--image", elf, "--seconds", "20"]);
     let path = format!("{}:{}", folder.0.display(), std::env::var("PATH").unwrap_or_default());
     let child = command.env("PATH", path).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program");
-    let note = "note: the image holds no defmt messages; what it sends over USART2 is shown as text\n";
+    let note = "note: the firmware has no defmt messages; the output of USART2 is printed as text\n";
     assert_eq!(ended(child), (0, "count ?[1m1\nis done\n".into(), note.into()));
 }
 
@@ -188,11 +188,11 @@ fn who_has_no_image_is_told_the_option_that_names_one_and_how_one_is_built() {
     let mut command = Command::new(PROGRAM);
     command.arg("pil").current_dir(&folder.0).stdout(Stdio::piped()).stderr(Stdio::piped());
     let (status, _, err) = ended(command.spawn().expect("the program"));
-    let told = "there is no such file; --image FILE names one, `cargo xtask firmware` in the repository builds it\n";
+    let told = "give --image FILE, or build the example firmware with `cargo xtask firmware` in the repository\n";
     assert!(status == 1 && err.ends_with(told), "{err}");
 }
 
-/// The part of a file from the first line that begins with `from` to the next that begins with `to`, both left out.
+/// Returns the text between the first `from` and the next `to`, without both.
 fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
     let (_, rest) = text.split_once(from).unwrap_or_else(|| panic!("no {from:?}"));
     rest.split_once(to).unwrap_or_else(|| panic!("no {to:?} behind {from:?}")).0
@@ -205,8 +205,8 @@ fn ran_in(folder: &Folder, args: &[&str]) -> (i32, String, String) {
     ended(command.spawn().expect("the program"))
 }
 
-/// What is named is the user's: kept, but for `--force`, in a folder that is there. What is not is made anew, said so,
-/// and of nothing else.
+/// A named file is kept without `--force`, and its folder must exist. The default file is replaced with a note, and
+/// only if it is a report of the scenario.
 #[test]
 fn a_page_that_is_named_is_never_lost_and_the_program_s_own_is_made_anew_with_a_word() {
     let folder = Folder::new("report");
@@ -214,30 +214,30 @@ fn a_page_that_is_named_is_never_lost_and_the_program_s_own_is_made_anew_with_a_
     let with = |more: &[&str]| ran_in(&folder, &[&brief[..], more].concat());
     let page = folder.path("page.html");
     let told = with(&["-o", "none/page.html"]);
-    assert_eq!(told, (2, String::new(), "error: none/page.html: there is no folder none\n".into()));
-    assert_eq!(with(&["-o", "page.html"]), (0, "written to page.html\n".into(), String::new()));
+    assert_eq!(told, (2, String::new(), "error: none/page.html: the folder none does not exist\n".into()));
+    assert_eq!(with(&["-o", "page.html"]), (0, "wrote page.html\n".into(), String::new()));
     let html = fs::read_to_string(&page).expect("a page");
-    for words in ["host-sim 0.1.0", "its commit", "rustc 1.", "in one exact step a tick, within 1e-9"] {
+    for words in ["host-sim 0.1.0", "commit", "rustc 1.", "one exact step per tick, within 1e-9"] {
         assert!(html.contains(words), "{words}");
     }
-    let kept = "error: page.html exists already and is left as it is; --force overwrites it\n";
+    let kept = "error: page.html already exists and was not changed; --force overwrites it\n";
     fs::write(&page, "mine").expect("a file");
     assert_eq!(with(&["-o", "page.html"]), (2, String::new(), kept.into()));
     assert_eq!(fs::read_to_string(&page).expect("a page"), "mine");
     assert_eq!(with(&["-o", "page.html", "--force"]).0, 0);
     assert_eq!(fs::read_to_string(&page).expect("a page"), html, "the same program, the same bytes");
 
-    let own = "written to out/default-report.html";
+    let own = "wrote out/default-report.html";
     let (status, out, err) = with(&[]);
     assert_eq!((status, out.trim_end()), (0, own), "{err}");
-    assert_eq!(with(&[]).1.trim_end(), format!("{own}, instead of the one there was; --output keeps it"));
+    assert_eq!(with(&[]).1.trim_end(), format!("{own} (replaced; give --output to keep several)"));
     fs::write(folder.path("out/default-report.html"), "mine").expect("a file");
     let (status, _, err) = with(&[]);
-    assert!(status == 2 && err.contains("is no report of default and is left as it is"), "{err}");
+    assert!(status == 2 && err.contains("is not a report of default and was not changed"), "{err}");
     assert_eq!(with(&["--force"]).0, 0);
 }
 
-/// Nothing of them is kept before their end.
+/// `map` and `tune` save nothing before their end.
 #[test]
 fn a_command_without_a_record_says_so_when_it_is_told_to_stop() {
     let folder = Folder::new("stopped");
@@ -249,48 +249,68 @@ fn a_command_without_a_record_says_so_when_it_is_told_to_stop() {
         let child = started(args);
         std::thread::sleep(Duration::from_millis(1500));
         signal(&child, "INT");
-        let told = "stopped on request; what was not written yet is lost\n";
+        let told = "stopped on request; unwritten results are lost\n";
         assert_eq!(ended(child), (130, String::new(), told.into()), "{args:?}");
     }
 }
 
-#[test]
-fn the_motor_of_the_readme_runs_as_it_stands_there() {
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md");
-    let readme = fs::read_to_string(readme).expect("the README");
-    let section = between(&readme, "## Drive my motor\n", "\n## ");
-    let folder = Folder::new("readme");
-    let mut said = String::new();
-    for line in between(section, "```sh\n", "```").lines() {
-        let Some(args) = line.strip_prefix("cargo run --release -- ") else {
-            assert_eq!(line, "$EDITOR mine.toml");
-            continue;
-        };
-        let (status, out, err) = ran_in(&folder, &args.split(' ').collect::<Vec<_>>());
-        assert_eq!((status, err.as_str()), (0, ""), "{line}");
-        said = out;
+/// Runs the `host-sim` commands of a page in order, in a folder of their own. A `text` block directly behind a command
+/// is its output; `GOLDEN=write` writes it. Commands of other programs belong to `elsewhere`.
+fn page_runs(page: &str, folder: &str, elsewhere: &[&str]) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
+    let text = fs::read_to_string(&path).expect("the page");
+    let folder = Folder::new(folder);
+    let (mut written, mut out) = (String::new(), String::new());
+    let mut blocks = text.split_inclusive("```\n");
+    while let Some(block) = blocks.next() {
+        if let Some((before, commands)) = block.split_once("```sh\n") {
+            for line in commands.trim_end_matches("```\n").lines() {
+                let command = line.split(" # ").next().unwrap_or(line).trim_end();
+                let Some(args) = command.strip_prefix("cargo run --release -- ") else {
+                    assert!(elsewhere.contains(&command), "{page}: {command} is run nowhere");
+                    continue;
+                };
+                let args = args.replace("examples/c/", "");
+                let (status, printed, err) = ran_in(&folder, &args.split_whitespace().collect::<Vec<_>>());
+                assert_eq!((status, err.as_str()), (0, ""), "{page}: {command}");
+                out = printed;
+            }
+            written = written + before + "```sh\n" + commands;
+        } else if let Some((before, _)) = block.split_once("```text\n") {
+            written = written + before + "```text\n" + &out + "```\n";
+        } else {
+            written += block;
+        }
     }
-    assert_eq!(said, between(section, "```text\n", "```"));
-    let (_, after) = section.split_once("```text\n").expect("what it said");
-    // What follows it, on the emulated chip: test `export_motor`.
-    let export = between(after, "```sh\ncargo run --release -- ", "\nmake -C examples/c run-motor");
-    let export = export.replace("examples/c/", "");
-    let (status, out, err) = ran_in(&folder, &export.split(' ').collect::<Vec<_>>());
-    assert_eq!((status, out.as_str(), err.as_str()), (0, "wrote motor_drive.h\n", ""), "{export}");
+    if std::env::var_os("GOLDEN").is_some_and(|value| value == "write") {
+        fs::write(&path, written).expect("the page is written");
+    } else {
+        let remedy = "GOLDEN=write cargo test -p host-sim --test program page_runs";
+        assert_eq!(text, written, "the outputs of {page}: {remedy}");
+    }
+}
+
+/// The firmware and the emulated targets have tests of their own: `export_motor`, `emulator`.
+#[test]
+fn the_readme_and_the_tutorial_print_the_output_of_their_commands() {
+    let firmware = ["$EDITOR mine.toml", "make -C examples/c run-motor", "cargo xtask firmware"];
+    let chip = "cargo run --release --features chip -- pil mine.toml";
+    page_runs("README.md", "readme", &[&firmware[..], &[chip]].concat());
+    page_runs("docs/tutorial-motor.md", "tutorial", &firmware);
 }
 
 #[test]
-fn the_equations_of_the_readme_are_those_of_the_file_and_its_commands_work() {
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md");
-    let readme = fs::read_to_string(readme).expect("the README");
-    let section = between(&readme, "### Write down your equations\n", "\n## ");
+fn the_equations_of_the_page_are_those_of_the_file_and_its_commands_work() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/own-plant.md");
+    let page = fs::read_to_string(page).expect("the page");
+    let section = between(&page, "## Write down your equations\n", "\n## ");
     let folder = Folder::new("equations");
     for line in between(section, "```sh\n", "```").lines() {
-        // The shell takes the quotes away.
+        // A shell would remove the quotes.
         let args = line.strip_prefix("cargo run --release -- ").expect("a command").replace('\'', "");
         let (status, out, err) = ran_in(&folder, &args.split(' ').collect::<Vec<_>>());
         assert_eq!((status, err.as_str()), (0, ""), "{line}");
-        assert!(!args.starts_with("run") || out.contains("the state stayed bounded to the end"), "{out}");
+        assert!(!args.starts_with("run") || out.contains("result: finished, state bounded"), "{out}");
     }
     let file = fs::read_to_string(folder.0.join("pendulum.toml")).expect("the file");
     for part in between(section, "```toml\n", "```").split("\n\n") {
@@ -299,7 +319,7 @@ fn the_equations_of_the_readme_are_those_of_the_file_and_its_commands_work() {
     assert!(fs::read_to_string(folder.0.join("pendulum.h")).expect("the C file").contains("edo_smc_tick("));
 }
 
-/// Another motor than that of the file: three times as heavy, twice as strong, 16 bits, and its numbers typed in.
+/// Another motor than in the template: three times the inertia, twice the torque constant, 16 bits.
 #[test]
 fn three_commands_take_a_motor_of_one_s_own_along_a_sine() {
     let folder = Folder::new("three");
@@ -320,7 +340,7 @@ fn three_commands_take_a_motor_of_one_s_own_along_a_sine() {
         json["metrics"]["error_ultimate"].as_f64().expect("a number")
     };
     let friction = "coulomb_n_m = 0.005\nstatic_n_m = 0.008\n";
-    // 2e-4 kg m², 0.05 N m/A, 10 A, 14 bits, 1 kHz: the file's own.
+    // Values of the template: 2e-4 kg m², 0.05 N m/A, 10 A, 14 bits, 1 kHz.
     let found = peak(&[], friction);
     assert!(found < 3.2e-3, "{found:e} rad");
     let other = [

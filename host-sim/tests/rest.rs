@@ -1,6 +1,6 @@
-//! The figures of docs/bandwidth.md about rest, play and margin: drawn of runs, and held against the files there.
+//! Figures of docs/evidence/tuning.md about rest, play and margin: drawn from runs and compared with the files there.
 //!
-//! `GOLDEN=write cargo test -p host-sim --test rest` draws them anew.
+//! `GOLDEN=write cargo test -p host-sim --test rest` draws them again.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -22,7 +22,7 @@ fn ran(sets: &[&str]) -> (Experiment, Trace) {
     (experiment, trace)
 }
 
-/// Writes the figure, or holds it against what stands in the docs.
+/// Compares the figure with its file in the docs; with `GOLDEN` it writes the file first.
 fn held(figure: &Figure, stem: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../docs/figures/{stem}.svg"));
     let svg = figure.svg();
@@ -30,10 +30,10 @@ fn held(figure: &Figure, stem: &str) {
         std::fs::write(&path, &svg).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     }
     let there = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(there == svg, "{} is not what runs give: GOLDEN=write cargo test -p host-sim --test rest", path.display());
+    assert!(there == svg, "{} differs from the runs: GOLDEN=write cargo test -p host-sim --test rest", path.display());
 }
 
-/// Error of the shaft (mrad) and current (A) of two drives on one plant over the time from `from_s` on.
+/// Returns the figure of error (mrad) and current (A) of two drives on one plant. Ranges: time, error, current.
 fn before_and_after(title: &str, [before, after]: [(&str, Trace); 2], ranges: [(f64, f64); 3], band: &str) -> Figure {
     let [span, error_range, current_range] = ranges;
     let rows = |trace: &Trace| trace.rows.iter().filter(|row| (span.0..=span.1).contains(&row.t_s)).copied().collect();
@@ -73,7 +73,7 @@ fn a_motor_hunts_in_friction_and_rests_in_its_band() {
         let friction = "friction={coulomb_n_m=0.02, static_n_m=0.03}";
         ran(&[TO_REST, friction, "load=[]", "span_s=3", &band]).1
     };
-    let runs = [("without a band", run("off")), ("with it (default)", run("learns"))];
+    let runs = [("without a rest band", run("off")), ("with a rest band (default)", run("learns"))];
     let figure = before_and_after(
         "At rest in friction: 14 bits, 10 A, friction 0.02 and 0.03 N m, after a move of 1 rad",
         runs,
@@ -95,7 +95,7 @@ fn a_shaft_swings_in_play_and_is_held_by_lower_gains() {
         let all = [&[sheet, own, encoder, to, friction, "load=[]", "span_s=1.6"], more].concat();
         ran(&all).1
     };
-    let runs = [("without", run(&["drive.rest_band=\"fixed\""])), ("with lower gains (default)", run(&[]))];
+    let runs = [("full gains", run(&["drive.rest_band=\"fixed\""])), ("lower gains (default)", run(&[]))];
     let figure = before_and_after(
         "Play of 0.01 rad behind a gear of 288, encoder on the load, 0.7 A, after a move of 0.5 rad",
         runs,
@@ -105,7 +105,7 @@ fn a_shaft_swings_in_play_and_is_held_by_lower_gains() {
     held(&figure, "play");
 }
 
-/// J, K_t, current, bits, period of four motors.
+/// Four motors: name; J (kg m²), K_t (N m/A), largest current (A); encoder bits; period (s).
 const MOTORS: [(&str, [f64; 3], u32, f64); 4] = [
     ("template, 14 bits, 1 kHz", [2e-4, 0.05, 10.0], 14, 1e-3),
     ("gimbal, 14 bits, 1 kHz", [2e-6, 0.03, 1.0], 14, 1e-3),
@@ -113,7 +113,8 @@ const MOTORS: [(&str, [f64; 3], u32, f64); 4] = [
     ("direct drive, 12 bits, 1 kHz", [5e-3, 0.5, 6.0], 12, 1e-3),
 ];
 
-/// Peak of S by data sheet; largest in a corner with the fast gain set; dip of a load of 14 % of the torque, rad.
+/// Returns the nominal peak of |S|, the largest peak in a corner with high gains, and the deflection under a load of 14
+/// % of the torque (rad).
 fn with_margin((_, [inertia, torque, limit], bits, period_s): (&str, [f64; 3], u32, f64), margin: f64) -> [f64; 3] {
     let (experiment, trace) = ran(&[
         &format!("motor={{inertia_kg_m2={inertia}, torque_n_m_per_a={torque}, max_current_a={limit}}}"),
@@ -145,22 +146,22 @@ fn margin_has_its_price() {
         dips.push(dotted(found.map(|[peak, _, dip]| (peak, dip / reference)).to_vec()));
         corners.push(dotted(found.map(|[peak, worst, _]| (peak, worst)).to_vec()));
     }
-    let usual = Series::solid("twice: a usual limit", GREY, [(1.3, 2.0), (2.1, 2.0)]).styled(Style::Dashed);
+    let usual = Series::solid("2, a usual limit", GREY, [(1.3, 2.0), (2.1, 2.0)]).styled(Style::Dashed);
     corners.push(usual);
     let one = Series::solid("", BLACK, [(1.3, 1.0), (2.1, 1.0)]).styled(Style::Dotted);
     dips.push(one);
     let panel = |title: &str, y_label: &str, series| Panel {
         title: title.into(),
-        x_label: "|S| up to, quiet gain set, by the data sheet".into(),
+        x_label: "peak |S|, base gains, nominal".into(),
         y_label: y_label.into(),
         series,
         ..Panel::default()
     };
     let figure = Figure {
-        title: "What stability margin costs a motor: drive.margin from 1.3 to 2.1".into(),
+        title: "Cost of the stability margin for a motor: drive.margin from 1.3 to 2.1".into(),
         panels: vec![
-            panel("way of a load of 14 % of the torque", "over that with |S| up to 2.1", dips),
-            panel("fast gain set, J and K_t off by ±20 %", "|S| up to, worst corner", corners),
+            panel("Deflection under a load of 14 % of the torque", "relative to peak |S| = 2.1", dips),
+            panel("High gains, J and K_t off by ±20 %", "peak |S|, worst corner", corners),
         ],
         columns: 2,
     };

@@ -1,15 +1,16 @@
-//! The black box of a drive as a file, and run again.
+//! Black box (trace buffer) of a drive as a file, and its replay.
 //!
-//! The file is lines of `key,value,..`: which version and design, the numbers that the drive is designed from (names as
-//! in [`controller_core::drive::LAYOUT`]), and the scenario in force, if one was. Then, of one or two stretches
-//! of ticks in a row, the state before the first and a `frame` for each: count of each encoder (empty for one that was
-//! lost), where it should have been at the end (turn, r .. r'''), what the actuator held before (empty if that was not
-//! told), u, health. Numbers are the shortest text that reads back as the same bits. The last line is the CRC-32 of all
-//! before.
+//! The file consists of lines `key,value,..`. It begins with versions, design, the numbers of the design (names as in
+//! [`controller_core::drive::LAYOUT`]), and the scenario in force, if there is one. One or two halves of consecutive
+//! ticks follow: the state before the first tick, and a `frame` for each tick.
 //!
-//! [`BlackBox::replay`] runs the same law on the same counts from the same state: the same bits, or something is wrong.
-//! [`BlackBox::replay_with`] lets another design take over at the first tick, and tells it what the actuator really
-//! held: what that design would have asked for in every tick, given what had happened until then.
+//! A frame has the count of each encoder (empty if lost) and the reference at the end of the tick (turn, r .. r''').
+//! The value held before (empty if not reported), u and health follow. Numbers are the shortest text that reads back as
+//! the same bits. The last line is the CRC-32 of all lines before it.
+//!
+//! [`BlackBox::replay`] runs the same controller on the same counts from the same state. A difference in any bit
+//! indicates a fault. [`BlackBox::replay_with`] switches to another design at the first tick and reports the recorded
+//! held values to it. The result is the demand of that design in every tick, given the recorded history.
 
 use std::fmt::Write as _;
 
@@ -23,91 +24,91 @@ use crate::remote::{Loadable, in_words};
 
 const HEAD: &str = "black box of a drive,1";
 
-/// One tick.
+/// One recorded tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Remembered {
-    /// What went in.
+    /// Inputs of the tick.
     pub counts: Counts,
-    /// What came out.
+    /// Output u of the tick.
     pub u: f32,
-    /// And how.
+    /// Status flags of the tick.
     pub health: Health,
 }
 
 impl Remembered {
-    /// As the wire has it; `None` if the health is none.
+    /// Builds the tick from protocol words. `None` if the health is invalid.
     pub fn from_words(counts: [u32; 9], u: u32, health: u32) -> Option<Self> {
         let health = u16::try_from(health).ok().map(Health::from_bits)?;
         Some(Self { counts: Counts::from_words(counts), u: f32::from_bits(u), health })
     }
 }
 
-/// Ticks in a row, and what was before.
+/// Consecutive ticks and the state before them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Half {
     /// Number of the first tick.
     pub first: u32,
-    /// Where it should have been at its beginning.
+    /// Reference at the beginning of the first tick.
     pub begin: Target<f32, i32, 4>,
-    /// Words of the state before it; none before the start.
+    /// Words of the state before the first tick. Empty before the start.
     pub state: Vec<u32>,
-    /// The ticks.
+    /// Recorded ticks.
     pub frames: Vec<Remembered>,
 }
 
 impl Half {
-    /// The ticks with their numbers, which may wrap.
+    /// Returns the ticks with their numbers, which may wrap.
     fn ticks(&self) -> impl Iterator<Item = (u32, &Remembered)> {
         self.frames.iter().enumerate().map(|(k, frame)| (self.first.wrapping_add(k as u32), frame))
     }
 }
 
-/// What a black box held.
+/// Content of a black box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlackBox {
-    /// What ran.
+    /// Design that ran.
     pub design: Loadable,
-    /// Fingerprint of its law.
+    /// Fingerprint of its controller.
     pub fingerprint: u32,
-    /// Lines of the scenario that it is the design of; none if it is of no file.
+    /// Lines of the scenario of the design. Empty if the design is not from a file.
     pub scenario: Vec<String>,
-    /// What was set in it.
+    /// `--set` overrides of the scenario.
     pub sets: Vec<String>,
-    /// Older ticks first.
+    /// Halves of the black box, older ticks first.
     pub halves: Vec<Half>,
 }
 
-/// A tick, run again.
+/// Tick after a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Again {
-    /// Its number.
+    /// Number of the tick.
     pub tick: u32,
-    /// As it was.
+    /// Recorded tick.
     pub then: Remembered,
-    /// What comes out now.
+    /// Output of the replay.
     pub now: Output<f32>,
 }
 
 impl Again {
-    /// Not one bit of u or health is another?
+    /// Returns true if u and health are bit-identical.
     pub fn is_same(&self) -> bool {
         self.then.u.to_bits() == self.now.u.to_bits() && self.then.health == self.now.health
     }
 }
 
 impl Loadable {
-    /// The numbers of 64 bits that a drive is designed from.
+    /// Returns the 64-bit numbers of the design.
     pub fn numbers(&self) -> impl Iterator<Item = f64> {
         self.words.chunks_exact(2).map(|pair| f64::from_bits(u64::from(pair[0]) | u64::from(pair[1]) << 32))
     }
 
-    /// Names of these numbers.
+    /// Returns the names of these numbers.
     pub fn names(&self) -> Vec<String> {
         let joint = self.instance.model == Model::Joint;
         let part = |at: usize| LAYOUT.split(';').nth(at).unwrap_or_default().split_whitespace();
         let design = part(usize::from(joint)).skip(1).map(|name| name.trim_start_matches("it."));
         let coupled = part(2).skip(1).filter(|_| self.instance.is_whole());
-        // Of the monitors, a disturbance of each shaft first.
+        // The numbers of the monitors begin with a disturbance for each shaft.
         let disturbances: &[&str] = if joint { &["d_link", "d_motor"] } else { &["d"] };
         let monitors = disturbances.iter().copied().chain(part(3).skip(1));
         design.chain(coupled).chain(monitors).map(String::from).collect()
@@ -115,17 +116,17 @@ impl Loadable {
 }
 
 impl BlackBox {
-    /// Ticks in it.
+    /// Returns the number of ticks.
     pub fn len(&self) -> usize {
         self.halves.iter().map(|half| half.frames.len()).sum()
     }
 
-    /// Is there none?
+    /// Returns true if there are no ticks.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// As a file.
+    /// Returns the text of the file.
     pub fn to_text(&self) -> String {
         let Self { design, fingerprint, scenario, sets, halves } = self;
         let Instance { n, r, mask, model } = design.instance;
@@ -134,7 +135,7 @@ impl BlackBox {
              fingerprint,{fingerprint:08x}\n",
             model as u8
         );
-        // Nothing can go wrong with a `String`.
+        // Writing to a `String` cannot fail.
         for (name, number) in design.names().iter().zip(design.numbers()) {
             let _ = writeln!(text, "number,{name},{number:?}");
         }
@@ -166,18 +167,18 @@ impl BlackBox {
         text
     }
 
-    /// Of such a file.
+    /// Parses the text of a file.
     ///
     /// # Errors
-    /// What is wrong with it, and in which line.
+    /// Returns the line and the fault.
     pub fn from_text(text: &str) -> Result<Self, String> {
         if text.lines().next() != Some(HEAD) {
-            return Err(format!("line 1: this is no black box of a drive: expected {HEAD:?}"));
+            return Err(format!("line 1: not a black box of a drive: expected {HEAD:?}"));
         }
         let body = text.trim_end_matches('\n').rfind('\n').map_or(0, |end| end + 1);
         let sum = text[body..].trim_end().strip_prefix("sum,").and_then(|sum| u32::from_str_radix(sum, 16).ok());
         let last = text.lines().count();
-        let Some(sum) = sum else { return Err(format!("line {last}: cut short: the last line is no `sum`")) };
+        let Some(sum) = sum else { return Err(format!("line {last}: incomplete: the last line is not `sum`")) };
 
         let mut read = Reading::default();
         for (k, line) in text[..body].lines().enumerate().skip(1) {
@@ -186,34 +187,32 @@ impl BlackBox {
         }
         if checksum(&text.as_bytes()[..body]) != sum {
             return Err(format!(
-                "line {last}: damaged: the sum of the lines above is {:08x}",
+                "line {last}: damaged: the checksum of the lines above is {:08x}",
                 checksum(&text.as_bytes()[..body])
             ));
         }
         read.finished().map_err(|why| format!("line {last}: {why}"))
     }
 
-    /// The ticks run again with the law that made them.
+    /// Replays the ticks with the controller that recorded them.
     ///
     /// # Errors
-    /// When its numbers or its state are none.
+    /// Fails if the numbers or the state are invalid.
     pub fn replay(&self) -> Result<Vec<Again>, String> {
         self.run(None)
     }
 
-    /// The same with another design of the same form from the first tick on.
+    /// Replays the ticks with another design of the same form from the first tick on.
     ///
     /// # Errors
-    /// When it is of another form, or cannot take over.
+    /// Fails if the design has another form or period, or cannot take over.
     pub fn replay_with(&self, design: &Loadable) -> Result<Vec<Again>, String> {
         if design.instance != self.design.instance {
-            return Err(
-                "the other design is of another form: drive, gain sets, delay and states must be the same".into()
-            );
+            return Err("the other design differs in form: drive, gain sets, delay and states must be equal".into());
         }
         let [period_s, other_s] = [&self.design, design].map(|it| it.numbers().next().unwrap_or(f64::NAN));
         if period_s.to_bits() != other_s.to_bits() {
-            return Err(format!("these are ticks of {period_s} s; the other design has a period of {other_s} s"));
+            return Err(format!("the other design has a period of {other_s} s: must be {period_s} s, as recorded"));
         }
         self.run(Some(design))
     }
@@ -225,7 +224,7 @@ impl BlackBox {
                     $(Instance { model: Model::$model, r: $states, mask: $form, .. } => {
                         self.run_law::<$law, $e, $n>(other)
                     })*
-                    instance => Err(format!("there is no drive of form {instance:?}")),
+                    instance => Err(format!("no drive has the form {instance:?}")),
                 }
             };
         }
@@ -259,21 +258,21 @@ impl BlackBox {
         if law.fingerprint() != self.fingerprint {
             let now = law.fingerprint();
             return Err(format!(
-                "the design's fingerprint was {:08x} on the drive and is {now:08x} here: another version made it",
+                "the fingerprint of the design is {:08x} on the drive and {now:08x} here: the versions differ",
                 self.fingerprint
             ));
         }
         let narrow = |wide: &Target<f32, i32, 4>| Target { turn: wide.turn, jet: std::array::from_fn(|j| wide.jet[j]) };
-        let Some(first) = self.halves.first() else { return Err("there is no tick in it".into()) };
+        let Some(first) = self.halves.first() else { return Err("the file has no ticks".into()) };
         let mut words = first.state.iter().copied();
         let state = if first.state.is_empty() {
             None
         } else {
             let state = Words::from_words(&mut words).filter(|_| words.next().is_none());
-            Some(state.ok_or("its state is none of this law")?)
+            Some(state.ok_or("the state does not fit this controller")?)
         };
         let mut running = Running::from_state(law, state);
-        // What the actuator held before a tick: the u of the tick before, or with a delay of the one before that.
+        // Value held before a tick: the u of the previous tick, or with a delay the u of the tick before that.
         let late = usize::from(instance.mask & Instance::LATE > 0);
         let all: Vec<Remembered> = self.halves.iter().flat_map(|half| half.frames.iter().copied()).collect();
         let held = |k: usize| k.checked_sub(1 + late).map_or(f32::NAN, |k| all[k].u);
@@ -287,18 +286,15 @@ impl BlackBox {
         }
         let mut done = Vec::new();
         for (k, half) in self.halves.iter().enumerate() {
-            // The state of a half has been told what was held before its first tick.
+            // The state of a half includes the value held before its first tick.
             if let Some(first) = half.frames.first().filter(|_| other.is_none()) {
                 running.report_applied(first.counts.applied);
             }
             let words: Vec<u32> = running.words().collect();
-            // Between its head and its sum.
+            // The state is between the header and the checksum.
             let led_to = words.get(2..words.len() - 1);
             if k > 0 && other.is_none() && led_to != Some(&half.state) {
-                return Err(format!(
-                    "its state before tick {} is not the one that the ticks before lead to",
-                    half.first
-                ));
+                return Err(format!("the state before tick {} is not the result of the ticks before it", half.first));
             }
             let frames: Vec<Frame<E, N>> = half
                 .frames
@@ -318,7 +314,7 @@ impl BlackBox {
     }
 }
 
-/// A file, as far as it is read.
+/// Parser state of a file.
 #[derive(Default)]
 struct Reading {
     /// Versions of controller and layout.
@@ -381,7 +377,7 @@ impl Reading {
                 Ok(())
             }
             "frame" => self.frame(&mut fields),
-            _ => Err(format!("there is no key {key:?}")),
+            _ => Err(format!("unknown key {key:?}")),
         }
     }
 
@@ -415,11 +411,11 @@ impl Reading {
             return Err("`core` or `layout` is missing".into());
         }
         if halves.last().is_none_or(|half| half.frames.is_empty()) {
-            return Err("there is no tick in it".into());
+            return Err("the file has no ticks".into());
         }
         let design = Loadable { instance: instance.ok_or("`instance` is missing")?, words };
         if design.names().len() * 2 != design.words.len() {
-            return Err(format!("{} numbers of {}", design.words.len() / 2, design.names().len()));
+            return Err(format!("only {} of {} numbers", design.words.len() / 2, design.names().len()));
         }
         let fingerprint = fingerprint.ok_or("`fingerprint` is missing")?;
         Ok(BlackBox { design, fingerprint, scenario, sets, halves })
@@ -441,22 +437,22 @@ fn number<F: std::str::FromStr>(what: &str, text: Option<&str>) -> Result<F, Str
 }
 
 fn hex(text: &str) -> Result<u32, String> {
-    u32::from_str_radix(text, 16).map_err(|_| format!("{text:?} is no number of eight hexadecimal digits"))
+    u32::from_str_radix(text, 16).map_err(|_| format!("{text:?} is not a number of eight hexadecimal digits"))
 }
 
 fn same(what: &str, found: u32, ours: u32) -> Result<u32, String> {
-    if found == ours { Ok(found) } else { Err(format!("of {what} {found:08x}, this program has {ours:08x}")) }
+    if found == ours { Ok(found) } else { Err(format!("{what} {found:08x}: this program has {ours:08x}")) }
 }
 
 fn once<V>(place: &mut Option<V>, value: V) -> Result<(), String> {
-    if place.replace(value).is_none() { Ok(()) } else { Err("it is there already".into()) }
+    if place.replace(value).is_none() { Ok(()) } else { Err("duplicate line".into()) }
 }
 
 fn ended<'a>(mut fields: impl Iterator<Item = &'a str>) -> Result<(), String> {
     fields.next().map_or(Ok(()), |_| Err("too many fields".into()))
 }
 
-/// Is it a drive, and not another controller?
+/// Returns true if the instance is a drive.
 pub(crate) const fn is_drive(instance: Instance) -> bool {
     matches!((instance.model, instance.n), (Model::Motor, 2) | (Model::Joint, 4))
 }

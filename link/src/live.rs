@@ -1,7 +1,7 @@
-//! A drive that runs by itself, at the end of a wire: an image `drive` or `motor`, emulated or on a board.
+//! Host side of a drive that ticks by its own interrupt: the firmware `drive` or `motor`, emulated or on a board.
 //!
-//! Every call is one request that the target carries out once, however often it must be repeated. What it refuses has
-//! changed nothing there, and is told in words. A record is made in the memory of the chip and read when it has ended.
+//! Every call is one request. The target executes it once, even if it is repeated. A refused request changes nothing,
+//! and the error gives the reason. Records are made in the memory of the chip and read when they have ended.
 
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -17,13 +17,13 @@ use crate::black_box::{BlackBox, Half, Remembered, is_drive};
 use crate::remote::{Loadable, Traffic, Wire, not_that};
 use crate::transport::Transport;
 
-/// Of a target that has not said yet what it is.
+/// Placeholder for a target that has not identified its design yet.
 const UNKNOWN: Instance = Instance { n: 0, r: 0, mask: 0, model: pil_wire::Model::Motor };
 
-/// No design has more words, and no state of a law.
+/// Largest number of words of a design or a state.
 const MOST_WORDS: u32 = 256;
 
-/// The drive, and the design that runs there.
+/// Connection to a drive, with the design that runs there.
 pub struct LiveDrive<T> {
     wire: Wire<T>,
     design: Loadable,
@@ -31,15 +31,15 @@ pub struct LiveDrive<T> {
 }
 
 impl<T: Transport> LiveDrive<T> {
-    /// Finds the drive and asks for its design. A request that is not answered within `reply_within` is repeated.
+    /// Connects to the drive and reads its design. A request without an answer within `reply_within` is repeated.
     ///
     /// # Errors
-    /// When nothing answers, the wire breaks, or it is no drive of this version.
+    /// Fails if nothing answers, the link breaks, or the target is not a drive of this version.
     pub fn connect(transport: T, reply_within: Duration) -> Result<Self, PortError> {
         let mut wire = Wire::connect(transport, reply_within)?;
-        let mut recall = |part| match wire.ask(&Request::Recall(part), "what is designed")? {
+        let mut recall = |part| match wire.ask(&Request::Recall(part), "the request for its design")? {
             Reply::Recalled(words) => Ok(words),
-            other => Err(not_that(&other, "what is designed", UNKNOWN)),
+            other => Err(not_that(&other, "the request for its design", UNKNOWN)),
         };
         let head = recall(Part::Design)?;
         let [word, count, hash, fingerprint, ..] = head;
@@ -56,58 +56,58 @@ impl<T: Transport> LiveDrive<T> {
         let design = Instance::from_word(word).filter(|&it| is_drive(it)).map(|instance| Loadable { instance, words });
         let Some(design) = design.filter(sound) else {
             return Err(PortError::Refused(
-                "the drive's design makes no sense: it is none, or its hash is another".into(),
+                "invalid reply from the drive: its design is invalid, or the hash differs".into(),
             ));
         };
         Ok(Self { wire, design, fingerprint })
     }
 
-    /// What runs.
+    /// Returns the design that runs.
     pub const fn design(&self) -> &Loadable {
         &self.design
     }
 
-    /// Period of its ticks, s.
+    /// Returns the period of a tick, s.
     pub fn period_s(&self) -> f64 {
         self.design.numbers().next().unwrap_or(f64::NAN)
     }
 
-    /// What went over the wire so far.
+    /// Returns the traffic so far.
     pub const fn traffic(&self) -> Traffic {
         self.wire.traffic
     }
 
-    /// The wire to the drive.
+    /// Returns the link to the drive.
     pub const fn transport(&self) -> &T {
         &self.wire.transport
     }
 
-    /// How is it?
+    /// Reads the status of the drive.
     ///
     /// # Errors
-    /// When it cannot be reached.
+    /// Fails if the drive cannot be reached.
     pub fn observe(&mut self) -> Result<Observed, PortError> {
-        match self.wire.ask(&Request::Observe, "how it is")? {
+        match self.wire.ask(&Request::Observe, "the status request")? {
             Reply::Observed(observed) => Ok(observed),
-            other => Err(self.not_that(&other, "how it is")),
+            other => Err(self.not_that(&other, "the status request")),
         }
     }
 
-    /// To rest at an angle, in so many ticks or (0) as few as the limits allow. Returns its first tick and how many
-    /// there are.
+    /// Moves to rest at an angle, in this number of ticks. 0 takes the fewest ticks within the limits. Returns the
+    /// first tick of the move and its number of ticks.
     ///
     /// # Errors
-    /// When it is refused, with the reason.
+    /// Fails with the reason if the drive refuses the move.
     pub fn move_to(&mut self, angle_rad: f64, ticks: u32) -> Result<[u32; 2], PortError> {
         let turn = (angle_rad / TAU).round();
         let goal = Rest { turn: turn as i32, angle: (angle_rad - turn * TAU) as f32 };
         self.plan(Some(goal), ticks)
     }
 
-    /// To rest where it can, in so many ticks or more.
+    /// Stops at the nearest reachable position, in this number of ticks or more.
     ///
     /// # Errors
-    /// When it is refused, with the reason.
+    /// Fails with the reason if the drive refuses the stop.
     pub fn stop(&mut self, ticks: u32) -> Result<[u32; 2], PortError> {
         self.plan(None, ticks)
     }
@@ -119,69 +119,72 @@ impl<T: Transport> LiveDrive<T> {
         }
     }
 
-    /// Another design takes over between two ticks, without a jump of u.
+    /// Switches to another design between two ticks, without a jump of u.
     ///
     /// # Errors
-    /// When it is refused; then the old one goes on.
+    /// Fails if the drive refuses the design. The present design then goes on.
     pub fn swap(&mut self, design: &Loadable) -> Result<Swapped, PortError> {
         self.take(design, false)
     }
 
-    /// The same at rest, without an offset W: for a loop that swings a little as its model is far off. u may jump.
+    /// Switches to another design at rest, without an offset W. Use it for a loop with a small oscillation from a wrong
+    /// model. u may jump.
     ///
     /// # Errors
-    /// When it is refused, such as in motion; then the old one goes on.
+    /// Fails if the drive refuses the design, for example in motion. The present design then goes on.
     pub fn swap_at_rest(&mut self, design: &Loadable) -> Result<Swapped, PortError> {
         self.take(design, true)
     }
 
     fn take(&mut self, design: &Loadable, at_rest: bool) -> Result<Swapped, PortError> {
         self.wire.open(design)?;
-        match self.wire.ask(&Request::Swap { at_rest }, "the change")? {
+        match self.wire.ask(&Request::Swap { at_rest }, "the switch of the design")? {
             Reply::Swapped(swapped) => {
                 (self.design, self.fingerprint) = (design.clone(), swapped.fingerprint);
                 Ok(swapped)
             }
-            other => Err(not_that(&other, "the change", design.instance)),
+            other => Err(not_that(&other, "the switch of the design", design.instance)),
         }
     }
 
-    /// Something its axis is to do.
+    /// Sends an order to the axis.
     ///
     /// # Errors
-    /// When it is refused.
+    /// Fails with the reason if the drive refuses the order.
     pub fn order(&mut self, order: Order) -> Result<(), PortError> {
         self.wire.done(&Request::Order(order), "the order", self.design.instance)
     }
 
-    /// Something happens to the stand-in of its plant; refused by a board.
+    /// Disturbs the simulated plant on the target. A board refuses this request.
     ///
     /// # Errors
-    /// When it is refused.
+    /// Fails with the reason if the drive refuses the request.
     pub fn disturb(&mut self, disturbance: Disturbance) -> Result<(), PortError> {
         self.wire.done(&Request::Disturb(disturbance), "the disturbance", self.design.instance)
     }
 
-    /// Another plant stands in; refused by a board.
+    /// Replaces the simulated plant on the target. A board refuses this request.
     ///
     /// # Errors
-    /// When it is refused.
+    /// Fails with the reason if the drive refuses the request.
     pub fn replace(&mut self, plant: Plant) -> Result<(), PortError> {
         self.wire.done(&Request::Plant(plant), "the plant", self.design.instance)
     }
 
-    /// Records from now on: so many ticks to a row, a row for each of these currents, which are on top of u.
+    /// Begins a record with `every` ticks per row. The excitation `shake` has one current per row, A, which is added to
+    /// u.
     ///
     /// # Errors
-    /// When it is refused: another record goes on, too many rows, or a current beyond the limits.
+    /// Fails if another record is in progress, there are too many rows, or a current is beyond the limits.
     pub fn record(&mut self, every: u32, shake: &[f32]) -> Result<(), PortError> {
         self.record_while(every, shake, || true).map(|_| ())
     }
 
-    /// The same; it does not begin once `goes_on` says so, which is asked again and again. Did it?
+    /// Begins a record, unless `goes_on` returns false, which is called repeatedly. Returns true if the record has
+    /// begun.
     ///
     /// # Errors
-    /// As above.
+    /// Fails like [`record`](Self::record).
     pub fn record_while(
         &mut self,
         every: u32,
@@ -196,26 +199,27 @@ impl<T: Transport> LiveDrive<T> {
             }
             let mut currents = [0.0; LOAD];
             currents[..chunk.len()].copy_from_slice(chunk);
-            self.wire.done(&Request::Shake { offset: (k * LOAD) as u32, currents }, "the currents", instance)?;
+            self.wire.done(&Request::Shake { offset: (k * LOAD) as u32, currents }, "the excitation", instance)?;
         }
         self.order(Order::Record)?;
         Ok(true)
     }
 
-    /// How is the record?
+    /// Reads the status of the record.
     ///
     /// # Errors
-    /// When there is none.
+    /// Fails if there is no record.
     pub fn tracked(&mut self) -> Result<Tracked, PortError> {
         let words = self.recall(Part::Track)?;
-        Tracked::from_words(&words).ok_or_else(|| PortError::Refused("its record makes no sense".into()))
+        Tracked::from_words(&words)
+            .ok_or_else(|| PortError::Refused("invalid reply from the drive: status of the record".into()))
     }
 
-    /// Counts of link and motor (of a motor: its own, and 0) and mean current of each row of a record that has ended;
-    /// `step` is told of every few.
+    /// Returns the rows of an ended record: the counts of link and motor, and the mean current in A. For a motor the
+    /// counts are its own count and 0. `step` receives the progress every few rows.
     ///
     /// # Errors
-    /// When it has not.
+    /// Fails if the record has not ended.
     pub fn rows(&mut self, mut step: impl FnMut(u64)) -> Result<Vec<([i32; MAX_E], f32)>, PortError> {
         let count = self.tracked()?.rows;
         let mut rows = Vec::new();
@@ -233,16 +237,16 @@ impl<T: Transport> LiveDrive<T> {
         Ok(rows)
     }
 
-    /// What its black box holds; it must stand still.
+    /// Reads the black box, which must be frozen.
     ///
     /// # Errors
-    /// When it is refused.
+    /// Fails with the reason if the drive refuses the request.
     pub fn black_box(&mut self) -> Result<BlackBox, PortError> {
         let mut halves = Vec::new();
         for half in 0..2 {
             let [first, count, state_words, turn, jet @ ..] = self.recall(Part::Half(half))?;
             if count as usize > REMEMBERED || state_words > MOST_WORDS {
-                let why = format!("its black box makes no sense: {count} frames, {state_words} words of a state");
+                let why = format!("invalid reply from the drive: {count} frames and {state_words} state words");
                 return Err(PortError::Refused(why));
             }
             let mut state = Vec::new();
@@ -253,7 +257,7 @@ impl<T: Transport> LiveDrive<T> {
             let frames = (0..count).map(|index| {
                 let [counts @ .., u, health, _, _, _, _, _] = self.recall(Part::Frame(half, index))?;
                 Remembered::from_words(counts, u, health)
-                    .ok_or_else(|| PortError::Refused(format!("frame {index} of the black box makes no sense")))
+                    .ok_or_else(|| PortError::Refused(format!("invalid reply from the drive: frame {index}")))
             });
             let frames = frames.collect::<Result<_, _>>()?;
             let begin = controller_core::drive::Target {

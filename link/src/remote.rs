@@ -1,13 +1,13 @@
-//! The controller on a target, at the end of a wire.
+//! Controller on a target behind a serial link.
 //!
-//! One request, one reply, in lock step (see [`pil_wire`]). A request that is not answered in time is sent again with
-//! the same sequence number, so that the target never ticks twice for one sample; replies to anything else are dropped.
-//! After [`LONGEST_WAIT`] without an answer the port gives up: whatever happens at the other end, the result is a
-//! [`PortError`], not a hang.
+//! The protocol is lock step: one request, one reply (see [`pil_wire`]). A request without an answer in time is sent
+//! again with the same sequence number, so the target never ticks twice for one sample. Replies to other requests are
+//! dropped. After [`LONGEST_WAIT`] without an answer the port gives up. Any fault at the other end results in a
+//! [`PortError`] and never in a hang.
 //!
-//! Who repeats too soon makes a slow target slower, for it answers the repetition too. So the wait doubles with each
-//! repetition, up to four times the shortest, and stays there until a request that was sent once is answered and shows
-//! how long that takes.
+//! Early repetitions slow down a slow target, because it answers them too. So the wait doubles with each repetition, up
+//! to four times the shortest wait. It keeps this length until a request that was sent once is answered and gives the
+//! real delay.
 
 use std::time::{Duration, Instant};
 
@@ -27,7 +27,7 @@ use crate::transport::{Transport, TransportError};
 
 /// Longest wait for any answer.
 pub const LONGEST_WAIT: Duration = Duration::from_secs(5);
-/// Wait before the first question is repeated.
+/// Wait before the first request is repeated.
 const ASK_EVERY: Duration = Duration::from_millis(250);
 
 impl From<TransportError> for PortError {
@@ -36,12 +36,12 @@ impl From<TransportError> for PortError {
     }
 }
 
-/// A design as the wire carries it.
+/// Design as protocol words.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loadable {
-    /// Which tick it is for.
+    /// Instance of the tick that the design is for.
     pub instance: Instance,
-    /// Its words.
+    /// Words of the design.
     pub words: Vec<u32>,
 }
 
@@ -58,7 +58,7 @@ impl From<&Download> for Loadable {
     }
 }
 
-/// What a target runs, or why it does not, and what to change.
+/// Converts a drive for a target. The error gives the reason and the remedy.
 impl TryFrom<&DriveDesign> for Loadable {
     type Error = String;
 
@@ -86,33 +86,33 @@ impl TryFrom<&DriveDesign> for Loadable {
     }
 }
 
-/// The design of an experiment as a target can run it.
+/// Returns the design of an experiment for a target.
 ///
 /// # Errors
-/// When it cannot; says what to change.
+/// Returns the reason and the remedy if a target cannot run the experiment.
 pub fn for_target(experiment: &Experiment) -> Result<Loadable, String> {
     let name = &experiment.name;
     if let Some(drive) = &experiment.drive {
         if drive.designed.fence().is_some() {
             return Err(format!(
-                "{name}: the image on the chip knows no limits of position and speed: leave out the table [limits], \
+                "{name}: the firmware on the chip has no limits of position and speed: remove the table [limits], \
                  --set 'limits={{}}'"
             ));
         }
         let design = Loadable::try_from(&drive.designed).map_err(|error| format!("{name}: {error}"))?;
         if drive.designed.rest_band().is_some() {
-            return Err(format!("{name}: the image on the chip knows no band at rest: --set drive.rest_band='off'"));
+            return Err(format!("{name}: the firmware on the chip has no rest band: --set drive.rest_band='off'"));
         }
         return Ok(design);
     }
     match &experiment.download {
         Some(download) if usize::from(download.shape.n) <= MAX_N => Ok(download.into()),
         Some(download) => Err(format!(
-            "{name}: a target carries plants up to order {MAX_N}, this one has order {}; host-sim run takes it",
+            "{name}: a target supports plants up to order {MAX_N}, this plant has order {}; use host-sim run",
             download.shape.n
         )),
         None if experiment.spec.is_none() => {
-            Err(format!("{name}: a target carries the proposed controller only; set controller.kind=proposed"))
+            Err(format!("{name}: a target supports the proposed controller only; set controller.kind=proposed"))
         }
         None => Err(match experiment.formulas_stay_here() {
             Some(why) => format!("{name}: {why}"),
@@ -121,34 +121,34 @@ pub fn for_target(experiment: &Experiment) -> Result<Loadable, String> {
     }
 }
 
-/// What went over the wire.
+/// Traffic counters of a connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
-    /// How many requests were answered.
+    /// Number of answered requests.
     pub answered: u64,
-    /// Requests sent again.
+    /// Number of repeated requests.
     pub repeated: u64,
 }
 
-/// A controller that runs on a target.
+/// Controller that runs on a target.
 pub struct Remote<T> {
     wire: Wire<T>,
-    /// The design, to load it once more.
+    /// Design, kept for loading it again.
     design: Loadable,
     observed: Vec<usize>,
-    /// Where the coming tick of a drive begins, as the target knows it.
+    /// Reference at the beginning of the coming tick of a drive, as known to the target.
     begin: Option<Target<f32, i32, MAX_N>>,
-    /// What the actuator holds since the last tick; NaN if that was not told.
+    /// Value held since the last tick. NaN if it was not reported.
     applied: f32,
     ticks: u64,
 }
 
 impl<T: Transport> Remote<T> {
-    /// Finds the target, makes sure that it is the same controller, loads the design and starts it. A request that is
-    /// not answered within `reply_within` is repeated; choose it longer than a round trip takes.
+    /// Connects to the target, checks that its controller has the same version, loads the design and starts it. A
+    /// request without an answer within `reply_within` is repeated. Choose `reply_within` longer than a round trip.
     ///
     /// # Errors
-    /// When nothing answers, the wire breaks, or host and target do not fit: says what each of them has.
+    /// Fails if nothing answers, the link breaks, or host and target do not match. The error then names both versions.
     pub fn connect(transport: T, reply_within: Duration, design: Loadable) -> Result<Self, PortError> {
         let instance = design.instance;
         let mut wire = Wire::connect(transport, reply_within)?;
@@ -157,22 +157,22 @@ impl<T: Transport> Remote<T> {
         Ok(Self { wire, design, observed, begin: None, applied: f32::NAN, ticks: 0 })
     }
 
-    /// What went over the wire so far.
+    /// Returns the traffic so far.
     pub const fn traffic(&self) -> Traffic {
         self.wire.traffic
     }
 
-    /// The wire to the target.
+    /// Returns the link to the target.
     pub const fn transport(&self) -> &T {
         &self.wire.transport
     }
 
-    /// The wire, to do something to it.
+    /// Returns a mutable reference to the link.
     pub const fn transport_mut(&mut self) -> &mut T {
         &mut self.wire.transport
     }
 
-    /// One more tick is asked for.
+    /// Sends the request for one tick.
     fn asked(&mut self, request: &Request) -> Result<Reply, PortError> {
         let reply = self.wire.ask(request, &format!("tick {}", self.ticks))?;
         self.applied = f32::NAN;
@@ -180,23 +180,23 @@ impl<T: Transport> Remote<T> {
         Ok(reply)
     }
 
-    /// What an answer is that is none to the last request for a tick.
+    /// Returns the error for an answer that is not a tick.
     fn not_ticked(&self, reply: &Reply) -> PortError {
         let tick = self.ticks.saturating_sub(1);
         PortError::Refused(match reply {
-            // The design ran a moment ago.
+            // The design ran before this request.
             Reply::Refused(Refusal { reason: Reason::NotOpen | Reason::OutOfStep, .. }) => {
-                format!("the target restarted at tick {tick}: its design is gone")
+                format!("the target restarted at tick {tick} and lost its design")
             }
             Reply::Refused(refusal) => in_words(refusal, self.design.instance),
-            _ => format!("the target's answer to tick {tick} makes no sense"),
+            _ => format!("invalid reply from the target to tick {tick}"),
         })
     }
 
-    /// Makes the target run into an undefined instruction, to see what it leaves behind. It does not answer.
+    /// Makes the target execute an undefined instruction, to test its fault report. The target does not answer.
     ///
     /// # Errors
-    /// When the wire is broken.
+    /// Fails if the link is broken.
     pub fn provoke_fault(&mut self) -> Result<(), PortError> {
         let frame = Request::Fault.to_frame(self.wire.sequence.wrapping_add(1));
         Ok(self.wire.transport.send(&frame)?)
@@ -241,7 +241,7 @@ impl<T: Transport, const E: usize, const N: usize> Law<E, N> for &mut Remote<T> 
         };
         let (begin, end) = (wide(&sample.begin), wide(&sample.end));
         if self.begin != Some(begin) {
-            match self.wire.ask(&Request::Begin(begin), "where the tick begins")? {
+            match self.wire.ask(&Request::Begin(begin), "the beginning of the tick")? {
                 Reply::Done => {}
                 other => return Err(self.not_ticked(&other)),
             }
@@ -269,7 +269,7 @@ impl<T: Transport, const E: usize, const N: usize> Law<E, N> for &mut Remote<T> 
     }
 }
 
-/// As the ports speak; every f32 is exact in an f64.
+/// Converts the output of a tick to f64, which is exact for every f32.
 fn widened(ticked: &Ticked) -> Tick {
     let Ticked { u, sigma, sigma_star, health, estimates } = *ticked;
     let mut wide = [[0.0; _]; MAX_ORDER];
@@ -279,7 +279,7 @@ fn widened(ticked: &Ticked) -> Tick {
     Tick { u: f64::from(u), sigma: f64::from(sigma), sigma_star: f64::from(sigma_star), estimates: wide, health }
 }
 
-/// Is it the target's controller that this program has?
+/// Checks that the target and this program have the same controller version.
 fn agree(identity: &Identity) -> Result<(), PortError> {
     let Identity { version, layout, core_version, last_sequence: _ } = *identity;
     let reason = if version != VERSION {
@@ -294,7 +294,7 @@ fn agree(identity: &Identity) -> Result<(), PortError> {
     reason.map_or(Ok(()), |(reason, target, host)| Err(PortError::Refused(mismatch(reason, target, host))))
 }
 
-const REMEDY: &str = "build and flash the image of this version (`cargo xtask firmware`)";
+const REMEDY: &str = "build and flash the firmware of this version (`cargo xtask firmware`)";
 
 fn mismatch(reason: Reason, target: u32, host: u32) -> String {
     let version = |packed: u32| {
@@ -302,16 +302,16 @@ fn mismatch(reason: Reason, target: u32, host: u32) -> String {
         format!("{major}.{minor}.{patch}")
     };
     match reason {
-        Reason::Version => format!("the target speaks version {target} of the wire, this program {host}; {REMEDY}"),
+        Reason::Version => format!("the target has protocol version {target}, this program {host}; {REMEDY}"),
         Reason::CoreVersion => {
             let (target, host) = (version(target), version(host));
-            format!("the target's controller is {target}, this program's is {host}; {REMEDY}")
+            format!("the target has controller version {target}, this program {host}; {REMEDY}")
         }
-        _ => format!("the target's designs have layout {target:08x}, this program's {host:08x}; {REMEDY}"),
+        _ => format!("the target has design layout {target:08x}, this program {host:08x}; {REMEDY}"),
     }
 }
 
-/// The form of a drive, by the keys that choose it.
+/// Describes the form of a drive by its scenario keys.
 pub fn form_in_words(instance: Instance) -> String {
     let has = |bit: u8| instance.mask & bit != 0;
     let designed = match instance.model {
@@ -321,17 +321,17 @@ pub fn form_in_words(instance: Instance) -> String {
     };
     let sets = if has(Instance::TWO_SETS) { "two gain sets" } else { "one gain set" };
     let late = if has(Instance::LATE) { "one tick" } else { "no tick" };
-    let follows = if has(Instance::SPEED) { ", along a speed" } else { "" };
+    let follows = if has(Instance::SPEED) { ", speed control" } else { "" };
     format!("{designed}, {sets} (drive.gain_sets), {late} of delay (drive.delay_ticks){follows}")
 }
 
-/// Why a request was refused.
+/// Returns the message for a refused request.
 pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
     let Refusal { reason, target, request } = *refusal;
     match reason {
         Reason::Version | Reason::Layout | Reason::CoreVersion => mismatch(reason, target, request),
         Reason::Instance if matches!(instance.model, Model::Motor | Model::Joint) => {
-            format!("the target's image carries no {}: {REMEDY}", form_in_words(instance))
+            format!("the target's firmware has no {}: {REMEDY}", form_in_words(instance))
         }
         Reason::Instance => {
             let Instance { n, r, mask, model } = instance;
@@ -344,75 +344,75 @@ pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
                 _ => "the model of Eq. (59) with micromath",
             };
             let instance = format!("n = {n}, r = {r}, observed channels {channels} and {model}");
-            format!("the target's image carries no controller with {instance}")
+            format!("the target's firmware has no controller with {instance}")
         }
         Reason::Count => format!("a design of this kind has {target} words on the target, {request} here; {REMEDY}"),
         Reason::Design => {
-            format!("the design was altered on its way: its hash is {target:08x} on the target, {request:08x} here")
+            format!("the design was changed in transit: its hash is {target:08x} on the target, {request:08x} here")
         }
         Reason::Coefficients => {
-            "the target refuses the numbers of the design: not finite, limits reversed, or a period of 0".into()
+            "the target rejects the numbers of the design: not finite, limits reversed, or a period of 0".into()
         }
         Reason::NotOpen | Reason::OutOfStep => {
-            "the target restarted, or obeys another program as well, while the design was loaded; try again".into()
+            "the target restarted, or another program used it, while the design was loaded; try again".into()
         }
         Reason::Retune => match RETUNE_ERRORS.get(target as usize) {
             Some(error) => format!("the design cannot take over from the one that runs: {error}"),
             None => "the design cannot take over from the one that runs".into(),
         },
-        Reason::Kind => format!("the target does not know request {request}: it runs another image, or an older one"),
-        Reason::Goal => "the goal is no number, or further than 10000 turns from 0".into(),
+        Reason::Kind => format!("the target does not support request {request}: its firmware is another or older"),
+        Reason::Goal => "the goal is not a number, or farther than 10000 revolutions from 0".into(),
         Reason::TooFast if target == 0 => "no move there of up to 100 s stays within 90 % of the current limit".into(),
-        Reason::TooFast => format!(
-            "{request} ticks are too few for 90 % of the current limit, or for a plan at all: it takes {target}"
-        ),
+        Reason::TooFast => {
+            format!("{request} ticks are too few for 90 % of the current limit, or for a plan: give {target} or more")
+        }
         Reason::Stopped => "an alarm has stopped the drive: reset it first".into(),
         Reason::NotStopped => "the drive has not stopped: there is nothing to reset".into(),
-        Reason::NotFrozen => "the black box goes on: freeze it first".into(),
+        Reason::NotFrozen => "the black box is recording: freeze it first".into(),
         Reason::Frozen => {
-            "the black box stands still, and another design would empty it: read it, then `release` or `reset`".into()
+            "the black box is frozen, and another design would erase it: read it, then `release` or `reset`".into()
         }
-        Reason::Absent => "there is no such part, or no good count to start from".into(),
+        Reason::Absent => "the part does not exist, or there is no valid count to start from".into(),
         Reason::Late => "the chip has no time left to plan: its interrupt takes too much".into(),
-        Reason::Recording => "a record is being made: it ends first".into(),
-        Reason::NotPrepared => "no record was prepared, or none was made since".into(),
+        Reason::Recording => "a record is in progress: end it first".into(),
+        Reason::NotPrepared => "no record was prepared, or none was made".into(),
         Reason::Current => {
             let [most, asked] = [target, request].map(f32::from_bits);
-            format!("a current of {asked} A on top is no number, or beyond {most} A, which the drive can take back")
+            format!("an excitation of {asked} A is not a number, or beyond {most} A, which the drive can compensate")
         }
-        Reason::Rows => format!(
-            "{request} rows of a record: expected 1 to {target} of so many ticks, of 1 to 1000, for 60 s at most"
-        ),
-        Reason::Moving => "the drive is on its way: it must be at rest".into(),
+        Reason::Rows => {
+            format!("{request} rows of a record: expected 1 to {target} rows of 1 to 1000 ticks, at most 60 s in all")
+        }
+        Reason::Moving => "the drive moves: it must be at rest".into(),
         Reason::Period => format!("the drive ticks every {target} ns, the design is for {request} ns"),
     }
 }
 
-/// A reply that is not the wanted one.
+/// Returns the error for an unexpected reply.
 pub(crate) fn not_that(reply: &Reply, what: &str, instance: Instance) -> PortError {
     PortError::Refused(match reply {
         Reply::Refused(refusal) => in_words(refusal, instance),
-        _ => format!("the target's answer to {what} makes no sense"),
+        _ => format!("invalid reply from the target to {what}"),
     })
 }
 
-/// Requests and replies over a transport.
+/// Request-reply protocol over a transport.
 pub(crate) struct Wire<T> {
     pub(crate) transport: T,
     /// Shortest wait before a request is repeated.
     least: Duration,
-    /// The present one.
+    /// Present wait before a repetition.
     wait: Duration,
     receiver: Receiver<REPLY_LEN>,
-    /// Of the last request.
+    /// Sequence number of the last request.
     sequence: u32,
-    /// Bytes received since the last answer.
+    /// Number of bytes received since the last answer.
     heard: u64,
     pub(crate) traffic: Traffic,
 }
 
 impl<T: Transport> Wire<T> {
-    /// Finds the target, and makes sure that it is of this version.
+    /// Connects to the target and checks its version.
     pub(crate) fn connect(transport: T, reply_within: Duration) -> Result<Self, PortError> {
         let mut wire = Self {
             transport,
@@ -429,8 +429,9 @@ impl<T: Transport> Wire<T> {
         Ok(wire)
     }
 
-    /// Asks who is there until someone tells. A target says hello when it starts up, and is then asked at once: only
-    /// an answer is sure to be of now. One that says it again and again is listened to no longer than a silent one.
+    /// Asks for the identity until a target answers. A target that sends its identity at start-up is asked at once,
+    /// because only an answer is sure to be current. A target that repeats its identity gets no more time than a silent
+    /// one.
     fn identify(&mut self) -> Result<Identity, PortError> {
         let (mut waited, mut greeted) = (Duration::ZERO, false);
         for attempt in 1.. {
@@ -453,7 +454,7 @@ impl<T: Transport> Wire<T> {
                 None => waited += ASK_EVERY,
             }
         }
-        Err(self.silent("the first question"))
+        Err(self.silent("the first request"))
     }
 
     /// Loads a design and starts it.
@@ -462,7 +463,7 @@ impl<T: Transport> Wire<T> {
         self.done(&Request::Start, "the start", design.instance)
     }
 
-    /// Loads a design, which then waits.
+    /// Loads a design without starting it.
     pub(crate) fn open(&mut self, design: &Loadable) -> Result<(), PortError> {
         let Loadable { instance, words } = design;
         self.done(&Request::Open(Open::new(*instance, words)), "the design", *instance)?;
@@ -475,7 +476,7 @@ impl<T: Transport> Wire<T> {
         Ok(())
     }
 
-    /// One request that has nothing to tell.
+    /// Sends a request whose reply has no data.
     pub(crate) fn done(&mut self, request: &Request, what: &str, instance: Instance) -> Result<(), PortError> {
         match self.ask(request, what)? {
             Reply::Done => Ok(()),
@@ -483,7 +484,7 @@ impl<T: Transport> Wire<T> {
         }
     }
 
-    /// One request, one reply.
+    /// Sends one request and returns its reply.
     pub(crate) fn ask(&mut self, request: &Request, what: &str) -> Result<Reply, PortError> {
         self.sequence = self.sequence.wrapping_add(1);
         let ours = self.sequence;
@@ -512,7 +513,7 @@ impl<T: Transport> Wire<T> {
         Err(self.silent(what))
     }
 
-    /// Listens until a reply is the wanted one, at most for `within`.
+    /// Receives until `wanted` accepts a reply, for at most `within`.
     fn hear<R>(&mut self, within: Duration, wanted: impl Fn(u32, Reply) -> Option<R>) -> Result<Option<R>, PortError> {
         let until = Instant::now() + within;
         let mut left = within;
@@ -524,7 +525,7 @@ impl<T: Transport> Wire<T> {
             }
             self.heard += count as u64;
             let mut found = None;
-            // To the last byte: what comes behind the wanted reply can only be a copy of it.
+            // All bytes are read: any bytes after the wanted reply can only be a copy of it.
             for &byte in &bytes[..count] {
                 if let Some(frame) = self.receiver.push(byte)
                     && let (sequence, Some(reply)) = Reply::from_frame(&frame)

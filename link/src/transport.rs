@@ -1,12 +1,12 @@
-//! Bytes to a target and back, over a wire of any kind.
+//! Byte transport to a target, over any kind of link.
 //!
-//! | wire | to |
+//! | link | target |
 //! |---|---|
-//! | [`Loopback`] | the target's side of the talk in this process: no time passes |
-//! | [`Emulator`] | an image in QEMU, over TCP to its USART1 |
+//! | [`Loopback`] | the target side of the protocol in this process, without delay |
+//! | [`Emulator`] | firmware in QEMU, over TCP to its USART1 |
 //! | [`Serial`] | a board, over a serial port |
-//! | [`Faulty`] | any of them, with frames lost, damaged, doubled and late |
-//! | [`Stoppable`] | any of them, with an end to waiting on Ctrl-C |
+//! | [`Faulty`] | any link, with lost, damaged, doubled and delayed frames |
+//! | [`Stoppable`] | any link, with Ctrl-C ending the wait |
 
 use std::fmt;
 use std::time::Duration;
@@ -22,10 +22,11 @@ pub use faulty::Faulty;
 pub use loopback::Loopback;
 pub use stoppable::Stoppable;
 
-/// Speed of the images that come with this project, bits per second.
+/// Baud rate of the firmware of this project, bit/s.
 pub const BAUD: u32 = 115_200;
 
-/// A wire that is broken for good, in words. What a repetition may heal is no error: then nothing is received.
+/// Permanent failure of a link, as a message. A fault that a repetition may repair is not an error: nothing is
+/// received.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TransportError(pub String);
 
@@ -37,19 +38,19 @@ impl fmt::Display for TransportError {
 
 impl std::error::Error for TransportError {}
 
-/// A wire. It knows bytes and time, no frames.
+/// Link that transports bytes, without frames.
 pub trait Transport: Send {
-    /// Hands the bytes of one frame to the wire.
+    /// Sends the bytes of one frame.
     ///
     /// # Errors
-    /// When the wire is broken.
+    /// Fails if the link is broken.
     fn send(&mut self, bytes: &[u8]) -> Result<(), TransportError>;
 
-    /// Waits for bytes at most `within`, and returns how many there are now: some of a frame, or of several. 0 means
-    /// that nothing came in time.
+    /// Waits for bytes for at most `within` and returns their number. They may be a part of a frame or several frames.
+    /// 0 means that nothing arrived in time.
     ///
     /// # Errors
-    /// When the wire is broken.
+    /// Fails if the link is broken.
     fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError>;
 }
 
@@ -63,7 +64,7 @@ impl<T: Transport + ?Sized> Transport for Box<T> {
     }
 }
 
-/// Moves what fits from a queue; returns how much that is.
+/// Moves as many bytes as fit from a queue. Returns their number.
 fn take(queue: &mut std::collections::VecDeque<u8>, into: &mut [u8]) -> usize {
     let len = into.len().min(queue.len());
     for (to, from) in into.iter_mut().zip(queue.drain(..len)) {

@@ -1,14 +1,14 @@
-//! A drive at the end of a wire, commissioned: an image `drive` or `motor`, emulated or on a board.
+//! Commissioning of a drive on a target: the firmware `drive` or `motor`, emulated or on a board.
 //!
 //! ```text
-//! what shakes ->  memory of the chip  -> counts and mean current, a row per ms        (pil_wire: Prepare .. Recall)
+//! excitation  ->  memory of the chip  -> counts and mean current, a row per ms        (pil_wire: Prepare .. Recall)
 //! goal        ->  plan of the chip    -> its first tick: the same plan is played here for y - r
 //! design      ->  design of the chip  -> at rest, W = 0
 //! ```
 //!
-//! Time is that of the drive's ticks: nothing here depends on how long a request takes, but that the drive rests
-//! longer meanwhile. A row of a fast drive is several ticks: what shakes is held for a row, and the current of a row is
-//! the mean of its ticks. Nothing but the stand-in's plant can be disturbed from here.
+//! Time is the time of the drive's ticks. A slow request only extends the rest of the drive. A row of a fast drive has
+//! several ticks: the excitation is held for a row, and the current of a row is the mean over its ticks. Only a
+//! simulated plant can be disturbed from here.
 
 use std::f64::consts::TAU;
 use std::thread::sleep;
@@ -26,52 +26,52 @@ use crate::live::LiveDrive;
 use crate::remote::Loadable;
 use crate::transport::Transport;
 
-/// A row of a record has so much time, or one tick of a drive that is slower, or more where the memory is short.
+/// Length of a row of a record, s. A slower drive takes one tick per row, and a short memory needs longer rows.
 const ROW_S: f64 = 1e-3;
-/// What a record lasts longer than its moves at least: a plan takes the chip some time, and so does who asks for it.
+/// Extra length of a record beyond its moves, s. It covers the planning on the chip and the requests.
 const SPARE_S: f64 = 1.5;
-/// A tick that does not go on for so long does not go on at all.
+/// Time without a new tick after which the drive counts as halted.
 const STANDS_STILL: Duration = Duration::from_secs(5);
-/// A stop takes no longer.
+/// Longest time for a stop.
 const COMES_TO_REST: Duration = Duration::from_secs(20);
-/// Between two looks at a drive that rests.
+/// Interval between two status requests to a drive at rest.
 const GLANCE: Duration = Duration::from_millis(1);
 
-/// The drive, with the way to it.
+/// Connection to a drive for commissioning.
 pub struct Wired<'a, T> {
     drive: LiveDrive<T>,
     designed: DriveDesign,
-    /// As a chip counts them: sign and offset are taken off there.
+    /// Encoders as the chip counts them, after sign and offset are removed there.
     encoders: Vec<Mounted>,
     period_s: f64,
     at_rad: f64,
-    /// Its tick when it was found.
+    /// Tick of the drive at the connection.
     origin: u32,
     motions: Vec<Motion>,
-    /// What ran there before.
+    /// Design that ran before.
     before: Loadable,
-    /// Was another design sent? What came of a reply that was lost nobody knows.
+    /// True if another design was sent. After a lost reply the result is unknown, so it counts as sent.
     is_touched: bool,
     watch: &'a mut OnTicks<'a>,
 }
 
 impl<'a, T: Transport> Wired<'a, T> {
-    /// A drive that rests, with this design: what runs there is given up for it where it differs.
+    /// Takes over a drive at rest with this design. It replaces the running design where the two differ.
     ///
     /// # Errors
-    /// When it is of another form, moves, has stopped, or cannot be reached.
+    /// Fails if the drive has another form, moves, has stopped, or cannot be reached.
     pub fn new(mut drive: LiveDrive<T>, designed: DriveDesign, watch: &'a mut OnTicks<'a>) -> Result<Self, Stopped> {
         let seen = drive.observe()?;
         let why = [
             (!seen.started, "the drive has not started: its encoders give no counts"),
-            (seen.moving, "the drive is on its way: it must rest"),
+            (seen.moving, "the drive moves: it must be at rest"),
             (seen.health.contains(Health::STOPPED), "an alarm has stopped the drive: reset it first (host-sim live)"),
         ];
         if let Some((_, why)) = why.into_iter().find(|(is, _)| *is) {
             return Err(Stopped::Broken(why.into()));
         }
         let at_rad = f64::from(seen.turn) * TAU + f64::from(seen.reference);
-        // The image has no band at rest.
+        // The firmware has no rest band.
         let designed = designed.without_rest_band();
         let design = loadable(&designed)?;
         let before = drive.design().clone();
@@ -95,12 +95,12 @@ impl<'a, T: Transport> Wired<'a, T> {
         })
     }
 
-    /// The drive, as it is now.
+    /// Returns the connection to the drive in its present state.
     pub fn into_drive(self) -> LiveDrive<T> {
         self.drive
     }
 
-    /// The same on the way.
+    /// Returns a mutable reference to the connection during commissioning.
     pub const fn drive_mut(&mut self) -> &mut LiveDrive<T> {
         &mut self.drive
     }
@@ -109,7 +109,7 @@ impl<'a, T: Transport> Wired<'a, T> {
         (seconds / self.period_s).round() as u32
     }
 
-    /// Until this tick has been.
+    /// Waits until this tick has passed.
     fn until(&mut self, tick: u32) -> Result<(), Stopped> {
         let mut last: Option<(u32, Instant)> = None;
         loop {
@@ -119,7 +119,7 @@ impl<'a, T: Transport> Wired<'a, T> {
             }
             let since = last.filter(|(last, _)| *last == seen.tick);
             if since.is_some_and(|(_, since)| since.elapsed() > STANDS_STILL) {
-                return Err(Stopped::Broken(format!("the drive answers, but its tick {} does not go on", seen.tick)));
+                return Err(Stopped::Broken(format!("the drive answers, but its tick {} does not advance", seen.tick)));
             }
             let passed = last.map_or(0, |(last, _)| seen.tick.wrapping_sub(last));
             if (self.watch)(u64::from(passed)).is_break() {
@@ -133,11 +133,11 @@ impl<'a, T: Transport> Wired<'a, T> {
         }
     }
 
-    /// Where it should have been at a tick, rad.
+    /// Returns the reference at a tick, rad.
     fn r(&self, tick: u32) -> f64 {
         let begun = |motion: &&Motion| tick.wrapping_sub(motion.start) as i32 >= 0;
         let motion = self.motions.iter().rev().find(begun).unwrap_or(&self.motions[0]);
-        // As many derivatives are continuous as the plan of the chip has.
+        // The continuity matches the plan of the chip.
         let [r, _] = if self.encoders.len() > 1 { motion.jets::<4, 2>()(tick) } else { motion.jets::<3, 2>()(tick) };
         r
     }
@@ -169,7 +169,7 @@ impl<T: Transport> Stand for Wired<'_, T> {
         }
         let ticks = self.ticks(most_s + SPARE_S);
         let every = self.ticks(ROW_S).max(ticks.div_ceil(memory)).max(1);
-        // All of the memory: what is not made is not read.
+        // The record takes all of the memory. Rows that are not recorded are not read.
         let (rows, row_s) = (memory as usize, f64::from(every) * self.period_s);
         let wave = shake.map_or_else(|| vec![0.0; rows], |shake| shake.wave(rows, row_s));
         let wave: Vec<f32> = wave.into_iter().map(|current| current as f32).collect();
@@ -233,7 +233,7 @@ impl<T: Transport> Stand for Wired<'_, T> {
         Ok((after - before).abs())
     }
 
-    /// A drive that an alarm has stopped gets them too, for whoever resets it; its black box is emptied by that.
+    /// A drive that was stopped by an alarm also gets the old design, for its next reset. This clears its black box.
     fn give_up(&mut self) -> Result<(), Stopped> {
         self.drive.order(Order::EndRecord)?;
         let mut seen = self.drive.observe()?;

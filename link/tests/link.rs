@@ -1,4 +1,4 @@
-//! A target that talks too much, a wire with faults, and a wait that is ended.
+//! Tests of a target that sends too much, of a link with faults, and of an interrupted wait.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use link::transport::{Faulty, Loopback, Stoppable, Transport, TransportError};
 use loop_sim::port::PortError;
 use pil_wire::REPLY_LEN;
 
-/// A target that says who it is, unasked, so many times before each answer.
+/// Target that sends its identity unasked, several times before each answer.
 struct Talkative {
     inner: Loopback,
     hello: Vec<u8>,
@@ -56,11 +56,11 @@ fn a_target_that_never_stops_talking_is_given_up_in_time() {
     let began = Instant::now();
     let error = connected(Talkative::new(usize::MAX)).err().expect("no answer");
     assert!(matches!(error, PortError::Silent { .. }), "{error}");
-    // As long as it says, and no longer; generous, as a machine may be busy.
+    // The wait lasts as long as the documented limit and no longer. The upper limit is generous for a busy machine.
     assert!((LONGEST_WAIT..10 * LONGEST_WAIT).contains(&began.elapsed()), "{:?}", began.elapsed());
 }
 
-/// Keeps the frames that it is sent and never answers.
+/// Link that keeps the sent frames and never answers.
 #[derive(Default)]
 struct Silent(Vec<Vec<u8>>);
 
@@ -89,7 +89,7 @@ fn a_long_silence_ends_soon_after_the_wish_to_stop_and_a_short_one_in_time() {
 
 const NONE: Rates = Rates::all(0.0);
 
-/// What is left of `frames` frames of 32 equal bytes behind a wire with these faults.
+/// Returns the rest of `frames` frames of 32 equal bytes after a link with these faults.
 fn passed(rates: Rates, frames: u8) -> Vec<Vec<u8>> {
     let mut wire = Faulty::new(Silent::default(), rates, 7);
     for k in 0..frames {
@@ -124,7 +124,7 @@ fn a_rate_is_a_rate() {
         wire.send(&[0; 32]).expect("a wire that takes all");
     }
     let [Struck { dropped, corrupted, truncated, duplicated, delayed }, _] = wire.struck();
-    // 1000 expected, standard deviation 31: six of them.
+    // 1000 expected, standard deviation 31. The limit is six standard deviations.
     for count in [dropped, corrupted, truncated, duplicated, delayed] {
         assert!((815..1185).contains(&count), "{:?}", wire.struck());
     }

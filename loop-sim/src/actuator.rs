@@ -1,7 +1,7 @@
-//! From the controller's demand to the input that the plant feels.
+//! Chain from the controller's demand to the input that acts on the plant.
 //!
-//! As with the sensors, every fault is a wrapper and the chain is built from the plant outwards: the innermost link
-//! drives the plant, each wrapper sits one link nearer to the controller, alters the demand and hands it inwards.
+//! Every fault is a wrapper, as in [`sensor`](crate::sensor). The chain is built from the plant outwards: the innermost
+//! link drives the plant. Each wrapper is one link nearer to the controller, changes the demand and passes it inwards.
 //!
 //! ```
 //! use loop_sim::actuator::{Actuator, Delayed, Ideal, Limited};
@@ -10,16 +10,16 @@
 //! assert_eq!([50.0, 3.0, 0.0].map(|demand| actuator.drive(demand)), [0.0, 10.0, 3.0]);
 //! ```
 //!
-//! **A demand that is not finite never reaches the plant.** Every link, [`Ideal`] included, takes NaN and infinities
-//! for 0: a drive that is told nonsense switches off. (Holding the last value would need memory in every link, and
-//! hides the fault: here the trace shows it.)
+//! **A demand that is not finite never reaches the plant.** Every link, [`Ideal`] included, replaces NaN and infinities
+//! by 0, so a drive with an invalid demand switches off. Holding the last value needs memory in every link and hides
+//! the fault. With 0 the trace shows it.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
 /// One link of the actuating chain.
 pub trait Actuator: Send {
-    /// Called once per tick with the demand; returns what is really held until the next tick.
+    /// Accepts the demand once per tick. Returns the value that is held until the next tick.
     fn drive(&mut self, demand: f64) -> f64;
 }
 
@@ -29,12 +29,12 @@ impl<T: Actuator + ?Sized> Actuator for Box<T> {
     }
 }
 
-/// 0 for a demand that is not finite.
+/// Returns the demand, or 0 if the demand is not finite.
 fn finite_or_off(demand: f64) -> f64 {
     if demand.is_finite() { demand } else { 0.0 }
 }
 
-/// Does as it is told.
+/// Actuator that holds the demand unchanged.
 pub struct Ideal;
 
 impl Actuator for Ideal {
@@ -43,7 +43,7 @@ impl Actuator for Ideal {
     }
 }
 
-/// Limits the demand to [min, max].
+/// Actuator that limits the demand to [min, max].
 pub struct Limited<A> {
     inner: A,
     min: f64,
@@ -51,7 +51,7 @@ pub struct Limited<A> {
 }
 
 impl<A> Limited<A> {
-    /// `min` and `max` in the unit of u; were they reversed, `max` would win.
+    /// Wraps `inner` with limits in the unit of u. If they are reversed, `max` wins.
     pub fn new(inner: A, min: f64, max: f64) -> Self {
         Self { inner, min, max }
     }
@@ -63,7 +63,7 @@ impl<A: Actuator> Actuator for Limited<A> {
     }
 }
 
-/// Limits the demand to ±most in some of its ticks: a power stage that is hot, or on a low supply.
+/// Actuator that limits the demand to ±most in a range of ticks, like a power stage that is hot or on a low supply.
 pub struct Derated<A> {
     inner: A,
     most: f64,
@@ -72,7 +72,7 @@ pub struct Derated<A> {
 }
 
 impl<A> Derated<A> {
-    /// `most` in the unit of u; the first tick is 0.
+    /// Wraps `inner` with the limit `most` in the unit of u. The first tick is 0.
     pub fn new(inner: A, most: f64, ticks: Range<usize>) -> Self {
         Self { inner, most, ticks, passed: 0 }
     }
@@ -87,7 +87,7 @@ impl<A: Actuator> Actuator for Derated<A> {
     }
 }
 
-/// Lets the demand change by at most a rate; starts from 0.
+/// Actuator that limits the rate of change of the demand, starting from 0.
 pub struct RateLimited<A> {
     inner: A,
     per_tick: f64,
@@ -95,7 +95,7 @@ pub struct RateLimited<A> {
 }
 
 impl<A> RateLimited<A> {
-    /// `per_second`: largest |du/dt|, unit of u per second; `period_s`: T.
+    /// Wraps `inner` with the largest |du/dt| `per_second`, in the unit of u per second, at the period T `period_s`.
     pub fn new(inner: A, per_second: f64, period_s: f64) -> Self {
         Self { inner, per_tick: (per_second * period_s).abs(), last: 0.0 }
     }
@@ -109,7 +109,7 @@ impl<A: Actuator> Actuator for RateLimited<A> {
     }
 }
 
-/// Hands on the demand of some ticks ago; until there is one, 0.
+/// Actuator that delays the demand by whole ticks. The output is 0 until the first demand arrives.
 pub struct Delayed<A> {
     inner: A,
     ticks: usize,
@@ -117,7 +117,7 @@ pub struct Delayed<A> {
 }
 
 impl<A> Delayed<A> {
-    /// A delay of whole ticks; room for all that is under way is made here, none in the run.
+    /// Wraps `inner` with a delay of whole ticks. The buffer is allocated here and not during a run.
     pub fn new(inner: A, ticks: usize) -> Self {
         Self { inner, ticks, under_way: VecDeque::with_capacity(ticks + 1) }
     }
@@ -131,22 +131,22 @@ impl<A: Actuator> Actuator for Delayed<A> {
     }
 }
 
-/// Takes a new demand in every m-th tick only (0, m, 2m, ..) and holds it in between: a slow bus.
-pub struct Held<A> {
+/// Actuator on a slow bus: it accepts every m-th demand (ticks 0, m, 2m, ..) and holds it in between.
+pub struct SlowBus<A> {
     inner: A,
     ticks: usize,
     age: usize,
     kept: f64,
 }
 
-impl<A> Held<A> {
-    /// `ticks`: m; 0 is taken for 1, every tick.
+impl<A> SlowBus<A> {
+    /// Wraps `inner` with m = `ticks`. 0 counts as 1, which is every tick.
     pub fn new(inner: A, ticks: usize) -> Self {
         Self { inner, ticks, age: 0, kept: 0.0 }
     }
 }
 
-impl<A: Actuator> Actuator for Held<A> {
+impl<A: Actuator> Actuator for SlowBus<A> {
     fn drive(&mut self, demand: f64) -> f64 {
         if self.age == 0 {
             self.kept = finite_or_off(demand);
@@ -192,15 +192,14 @@ mod tests {
     fn held_takes_every_mth_demand() {
         let demands = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
         for (ticks, expected) in [(0, demands), (1, demands), (3, [1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 7.0])] {
-            let mut actuator = Held::new(Ideal, ticks);
+            let mut actuator = SlowBus::new(Ideal, ticks);
             assert_eq!(demands.map(|demand| actuator.drive(demand)), expected, "{ticks} ticks");
         }
     }
 
     #[test]
     fn the_outer_link_sees_the_demand_first() {
-        // A rate limit on an already limited demand reaches 1 and leaves it at once; one that has to come back from
-        // the full demand is late.
+        // Limiting before the rate limit makes the output return at once. Limiting after it delays the return.
         let demands = [10.0, 10.0, 10.0, 0.0];
         let mut limited_first = Limited::new(RateLimited::new(Ideal, 1.0, 1.0), -1.0, 1.0);
         let mut ramped_first = RateLimited::new(Limited::new(Ideal, -1.0, 1.0), 1.0, 1.0);
@@ -215,7 +214,7 @@ mod tests {
             Box::new(Limited::new(Ideal, -9.0, 9.0)),
             Box::new(RateLimited::new(Ideal, 100.0, 1.0)),
             Box::new(Delayed::new(Ideal, 0)),
-            Box::new(Held::new(Ideal, 1)),
+            Box::new(SlowBus::new(Ideal, 1)),
         ];
         for (link, mut actuator) in links.into_iter().enumerate() {
             for nonsense in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -1,14 +1,14 @@
-//! The one place where the loop is closed.
+//! Closed loop of plant, sensor, controller port and actuator.
 //!
-//! Tick k of K + 1, at t = k T, with T the period:
+//! Tick k of K + 1 is at t = k T, with the period T:
 //!
 //! ```text
 //! sample = sensor(x)    u = port(sample)    u_held = actuator(u)    row -> recorder    x = x(t + T) under u_held
 //! ```
 //!
-//! Where a plant's supply drives only a part of u at x, u_held is that part, and the port is told of it.
+//! If the supply of a plant drives only a part of u at x, u_held is that part. The port receives u_held.
 //!
-//! All memory is made before: with a [`Recorder`] that keeps nothing, `()`, a run allocates nothing.
+//! All memory is allocated before the run. With the [`Recorder`] `()`, which keeps nothing, a run allocates nothing.
 
 use std::fmt;
 use std::ops::Range;
@@ -21,19 +21,19 @@ use crate::sensor::Sensor;
 use crate::solver::{self, SolverError};
 use crate::trace::{Ending, Recorder, Row, Trace};
 
-/// Everything between two ticks of the clock.
+/// Setup of a closed loop: its four parts, the initial state and the duration.
 pub struct Loop<'a> {
     /// The true plant.
     pub plant: &'a dyn Plant,
-    /// What lies between the state and the sample.
+    /// Sensor between the state and the sample.
     pub sensor: &'a mut dyn Sensor,
-    /// The controller, wherever it runs.
+    /// Controller, on the host or on a target.
     pub port: &'a mut dyn ControllerPort,
-    /// What lies between the u demanded and the u held.
+    /// Actuator between the demanded u and the held u.
     pub actuator: &'a mut dyn Actuator,
-    /// Is the controller told what the actuator holds?
+    /// True if the controller receives the held u after each tick.
     pub report: bool,
-    /// Ticks, from 1, whose interrupt does not come: u stays, and nobody tells the controller.
+    /// Ticks, from 1, whose interrupt is missed. u stays, and the controller gets no notice.
     pub missed: &'a [Range<usize>],
     /// True state at t = 0, length n.
     pub x0: &'a [f64],
@@ -44,7 +44,7 @@ pub struct Loop<'a> {
 }
 
 impl Loop<'_> {
-    /// A trace of this run before its first row, with room for all of them.
+    /// Returns an empty trace of this run with room for all rows.
     pub fn trace(&self) -> Trace {
         Trace {
             order: self.plant.order(),
@@ -57,13 +57,13 @@ impl Loop<'_> {
     }
 }
 
-/// Why a run broke off; what was recorded until then stays recorded.
+/// Cause of a run that broke off. The rows up to then stay recorded.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LoopError {
-    /// The plant could not be integrated.
+    /// The plant cannot be integrated.
     Solver(SolverError),
-    /// The controller could not be reached.
+    /// The controller cannot be reached.
     Port(PortError),
 }
 
@@ -78,11 +78,11 @@ impl fmt::Display for LoopError {
 
 impl std::error::Error for LoopError {}
 
-/// Runs the loop; the recorder gets every row as it is made, may end the run, and is told how it ended.
+/// Runs the loop. The recorder gets every row as it is computed, may end the run, and receives the ending.
 ///
 /// # Errors
-/// When the plant could not be integrated or the controller not be reached; the ending is then
-/// [`BrokenOff`](Ending::BrokenOff), and never otherwise.
+/// Fails if the plant cannot be integrated or the controller cannot be reached. The ending is then
+/// [`BrokenOff`](Ending::BrokenOff), and in no other case.
 pub fn close_loop<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> Result<Ending, LoopError> {
     let (ending, error) = run(setup, recorder);
     recorder.end(ending);
@@ -107,16 +107,16 @@ fn run<R: Recorder + ?Sized>(setup: Loop<'_>, recorder: &mut R) -> Ended {
     }
 }
 
-/// How a run ended, and why if it broke off.
+/// Ending of a run, with the error if it broke off.
 pub(crate) type Ended = (Ending, Option<LoopError>);
 
-/// A loop at a tick.
+/// Closed loop at a tick.
 pub(crate) struct Running<'a> {
     pub(crate) setup: Loop<'a>,
-    /// The true state there, filled up to the plant's order.
+    /// True state at this tick, padded to [`MAX_ORDER`] entries.
     pub(crate) x: [f64; MAX_ORDER],
     pub(crate) k: usize,
-    /// What the controller said last.
+    /// Last output of the controller, for missed ticks.
     last: Option<Tick>,
 }
 
@@ -127,12 +127,13 @@ impl<'a> Running<'a> {
         Self { setup, x, k: 0, last: None }
     }
 
-    /// From this tick to the next, s.
+    /// Returns the times of this tick and of the next one, s.
     pub(crate) fn interval(&self) -> [f64; 2] {
         [self.k, self.k + 1].map(|k| k as f64 * self.setup.period_s)
     }
 
-    /// All of a tick but the plant: the u that is held from here on; or how the run has ended.
+    /// Computes everything of a tick except the plant. Returns the u that is held from here on, or the ending of the
+    /// run.
     pub(crate) fn tick<R: Recorder + ?Sized>(&mut self, recorder: &mut R) -> Result<f64, Ended> {
         let [t_s, _] = self.interval();
         let Self { setup: Loop { plant, sensor, port, actuator, report, missed, periods, .. }, x, k, last } = self;
@@ -177,7 +178,7 @@ impl<'a> Running<'a> {
         if k == periods { Err((Ending::Finished, None)) } else { Ok(u_held) }
     }
 
-    /// The plant could not be moved from here.
+    /// Returns the ending of a run whose plant cannot be integrated from this tick.
     pub(crate) fn broken_off(&self, error: SolverError) -> Ended {
         (Ending::BrokenOff { t_s: self.interval()[0] }, Some(LoopError::Solver(error)))
     }

@@ -1,26 +1,25 @@
-//! The step of a plant that is linear but for a sine: from one tick to the next without substeps.
+//! Exact step of a plant that is linear except for one sine, from tick to tick without substeps.
 //!
 //! $$ \dot x = A x + e_n b u + \sum_i e_i w_i(t) - e_2 s \sin x_1 $$
 //!
-//! with u held. Everything linear is exact: $x^+ = \Phi x + \gamma u$ and the share of each term of a signal,
-//! constants, ramps and sinusoids alike, come of one matrix exponential. Along the solution $g = -\sin x_1$ is taken
-//! as its polynomial of degree 3 about the beginning of the step,
+//! Here u is held. The linear part is exact: $x^+ = \Phi x + \gamma u$ plus a share for each term of a signal. One
+//! matrix exponential gives the shares of constants, ramps and sinusoids. Along the solution $g = -\sin x_1$ is
+//! replaced by its polynomial of degree 3 about the beginning of the step,
 //!
 //! $$ \sum_{j \le 3} g^{(j)} G_j, \quad G_j = h^{j+1} \varphi_{j+1}(A h) s e_2, \qquad
 //!    \dot g = -\cos x_1 \dot x_1, \quad \ddot g = \sin x_1 \dot x_1^2 - \cos x_1 \ddot x_1, \quad
 //!    \dddot g = \cos x_1 \dot x_1^3 + 3 \sin x_1 \dot x_1 \ddot x_1 - \cos x_1 \dddot x_1 $$
 //!
-//! whose derivatives of $x_1$ are known from the equation, which must not have $x_4$ in its second row. The step h is
-//! the tick, or an equal part of it such that $h \omega \le 0.15$ with ω the fastest rate of the plant, a lag of u
-//! apart, which only smooths; a plant without sine crosses any tick at once. Against the solver of order 10
-//! ([`solver`](crate::solver)), which is the oracle of this, states differ by less than 1e-9 of their largest (tests
-//! below).
+//! The derivatives of $x_1$ follow from the equation, which must not have $x_4$ in its second row. The step h is the
+//! tick, or an equal part of it such that $h \omega \le 0.15$. ω is the fastest rate of the plant, without a lag of u,
+//! because a lag only smooths. A plant without sine crosses any tick in one step. The reference is the solver of order
+//! 10 ([`solver`](crate::solver)). The states differ from it by less than 1e-9 of their largest value (tests below).
 //!
-//! What it does not cross is left to that solver: a tick with a jump inside, a link that turns so fast that the
-//! polynomial is too short, a state that ran away. Whether it does depends on that tick of that plant alone.
+//! The solver handles the ticks that this step does not cross: a tick with a jump inside, a link that turns too fast
+//! for the polynomial, and a diverged state. The choice depends only on the tick and the plant.
 //!
-//! Only `+ - * /` and comparisons per step, so that many plants side by side (module `lanes`) have the bits of
-//! each alone; one sine and cosine more for each frequency.
+//! A step uses only `+ - * /` and comparisons, plus one sine and cosine for each frequency. So many plants in a batch
+//! (module `lanes`) are bit-identical to each plant alone.
 
 mod augmented;
 
@@ -31,39 +30,39 @@ use crate::signal::{Signal, Term};
 use crate::sine::{self, sin_cos};
 use crate::solver::RUNAWAY;
 
-/// Most frequencies and most jumps of a plant's signals together.
+/// Largest number of frequencies, and of jumps, in the signals of one plant together.
 const MOST: usize = 8;
-/// Terms of the polynomial of the sine.
+/// Number of terms of the polynomial of the sine.
 pub(crate) const TERMS: usize = 4;
-/// Largest h ω of a step of a plant with a sine.
+/// Largest h ω of a step of a plant with a sine, rad.
 const STEP_ANGLE: f64 = 0.15;
-/// More steps of a tick than this are left to the solver, which takes fewer.
+/// Largest number of steps per tick. Above it the solver takes fewer steps.
 const MOST_STEPS: usize = 100;
-/// Largest turn of the angle in one step, rad.
+/// Largest change of the angle in one step, rad.
 const TURN: f64 = 0.05;
-/// Beyond this angle its sine is not reduced exactly, rad; far below [`RUNAWAY`].
+/// Largest angle whose sine is reduced exactly, rad. It is far below [`RUNAWAY`].
 const ANGLE: f64 = 1000.0;
 
 pub(crate) type Row = [f64; MAX_ORDER];
 
-/// A plant's coefficients.
+/// Coefficients of the linear part of a plant.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearPart<'a> {
-    /// A, row by row; its order is the number of rows that are used.
+    /// Matrix A, row by row. The order gives the number of rows in use.
     pub a: [Row; MAX_ORDER],
-    /// n.
+    /// Order n.
     pub order: usize,
-    /// b.
+    /// Input gain b.
     pub b: f64,
-    /// Channel from 0, factor and signal; b v at the input belongs to channel n.
+    /// Channel from 0, factor and signal. A signal v at the input has channel n - 1 and factor b.
     pub signals: &'a [(usize, f64, Signal)],
-    /// s of -s sin x_1 in the second row; 0 for none.
+    /// Coefficient s of -s sin x_1 in the second row, or 0 for none.
     pub sine: f64,
-    /// Its fastest rate, rad/s.
+    /// Fastest rate of the plant, rad/s.
     pub fastest_rad_s: f64,
 }
 
-/// Response to a sinusoid of one frequency: what multiplies its sine and its cosine.
+/// Response to a sinusoid of one frequency: the factors of its sine and its cosine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wave {
     pub(crate) omega_rad_s: f64,
@@ -78,7 +77,7 @@ pub(crate) struct Jump {
     pub(crate) share: Row,
 }
 
-/// What the signals of the first two rows are at an instant, with the derivatives that the sine asks for.
+/// Values of the signals of the first rows at an instant, with the derivatives that the sine needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moved {
     pub(crate) w: [f64; 3],
@@ -86,35 +85,35 @@ pub(crate) struct Moved {
     pub(crate) ddw: f64,
 }
 
-/// The numbers of a step.
+/// Coefficients of one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Share<const N: usize> {
     pub(crate) phi: [[f64; N]; N],
     pub(crate) gamma: [f64; N],
     pub(crate) g: [[f64; N]; TERMS],
-    /// Row 2 of A, its first three entries.
+    /// First three entries of row 2 of A.
     pub(crate) row: [f64; 3],
-    /// s.
+    /// Coefficient s of the sine.
     pub(crate) sine: f64,
 }
 
-/// The lumped disturbances of such a plant, Eq. (39): what the nominal chain does not have,
+/// Lumped disturbances of such a plant, Eq. (39): the part that the nominal chain does not have,
 ///
 /// $$ d_i = w_i(t) + \sum_j D_{ij} x_j + D_{iu} u \ (- \sin x_1 \text{ in } d_2) $$
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lumped {
-    /// D, row by row.
+    /// Matrix D, row by row.
     pub rows: [Row; MAX_ORDER],
-    /// What u adds.
+    /// Coefficients D_iu of u.
     pub of_u: Row,
-    /// Channel, factor, signal.
+    /// Channel, factor and signal.
     pub signals: Vec<(usize, f64, Signal)>,
-    /// Is the sine in d_2?
+    /// True if d_2 contains the sine.
     pub has_sine: bool,
 }
 
 impl Lumped {
-    /// d_1 .. d_n.
+    /// Writes d_1 .. d_n.
     pub fn value(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]) {
         for (i, d) in d.iter_mut().enumerate() {
             *d = 0.0;
@@ -132,15 +131,15 @@ impl Lumped {
     }
 }
 
-/// The step of one plant.
+/// Precomputed step of one plant at one period.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exact {
     pub(crate) order: usize,
     pub(crate) period_s: f64,
     pub(crate) steps: usize,
-    /// Of one of them.
+    /// Length of one of the steps, s.
     pub(crate) h_s: f64,
-    /// s, and whether it is there.
+    /// Coefficient s of the sine, and whether the plant has one.
     pub(crate) sine: f64,
     pub(crate) has_sine: bool,
     pub(crate) phi: [Row; MAX_ORDER],
@@ -151,13 +150,15 @@ pub struct Exact {
     pub(crate) ramp: Option<Row>,
     pub(crate) waves: Vec<Wave>,
     pub(crate) jumps: Vec<Jump>,
-    /// The signals of the first three rows, for their derivatives.
+    /// Signals of the first three rows, for their derivatives.
     first: [Signal; 3],
 }
 
 impl Exact {
-    /// Of such a plant at this period; none if it has more frequencies or jumps than there is room for, x_4 beside the
-    /// sine, or is so fast that the solver takes fewer steps.
+    /// Builds the step of a plant at a period.
+    ///
+    /// Returns `None` in three cases: more than 8 frequencies or jumps, x_4 in the row of the sine, or a plant so fast
+    /// that the solver takes fewer steps.
     pub fn new(plant: &LinearPart<'_>, period_s: f64) -> Option<Self> {
         let n = plant.order;
         let has_sine = plant.sine != 0.0;
@@ -202,7 +203,7 @@ impl Exact {
         Some(this)
     }
 
-    /// The share of a term in a channel.
+    /// Adds the share of a term in a channel.
     fn add(&mut self, augmented: &Augmented, channel: usize, factor: f64, term: &Term) -> Option<()> {
         let plus = |to: &mut Row, by: f64, share: Row| {
             for (to, share) in to.iter_mut().zip(share) {
@@ -215,13 +216,13 @@ impl Exact {
                 return Some(());
             }
             Term::Ramp { slope } => {
-                // s (t + τ) over the step: s t like a constant, s τ by the next of the chain.
+                // s (t + τ) over the step: s t acts as a constant, and s τ follows from the next state of the chain.
                 plus(self.ramp.get_or_insert([0.0; MAX_ORDER]), factor * slope, augmented.constant(channel));
                 plus(&mut self.constant, factor * slope, augmented.ramp(channel));
                 return Some(());
             }
             Term::Step { amplitude, t0_s } => {
-                // One that never comes.
+                // A jump that never occurs.
                 if t0_s.is_nan() || t0_s == f64::INFINITY {
                     return Some(());
                 }
@@ -242,14 +243,15 @@ impl Exact {
             }
         };
         let (sin, cos) = augmented.wave(channel, omega_rad_s)?;
-        // No more than `MOST`: the matrix has no room for others.
+        // At most `MOST` frequencies, because the matrix has no room for more.
         let known = self.waves.iter().position(|wave| wave.omega_rad_s == omega_rad_s);
         let at = known.unwrap_or(self.waves.len());
         if known.is_none() {
             self.waves.push(Wave { omega_rad_s, sin: [0.0; MAX_ORDER], cos: [0.0; MAX_ORDER] });
         }
         let wave = &mut self.waves[at];
-        // A sin(ω t + φ) = A cos φ sin ω t + A sin φ cos ω t; the response to the cosine is that to the sine turned.
+        // A sin(ω t + φ) = A cos φ sin ω t + A sin φ cos ω t. The response to the cosine is the rotated response to the
+        // sine.
         let (a, b) = (factor * amplitude * libm::cos(phase_rad), factor * amplitude * libm::sin(phase_rad));
         plus(&mut wave.sin, a, sin);
         plus(&mut wave.cos, a, cos);
@@ -258,7 +260,8 @@ impl Exact {
         Some(())
     }
 
-    /// From `from_s` over a tick with `u` held; false, and nothing has changed, if this tick is for the solver.
+    /// Advances x from `from_s` over a tick with `u` held. Returns false with x unchanged if the solver must take this
+    /// tick.
     pub fn advance(&self, from_s: f64, to_s: f64, u: f64, x: &mut [f64]) -> bool {
         match x.len() {
             2 => self.cross::<2>(from_s, to_s, u, x),
@@ -272,7 +275,7 @@ impl Exact {
 
     fn cross<const N: usize>(&self, from_s: f64, to_s: f64, u: f64, x: &mut [f64]) -> bool {
         let Ok(mut now) = <[f64; N]>::try_from(&*x) else { return false };
-        // A tick of another length is another step.
+        // A tick of another length needs another step.
         let is_of_period = (to_s - from_s - self.period_s).abs() <= 1e-9 * self.period_s;
         if !is_of_period || self.jumps_between(from_s, to_s) {
             return false;
@@ -297,17 +300,17 @@ impl Exact {
         true
     }
 
-    /// Where a step of a tick begins.
+    /// Returns the time at which a step of a tick begins, s.
     pub(crate) fn at(&self, from_s: f64, step: usize) -> f64 {
         if step == 0 { from_s } else { from_s + step as f64 * self.h_s }
     }
 
-    /// Does a signal jump inside?
+    /// Returns true if a signal jumps inside the interval.
     pub(crate) fn jumps_between(&self, from_s: f64, to_s: f64) -> bool {
         self.jumps.iter().any(|jump| jump.at_s > from_s && jump.at_s < to_s)
     }
 
-    /// Have the first rows signals that the sine must know of?
+    /// Returns true if the first rows have signals that the sine depends on.
     pub(crate) fn is_moved(&self) -> bool {
         self.has_sine && self.first.iter().any(|signal| !signal.terms().is_empty())
     }
@@ -323,7 +326,7 @@ impl Exact {
         }
     }
 
-    /// What the signals add over a step from `t_s` on.
+    /// Returns the share of the signals over a step from `t_s` on.
     pub(crate) fn forced<const N: usize>(&self, t_s: f64) -> [f64; N] {
         let mut forced: [f64; N] = std::array::from_fn(|i| self.constant[i]);
         if let Some(ramp) = self.ramp {
@@ -345,7 +348,7 @@ impl Exact {
         forced
     }
 
-    /// What the sine has to know of the signals.
+    /// Returns the values of the signals that the sine needs at `t_s`.
     pub(crate) fn moved(&self, t_s: f64) -> Moved {
         let [first, second, third] = &self.first;
         if !self.is_moved() {
@@ -358,7 +361,7 @@ impl Exact {
         }
     }
 
-    /// Has it the functions of time of the other, and as many steps? Their amplitudes and the plant itself may differ.
+    /// Returns true if the time functions and the number of steps match `other`. Amplitudes and plants may differ.
     #[cfg(feature = "lanes")]
     pub(crate) fn is_alike(&self, other: &Self) -> bool {
         let times = |exact: &Self| -> Vec<u64> {
@@ -372,13 +375,13 @@ impl Exact {
 }
 
 impl Wave {
-    /// Its sine and cosine.
+    /// Returns its sine and cosine at `t_s`.
     pub(crate) fn at(&self, t_s: f64) -> [f64; 2] {
         sine::sin_and_cos(self.omega_rad_s * t_s)
     }
 }
 
-/// Is a step from here what the polynomial of the sine is long enough for, and the state one?
+/// Returns true if the polynomial of the sine is valid for a step from here and the state has not diverged.
 #[inline(always)]
 pub(crate) fn is_within<const N: usize, const SINE: bool>(x: &[f64; N], moved: &Moved, h_s: f64) -> bool {
     let turn = (x[1] + moved.w[0]) * h_s;
@@ -390,7 +393,7 @@ pub(crate) fn is_within<const N: usize, const SINE: bool>(x: &[f64; N], moved: &
 }
 
 impl<const N: usize> Share<N> {
-    /// One step; s and c are sine and cosine of x_1.
+    /// Returns the state after one step. s and c are the sine and cosine of x_1.
     #[inline(always)]
     pub(crate) fn step<const SINE: bool>(
         &self,
@@ -411,7 +414,7 @@ impl<const N: usize> Share<N> {
         if SINE {
             let Moved { w, dw, ddw } = *moved;
             let [k1, b1, x3] = self.row;
-            // Of x_1: x_2 + w_1, and so on; x_2' is v2, x_2'' v3.
+            // Derivatives of x_1: d1 = x_2 + w_1, d2, d3. v2 is x_2' and v3 is x_2''.
             let d1 = x[1] + w[0];
             let third = if N > 2 { x3 * x[2.min(N - 1)] } else { 0.0 };
             let v2 = third + k1 * x[0] + b1 * x[1] - self.sine * s + w[1];

@@ -1,24 +1,25 @@
-//! Exponentials and the hyperbolic tangent without a branch, so that a loop over many becomes vector code: the friction
-//! of a motor has two of them, Example 1 the others.
+//! Branchless exponentials and hyperbolic tangent, so that a loop over many values becomes vector code. The friction of
+//! a motor needs two of the functions, Example 1 the others.
 //!
-//! [`exp`] and [`expf`] have the bits of `libm`, whose operations they do in its order, with each case a choice between
-//! values. Of the friction
+//! [`exp`] and [`expf`] are bit-identical to `libm`. They do the operations of `libm` in its order, with a selection of
+//! values in place of each branch. The friction uses
 //!
 //! $$ e^x - 1 = (2^k - 1) + 2^k (e^r - 1), \qquad x = k \ln 2 + r, \quad |r| \le \tfrac12 \ln 2 $$
 //!
-//! by the series of $e^r - 1$ up to $r^{13}$, whose rest is below 1e-17 of it. Near 0, k is 0 and nothing cancels. Both
-//! are within 2.3e-16 of the true value (test below); not the bits of `libm`, which has cases.
+//! with the series of $e^r - 1$ up to $r^{13}$, whose remainder is below 1e-17 of the sum. Near 0, k is 0 and no digits
+//! cancel. Both functions are within 2.3e-16 of the true value (test below). They are not bit-identical to `libm`,
+//! which has branches.
 
 use controller_core::Exp;
 
 use crate::sine::WHOLE;
 
-/// 1/2!, 1/3!, .. 1/13!.
+/// Coefficients 1/2!, 1/3!, .. 1/13!.
 const INVERSE_FACTORIALS: [f64; 12] = inverse_factorials();
 
 const fn inverse_factorials() -> [f64; 12] {
     let mut inverses = [0.5; 12];
-    // Whole numbers are exact up to 13!.
+    // Integers up to 13! are exact in f64.
     let (mut factorial, mut k) = (2.0, 1);
     while k < 12 {
         factorial *= (k + 2) as f64;
@@ -28,7 +29,7 @@ const fn inverse_factorials() -> [f64; 12] {
     inverses
 }
 
-/// e^x, the bits of `libm::exp`; |x| up to [`LARGEST`].
+/// Returns e^x, bit-identical to `libm::exp`, for |x| up to [`LARGEST`].
 #[inline(always)]
 #[allow(clippy::excessive_precision)]
 pub fn exp(x: f64) -> f64 {
@@ -54,21 +55,21 @@ pub fn exp(x: f64) -> f64 {
     if size >= tiny { y * power } else { 1.0 + x }
 }
 
-/// Up to here 2^k is a power that a number can have.
+/// Largest |x| for which 2^k is a normal f64.
 pub const LARGEST: f64 = 700.0;
 
-/// Is x no larger than [`LARGEST`]?
+/// Returns true if |x| is at most [`LARGEST`].
 #[inline(always)]
 #[cfg(feature = "lanes")]
 pub(crate) fn is_within(x: f64) -> bool {
     x.abs() <= LARGEST
 }
 
-/// e^x, the bits of `libm::expf`, of any x.
+/// Returns e^x, bit-identical to `libm::expf`, for any x.
 #[inline(always)]
 #[allow(clippy::excessive_precision)]
 pub fn expf(x: f32) -> f32 {
-    /// As for f64, 1.5 * 2^23.
+    /// 1.5 * 2^23, the f32 counterpart of the `WHOLE` of f64.
     const WHOLE: f32 = 12_582_912.0;
     const ONE: u32 = 127;
     let (far, near, tiny) = (0x3f85_1593, 0x3eb1_7219, 0x3900_0001);
@@ -84,7 +85,7 @@ pub fn expf(x: f32) -> f32 {
     let z = r * r;
     let c = r - z * (1.666_662_544_0e-1 + z * -2.766_733_290_6e-3);
     let y = 1.0 + (r * c / (2.0 - c) - low + high);
-    // The powers of the two ends have no number of their own: y goes there in two steps.
+    // The powers at both ends are not representable, so y gets there in two steps.
     let first = if k > 127.0 {
         127.0
     } else if k < -126.0 {
@@ -100,7 +101,7 @@ pub fn expf(x: f32) -> f32 {
     if x.is_nan() { x } else { ended }
 }
 
-/// The exponential of [`expf`] for a law.
+/// Exponential [`expf`] as a type parameter of a controller.
 #[derive(Clone, Copy, Debug)]
 pub struct Branchless;
 
@@ -111,16 +112,16 @@ impl Exp<f32> for Branchless {
     }
 }
 
-/// e^x - 1; x up to 0.
+/// Returns e^x - 1 for x up to 0.
 #[inline(always)]
 #[allow(clippy::excessive_precision)]
 pub fn expm1_of_negative(x: f64) -> f64 {
     const ONE: u64 = 1023;
-    // Below this it is -1. The comparison lets NaN through.
+    // Below -40 the result is -1. The comparison lets NaN through.
     let x = if x < -40.0 { -40.0 } else { x };
     let shifted = x * core::f64::consts::LOG2_E + WHOLE;
     let k = shifted - WHOLE;
-    // ln 2 in two parts, as fdlibm has them: products of the first are exact.
+    // ln 2 in two parts, as in fdlibm: products with the first part are exact.
     let r = (x - k * 6.931_471_803_691_238_164_9e-1) - k * 1.908_214_929_270_587_700_0e-10;
     let [c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13] = INVERSE_FACTORIALS;
     let z = r * r;
@@ -131,7 +132,7 @@ pub fn expm1_of_negative(x: f64) -> f64 {
     (power - 1.0) + power * p
 }
 
-/// tanh x = (1 - e^(-2|x|))/(1 + e^(-2|x|)), with the sign of x.
+/// Returns tanh x = (1 - e^(-2|x|))/(1 + e^(-2|x|)), with the sign of x.
 #[inline(always)]
 pub fn tanh(x: f64) -> f64 {
     let m = expm1_of_negative(-2.0 * x.abs());
@@ -142,7 +143,7 @@ pub fn tanh(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// From 1e-300 to 100, a thousand to each power of ten.
+    /// Returns the sizes from 1e-300 to 100, a thousand per power of ten.
     fn sizes() -> impl Iterator<Item = f64> {
         (-300_000..2000).map(|k| 10_f64.powf(f64::from(k) * 1e-3))
     }
@@ -165,7 +166,7 @@ mod tests {
             same(x);
             same(-x);
         }
-        // Around where it changes its way: 2^-28, halves of ln 2, and to where there are powers.
+        // Values around the branch points of `libm`: 2^-28, halves of ln 2, and the ends of the powers.
         for around in [0x3e30_0000_u64, 0x3fd6_2e42, 0x3ff0_a2b2] {
             for bits in ((around - 1) << 32..(around + 2) << 32).step_by(0x3_fff1) {
                 same(f64::from_bits(bits));
@@ -183,7 +184,7 @@ mod tests {
         }
     }
 
-    /// Every 251st of all numbers; all of them were tried once.
+    /// Every 251st f32. A run over all f32 values passed once.
     #[test]
     fn e_to_the_x_in_f32_has_the_bits_of_libm_everywhere() {
         for x in (0..=u32::MAX).step_by(251).map(f32::from_bits) {

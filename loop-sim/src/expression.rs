@@ -1,4 +1,4 @@
-//! A formula as a person writes it: the right-hand side of a plant or the a(x) of a controller, without Rust.
+//! Formulas in text form: the right-hand side of a plant or the a(x) of a controller, without Rust.
 //!
 //! ```text
 //! sum     = product { ("+" | "-") product }          left to right
@@ -8,15 +8,17 @@
 //! atom    = number | name | name "(" sum { "," sum } ")" | "(" sum ")"
 //! ```
 //!
-//! A name is an input (x1, x2, .., u, t), a constant, `pi`, or a function: sin cos tan asin acos atan sinh cosh tanh
-//! exp ln sqrt abs, and of two values atan2 min max. Angles are in rad. Where there is no number (1/0, ln(-1)) the
-//! value is infinite or NaN; nothing panics. Arithmetic is f64, functions are those of `libm`, but for sin, cos and
-//! tanh, which are of this crate ([`sine`], [`exponential`]): the same bits on every machine, alone and with many side
-//! by side. There are no jumps on purpose (`sign`, `step`): the solver must know where they are. A step is a term of a
-//! [`Signal`](crate::signal::Signal), and friction is smooth, `tanh(x2/0.01)`.
+//! A name is an input (x1, x2, .., u, t), a constant, `pi`, or a function. The functions of one value are sin cos tan
+//! asin acos atan sinh cosh tanh exp ln sqrt abs. The functions of two values are atan2 min max. Angles are in rad. An
+//! undefined value (1/0, ln(-1)) is infinite or NaN, and nothing panics.
 //!
-//! A formula becomes a list of operations on a stack, at most [`MOST_OPERATIONS`] of them and [`MOST_PENDING`] values
-//! high, so that no text can exhaust memory or the machine's stack. Evaluating costs some nanoseconds an operation.
+//! Arithmetic is f64. Functions are from `libm`, except sin, cos and tanh, which are from this crate ([`sine`],
+//! [`exponential`]). So the result has the same bits on every machine, alone and in a batch. Jumps (`sign`, `step`) are
+//! excluded, because the solver must have their times. A step is a term of a [`Signal`](crate::signal::Signal), and
+//! friction is smooth, `tanh(x2/0.01)`.
+//!
+//! A formula becomes a list of operations on a stack, at most [`MOST_OPERATIONS`] of them with [`MOST_PENDING`] pending
+//! values. So no text can exhaust memory or the machine's stack. Evaluation costs some nanoseconds per operation.
 //!
 //! ```
 //! use loop_sim::expression::Expression;
@@ -27,7 +29,7 @@
 //! assert!((gravity.slope(&[0.0, 3.0], 0) + 9.81 / 0.5).abs() < 1e-12);
 //!
 //! let told = Expression::parse("-g/l*sine(x1)", &["x1", "x2"], &constants).unwrap_err();
-//! assert_eq!(told[0].to_string(), "at character 6: `sine` is no function");
+//! assert_eq!(told[0].to_string(), "at character 6: `sine` is not a function");
 //! # Ok::<(), Vec<loop_sim::expression::ExpressionError>>(())
 //! ```
 
@@ -36,24 +38,24 @@ use core::f64::consts::PI;
 use core::fmt;
 use std::collections::BTreeMap;
 
-/// Most operations of one formula.
+/// Largest number of operations in one formula.
 pub const MOST_OPERATIONS: usize = 1000;
-/// Most values that wait for their operation at once; also how deep parentheses and signs may be nested.
+/// Largest number of pending values at once. It also limits the nesting of parentheses and signs.
 pub const MOST_PENDING: usize = 32;
 
-/// A function of one value.
+/// Function of one value.
 pub(crate) struct One {
     pub(crate) name: &'static str,
     pub(crate) of: fn(f64) -> f64,
-    /// Derivative at x, where the function is y.
+    /// Derivative at x, where the function value is y.
     slope: fn(f64, f64) -> f64,
 }
 
-/// A function of two values, or an operator between them.
+/// Function of two values, or an operator between them.
 pub(crate) struct Two {
     pub(crate) name: &'static str,
     pub(crate) of: fn(f64, f64) -> f64,
-    /// Both partial derivatives at (x, y), where the function is z.
+    /// Both partial derivatives at (x, y), where the function value is z.
     slopes: fn(f64, f64, f64) -> [f64; 2],
 }
 
@@ -62,7 +64,7 @@ const fn one(name: &'static str, of: fn(f64) -> f64, slope: fn(f64, f64) -> f64)
 }
 
 const NEGATE: usize = 0;
-/// The sign comes first: it has no name that could be called.
+/// The sign comes first: its name cannot be called.
 pub(crate) static ONE: [One; 14] = [
     one("-", |x| -x, |_, _| -1.0),
     one("sin", sine::sin, |x, _| sine::cos(x)),
@@ -89,7 +91,7 @@ const SUBTRACT: usize = 1;
 const MULTIPLY: usize = 2;
 const DIVIDE: usize = 3;
 const POWER: usize = 4;
-/// So do the operators.
+/// The operators come first: their names cannot be called.
 pub(crate) static TWO: [Two; 8] = [
     two("+", |x, y| x + y, |_, _, _| [1.0, 1.0]),
     two("-", |x, y| x - y, |_, _, _| [1.0, -1.0]),
@@ -101,56 +103,56 @@ pub(crate) static TWO: [Two; 8] = [
     two("max", |x, y| if y > x { y } else { x }, |x, y, _| if y > x { [0.0, 1.0] } else { [1.0, 0.0] }),
 ];
 
-/// By the chain rule; what does not depend on the input stays so, however steep the function is.
+/// Applies the chain rule. A value that does not depend on the input has slope 0, even for an infinite outer slope.
 fn chained(slope: f64, inner: f64) -> f64 {
     if inner == 0.0 { 0.0 } else { slope * inner }
 }
 
-/// Names of the functions.
+/// Returns the names of the functions.
 pub fn functions() -> impl Iterator<Item = &'static str> + Clone {
     ONE[NEGATE + 1..].iter().map(|one| one.name).chain(TWO[POWER + 1..].iter().map(|two| two.name))
 }
 
-/// What is wrong with a formula, and where.
+/// Error in a formula, with its position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExpressionError {
-    /// Which character of the text, from 1.
+    /// Position of the character in the text, from 1.
     pub at: usize,
-    /// What is wrong there.
+    /// Fault at this position.
     pub fault: Fault,
 }
 
-/// What can be wrong at one place of a formula.
+/// Kind of fault at one position of a formula.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fault {
-    /// No input, no constant.
+    /// Name that is neither an input nor a constant.
     UnknownName(String),
-    /// Parentheses behind what is no function.
+    /// Parentheses after a name that is not a function.
     UnknownFunction(String),
-    /// A function without parentheses.
+    /// Function without parentheses.
     NoArguments(&'static str),
-    /// A function with another number of values than it takes.
+    /// Function with a wrong number of arguments.
     Arity {
-        /// The function.
+        /// Name of the function.
         function: &'static str,
-        /// How many values it takes.
+        /// Number of arguments that the function takes.
         takes: usize,
-        /// How many it was given.
+        /// Number of arguments in the text.
         given: usize,
     },
-    /// A number that f64 cannot hold.
+    /// Number that f64 cannot hold.
     Number(String),
-    /// Something else should stand here.
+    /// Unexpected character.
     Expected {
-        /// What.
+        /// Expected token.
         what: &'static str,
-        /// What does: a character, or nothing at the end.
+        /// Character found, or `None` at the end.
         found: Option<char>,
     },
-    /// More than [`MOST_OPERATIONS`].
+    /// More operations than [`MOST_OPERATIONS`].
     TooLong,
-    /// More than [`MOST_PENDING`].
+    /// Nesting deeper than [`MOST_PENDING`].
     TooDeep,
 }
 
@@ -159,46 +161,47 @@ impl fmt::Display for ExpressionError {
         write!(f, "at character {}: ", self.at)?;
         match &self.fault {
             Fault::UnknownName(name) => write!(f, "`{name}` is unknown"),
-            Fault::UnknownFunction(name) => write!(f, "`{name}` is no function"),
+            Fault::UnknownFunction(name) => write!(f, "`{name}` is not a function"),
             Fault::NoArguments(function) => write!(f, "`{function}` is a function: write {function}(..)"),
             Fault::Arity { function, takes, given } => write!(f, "`{function}` takes {takes}, not {given} values"),
-            Fault::Number(text) => write!(f, "{text} is no number"),
+            Fault::Number(text) => write!(f, "{text} is not a number"),
             Fault::Expected { what, found: Some(found) } => write!(f, "expected {what}, found `{found}`"),
             Fault::Expected { what, found: None } => write!(f, "expected {what}, found the end"),
-            Fault::TooLong => write!(f, "more than {MOST_OPERATIONS} operations: put a part of it into a constant"),
-            Fault::TooDeep => write!(f, "nested more than {MOST_PENDING} deep"),
+            Fault::TooLong => write!(f, "more than {MOST_OPERATIONS} operations: move a part into a constant"),
+            Fault::TooDeep => write!(f, "nested deeper than {MOST_PENDING} levels"),
         }
     }
 }
 
 impl std::error::Error for ExpressionError {}
 
-/// What is done next, with the values on the stack.
+/// Operation on the values of the stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Operation {
-    /// One more.
+    /// Pushes a constant.
     Number(f64),
-    /// One more, of what is given.
+    /// Pushes the input with this index.
     Input(usize),
-    /// By its place in [`ONE`].
+    /// Applies a function of one value, by its index in [`ONE`].
     One(usize),
-    /// By its place in [`TWO`].
+    /// Applies a function of two values, by its index in [`TWO`].
     Two(usize),
 }
 
-/// A formula that has been read.
+/// Parsed formula.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression(Vec<Operation>);
 
-/// A value with its partial derivatives by N inputs.
+/// Value with its partial derivatives by N inputs.
 #[derive(Clone, Copy)]
 struct Dual<const N: usize>(f64, [f64; N]);
 
 impl Expression {
-    /// Reads a text. `inputs` are the names of what [`value`](Self::value) is given, in that order.
+    /// Parses a formula. `inputs` are the names of the arguments of [`value`](Self::value), in that order.
     ///
     /// # Errors
-    /// Every name that is unknown or wrongly used, and the first place where the text is not of the module's grammar.
+    /// Returns every name that is unknown or wrongly used, and the first place where the text breaks the grammar of the
+    /// module.
     pub fn parse(text: &str, inputs: &[&str], constants: &BTreeMap<String, f64>) -> Result<Self, Vec<ExpressionError>> {
         let text: Vec<char> = text.chars().collect();
         let mut reader = Reader {
@@ -217,7 +220,7 @@ impl Expression {
         if errors.is_empty() { Ok(Self(folded(code))) } else { Err(errors) }
     }
 
-    /// row . x, as if it were written out.
+    /// Returns the formula of the dot product row . x, as if it were written out.
     pub fn linear(row: &[f64]) -> Self {
         let terms = row.iter().enumerate().flat_map(|(j, &factor)| {
             let sum = (j > 0).then_some(Operation::Two(ADD));
@@ -226,35 +229,35 @@ impl Expression {
         Self(terms.collect())
     }
 
-    /// A number.
+    /// Returns the formula of a constant.
     pub fn number(number: f64) -> Self {
         Self(vec![Operation::Number(number)])
     }
 
-    /// Does it depend on any input?
+    /// Returns true if the formula depends on an input.
     pub fn varies(&self) -> bool {
         self.0.iter().any(|operation| matches!(operation, Operation::Input(_)))
     }
 
-    /// Its operations.
+    /// Returns the operations of the formula.
     #[cfg(feature = "lanes")]
     pub(crate) fn operations(&self) -> &[Operation] {
         &self.0
     }
 
-    /// Its value; inputs that are missing count as 0.
+    /// Returns the value of the formula. Missing inputs count as 0.
     pub fn value(&self, inputs: &[f64]) -> f64 {
         let input = |input: usize| inputs.get(input).copied().unwrap_or(0.0);
         self.run(|number| number, input, |one, x| (one.of)(x), |two, x, y| (two.of)(x, y))
     }
 
-    /// Its partial derivative by one input, exact.
+    /// Returns the exact partial derivative by one input.
     pub fn slope(&self, inputs: &[f64], by: usize) -> f64 {
         let [slope] = self.slopes(inputs, by);
         slope
     }
 
-    /// Its partial derivatives by so many inputs from this one on, exact.
+    /// Returns the exact partial derivatives by N inputs, beginning with the input `from`.
     pub fn slopes<const N: usize>(&self, inputs: &[f64], from: usize) -> [f64; N] {
         let of = |slope: &dyn Fn(usize) -> f64| std::array::from_fn(slope);
         let Dual(_, slopes) = self.run(
@@ -277,7 +280,7 @@ impl Expression {
         slopes
     }
 
-    /// Through all operations, with whatever is computed of each.
+    /// Runs all operations with the given value arithmetic.
     fn run<V: Copy>(
         &self,
         number: impl Fn(f64) -> V,
@@ -286,7 +289,7 @@ impl Expression {
         two: impl Fn(&Two, V, V) -> V,
     ) -> V {
         let mut stack = [number(0.0); MOST_PENDING];
-        // The reader has counted: no operation finds less than it takes, none more than there is room for.
+        // The parser has checked the depth: every operation finds its arguments, and the stack never overflows.
         let mut top = 0;
         for operation in &self.0 {
             let value = match *operation {
@@ -308,7 +311,7 @@ impl Expression {
     }
 }
 
-/// With what no input changes computed, once.
+/// Returns the operations with constant subexpressions folded.
 fn folded(code: Vec<Operation>) -> Vec<Operation> {
     let mut folded: Vec<Operation> = Vec::with_capacity(code.len());
     for operation in code {
@@ -329,24 +332,24 @@ fn folded(code: Vec<Operation>) -> Vec<Operation> {
     folded
 }
 
-/// What a message shows of a text.
+/// Returns a text as a message quotes it.
 fn quoted(text: &str) -> String {
     const LONGEST: usize = 30;
     if text.len() <= LONGEST { text.into() } else { text.chars().take(LONGEST).chain("..".chars()).collect() }
 }
 
-/// Reads a text from left to right, by one function for each line of the grammar.
+/// Recursive-descent parser with one function for each line of the grammar.
 struct Reader<'a> {
     text: &'a [char],
-    /// Where the next character is.
+    /// Position of the next character.
     at: usize,
     inputs: &'a [&'a str],
     constants: &'a BTreeMap<String, f64>,
     code: Vec<Operation>,
-    /// How many values would wait now.
+    /// Number of values that are pending at this point.
     pending: usize,
     depth: usize,
-    /// Of names: reading goes on.
+    /// Errors of names. Parsing goes on after them.
     errors: Vec<ExpressionError>,
 }
 
@@ -383,7 +386,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Every way deeper leads through here.
+    /// Every deeper nesting passes through here.
     fn sign(&mut self) -> Read {
         self.depth += 1;
         if self.depth > MOST_PENDING {
@@ -466,13 +469,13 @@ impl Reader<'_> {
                 None => Fault::UnknownName(quoted(&name)),
             },
         };
-        // Reading goes on, as if a value stood here.
+        // Parsing goes on as if a value stood here.
         self.pending = before;
         self.errors.push(ExpressionError { at: from + 1, fault });
         self.emit(Operation::Number(0.0))
     }
 
-    /// Up to the parenthesis that closes: how many there are.
+    /// Parses arguments up to the closing parenthesis and returns their number.
     fn values(&mut self) -> Result<usize, ExpressionError> {
         if self.take(')') {
             return Ok(0);
@@ -490,7 +493,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The next character that is no blank.
+    /// Returns the next character that is not white space.
     fn next(&mut self) -> Option<char> {
         while self.text.get(self.at).is_some_and(|c| c.is_whitespace()) {
             self.at += 1;

@@ -1,13 +1,13 @@
-//! Many closed loops side by side: the trials of a campaign whose plants differ in numbers only.
+//! Vectorised batch of closed loops: the trials of a campaign whose plants differ in numbers only.
 //!
-//! [`LANES`] loops go through every tick together, stage by stage: tick of the law, figures of merit, step of the
-//! plant, its own ([`exact`](crate::exact)) or for Example 1 that of the solver. Each stage is a loop over lanes with
-//! nothing but that stage in it, which the compiler makes vector code of, for the instructions that the machine turns
-//! out to have. Every lane has the bits of the run alone ([`close_loop`](crate::closed_loop::close_loop)), since the
-//! stages are the very functions of that run; the tests hold it to them.
+//! [`LANES`] loops go through every tick together, stage by stage. The stages are the tick of the controller, the
+//! metrics and the step of the plant. A plant uses its own step ([`exact`](crate::exact)), and Example 1 uses the step
+//! of the solver. Each stage is a plain loop over lanes, which the compiler vectorises for the instructions of the
+//! machine. Every lane is bit-identical to the run alone ([`close_loop`](crate::closed_loop::close_loop)), since both
+//! call the same functions. The tests check this.
 //!
-//! What does not fit is not run here but reported as such, and is for `close_loop`: another plant ([`takes`]), a
-//! lane whose plant leaves the range of its step, a law of another kind. What a lane keeps is its figures of merit, no
+//! Trials that do not fit are reported and not run. `close_loop` must run them. They are other plants ([`takes`]), a
+//! lane whose plant leaves the range of its step, and a controller of another kind. A lane keeps its metrics and no
 //! trace.
 
 use controller_core::{
@@ -43,33 +43,33 @@ use merit::Merit;
 use sensors::Sensors;
 use wide::{Aligned, Wide};
 
-/// Loops side by side.
+/// Number of loops in a batch.
 pub const LANES: usize = 64;
-/// Troubles that are counted: the bits of [`Health`].
+/// Number of counted flags: the bits of [`Health`].
 const TROUBLES: usize = 8;
-/// Longest delay of a sensor: 3 kB are kept of each tick.
+/// Longest delay of a sensor, ticks. Each tick of delay takes 3 kB.
 const MOST_DELAY_TICKS: usize = 1000;
 
-/// What all trials of a batch have in common.
+/// Settings that all trials of a batch share.
 #[derive(Clone, Copy, Debug)]
 pub struct Campaign<'a> {
-    /// The law.
+    /// Controller.
     pub spec: &'a ControllerSpec,
-    /// Between state and sample.
+    /// Sensor chain between state and sample.
     pub sensing: &'a Sensing,
-    /// T, s.
+    /// Period T, s.
     pub period_s: f64,
-    /// Number of periods.
+    /// Number of periods of a run.
     pub periods: usize,
-    /// Window of the ultimate figures, s.
+    /// Window of the ultimate metrics, s.
     pub window_s: [f64; 2],
-    /// |y| within this counts as settled.
+    /// Settling band: a smaller |y| counts as settled.
     pub settling_band: f64,
 }
 
-/// What makes two campaigns one.
+/// Settings that are equal in two campaigns that can share a batch.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kind {
+pub struct BatchSettings {
     spec: ControllerSpec,
     sensing: Sensing,
     times: [f64; 4],
@@ -77,57 +77,62 @@ pub struct Kind {
 }
 
 impl Campaign<'_> {
-    /// What trials must have in common to go side by side; whether their plants fit is for [`close_loops`].
-    pub fn kind(&self) -> Kind {
+    /// Returns the settings that trials must share to run in one batch. [`close_loops`] checks the plants.
+    pub fn kind(&self) -> BatchSettings {
         let Self { spec, sensing, period_s, periods, window_s: [from_s, to_s], settling_band } = *self;
-        Kind { spec: spec.clone(), sensing: sensing.clone(), times: [period_s, from_s, to_s, settling_band], periods }
+        BatchSettings {
+            spec: spec.clone(),
+            sensing: sensing.clone(),
+            times: [period_s, from_s, to_s, settling_band],
+            periods,
+        }
     }
 }
 
-/// A trial.
+/// Trial of a campaign: a plant, its initial state and a seed.
 #[derive(Clone, Copy)]
 pub struct Trial<'a> {
-    /// Its plant.
+    /// Plant of the trial.
     pub plant: &'a dyn Plant,
-    /// Its state at t = 0.
+    /// State at t = 0.
     pub x0: &'a [f64],
-    /// Of what is random in its measuring chain.
+    /// Seed of the random links of the sensor chain.
     pub seed: u64,
 }
 
-/// Can closed loops around such a plant go side by side, if the law does?
+/// Returns true if closed loops with such a plant can run in a batch, provided that the controller can.
 pub fn takes(plant: &dyn Plant) -> bool {
     plant.exact().is_some() || matches!(plant.parts(), Some(Parts::Benchmark(_)))
 }
 
-/// What a trial came to that went through to its end.
+/// Result of a trial that ran to its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
-    /// Its figures of merit.
+    /// Metrics of the trial.
     pub metrics: Metrics,
-    /// Ticks with each trouble, by its bit in [`Health`].
+    /// Number of ticks with each flag, by its bit in [`Health`].
     ticks_with: [u32; TROUBLES],
 }
 
 impl Judged {
-    /// In how many ticks the law told of this trouble, one flag.
+    /// Returns the number of ticks in which the controller reported this flag. `flag` must be a single flag.
     pub fn ticks_with(&self, flag: Health) -> usize {
         self.ticks_with[flag.bits().trailing_zeros() as usize % TROUBLES] as usize
     }
 }
 
-/// Runs up to [`LANES`] trials; none for one that is to be run alone.
+/// Runs up to [`LANES`] trials. The entry of a trial that must run alone is `None`.
 ///
 /// # Panics
-/// If there are more.
+/// Panics if there are more than [`LANES`] trials.
 pub fn close_loops(campaign: &Campaign<'_>, trials: &[Trial<'_>]) -> Vec<Option<Judged>> {
     close_loops_with(Instructions::Avx512, campaign, trials)
 }
 
-/// The same with at most these instructions: the bits do not depend on them.
+/// Runs up to [`LANES`] trials with at most these instructions. The bits do not depend on the instructions.
 ///
 /// # Panics
-/// If there are more than [`LANES`].
+/// Panics if there are more than [`LANES`] trials.
 pub fn close_loops_with(
     instructions: Instructions,
     campaign: &Campaign<'_>,
@@ -143,7 +148,7 @@ pub fn close_loops_with(
     found.unwrap_or_else(|| vec![None; trials.len()])
 }
 
-/// A law with a linear a(x), and plants with a step of their own.
+/// Runs a controller with a linear a(x) and plants with a step of their own.
 fn linear(
     instructions: Instructions,
     campaign: &Campaign<'_>,
@@ -177,7 +182,7 @@ fn linear(
     shapes!(archive => instance)
 }
 
-/// Example 1, with the exponential of `E` in the law; that of f64 has cases.
+/// Runs Example 1 with the exponential `E` in the controller. The f64 exponential has branches.
 fn benchmark<E: Exp<f32> + Copy>(
     instructions: Instructions,
     campaign: &Campaign<'_>,
@@ -203,19 +208,19 @@ fn benchmark<E: Exp<f32> + Copy>(
     shapes!(planar => instance)
 }
 
-/// The plants of all lanes, over ticks that all go through together.
+/// Plants of all lanes, which step over the same ticks together.
 trait Plants<const N: usize> {
-    /// To be called with every x before what follows is asked of it.
+    /// Prepares for the states x. Call it with every x before the methods below.
     fn turn(&mut self, x: &[Wide; N]);
 
-    /// All over a tick; a lane is marked that is for the run alone.
+    /// Advances all lanes over a tick. Sets `lost` for a lane that must run alone.
     fn advance(&mut self, from_s: f64, to_s: f64, x: &mut [Wide; N], u: &Wide, lost: &mut Wide<u64>);
 
-    /// The largest |d - d_hat| of a channel so far.
+    /// Updates the largest |d - d_hat| of a channel.
     fn note_estimate(&self, channel: usize, t_s: f64, x: &[Wide; N], u: &Wide, d_hat: &Wide, most: &mut Wide);
 }
 
-/// One lane over a tick by the solver.
+/// Advances one lane over a tick with the solver.
 fn alone<const N: usize>(
     plant: &dyn Plant,
     [from_s, to_s]: [f64; 2],
@@ -233,7 +238,7 @@ fn alone<const N: usize>(
     }
 }
 
-/// The states in which the lanes begin; one that no trial has is like the first.
+/// Returns the initial states of the lanes. A lane without a trial gets the first state.
 fn initial<const N: usize>(trials: &[Trial<'_>]) -> Option<Box<[Wide<f64>; N]>> {
     let mut x = Box::new([Wide::of_all(0.0); N]);
     for l in 0..LANES {
@@ -272,13 +277,13 @@ fn run<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MAS
     for l in 0..trials.len() {
         match started(l) {
             Some(state) => states.0.set(l, &state),
-            // It does not begin with its first sample.
+            // The controller does not start with its first sample.
             None => lost[l] = 1,
         }
     }
     let channels = Controller::<T, M, N, R, MASK, O>::CHANNELS;
     let mut samples = Box::new([Wide::of_all(T::ZERO); N]);
-    let mut told = Box::new(Told::<T>::new());
+    let mut told = Box::new(LaneOutputs::<T>::new());
     let mut merit = Box::new(Merit::new(instructions, window_s, period_s, settling_band));
     let mut d_hat = Box::new([Wide::of_all(0.0); O]);
     for k in 0..=periods {
@@ -290,7 +295,7 @@ fn run<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MAS
         for (sample, seen) in samples.iter_mut().zip(seen.iter()) {
             round_all(instructions, sample, seen);
         }
-        let Told { demand, u, sigma_star, health } = &mut *told;
+        let LaneOutputs { demand, u, sigma_star, health } = &mut *told;
         tick_all(instructions, &law, &mut states.0, &samples, demand, sigma_star, health);
         drive_all(instructions, demand, u);
         merit.note(k, t_s, &x[0], &told);
@@ -308,7 +313,7 @@ fn run<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MAS
         plants.advance(t_s, next_s, &mut x, &told.u, &mut lost);
     }
     merit.sum_up();
-    // What ended beyond the range is for the run alone to tell.
+    // A state beyond the range is lost: the run alone must report it.
     let judged = (0..trials.len()).map(|l| {
         let is_sound = x.iter().all(|x| x[l].abs() <= solver::RUNAWAY);
         (lost[l] == 0 && is_sound).then(|| merit.judged(l, periods, &channels))
@@ -316,15 +321,15 @@ fn run<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MAS
     Some(judged.collect())
 }
 
-/// What a tick of every lane says, and what the plants feel of it.
-struct Told<T> {
+/// Output of a tick for every lane, and the held u.
+struct LaneOutputs<T> {
     demand: Wide<T>,
     u: Wide,
     sigma_star: Wide<T>,
     health: Wide<u8>,
 }
 
-impl<T: Real> Told<T> {
+impl<T: Real> LaneOutputs<T> {
     fn new() -> Self {
         let none = Wide::of_all(T::ZERO);
         Self { demand: none, u: Wide::of_all(0.0), sigma_star: none, health: Wide::of_all(0) }
@@ -332,7 +337,8 @@ impl<T: Real> Told<T> {
 }
 
 vectorised! {
-    /// To the precision of the law: apart from the tick, which is twice as fast with numbers of one width.
+    /// Rounds a sample to the precision of the controller. A separate loop makes the tick twice as fast, as all numbers
+    /// of the tick have one width.
     fn round_all[T; T: Real](sample: &mut Wide<T>, x: &Wide,) {
         for l in 0..LANES {
             sample[l] = T::from_f64(x[l]);
@@ -355,14 +361,14 @@ vectorised! {
             let output = law.tick_lane(states, l, &std::array::from_fn(|i| samples[i][l]));
             u[l] = output.u;
             sigma_star[l] = output.sigma_star;
-            // A law of the state has the first three flags only.
+            // A controller with measured states uses only the first three flags.
             health[l] = output.health.bits() as u8;
         }
     }
 }
 
 vectorised! {
-    /// An actuator that is told nonsense switches off.
+    /// Holds the demand, or 0 if the demand is not finite.
     fn drive_all[T; T: Real](demand: &Wide<T>, held: &mut Wide,) {
         for l in 0..LANES {
             let u = demand[l].to_f64();

@@ -20,5 +20,5 @@ pub mod sine;
 pub mod solver;
 pub mod trace;
 
-/// Highest plant order.
+/// Highest order of a plant.
 pub const MAX_ORDER: usize = 6;

@@ -1,18 +1,19 @@
-//! A loop at rest as matrices: what poles, margins and noise are computed of.
+//! Linear model of a closed loop at rest, from which poles, margins and noise are computed.
 //!
-//! With s what the law remembers, y its sample, u what it asks for, h what it is told that the actuator holds, x the
-//! state of the plant and v what the plant feels over one period T, small changes from rest obey
+//! The controller has the memory s, the sample y and the output u, and it receives the held value h. The plant has the
+//! state x, and its input is v over one period T. Small changes from rest obey
 //!
 //! $$ s^+ = A s + B y + E h, \qquad u = C s + D y, \qquad x^+ = \Phi x + \Gamma v $$
 //!
-//! What a law tells beside u, σ\* and its estimates, is a row like that of u. Within a tick a plant obeys
-//! $\dot x = F x + G v$, which [`slopes`] has of its right-hand side.
+//! The other outputs of a controller, σ\* and its estimates, are rows like the row of u. Within a tick a plant obeys
+//! $\dot x = F x + G v$. [`slopes`] computes F and G from the right-hand side.
 //!
-//! No formula of a law or of a plant is written here. [`LinearTick`] is the very tick, in f64, with every number a
-//! little up and a little down, and half of the difference; [`LinearPlant`] likewise is the plant under the solver of
-//! the runs. A count can only change by whole steps: the encoder is taken so fine that one step is small. At a rest of
-//! zeros nothing is rounded away however small the change is, so the entries are exact to the last digits; at another
-//! rest (the benchmark's u = -1) to 1e-10.
+//! No formula of a controller or plant is repeated here. [`LinearTick`] differentiates the tick itself in f64, by
+//! central differences over every number. [`LinearPlant`] differentiates the plant under the solver of the runs. A
+//! count changes only by integers, so the encoder is made so fine that one count is a small change.
+//!
+//! About a rest of zeros no change is lost by rounding, however small it is, and the entries are exact to the last
+//! digits. About another rest (u = -1 in the benchmark) they are exact to 1e-10.
 
 use std::iter;
 
@@ -21,64 +22,64 @@ use controller_core::{ControlLaw, Output, Real, Words};
 use crate::plant::Plant;
 use crate::solver::{self, SolverError};
 
-/// A change about a rest of zeros, where only products are rounded.
+/// Difference step about a rest of zeros, where only products are rounded.
 const TINY: f64 = 1.0 / (1_u64 << 36) as f64;
-/// About any other rest: half of the digits for the change, half for what it does.
+/// Difference step about any other rest: half of the digits for the change, half for its effect.
 const SMALL: f64 = 1.0 / (1_u64 << 20) as f64;
 
-/// What a tick of a law at rest makes.
+/// Result of one tick of a controller at rest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ticked {
-    /// What it remembers then.
+    /// Memory of the controller after the tick.
     pub memory: Vec<f64>,
-    /// What it asks for.
+    /// Output u.
     pub u: f64,
-    /// σ\*, then the estimates of d_1, d_2, .., 0 where there is no observer; nothing of a law without them.
+    /// σ\*, then the estimates of d_1, d_2, .., 0 where there is no observer. Empty for a controller without them.
     pub told: Vec<f64>,
 }
 
-/// A law in f64 that stands at rest, as a map of numbers. A sample is states, or angles in rad where there are
-/// encoders.
+/// Controller in f64 at rest, as a map of numbers. A sample has states, or angles in rad if there are encoders.
 pub trait LawAtRest: Send {
-    /// How small a change of each number of the memory, and then of the sample, may be; 0 for any.
+    /// Returns the smallest change of each number of the memory, then of the sample. 0 means any change.
     fn steps(&self) -> Vec<f64>;
 
-    /// What it remembers, and u.
+    /// Returns the memory and u at rest.
     fn rest(&self) -> (Vec<f64>, f64);
 
-    /// One tick from a memory. `held` is what it is told that the actuator holds, if it is told.
+    /// Runs one tick from a memory. `held` is the actuator's held value, if the controller receives it.
     fn tick(&self, memory: &[f64], sample: &[f64], held: Option<f64>) -> Ticked;
 }
 
-/// Any [`ControlLaw`] in f64 as such a map.
+/// Map of any [`ControlLaw`] in f64.
 pub struct Still {
     law: Box<dyn WordByWord>,
     inputs: usize,
-    /// Rad per count of each encoder; empty for a law that reads states.
+    /// Angle per count of each encoder, rad. Empty for a controller that reads states.
     units_rad: Vec<f64>,
-    /// Words of its state that are whole numbers, and then the others as numbers.
+    /// Integer words of the state. The numbers of the state follow in `numbers`.
     whole: Vec<u32>,
     numbers: Vec<f64>,
     u: f64,
 }
 
-/// A law whose state is a list of words. [`Still`] is compiled once, and of each law only this.
+/// Controller whose state is a list of words. Only this part is compiled per controller, and [`Still`] is compiled
+/// once.
 trait WordByWord: Send {
-    /// The state after three ticks with this sample, and u; `None` if it does not start there.
+    /// Returns the state and u after three ticks with this sample, or `None` if the controller does not start there.
     fn settled(&self, sample: &[f64]) -> Option<(Vec<u32>, f64)>;
 
-    /// One tick: the state becomes the next one. u, and what it tells beside it.
+    /// Runs one tick and replaces the state. Returns u and the other outputs.
     fn tick(&self, state: &mut Vec<u32>, sample: &[f64], held: Option<f64>) -> (f64, Vec<f64>);
 }
 
-/// A law, and how numbers become its sample and its estimates become numbers.
-struct Known<L: ControlLaw, S> {
+/// Controller with the conversions from numbers to its sample and from its estimates to numbers.
+struct ConvertedLaw<L: ControlLaw, S> {
     law: L,
     sample: S,
     d_hat: fn(L::Estimates) -> Vec<f64>,
 }
 
-impl<L, S> WordByWord for Known<L, S>
+impl<L, S> WordByWord for ConvertedLaw<L, S>
 where
     L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send,
     S: Fn(&[f64]) -> L::Sample + Send,
@@ -87,7 +88,7 @@ where
         let sample = (self.sample)(sample);
         let mut state = self.law.start(&sample)?;
         let mut u = 0.0;
-        // The first tick after a start has none before it.
+        // The first tick after a start has no tick before it.
         for _ in 0..3 {
             u = self.law.tick(&mut state, &sample).u;
             L::report_applied(&mut state, u);
@@ -111,9 +112,10 @@ where
 }
 
 impl Still {
-    /// A law that has ticked at rest with a sample of zeros. `sample` makes one of numbers: of `inputs` states, or of
-    /// the counts of encoders, one for each entry of `units_rad`. `d_hat` has the estimates of d_1, d_2, .. . `None` if
-    /// it does not start there.
+    /// Runs a controller at rest with a sample of zeros and returns its map. Returns `None` if it does not start there.
+    ///
+    /// `sample` converts numbers to a sample: `inputs` states, or the counts of encoders, one for each entry of
+    /// `units_rad`. `d_hat` extracts the estimates of d_1, d_2, ..
     pub fn new<L, S>(
         law: L,
         inputs: usize,
@@ -125,12 +127,13 @@ impl Still {
         L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send + 'static,
         S: Fn(&[f64]) -> L::Sample + Send + 'static,
     {
-        Self::of(Box::new(Known { law, sample, d_hat }), inputs, units_rad)
+        Self::of(Box::new(ConvertedLaw { law, sample, d_hat }), inputs, units_rad)
     }
 
     fn of(law: Box<dyn WordByWord>, inputs: usize, units_rad: Vec<f64>) -> Option<Self> {
         let (words, u) = law.settled(&vec![0.0; inputs])?;
-        // A flag; with encoders the count of the last sample and that since the base, of each, and the turn.
+        // Without encoders: one flag. With encoders: per encoder the last count and the count since the base, and the
+        // sign.
         let flags = if units_rad.is_empty() { 1 } else { 2 + 2 * units_rad.len() };
         let (whole, rest) = words.split_at(flags);
         let numbers = rest.chunks_exact(2).map(|pair| f64::from_words([pair[0], pair[1]])).collect();
@@ -170,30 +173,30 @@ impl LawAtRest for Still {
     }
 }
 
-/// Rows of numbers.
+/// Matrix as rows of numbers.
 pub type Matrix = Vec<Vec<f64>>;
 
-/// A, B, C, D, E of the module's head.
+/// Matrices A, B, C, D and E of the module documentation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearTick {
-    /// A: what each number of the memory makes of each, row by row.
+    /// Matrix A, row by row: the effect of the memory on the next memory.
     pub a: Matrix,
-    /// B: what the sample makes of them.
+    /// Matrix B: the effect of the sample on the next memory.
     pub b: Matrix,
-    /// C.
+    /// Row C: the effect of the memory on u.
     pub c: Vec<f64>,
-    /// D.
+    /// Row D: the effect of the sample on u.
     pub d: Vec<f64>,
-    /// E; zeros for a law that is not told.
+    /// Column E: the effect of the held value on the next memory. Zeros for a controller that does not receive it.
     pub e: Vec<f64>,
-    /// Of each number that it tells, as C and D are of u.
+    /// Rows like C and D for σ\* and each estimate.
     pub told: Vec<[Vec<f64>; 2]>,
-    /// u at rest.
+    /// Output u at rest.
     pub u: f64,
 }
 
 impl LinearTick {
-    /// Of a law at rest, which `is_told` what is held, or not.
+    /// Linearises a controller at rest. `is_told` is true if the controller receives the held value.
     pub fn of(law: &dyn LawAtRest, is_told: bool) -> Self {
         let (rest, u) = law.rest();
         let (steps, order) = (law.steps(), rest.len());
@@ -241,8 +244,8 @@ impl LinearTick {
     }
 }
 
-/// What a tick leaves as it is and nothing else reads, number `i` of `order`: it may stay so for ever, and is no part
-/// of the loop. `entry` is of what each number is made, row and column.
+/// Returns true if a tick leaves number `i` of `order` unchanged and no other number depends on it. Such a number may
+/// keep its value for ever and is not part of the loop. `entry` returns the matrix entry at a row and a column.
 pub fn is_idle(i: usize, order: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
     entry(i, i) == 1.0 && (0..order).all(|j| j == i || entry(j, i) == 0.0)
 }
@@ -256,20 +259,20 @@ fn without_idle(mut a: Matrix, c: &[f64]) -> Matrix {
     a
 }
 
-/// Φ and Γ of the module's head.
+/// Matrices Φ and Γ of the module documentation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearPlant {
-    /// Φ: what each state makes of each in one period, row by row.
+    /// Matrix Φ, row by row: the effect of each state over one period.
     pub phi: Matrix,
-    /// Γ: what a unit of input, held over the period, makes of each.
+    /// Column Γ: the effect of a unit of input that is held over the period.
     pub gamma: Vec<f64>,
 }
 
 impl LinearPlant {
-    /// Of a plant at x = 0 under the u that holds it there, from t = 0 over one period.
+    /// Linearises a plant at x = 0 over one period from t = 0, under the u that holds it there.
     ///
     /// # Errors
-    /// When it cannot be integrated.
+    /// Fails if the plant cannot be integrated.
     pub fn of(plant: &dyn Plant, u: f64, period_s: f64) -> Result<Self, SolverError> {
         let n = plant.order();
         let step = if u == 0.0 { TINY } else { SMALL };
@@ -289,8 +292,9 @@ impl LinearPlant {
     }
 }
 
-/// What a small change of each state, and then of the input, makes of each number of a plant at x = 0 under u, row by
-/// row: of its right-hand side F and G of the module's head, of its lumped disturbances what a wrong model makes.
+/// Returns the slopes of a function of a plant at x = 0 under u, row by row: by each state, then by the input. The
+/// slopes of the right-hand side are F and G of the module documentation. The slopes of the lumped disturbances are the
+/// effect of a wrong model.
 pub fn slopes(order: usize, u: f64, of: impl Fn(&[f64], f64, &mut [f64])) -> Matrix {
     let column = |j: usize| {
         let moved = |step: f64| {

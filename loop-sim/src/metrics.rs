@@ -1,10 +1,10 @@
-//! The figures of merit of a trace.
+//! Metrics of a trace.
 //!
-//! Units: with U that of the output y = x_1 (rad for the flexible joint) and n the order of the plant, σ* is in
-//! U/s^(n-1), the disturbance d_i and its error in U/s^i; u is in the plant's input unit, times in s.
+//! Units: U is the unit of the output y = x_1 (rad for the flexible joint), and n is the order of the plant. σ* is in
+//! U/s^(n-1). The disturbance d_i and its error are in U/s^i. u is in the input unit of the plant, and times are in s.
 //!
-//! Where a reference is followed, y stands for what is left of it, y - r: [`measure`] takes both kinds of run alike,
-//! and [`track`] adds what only a reference can be asked.
+//! In a run that follows a reference, y stands for the tracking error y - r. [`measure`] handles both kinds of run, and
+//! [`track`] adds the metrics of tracking.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
@@ -16,47 +16,47 @@ use crate::port::ControllerPort;
 use crate::sensor::Sensor;
 use crate::trace::{Ending, Row, Trace};
 
-/// Ultimate error of one estimate.
+/// Ultimate error of one disturbance estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct ChannelError {
-    /// Channel, from 1.
+    /// Index of the channel, from 1.
     pub channel: usize,
     /// Maximum of |d_i - d_hat_i| over the window, U/s^i.
     pub error: f64,
 }
 
-/// An output that gets so many times farther out than it began, or than where it counts as settled, is not bounded.
+/// Factor above which an output counts as unbounded, relative to the larger of |y(0)| and the settling band.
 pub const FAR: f64 = 1000.0;
 
-/// Figures of merit; "ultimate" is the maximum over the metric window. What no tick speaks for, because the run ended
-/// before its window, is NaN (`null` in JSON): not a 0 that looks like a perfect result.
+/// Metrics of a run; "ultimate" is the maximum over the metric window. A metric without any tick in its window is NaN
+/// (`null` in JSON), because 0 would look like a perfect result.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Metrics {
-    /// max |σ*|, U/s^(n-1).
+    /// Maximum of |σ*| over the window, U/s^(n-1).
     pub sigma_star_ultimate: f64,
-    /// max |y|, of a reference max |y - r|, U.
+    /// Maximum of |y| over the window, with a reference of |y - r|, U.
     pub y_ultimate: f64,
-    /// max |u| held, over the whole run, in the plant's input unit.
+    /// Maximum of the held |u| over the whole run, in the input unit of the plant.
     pub u_peak: f64,
-    /// Total variation of the held u over the window, per second: the plant's input unit per s. Scales as 1/T for a
-    /// chattering law: quote T.
+    /// Total variation of the held u over the window per second, in the input unit of the plant per s. It scales as 1/T
+    /// for a chattering controller, so quote T with it.
     pub u_total_variation_per_s: f64,
-    /// Per observed channel.
+    /// Ultimate error of the estimate for each observed channel.
     pub estimation_error_ultimate: Vec<ChannelError>,
-    /// Time after which |y| stays within the band, s; `null` if it never does, or the run did not finish.
+    /// Time after which |y| stays within the band, s. `null` if it never does or the run did not finish.
     pub settling_time_s: Option<f64>,
-    /// Did the run go to its end (or until someone asked to stop), with |y| never more than [`FAR`] times the larger
-    /// of |y(0)| and the settling band?
+    /// True if the run finished, or was interrupted, with |y| at most [`FAR`] times the larger of |y(0)| and the
+    /// settling band.
     pub bounded: bool,
     /// First and last instant of the window, s.
     pub window_s: [f64; 2],
 }
 
-/// The rows of a window that the run went through to its end; none if it broke off before.
+/// Returns the rows of a window, or none if the run broke off before the end of the window.
 ///
-/// Half a tick of slack, so that a window edge on a tick includes that tick whatever the rounding of k T.
+/// Half a tick of slack includes a tick at the edge of the window despite the rounding of k T.
 fn rows_of(trace: &Trace, window_s: [f64; 2]) -> impl Iterator<Item = &Row> {
     let slack = 0.5 * trace.period_s;
     let [from_s, to_s] = [window_s[0] - slack, window_s[1] + slack];
@@ -65,24 +65,24 @@ fn rows_of(trace: &Trace, window_s: [f64; 2]) -> impl Iterator<Item = &Row> {
     trace.rows.iter().filter(move |row| covered && row.t_s >= from_s && row.t_s <= to_s)
 }
 
-/// Largest of |f(row)| over the rows in the window; NaN if there is none, or one of them is.
+/// Returns the maximum of |f(row)| over the rows in the window. NaN if there is no row or a value is NaN.
 pub fn ultimate(trace: &Trace, window_s: [f64; 2], f: impl Fn(&Row) -> f64) -> f64 {
     let larger = |a: f64, b: f64| if a >= b || a.is_nan() { a } else { b };
     rows_of(trace, window_s).map(|row| f(row).abs()).reduce(larger).unwrap_or(f64::NAN)
 }
 
-/// Root mean square of f(row) over the rows in the window; NaN if there is none.
+/// Returns the root mean square of f(row) over the rows in the window. NaN if there is no row.
 pub fn rms(trace: &Trace, window_s: [f64; 2], f: impl Fn(&Row) -> f64) -> f64 {
     let (sum, count) =
         rows_of(trace, window_s).fold((0.0, 0_usize), |(sum, count), row| (sum + f(row) * f(row), count + 1));
     (sum / count as f64).sqrt()
 }
 
-/// Computes the figures of merit.
+/// Computes the metrics.
 pub fn measure(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Metrics {
     let window: Vec<&Row> = rows_of(trace, window_s).collect();
     let variation: f64 = window.windows(2).map(|pair| (pair[1].u_held - pair[0].u_held).abs()).sum();
-    // 0/0 without two ticks to compare.
+    // 0/0 = NaN without two ticks to compare.
     let duration = window.len().saturating_sub(1) as f64 * trace.period_s;
     let outside = trace.rows.iter().rposition(|row| trace.error(row).abs() > settling_band);
     let settled = trace.rows.get(outside.map_or(0, |last| last + 1)).filter(|_| trace.ending == Ending::Finished);
@@ -108,24 +108,23 @@ fn stays_near(trace: &Trace, settling_band: f64) -> bool {
     trace.rows.iter().all(|row| trace.error(row).abs() <= FAR * began.max(settling_band))
 }
 
-/// What has been so for this long is no passing through, s.
+/// Time within the band that counts as arrival, s.
 const STAYS_S: f64 = 0.05;
 
-/// How a reference was followed.
+/// Tracking metrics of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Tracking {
     /// Root mean square of y - r over the window, U.
     pub error_rms: f64,
-    /// Time at which y comes within the band about the last r, and stays there for 50 ms, s; `null` if it never does,
-    /// if the reference does not end at rest, or if the run did not finish.
+    /// Time at which y enters the band about the last r and stays there for 50 ms, s. `null` if it never does, the
+    /// reference does not end at rest, or the run did not finish.
     pub arrival_s: Option<f64>,
-    /// Share of all ticks in which the law asked for more than the limits allow.
+    /// Share of all ticks in which the demand exceeds the limits, 0..=1.
     pub saturated_share: f64,
 }
 
-/// Computes the figures of a run that follows a reference; it ends at rest if it stands still for the last tenth of the
-/// run.
+/// Computes the tracking metrics. The reference ends at rest if it does not change in the last tenth of the run.
 pub fn track(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Tracking {
     let rows = &trace.rows;
     let last = rows.last().map_or(f64::NAN, |row| row.r);
@@ -141,19 +140,20 @@ pub fn track(trace: &Trace, window_s: [f64; 2], settling_band: f64) -> Tracking 
     }
 }
 
-/// Noise of u, root mean square: what the steps of a sensor make of it.
+/// RMS noise of u that the quantisation of a sensor causes, in the input unit of the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Noise {
-    /// While r moves, the difference from what a better sensor makes of u; NaN (`null`) if it does not move.
+    /// RMS difference between u and the u with a better sensor, while r moves. NaN (`null`) if r does not move.
     pub moving: f64,
-    /// While r has stood still for 50 ms and the load for 0.2 s, the change of u per tick over √2: the deviation of
-    /// white noise, and nothing of an offset that friction holds.
+    /// RMS change of u per tick over √2, while r has stood still for 50 ms and the load for 0.2 s. It is the standard
+    /// deviation of white noise, without an offset that friction holds.
     pub at_rest: f64,
 }
 
-/// The noise of u in a recorded run over a window, saturation apart. `other` is the same controller behind a better
-/// sensor: it is shown the true states and told what was held. `jumps_s` are the instants at which the load jumps.
+/// Computes the noise of u in a recorded run over a window, without ticks in saturation. `other` is the same controller
+/// behind a better sensor. It receives the true states through `sensor` and the held u. `jumps_s` are the load jumps,
+/// s.
 pub fn noise(
     trace: &Trace,
     window_s: [f64; 2],
@@ -174,7 +174,7 @@ pub fn noise(
             (last, moved_s) = (row.r, row.t_s);
         }
         let before = std::mem::replace(&mut before, row.u);
-        // Between the two there is what is neither.
+        // Ticks soon after the motion count neither as moving nor as at rest.
         let kind = match row.t_s - moved_s {
             still_s if still_s < 0.5 * trace.period_s => 0,
             still_s if still_s > STAYS_S => 1,
@@ -197,7 +197,7 @@ mod tests {
     use super::*;
     use controller_core::Health;
 
-    /// y = 1, 0.5, 0.25, .. at T = 1 s; u alternates between 1 and 3.
+    /// Returns a trace with y = 1, 0.5, 0.25, .. at T = 1 s, where u alternates between 1 and 3.
     fn trace(ticks: usize, ending: Ending) -> Trace {
         let row = |k: usize| {
             let mut row = Row {
@@ -229,7 +229,7 @@ mod tests {
         assert_eq!(rms(&trace(11, Ending::Finished), [0.0, 10.0], |row| row.sigma_star), 2.0);
     }
 
-    /// r = 0 for three ticks, then 2 from 3 s on; y comes from 1.
+    /// Returns a trace with r = 0 for three ticks and r = 2 from 3 s on, where y starts at 1.
     fn following() -> Trace {
         let mut trace = trace(21, Ending::Finished);
         trace.follows = Some(1);
@@ -254,7 +254,7 @@ mod tests {
         assert_eq!(track(&moving, [10.0, 20.0], 0.1).arrival_s, None);
     }
 
-    /// Says the state that it is shown.
+    /// Controller whose output is its sample.
     struct Echo;
 
     impl ControllerPort for Echo {
@@ -275,14 +275,14 @@ mod tests {
     fn noise_is_the_difference_from_a_better_sensor_apart_from_saturation() {
         let mut trace = following();
         for (k, row) in trace.rows.iter_mut().enumerate() {
-            // Moving up to tick 12.
+            // r moves up to tick 12.
             row.r = row.r.max((k as f64 - 5.0).clamp(2.0, 7.0));
             row.u = row.x[1] + if k < 7 { 100.0 } else { [0.3, -0.4][k % 2] };
         }
         let found = noise(&trace, [5.0, 20.0], &[16.9], &mut crate::sensor::Ideal, &mut Echo);
-        // Ticks 8 to 12 move: -0.4 in the odd ones; 7, 13 and all after them stand still, but for the jump before 17.
+        // Ticks 8 to 12 move, with -0.4 in the odd ones. Ticks 7, 13 and later stand still, except the jump before 17.
         assert!((found.moving - ((2.0 * 0.16 + 3.0 * 0.09) / 5.0_f64).sqrt()).abs() < 1e-12, "{found:?}");
-        // u changes by 0.7 per tick, and y by less than 0.01; at tick 7 saturation has just ended.
+        // u changes by 0.7 per tick, and y by less than 0.01. At tick 7 saturation has just ended.
         let steps = |k: usize| trace.rows[k].u - trace.rows[k - 1].u;
         let squares: f64 = [7, 13, 14, 15, 16, 18, 19, 20].into_iter().map(|k| steps(k) * steps(k)).sum();
         assert!((found.at_rest - (0.5 * squares / 8.0).sqrt()).abs() < 1e-12, "{found:?}");
@@ -306,7 +306,7 @@ mod tests {
             trace.rows[7].x[0] = y;
             measure(&trace, [5.0, 10.0], band).bounded
         };
-        // It begins at 1.
+        // y starts at 1.
         assert!(bounded(-FAR, 0.1) && !bounded(1.001 * FAR, 0.1) && !bounded(-3e6, 0.1));
         assert!(bounded(3e6, 3e3) && !bounded(3.001e6, 3e3));
         assert!(!bounded(f64::NAN, 0.1) && !bounded(f64::INFINITY, 0.1));

@@ -1,38 +1,40 @@
-//! Random numbers by counter: Philox4x32-10 of Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as
+//! Counter-based random numbers: Philox4x32-10 of Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as
 //! 1, 2, 3", SC 2011.
 //!
-//! A block is a function of a counter (four words) and a key (two), without memory: ten rounds of
+//! A block is a function of a counter (four words) and a key (two words), without memory. It applies ten rounds of
 //!
 //! ```text
 //! (c_0, c_1, c_2, c_3) -> (hi(M_1 c_2) ^ c_1 ^ k_0, lo(M_1 c_2), hi(M_0 c_0) ^ c_3 ^ k_1, lo(M_0 c_0))
 //! ```
 //!
-//! with the keys raised by W_0, W_1 between two rounds. What trial i draws for its parameter p therefore depends on
-//! master seed, i and p alone: any number of threads, in any order, on any machines, draws the same. So does the noise
-//! of a sensor on seed, tick and channel: a run has it alone and beside others ([`noise`]). A block costs twenty
-//! multiplications, a pair of Gaussians one logarithm, sine and cosine more, by `+ - * /` and a root: no branch, so
-//! that a loop over many becomes vector code with the bits of each alone.
+//! and adds W_0, W_1 to the keys between two rounds. So the draw of trial i for its parameter p depends only on the
+//! master seed, i and p. Any number of threads, in any order, on any machines, draws the same numbers. The noise of a
+//! sensor depends only on seed, tick and channel ([`noise`]), so a run has the same noise alone and in a batch.
+//!
+//! A block costs twenty multiplications. A pair of Gaussians costs one more logarithm, sine and cosine, computed with
+//! `+ - * /` and a root. There is no branch, so a loop over many runs becomes vector code with the bits of each run
+//! alone.
 
 use crate::sine::sin_cos;
 
 const M: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
 const W: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
 
-/// What random numbers of a run are for.
+/// Purpose of the random numbers of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Noise of a pair of channels.
     Noise = 1,
-    /// Is a sample lost?
+    /// Loss of a sample.
     Dropout = 2,
-    /// The age of a sample.
+    /// Age of a sample.
     Jitter = 3,
 }
 
-/// The block of a counter under a key.
+/// Returns the block of a counter under a key.
 ///
-/// Words stand in the low halves of 64 bits, with anything above them: only the low half is multiplied, which vector
-/// units do for nothing, while to narrow and to widen again would cost as much as the rest of a round.
+/// Words are in the low halves of 64 bits, with anything above them. Only the low half is multiplied, which is free on
+/// vector units. Narrowing and widening costs as much as the rest of a round.
 #[inline(always)]
 pub const fn block(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     const LOW: u64 = u32::MAX as u64;
@@ -48,20 +50,20 @@ pub const fn block(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     [c0 as u32, c1 as u32, c2 as u32, c3 as u32]
 }
 
-/// Two words of 64 bits for a trial's parameter, under a master seed.
+/// Returns two words of 64 bits for a parameter of a trial, under a master seed.
 pub const fn draw(seed: u64, trial: u64, parameter: u32) -> [u64; 2] {
     words(block([trial as u32, (trial >> 32) as u32, parameter, 0], halves(seed)))
 }
 
-/// Two words of 64 bits for a tick of a run of this seed; of noise for the pair of channels of this number, from 0.
+/// Returns two words of 64 bits for a tick of a run with this seed. For noise, `pair` is the pair of channels, from 0.
 ///
-/// The seed is in the counter, so that many runs side by side share the keys of the rounds.
+/// The seed is in the counter, so that many runs in a batch share the keys of the rounds.
 #[inline(always)]
 pub const fn noise(seed: [u32; 2], tick: u64, purpose: Purpose, pair: u32) -> [u64; 2] {
     words(block([tick as u32, pair, seed[0], seed[1]], [(tick >> 32) as u32, purpose as u32]))
 }
 
-/// The two halves of a seed.
+/// Returns the two halves of a seed.
 pub const fn halves(seed: u64) -> [u32; 2] {
     [seed as u32, (seed >> 32) as u32]
 }
@@ -71,12 +73,12 @@ const fn words([a, b, c, d]: [u32; 4]) -> [u64; 2] {
     [a as u64 | (b as u64) << 32, c as u64 | (d as u64) << 32]
 }
 
-/// Uniform in [0, 1), in steps of 2^-53.
+/// Converts a word to a uniform number in [0, 1), in steps of 2^-53.
 pub const fn uniform(word: u64) -> f64 {
     (word >> 11) as f64 / 9_007_199_254_740_992.0
 }
 
-/// Two independent numbers of mean 0 and standard deviation 1, of two words: Box and Muller.
+/// Converts two words to two independent numbers of mean 0 and standard deviation 1, by the method of Box and Muller.
 #[inline(always)]
 pub fn gaussians(words: [u64; 2]) -> [f64; 2] {
     let radius = radius(words[0]);
@@ -84,26 +86,26 @@ pub fn gaussians(words: [u64; 2]) -> [f64; 2] {
     [radius * cos, radius * sin]
 }
 
-/// How far from 0 the two of [`gaussians`] are.
+/// Returns the distance of the two [`gaussians`] from 0.
 #[inline(always)]
 pub(crate) fn radius(word: u64) -> f64 {
-    // From (0, 1], which has a logarithm.
+    // The argument is in (0, 1], where the logarithm is finite.
     (-2.0 * log(2.0 - one_to_two(word))).sqrt()
 }
 
-/// In which direction: sine and cosine.
+/// Returns the direction of the two [`gaussians`]: sine and cosine.
 #[inline(always)]
 pub(crate) fn direction(word: u64) -> (f64, f64) {
     sin_cos(core::f64::consts::TAU * (one_to_two(word) - 1.0))
 }
 
-/// 52 bits as the fraction of a number in [1, 2): no conversion of integers, which not every vector unit has.
+/// Returns a number in [1, 2) whose fraction is 52 bits of the word. Not every vector unit can convert integers.
 #[inline(always)]
 fn one_to_two(word: u64) -> f64 {
     f64::from_bits(word >> 12 | 0x3ff0_0000_0000_0000)
 }
 
-/// log x of a number from 2^-52 to 1, by the kernel of fdlibm: within 1.2e-16 of its size (test below).
+/// Returns log x for x from 2^-52 to 1, with the kernel of fdlibm. The relative error is below 1.2e-16 (test below).
 #[inline(always)]
 #[allow(clippy::excessive_precision)]
 fn log(x: f64) -> f64 {
@@ -112,7 +114,7 @@ fn log(x: f64) -> f64 {
     // x = 2^k m with m from sqrt(1/2) to sqrt(2).
     let shifted = x.to_bits().wrapping_add(0x3ff0_0000_0000_0000 - HALF_ROOT);
     let m = f64::from_bits((shifted & FRACTION).wrapping_add(HALF_ROOT));
-    // As the last bits of 1.5 * 2^52: again no conversion.
+    // k goes into the last bits of 1.5 * 2^52, which also avoids a conversion.
     let k = f64::from_bits((shifted >> 52).wrapping_sub(1023).wrapping_add(0x4338_0000_0000_0000))
         - f64::from_bits(0x4338_0000_0000_0000);
     let f = m - 1.0;
@@ -156,8 +158,8 @@ mod tests {
         let trials = 40_000_u32;
         let mean = |f: &dyn Fn(u64) -> f64| (0..trials.into()).map(f).sum::<f64>() / f64::from(trials);
         let of = |trial| uniform(draw(7, trial, 3)[0]);
-        // Four standard deviations of a mean of 40000: of uniform 4/sqrt(12 * 40000) = 0.0058, of a product of two
-        // that much around 1/4, of a normal number 0.02, of its square 0.03, of its fourth power 0.2.
+        // Four standard deviations of a mean of 40000: uniform 4/sqrt(12 * 40000) = 0.0058, a product of two 0.0058
+        // around 1/4, a normal number 0.02, its square 0.03, its fourth power 0.2.
         assert!((mean(&of) - 0.5).abs() < 0.0058);
         let next = |trial| uniform(draw(7, trial + 1, 3)[0]);
         let other = |trial| uniform(draw(7, trial, 4)[0]);

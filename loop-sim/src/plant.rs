@@ -1,5 +1,5 @@
-//! The true plants. They are written apart from the nominal models of `controller-core` on purpose: what the controller
-//! believes and what is true meet nowhere but in the loop.
+//! True plants of a simulation. They are separate from the nominal models of `controller-core` on purpose. The
+//! controller's model and the true plant meet only in the loop.
 //!
 //! | plant | equation |
 //! |---|---|
@@ -8,11 +8,11 @@
 //! | [`Chain`] | Eq. (39) with a linear last channel, order 2 to 6: a plant without writing Rust |
 //! | [`Own`] | any right-hand side by its formulas, order 2 to 6 |
 //! | [`Motor`] | a motor with a rigid load: friction, cogging, ripple, current loop |
-//! | [`Joint`] | a flexible joint of one's own: two inertias on a spring, the same motor |
+//! | [`Joint`] | a flexible joint with custom parameters: two inertias on a spring, the same motor |
 //! | [`Loose`] | a motor whose load hangs on a gear with play |
 //!
-//! Each but [`Own`] says the same thing twice, by different formulas: [`Plant::rhs`] from the true coefficients and
-//! [`Plant::lumped`] from the nominal ones and the errors. The tests hold them against each other.
+//! Each plant except [`Own`] has two independent formulas: [`Plant::rhs`] from the true coefficients, and
+//! [`Plant::lumped`] from the nominal coefficients and the errors. The tests compare them.
 
 pub(crate) mod benchmark;
 mod chain;
@@ -37,97 +37,101 @@ use crate::MAX_ORDER;
 use crate::exact::{Exact, Lumped};
 use crate::signal::Signal;
 
-/// A chain of integrators with disturbances, Eq. (39), as it really is.
+/// True plant: a chain of integrators with disturbances, Eq. (39).
 pub trait Plant: Send + Sync {
-    /// n, 2..=6.
+    /// Returns the order n, 2..=6.
     fn order(&self) -> usize;
 
-    /// dx/dt at time `t_s` in state `x` under the held input `u`; `x` and `dx` have length n.
+    /// Computes dx/dt at time `t_s` in state `x` under the held input `u`. `x` and `dx` have length n.
     fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]);
 
-    /// The true lumped disturbances d_1..d_n of Eq. (39): what `rhs` differs by from the *nominal* chain.
+    /// Computes the true lumped disturbances d_1..d_n of Eq. (39): the difference between `rhs` and the *nominal*
+    /// chain.
     fn lumped(&self, t_s: f64, x: &[f64], u: f64, d: &mut [f64]);
 
-    /// An upper estimate of the fastest rate of the dynamics around `x` under `u`, rad/s: the solver's step follows it.
+    /// Returns an upper estimate of the fastest rate of the dynamics around `x` under `u`, rad/s. It sets the solver's
+    /// step.
     fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64;
 
-    /// What holds from this instant to the next event. Between events the right-hand side is smooth.
+    /// Returns the regime from this instant to the next event. Between events the right-hand side is smooth.
     fn regime(&self, _t_s: f64, _x: &[f64], _u: f64) -> Regime {
         Regime::Smooth
     }
 
-    /// [`rhs`](Self::rhs) of a regime, continued beyond its end.
+    /// Computes [`rhs`](Self::rhs) in a regime, continued beyond its end.
     fn rhs_in(&self, _regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
         self.rhs(t_s, x, u, dx);
     }
 
-    /// How far a regime is from its end: below 0 it has ended.
+    /// Returns the distance of a regime from its end. A negative value means that it has ended.
     fn margin(&self, _regime: Regime, _t_s: f64, _x: &[f64], _u: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Is that an estimate of this instant only? Then the solver checks each step and halves it where it must.
+    /// Returns true if the fastest rate holds for this instant only. The solver then checks each step and halves it if
+    /// needed.
     fn is_checked(&self) -> bool {
         false
     }
 
-    /// Instants at which the right-hand side jumps, ascending: no solver step straddles one.
+    /// Returns the instants at which the right-hand side jumps, ascending, s. No solver step straddles a jump.
     fn jumps_s(&self) -> &[f64];
 
-    /// The part of a held input `u` that is driven in state `x`: less than all of it where a supply does not suffice.
+    /// Returns the part of a held input `u` that the supply can drive in state `x`.
     fn driven(&self, _x: &[f64], u: f64) -> f64 {
         u
     }
 
-    /// Its step from tick to tick, if it has one of its own; what that does not cross the solver does.
+    /// Returns the plant's own step from tick to tick, if it has one. The solver takes the ticks that it does not
+    /// cross.
     fn exact(&self) -> Option<&Exact> {
         None
     }
 
-    /// What its right-hand side is made of, if that is known.
+    /// Returns the parts of the right-hand side for vector code, if they are available.
     fn parts(&self) -> Option<Parts<'_>> {
         None
     }
 
-    /// [`lumped`](Self::lumped) as numbers, if it is of that form.
+    /// Returns [`lumped`](Self::lumped) as coefficients, if it has that form.
     fn lumped_part(&self) -> Option<&Lumped> {
         None
     }
 }
 
-/// What holds between two events of a plant with friction that holds; other plants have no events.
+/// Regime between two events of a plant with friction that holds. Other plants have no events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Regime {
-    /// Nothing happens.
+    /// No events.
     Smooth,
-    /// The shaft of the motor stands: its speed is 0 as long as static friction holds it.
+    /// The motor shaft stands: its speed is 0 as long as static friction holds it.
     Held,
-    /// It slides, until its speed is 0.
+    /// The shaft slides until its speed is 0.
     Sliding {
-        /// Which state its speed is.
+        /// Index of the speed in the state.
         speed: u8,
         /// Direction, 1 or -1.
         sign: i8,
     },
 }
 
-/// What a right-hand side is made of: with those of others side by side it becomes vector code.
+/// Parts of a right-hand side, from which the batch makes vector code.
 #[derive(Clone, Copy, Debug)]
 pub enum Parts<'a> {
-    /// That of a [`Motor`] or [`Joint`].
+    /// Right-hand side of a [`Motor`] or [`Joint`].
     Shafts {
-        /// Inertias, torques and rates.
+        /// Coefficients: inertias, torques and rates.
         numbers: &'a [[f64; 4]],
-        /// Of the shaft, or of the link.
+        /// Load on the shaft or on the link, N m.
         load: &'a Signal,
     },
-    /// Formulas.
+    /// Plant from formulas.
     Own(&'a Own),
     /// Example 1.
     Benchmark(&'a Benchmark),
 }
 
-/// All jumps of the signals, ascending, each once.
+/// Returns the instants of all jumps of the signals, ascending and without duplicates, s.
 fn merged_jumps_s<'a>(signals: impl IntoIterator<Item = &'a Signal>) -> Vec<f64> {
     let mut jumps_s: Vec<f64> = signals.into_iter().flat_map(|signal| signal.jumps_s().iter().copied()).collect();
     jumps_s.sort_by(f64::total_cmp);
@@ -135,12 +139,12 @@ fn merged_jumps_s<'a>(signals: impl IntoIterator<Item = &'a Signal>) -> Vec<f64>
     jumps_s
 }
 
-/// Fastest oscillation among the signals, rad/s.
+/// Returns the fastest oscillation of the signals, rad/s.
 fn fastest_signal_rad_s<'a>(signals: impl IntoIterator<Item = &'a Signal>) -> f64 {
     signals.into_iter().map(Signal::fastest_rad_s).fold(0.0, f64::max)
 }
 
-/// The chain of integrators with the last row `a`: x_i' = x_{i+1}, x_n' = a . x.
+/// Returns the matrix of a chain of integrators with the last row `a`: x_i' = x_{i+1}, x_n' = a . x.
 fn companion(a: &[f64]) -> [[f64; MAX_ORDER]; MAX_ORDER] {
     let n = a.len();
     let mut matrix = [[0.0; MAX_ORDER]; MAX_ORDER];
@@ -151,15 +155,15 @@ fn companion(a: &[f64]) -> [[f64; MAX_ORDER]; MAX_ORDER] {
     matrix
 }
 
-/// An upper bound of the magnitude of the fastest eigenvalue, mostly within 2 % of it; infinite if an
-/// entry is not finite.
+/// Returns an upper bound of the magnitude of the fastest eigenvalue, mostly within 2 % of it. Infinite if an entry is
+/// not finite.
 ///
-/// Gelfand: $\rho(A) \le \Vert A^m\Vert ^{1/m}$ in any norm, and the bound tightens with m. Here $m = 2^{10}$ by ten
-/// squarings; after each the matrix is scaled to norm 1 and the norm's share in the result noted. Unlike a bound from
-/// one row sum it does not care in which units the states are.
+/// The bound is Gelfand's: $\rho(A) \le \Vert A^m\Vert ^{1/m}$ in any norm, and it tightens with m. Here $m = 2^{10}$,
+/// by ten squarings. After each squaring the matrix is scaled to norm 1, and the norm enters the result. Unlike a bound
+/// from one row sum it does not depend on the units of the states.
 fn spectral_bound<const N: usize>(mut matrix: [[f64; N]; N]) -> f64 {
     let row_sum = |row: &[f64; N]| row.iter().map(|entry| entry.abs()).sum::<f64>();
-    // Refused by the solver; f64::max below would drop a NaN, and a row sum must not overflow.
+    // The solver rejects it. f64::max below would drop a NaN, and a row sum must not overflow.
     if !matrix.iter().flatten().all(|entry| entry.abs() < 1e300) {
         return f64::INFINITY;
     }
@@ -180,7 +184,7 @@ fn spectral_bound<const N: usize>(mut matrix: [[f64; N]; N]) -> f64 {
             product
         });
     }
-    // The k-th counts with its root of order 2^k.
+    // The k-th norm counts with its root of order 2^k.
     let [first, rest @ ..] = norms;
     first * rest.iter().rev().fold(1.0, |bound, norm| libm::sqrt(norm * bound))
 }

@@ -1,5 +1,6 @@
-//! The controller, wherever it runs: in this process, as the baseline of reference \[1\], or, by a [`ControllerPort`]
-//! of another crate, at the far end of a wire. [`drive`] is another law, which reads encoders and plays a reference.
+//! Controller ports: the controller in this process, the baseline of reference \[1\], or a controller on a target.
+//! Other crates implement [`ControllerPort`] for a target behind a serial link. [`drive`] is the controller that reads
+//! encoders and follows a reference.
 
 use std::fmt;
 use std::time::Duration;
@@ -13,46 +14,46 @@ pub mod drive;
 pub mod finer;
 pub mod in_process;
 
-/// What one tick returns; every `f32` of a controller is exact in these `f64`.
+/// Output of one tick. Every `f32` of a controller is exact in these `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tick {
-    /// Control demanded.
+    /// Demanded control u.
     pub u: f64,
-    /// σ, Eq. (44).
+    /// Sliding variable σ, Eq. (44).
     pub sigma: f64,
-    /// σ*, Eq. (17).
+    /// Sliding variable without its offset σ*, Eq. (17).
     pub sigma_star: f64,
-    /// Estimates [d_hat, d_hat', d_hat''] of channels 1..n; 0 where there is no observer, or beyond its order.
+    /// Estimates [d_hat, d_hat', d_hat''] of channels 1..n. 0 where there is no observer, or beyond its order.
     pub estimates: [[f64; MAX_R]; MAX_ORDER],
-    /// Trouble, if any.
+    /// Status flags.
     pub health: Health,
 }
 
 impl Tick {
-    /// d_hat_1..d_hat_n.
+    /// Returns d_hat_1..d_hat_n.
     pub fn d_hat(&self) -> [f64; MAX_ORDER] {
         self.estimates.map(|[d_hat, ..]| d_hat)
     }
 }
 
-/// Why a port could not tick. A controller in process never fails; one behind a wire may.
+/// Cause of a failed tick. A controller in this process never fails. A controller behind a serial link can fail.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum PortError {
-    /// The wire broke.
+    /// The link broke. Contains a message.
     Broken(String),
     /// No answer in time.
     Silent {
-        /// What was asked.
+        /// Request without an answer.
         asked: String,
-        /// Bytes that came meanwhile and were no answer.
+        /// Number of received bytes that are not an answer.
         heard: u64,
-        /// How long it was waited for.
+        /// Waiting time.
         within: Duration,
     },
-    /// The target said no; in words.
+    /// The target refused the request. Contains the reason.
     Refused(String),
-    /// Two controllers that should agree to the last bit do not.
+    /// Two controllers that must be bit-identical differ.
     Differs(Difference),
 }
 
@@ -62,7 +63,7 @@ impl fmt::Display for PortError {
             Self::Broken(why) | Self::Refused(why) => f.write_str(why),
             Self::Silent { asked, heard, within } => {
                 write!(f, "no answer to {asked} within {} s", within.as_secs_f64())?;
-                if *heard > 0 { write!(f, ", but {heard} bytes that are none") } else { Ok(()) }
+                if *heard > 0 { write!(f, ", but {heard} other bytes") } else { Ok(()) }
             }
             Self::Differs(difference) => difference.fmt(f),
         }
@@ -71,22 +72,22 @@ impl fmt::Display for PortError {
 
 impl std::error::Error for PortError {}
 
-/// An output of a tick.
+/// Output of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
-    /// u.
+    /// Demanded control u.
     U,
-    /// The sliding variable σ.
+    /// Sliding variable σ.
     Sigma,
-    /// σ without its offset, σ*.
+    /// Sliding variable σ* without its offset.
     SigmaStar,
-    /// The flags of trouble.
+    /// Status flags.
     Health,
-    /// An estimate, or a derivative of it.
+    /// Disturbance estimate or one of its derivatives.
     Estimate {
-        /// Channel, from 1.
+        /// Index of the channel, from 1.
         channel: usize,
-        /// 0 for d_hat itself.
+        /// Order of the derivative, 0 for d_hat itself.
         derivative: usize,
     },
 }
@@ -103,21 +104,21 @@ impl fmt::Display for Field {
     }
 }
 
-/// The first output that is not the same.
+/// First output in which two controllers differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Tick, from 0.
+    /// Index of the tick, from 0.
     pub tick: u64,
-    /// Which output differs.
+    /// Output that differs.
     pub field: Field,
-    /// Its f32 bits elsewhere (health: its flags).
+    /// Value on the target as f32 bits, or the flags for `Health`.
     pub there: u32,
-    /// Its f32 bits in this process.
+    /// Value in this process as f32 bits, or the flags for `Health`.
     pub here: u32,
 }
 
 impl Difference {
-    /// How many bits differ.
+    /// Returns the number of bits that differ.
     pub const fn bits(&self) -> u32 {
         (self.there ^ self.here).count_ones()
     }
@@ -133,38 +134,39 @@ impl fmt::Display for Difference {
     }
 }
 
-/// A controller at the end of a wire of any length.
+/// Controller in this process or on a target.
 pub trait ControllerPort: Send {
-    /// One sample in, one control out. The first good sample starts the controller.
+    /// Runs one tick: one sample in, one control out. The first valid sample starts the controller.
     ///
     /// # Errors
-    /// When the controller could not be reached.
+    /// Fails if the controller cannot be reached.
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError>;
 
-    /// What the actuator really holds since the last tick.
+    /// Reports the value that the actuator has held since the last tick.
     fn report_applied(&mut self, u: f64);
 
-    /// Forgets every sample: the next good one starts the controller anew.
+    /// Clears the state. The next valid sample starts the controller again.
     ///
     /// # Errors
-    /// When the controller could not be reached.
+    /// Fails if the controller cannot be reached.
     fn reset(&mut self) -> Result<(), PortError>;
 
-    /// Numbers (from 0) of the channels that carry an observer.
+    /// Returns the indices, from 0, of the channels with an observer.
     fn observed(&self) -> &[usize];
 
-    /// The state (from 0) that follows a reference; none for a law that holds rest.
+    /// Returns the index, from 0, of the state that follows a reference. `None` for a controller that regulates to
+    /// rest.
     fn follows(&self) -> Option<usize> {
         None
     }
 
-    /// Where that state should have been at the last tick; NaN before there is a plan, 0 without a reference.
+    /// Returns the reference of that state at the last tick. NaN before there is a plan, 0 without a reference.
     fn reference(&self) -> f64 {
         0.0
     }
 
-    /// Tells one design from another: over everything that changes what an exported controller, its monitors, its gate
-    /// or its encoders do. None for a controller that has no such number.
+    /// Returns the fingerprint of the design. It covers everything that changes an exported controller, its monitors,
+    /// its gate or its encoders. `None` for a controller without a fingerprint.
     fn fingerprint(&self) -> Option<u32> {
         None
     }

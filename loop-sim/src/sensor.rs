@@ -1,8 +1,7 @@
-//! From the true state to the sample that the controller gets.
+//! Sensor chain from the true state to the sample of the controller.
 //!
-//! Every fault is a wrapper around any other sensor, so a measuring chain is built from the plant outwards: the
-//! innermost link sees the truth, each wrapper sits one link nearer to the controller and alters what the inner one
-//! gives.
+//! Every fault is a wrapper around another sensor. The chain is built from the plant outwards: the innermost link reads
+//! the true state. Each wrapper is one link nearer to the controller and changes the sample of the inner link.
 //!
 //! ```
 //! use loop_sim::sensor::{Ideal, Noise, Quantised, Sensor};
@@ -13,10 +12,10 @@
 //! assert!((sample[0] * 100.0 - (sample[0] * 100.0).round()).abs() < 1e-9);
 //! ```
 //!
-//! A list of links of a scenario is stacked at run time as `Box<dyn Sensor>`, which is a sensor too.
+//! A list of links in a scenario is stacked at run time as `Box<dyn Sensor>`, which is also a sensor.
 //!
-//! Jitter, noise and dropout of one seed are independent: what each draws is a function of seed, tick and purpose
-//! ([`philox`]); two links of the same kind need two seeds. [`Sensing`] is the usual chain as numbers.
+//! Jitter, noise and dropout of one seed are independent: each draw is a function of seed, tick and purpose
+//! ([`philox`]). Two links of the same kind need two seeds. [`Sensing`] is the usual chain as numbers.
 
 use std::collections::VecDeque;
 
@@ -28,9 +27,9 @@ use crate::port::in_process::padded;
 
 pub mod encoder;
 
-/// One link of the measuring chain.
+/// One link of the sensor chain.
 pub trait Sensor: Send {
-    /// Called once per tick with the true state; writes the sample. A lost sample is NaN.
+    /// Reads the true state once per tick and writes the sample. A lost sample is NaN.
     fn measure(&mut self, x: &[f64], sample: &mut [f64]);
 }
 
@@ -40,7 +39,7 @@ impl<T: Sensor + ?Sized> Sensor for Box<T> {
     }
 }
 
-/// Sees the truth.
+/// Sensor that returns the true state.
 pub struct Ideal;
 
 impl Sensor for Ideal {
@@ -49,25 +48,25 @@ impl Sensor for Ideal {
     }
 }
 
-/// A measuring chain as numbers: the truth, then jitter, noise, quantisation, delay, dropout, each with none as 0.
+/// Sensor chain as numbers: true state, jitter, noise, quantisation, delay and dropout, in this order. 0 means none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensing {
-    /// Of [`Jittered`].
+    /// Largest age of a sample, as a share of the period ([`Jittered`]).
     pub jitter: f64,
-    /// Magnets, one after the other.
+    /// Off-centre magnets, one after the other.
     pub off_centre: Vec<OffCentre>,
-    /// Of [`Noise`].
+    /// Standard deviation of each channel ([`Noise`]).
     pub noise: Vec<f64>,
-    /// Of [`Quantised`].
+    /// Quantum of each channel ([`Quantised`]).
     pub quantum: Vec<f64>,
-    /// Of [`Delayed`].
+    /// Delay in ticks ([`Delayed`]).
     pub delay_ticks: usize,
-    /// Of [`Dropout`].
+    /// Probability of a lost sample ([`Dropout`]).
     pub dropout: f64,
 }
 
 impl Sensing {
-    /// [`Ideal`].
+    /// Chain without faults, as [`Ideal`].
     pub const IDEAL: Self = Self {
         jitter: 0.0,
         off_centre: Vec::new(),
@@ -77,7 +76,7 @@ impl Sensing {
         dropout: 0.0,
     };
 
-    /// The chain.
+    /// Builds the chain with this seed.
     pub fn sensor(&self, seed: u64) -> Box<dyn Sensor> {
         let Self { jitter, off_centre, noise, quantum, delay_ticks, dropout } = self;
         let mut chain: Box<dyn Sensor> = Box::new(Ideal);
@@ -114,7 +113,7 @@ impl Ticks {
         Self { seed: philox::halves(seed), tick: 0 }
     }
 
-    /// Those of the next tick, pair by pair.
+    /// Returns the random words of the next tick, per pair of channels.
     fn next(&mut self, purpose: Purpose) -> impl Fn(u32) -> [u64; 2] + use<> {
         let (seed, tick) = (self.seed, self.tick);
         self.tick += 1;
@@ -122,16 +121,16 @@ impl Ticks {
     }
 }
 
-/// The magnet of an encoder that is off its centre: its angle has an error once a turn.
+/// Off-centre magnet of an encoder, which causes an angle error once per revolution.
 ///
 /// $$ \theta \leftarrow \theta + \frac{a}{N} \sin N \theta $$
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OffCentre {
-    /// Whose angle it is, from 0.
+    /// Index of the channel with the angle, from 0.
     pub channel: usize,
-    /// N, turns of the encoder in one of the angle.
+    /// Gear ratio N: revolutions of the encoder per revolution of the angle.
     pub turns: f64,
-    /// a, of the encoder's own angle, rad.
+    /// Amplitude a of the error in the encoder's own angle, rad.
     pub rad: f64,
 }
 
@@ -151,7 +150,7 @@ impl<S: Sensor> Sensor for Magnets<S> {
     }
 }
 
-/// Adds white Gaussian noise, independent from tick to tick and from channel to channel.
+/// Sensor with white Gaussian noise, independent between ticks and channels.
 pub struct Noise<S> {
     inner: S,
     sigma: [f64; MAX_ORDER],
@@ -159,7 +158,8 @@ pub struct Noise<S> {
 }
 
 impl<S> Noise<S> {
-    /// `sigma`: standard deviation of each channel, in its unit; channels beyond the list have none.
+    /// Wraps `inner` with the standard deviation `sigma` of each channel, in its unit. Channels beyond the list have no
+    /// noise.
     pub fn new(inner: S, sigma: &[f64], seed: u64) -> Self {
         Self { inner, sigma: padded(sigma), ticks: Ticks::new(seed) }
     }
@@ -168,7 +168,7 @@ impl<S> Noise<S> {
 impl<S: Sensor> Sensor for Noise<S> {
     fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
         self.inner.measure(x, sample);
-        // A channel has its numbers whatever the sigma of another is.
+        // A channel draws the same numbers for any sigma of the other channels.
         let words = self.ticks.next(Purpose::Noise);
         for (pair, (values, sigma)) in (0..).zip(sample.chunks_mut(2).zip(self.sigma.chunks(2))) {
             let gaussians = philox::gaussians(words(pair));
@@ -179,14 +179,15 @@ impl<S: Sensor> Sensor for Noise<S> {
     }
 }
 
-/// Rounds to multiples of a quantum, halves away from zero: the error is at most half a quantum.
+/// Sensor that rounds to multiples of a quantum, halves away from zero. The error is at most half a quantum.
 pub struct Quantised<S> {
     inner: S,
     quantum: Vec<f64>,
 }
 
 impl<S> Quantised<S> {
-    /// `quantum` of each channel, in its unit; 0, and channels beyond the list, pass unrounded.
+    /// Wraps `inner` with the `quantum` of each channel, in its unit. With 0, and beyond the list, a channel is not
+    /// rounded.
     pub fn new(inner: S, quantum: Vec<f64>) -> Self {
         Self { inner, quantum }
     }
@@ -203,7 +204,7 @@ impl<S: Sensor> Sensor for Quantised<S> {
     }
 }
 
-/// Gives the sample of some ticks ago; until there is one, the first.
+/// Sensor that delays the sample by whole ticks. Until then it returns the first sample.
 pub struct Delayed<S> {
     inner: S,
     ticks: usize,
@@ -211,7 +212,7 @@ pub struct Delayed<S> {
 }
 
 impl<S> Delayed<S> {
-    /// A delay of whole ticks; room for all that is under way is made here, none in the run.
+    /// Wraps `inner` with a delay of whole ticks. The buffer is allocated here and not during a run.
     pub fn new(inner: S, ticks: usize) -> Self {
         Self { inner, ticks, under_way: VecDeque::with_capacity(ticks + 1) }
     }
@@ -229,8 +230,8 @@ impl<S: Sensor> Sensor for Delayed<S> {
     }
 }
 
-/// Samples at an unsteady instant: too old by a random part of the period, uniform from 0 to a share of it, the same
-/// for all channels of a sample. Between two ticks the state is taken on the straight line.
+/// Sensor with sampling jitter. The sample is too old by a random part of the period, uniform from 0 to a share of it,
+/// equal in all channels. Between two ticks the state is interpolated linearly.
 pub struct Jittered<S> {
     inner: S,
     share: f64,
@@ -239,7 +240,7 @@ pub struct Jittered<S> {
 }
 
 impl<S> Jittered<S> {
-    /// `share` of the period, 0 (none) to 1, is the largest age.
+    /// Wraps `inner` with the largest age `share` of the period, 0 (none) to 1.
     pub fn new(inner: S, share: f64, seed: u64) -> Self {
         Self { inner, share, ticks: Ticks::new(seed), last: None }
     }
@@ -258,7 +259,7 @@ impl<S: Sensor> Sensor for Jittered<S> {
     }
 }
 
-/// Loses whole samples at random: a lost one is NaN in all channels.
+/// Sensor that loses whole samples at random. A lost sample is NaN in all channels.
 pub struct Dropout<S> {
     inner: S,
     probability: f64,
@@ -266,7 +267,7 @@ pub struct Dropout<S> {
 }
 
 impl<S> Dropout<S> {
-    /// Each sample is lost with `probability`, 0 (none) to 1 (all), independent of the others.
+    /// Wraps `inner` with the `probability` of each loss, 0 (none) to 1 (all), independent of other samples.
     pub fn new(inner: S, probability: f64, seed: u64) -> Self {
         Self { inner, probability, ticks: Ticks::new(seed) }
     }
@@ -274,7 +275,7 @@ impl<S> Dropout<S> {
 
 impl<S: Sensor> Sensor for Dropout<S> {
     fn measure(&mut self, x: &[f64], sample: &mut [f64]) {
-        // The sensor measures all the same; its sample is lost on the way.
+        // The sensor measures in any case. Its sample is lost on the way.
         self.inner.measure(x, sample);
         if philox::uniform(self.ticks.next(Purpose::Dropout)(0)[0]) < self.probability {
             sample.fill(f64::NAN);
@@ -282,9 +283,9 @@ impl<S: Sensor> Sensor for Dropout<S> {
     }
 }
 
-/// The gate of a law that keeps limits of its samples: what does not pass is lost. It stands here, before whatever
-/// controller there is, and so it does for a target, whose tick has none; in the precision of the law it decides as
-/// [`Gated`](controller_core::Gated) does.
+/// Sample gate in front of any controller. A sample outside of its limits becomes lost. A target has no gate in its
+/// tick and uses this one. In the precision of the controller it decides exactly like
+/// [`Gated`](controller_core::Gated).
 pub struct Gated<S, T> {
     inner: S,
     gate: Gate<T, MAX_ORDER>,
@@ -292,7 +293,7 @@ pub struct Gated<S, T> {
 }
 
 impl<S, T: Real> Gated<S, T> {
-    /// Limits of states that there are not must hold for 0.
+    /// Wraps `inner` with a gate. The limits of unused states must admit 0.
     pub fn new(inner: S, gate: Gate<T, MAX_ORDER>) -> Self {
         Self { inner, gate, last: None }
     }
@@ -335,8 +336,8 @@ mod tests {
             rows.push([(sample[0] - 1.0) / 0.5, (sample[2] - 3.0) / 2.0]);
         }
         let mean = |f: &dyn Fn(usize) -> f64| (1..ticks).map(f).sum::<f64>() / f64::from(ticks as u32 - 1);
-        // Four standard deviations of a mean of 40000: 4/sqrt(40000) = 0.02; of the square sqrt(2), of the fourth
-        // power sqrt(96) times that.
+        // Four standard deviations of a mean of 40000: 4/sqrt(40000) = 0.02. The square has sqrt(2) times this, the
+        // fourth power sqrt(96) times.
         for channel in 0..2 {
             assert!(mean(&|k| rows[k][channel]).abs() < 0.02);
             assert!((mean(&|k| rows[k][channel] * rows[k][channel]) - 1.0).abs() < 0.03);
@@ -348,8 +349,8 @@ mod tests {
 
     #[test]
     fn a_seed_means_the_same_numbers_for_ever() {
-        // Computed apart from this code, from the published generator and formula with another logarithm and cosine: a
-        // change here breaks every recorded run.
+        // Expected values from an independent computation, from the published generator and formula with another
+        // logarithm and cosine. A change here breaks every recorded run.
         let mut sensor = Noise::new(Ideal, &[1.0], 1);
         let bits = [(); 2].map(|()| measured(&mut sensor, 0.0).to_bits());
         assert_eq!(bits, [4_599_461_192_487_880_948, 13_831_421_787_269_264_396]);
@@ -394,7 +395,7 @@ mod tests {
         let ticks = 10_000;
         let mut ages = Vec::new();
         for k in 0..ticks {
-            // Straight lines: the age in periods can be read from any channel.
+            // On straight lines any channel gives the age in periods.
             let (t, mut sample) = (f64::from(k), [0.0; 2]);
             sensor.measure(&[t, 7.0 - 2.0 * t], &mut sample);
             let age = t - sample[0];
@@ -428,7 +429,8 @@ mod tests {
 
     #[test]
     fn the_outer_link_acts_last() {
-        // Noise before the converter leaves multiples of the quantum, after it does not.
+        // With noise before the quantisation the samples are multiples of the quantum. With noise after it they are
+        // not.
         let off_grid = |x: f64| (x / 0.25 - (x / 0.25).round()).abs();
         let mut converted = Quantised::new(Noise::new(Ideal, &[0.3], 1), vec![0.25]);
         let mut noisy = Noise::new(Quantised::new(Ideal, vec![0.25]), &[0.3], 1);

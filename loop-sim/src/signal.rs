@@ -1,61 +1,61 @@
 //! Disturbance signals with exact derivatives.
 //!
-//! A signal is a sum of [`Term`]s, so every derivative is again such a sum and nothing is differenced numerically. That
-//! gives the $\mu$ of Eq. (2) and Eq. (40), $|d^{(r)}| \le \mu$, as a computed number ([`Signal::bound`]).
+//! A signal is a sum of [`Term`]s. Every derivative is again such a sum, without numerical differences. This gives the
+//! $\mu$ of Eq. (2) and Eq. (40), $|d^{(r)}| \le \mu$, as a computed number ([`Signal::bound`]).
 //!
 //! # Deviation
-//! Eq. (2) asks for a bounded derivative, which a step does not have: its derivative counts as 0, that is, bounds hold
-//! between the jumps and the estimators start anew at each of them.
+//! Eq. (2) requires a bounded derivative, which a step does not have. Here the derivative of a step is 0. So bounds
+//! hold between the jumps, and the estimators start again at each jump.
 //!
-//! Elementary functions come from `libm`, the same bits on every machine.
+//! Elementary functions come from `libm`, with the same bits on every machine.
 
-/// One term of a [`Signal`]; t in s.
+/// Term of a [`Signal`], with t in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Term {
-    /// The constant A.
+    /// Constant A.
     Const {
-        /// The constant A, in the unit of the signal.
+        /// Constant A, in the unit of the signal.
         amplitude: f64,
     },
-    /// A ramp from 0, s t.
+    /// Ramp s t from 0.
     Ramp {
-        /// The slope s, unit of the signal per second.
+        /// Slope s, in the unit of the signal per second.
         slope: f64,
     },
-    /// A sin(ω t + φ).
+    /// Sinusoid A sin(ω t + φ).
     Sin {
-        /// The amplitude A, in the unit of the signal.
+        /// Amplitude A, in the unit of the signal.
         amplitude: f64,
-        /// The angular frequency ω, rad/s.
+        /// Angular frequency ω, rad/s.
         omega_rad_s: f64,
-        /// The phase φ at t = 0, rad.
+        /// Phase φ at t = 0, rad.
         phase_rad: f64,
     },
-    /// A cos(ω t + φ).
+    /// Sinusoid A cos(ω t + φ).
     Cos {
-        /// The amplitude A, in the unit of the signal.
+        /// Amplitude A, in the unit of the signal.
         amplitude: f64,
-        /// The angular frequency ω, rad/s.
+        /// Angular frequency ω, rad/s.
         omega_rad_s: f64,
-        /// The phase φ at t = 0, rad.
+        /// Phase φ at t = 0, rad.
         phase_rad: f64,
     },
-    /// 0 for t < t0, A for t >= t0.
+    /// Step: 0 for t < t0, A for t >= t0.
     Step {
-        /// The amplitude A, in the unit of the signal.
+        /// Amplitude A, in the unit of the signal.
         amplitude: f64,
-        /// The time t0 of the step, s.
+        /// Time t0 of the step, s.
         t0_s: f64,
     },
 }
 
-/// x^k by repeated multiplication: `powi` leaves its rounding to the platform.
+/// Returns x^k by repeated multiplication. The rounding of `powi` depends on the platform.
 fn power(x: f64, k: u32) -> f64 {
     (0..k).fold(1.0, |product, _| product * x)
 }
 
 impl Term {
-    /// d^k/dt^k, k = `order`; a step's derivative is 0, at its jump too.
+    /// Returns d^k/dt^k, k = `order`. The derivative of a step is 0, also at its jump.
     fn derivative(&self, t_s: f64, order: u32) -> f64 {
         match (*self, order) {
             (Self::Const { amplitude }, 0) => amplitude,
@@ -72,7 +72,7 @@ impl Term {
         }
     }
 
-    /// Its amplitude or slope, and the same term with 1 in its place: one times the other is the term, to the bit.
+    /// Returns the amplitude or slope, and the term with 1 in its place. Their product is the term, to the bit.
     #[cfg(feature = "lanes")]
     pub(crate) fn parted(self) -> (f64, Self) {
         let mut unit = self;
@@ -84,13 +84,14 @@ impl Term {
         (std::mem::replace(amplitude, 1.0), unit)
     }
 
-    /// Its value.
+    /// Returns the value at `t_s`.
     #[cfg(feature = "lanes")]
     pub(crate) fn value(&self, t_s: f64) -> f64 {
         self.derivative(t_s, 0)
     }
 
-    /// sup |d^k/dt^k| over [0, span], jumps apart; exact for each kind but a sinusoid shorter than its own crest.
+    /// Returns sup |d^k/dt^k| over [0, span] without jumps. It is exact except for a sinusoid that is shorter than its
+    /// crest.
     fn bound(&self, order: u32, span_s: f64) -> f64 {
         match (*self, order) {
             (Self::Const { amplitude }, 0) => amplitude.abs(),
@@ -105,7 +106,7 @@ impl Term {
     }
 }
 
-/// sin(angle + k pi/2), exactly by symmetry.
+/// Returns sin(angle + k pi/2), exactly by symmetry.
 fn quarter_turns(angle_rad: f64, k: u32) -> f64 {
     match k % 4 {
         0 => libm::sin(angle_rad),
@@ -115,7 +116,7 @@ fn quarter_turns(angle_rad: f64, k: u32) -> f64 {
     }
 }
 
-/// A sum of terms. The default has none: the signal 0.
+/// Sum of terms. The default has none: the signal 0.
 ///
 /// ```
 /// use loop_sim::signal::{Signal, Term};
@@ -135,7 +136,7 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// The sum of `terms`.
+    /// Returns the sum of `terms`.
     pub fn new(terms: Vec<Term>) -> Self {
         let mut jumps_s: Vec<f64> = terms
             .iter()
@@ -149,7 +150,7 @@ impl Signal {
         Self { terms, jumps_s }
     }
 
-    /// This and so many times another.
+    /// Returns this signal plus `factor` times another.
     #[must_use]
     pub fn plus(&self, factor: f64, other: &Self) -> Self {
         let scaled = other.terms.iter().map(|term| match *term {
@@ -166,39 +167,42 @@ impl Signal {
         Self::new(self.terms.iter().copied().chain(scaled).collect())
     }
 
-    /// The terms whose sum it is.
+    /// Returns the terms of the sum.
     pub fn terms(&self) -> &[Term] {
         &self.terms
     }
 
-    /// Value at `t_s`.
+    /// Returns the value at `t_s`.
     pub fn value(&self, t_s: f64) -> f64 {
         self.derivative(t_s, 0)
     }
 
-    /// The derivative of this order at `t_s`, exact; order 0 is the value. The derivative of a step is 0.
+    /// Returns the exact derivative of this order at `t_s`. Order 0 is the value. The derivative of a step is 0.
     pub fn derivative(&self, t_s: f64, order: u32) -> f64 {
-        // From +0.0: the sum of no terms would be -0.0, and show as that in every trace.
+        // The sum starts from +0.0, because a sum of no terms is -0.0 and would appear as -0.0 in every trace.
         self.terms.iter().map(|term| term.derivative(t_s, order)).fold(0.0, |sum, term| sum + term)
     }
 
-    /// An upper bound of |d^(order)| over [0, `span_s`]: the sum over the terms, so 1 + sin 2t has 2 and sin t + cos t
-    /// has 2 (the supremum is 1.414). Jumps count in order 0 only; above it the bound holds between them.
+    /// Returns an upper bound of |d^(order)| over [0, `span_s`], the sum over the terms.
+    ///
+    /// So 1 + sin 2t has the bound 2, and sin t + cos t has the bound 2 (its supremum is 1.414). Jumps count in order 0
+    /// only. In higher orders the bound holds between them.
     pub fn bound(&self, order: u32, span_s: f64) -> f64 {
         self.terms.iter().map(|term| term.bound(order, span_s)).sum()
     }
 
-    /// Instants of the jumps, ascending, each once.
+    /// Returns the instants of the jumps, ascending and without duplicates, s.
     pub fn jumps_s(&self) -> &[f64] {
         &self.jumps_s
     }
 
-    /// Is it anything but level between its jumps?
+    /// Returns true if the signal is not constant between its jumps.
     pub fn varies(&self) -> bool {
         self.terms.iter().any(|term| !matches!(term, Term::Const { .. } | Term::Step { .. }))
     }
 
-    /// Largest |ω| of the terms, rad/s, 0 if none oscillates: a solver must resolve it even in a slow plant.
+    /// Returns the largest |ω| of the terms, rad/s, or 0 if none oscillates. A solver must resolve it even in a slow
+    /// plant.
     pub fn fastest_rad_s(&self) -> f64 {
         let rates = self.terms.iter().map(|term| match *term {
             Term::Sin { omega_rad_s, .. } | Term::Cos { omega_rad_s, .. } => omega_rad_s.abs(),
@@ -212,7 +216,7 @@ impl Signal {
 mod tests {
     use super::*;
 
-    /// One term of each kind, none with a round number.
+    /// Returns one term of each kind, without round numbers.
     fn each_kind() -> Signal {
         Signal::new(vec![
             Term::Const { amplitude: -0.7 },

@@ -1,31 +1,32 @@
-//! Sine and cosine without a branch, so that a loop over many angles becomes vector code.
+//! Branchless sine and cosine, so that a loop over many angles becomes vector code.
 //!
-//! Cody and Waite's reduction by π/2 in three parts, then the kernels of fdlibm: within 2.3e-16 of the true value for
-//! |x| up to [`LARGEST`] (test below). Not the bits of `libm`, which reduces as the angle asks for.
+//! The reduction is Cody and Waite's by π/2 in three parts, followed by the kernels of fdlibm. The error is below
+//! 2.3e-16 for |x| up to [`LARGEST`] (test below). The result is not bit-identical to `libm`, whose reduction depends
+//! on the angle.
 
-/// Up to here the reduction is exact enough: 16 000 turns.
+/// Largest |x| with an exact reduction, about 16 000 revolutions, rad.
 pub const LARGEST: f64 = 1e5;
 
-/// 1.5 * 2^52: what is added to it is rounded to a whole number, in the lowest bits.
+/// Constant 1.5 * 2^52. A sum with it is rounded to an integer, in the lowest bits.
 pub(crate) const WHOLE: f64 = 6_755_399_441_055_744.0;
 
-/// Is x no larger than [`LARGEST`]?
+/// Returns true if |x| is at most [`LARGEST`].
 #[inline(always)]
 pub(crate) fn is_within(x: f64) -> bool {
     x.abs() <= LARGEST
 }
 
-/// sin x, of any x.
+/// Returns sin x for any x.
 pub fn sin(x: f64) -> f64 {
     if is_within(x) { sin_cos(x).0 } else { libm::sin(x) }
 }
 
-/// cos x, of any x.
+/// Returns cos x for any x.
 pub fn cos(x: f64) -> f64 {
     if is_within(x) { sin_cos(x).1 } else { libm::cos(x) }
 }
 
-/// sin x and cos x, of any x.
+/// Returns sin x and cos x for any x.
 pub fn sin_and_cos(x: f64) -> [f64; 2] {
     if is_within(x) {
         let (sin, cos) = sin_cos(x);
@@ -35,7 +36,7 @@ pub fn sin_and_cos(x: f64) -> [f64; 2] {
     }
 }
 
-/// sin x and cos x; |x| up to [`LARGEST`].
+/// Returns sin x and cos x for |x| up to [`LARGEST`].
 #[inline(always)]
 #[allow(clippy::excessive_precision)]
 pub fn sin_cos(x: f64) -> (f64, f64) {
@@ -53,7 +54,7 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     let of_cos = 2.480_158_728_947_673e-5
         + z * (-2.755_731_435_139_066_3e-7 + z * (2.087_572_321_298_175e-9 + z * -1.135_964_755_778_819_5e-11));
     let cos = 1.0 - 0.5 * z + z * z * (4.166_666_666_666_66e-2 + z * (-1.388_888_888_887_411e-3 + z * of_cos));
-    // The quarter's last two bits, each where the sign of a number is: one swaps the two, the other turns signs.
+    // The last two bits of the quarter, each in the position of the sign: one swaps the two, the other flips signs.
     let (odd, half) = (quarter << 63, quarter << 62);
     let (sine, cosine) = if (odd as i64) < 0 { (cos, sin) } else { (sin, cos) };
     let sine = f64::from_bits(sine.to_bits() ^ half & SIGN);

@@ -1,40 +1,41 @@
-//! Moves the plant from one tick to the next under a held input.
+//! Solver that moves the plant from one tick to the next under a held input.
 //!
-//! **Method.** Explicit extrapolation (Gragg, Bulirsch, Stoer): the step is crossed by the midpoint rule with 2, 4, 6,
-//! 8 and 10 substeps, whose errors are series in the square of the substep, and the five results are combined so that
-//! the first four terms cancel: order 10 from 26 evaluations, with five weights as the only constants. The first m
-//! results alone have order 2m, from 1 + m² evaluations.
+//! **Method.** Explicit extrapolation (Gragg, Bulirsch, Stoer). The midpoint rule crosses the step with 2, 4, 6, 8 and
+//! 10 substeps. Its errors are series in the square of the substep. The five results are combined so that the first
+//! four terms cancel: order 10 from 26 evaluations, with five weights as the only constants. The first m results alone
+//! have order 2m, from 1 + m² evaluations.
 //!
-//! **Step.** The step h is fixed by the plant, not by an error estimate: h ω <= 1/2 with ω = [`Plant::fastest_rad_s`],
-//! asked anew before every step; and it takes no more rows than h ω asks for. For x' = λx the relative error per unit
-//! of |λ| t is then below 4e-11 for every λ to the left (worked out in 40 digits), with as many rows as
+//! **Step.** The step h follows from the plant and not from an error estimate: h ω <= 1/2 with
+//! ω = [`Plant::fastest_rad_s`], computed before every step. The number of rows follows from h ω. For x' = λx the
+//! relative error per unit of |λ| t is then below 4e-11 for every stable λ (computed with 40 digits). The numbers of
+//! rows are:
 //!
 //! | h ω up to | 0.007 | 0.07 | 0.23 | 0.5 |
 //! |---|---|---|---|---|
 //! | rows | 2 | 3 | 4 | 5 |
 //! | evaluations | 5 | 10 | 17 | 26 |
 //!
-//! and their order is at least n + 1, so that a chain of integrators is exact, under a ramp too. So what is left is far
-//! below an f32 controller's 6e-8: `a_linear_chain_agrees_with_the_matrix_exponential`,
+//! The order is at least n + 1, so that a chain of integrators is exact, also under a ramp. The remaining error is far
+//! below the 6e-8 of an f32 controller: `a_linear_chain_agrees_with_the_matrix_exponential`,
 //! `half_the_step_changes_nothing`, `no_row_too_few`.
 //!
-//! The friction of a motor is steep about rest alone: there it asks for its fine steps, and while the shaft turns for
-//! steps within which it does not come to rest.
+//! The friction of a motor is steep only near rest. There the plant requests fine steps. While the shaft turns it
+//! requests steps within which it does not come to rest.
 //!
-//! A plant that knows its rate of the moment only ([`Plant::is_checked`]) has each step checked: without its last row
-//! the order is less by 2, and where both differ by more than 1e-9 all five rows are taken, and then half the step.
+//! A plant whose rate holds for this instant only ([`Plant::is_checked`]) has each step checked. Without its last row
+//! the order is lower by 2. If both results differ by more than 1e-9, all five rows are used, and then half the step.
 //!
 //! **Events.** A plant with friction that holds has a smooth right-hand side between two events ([`Regime`]). A step
-//! goes on with it beyond the event, if one comes, and is then cut there: its length is found at which the margin of
-//! the regime is 0, by regula falsi (Illinois) with bisection. A margin that was below 0 in between only is found where
-//! the parabola through its beginning, its slope there and its end comes near 0. Then the speed is 0, to the bit.
+//! continues it beyond an event and is then cut there. The length at which the margin of the regime is 0 is found by
+//! regula falsi (Illinois) with bisection. A margin that is below 0 only inside the step is found from a parabola
+//! through its beginning, its slope there and its end. After the event the speed is 0, to the bit.
 //!
 //! **Jumps.** No step straddles a jump. The midpoint rule evaluates at the beginning and inside of the step, never at
-//! its end, so that a jump at the end of a step is not seen before its time.
+//! its end. So a jump at the end of a step has no effect before its time.
 //!
-//! **Stiffness.** A plant faster than the tick takes more steps, up to [`MAX_STEPS`]; above that it is refused.
+//! **Stiffness.** A plant faster than the tick takes more steps, up to [`MAX_STEPS`]. Above this number it is refused.
 //!
-//! Only `+ - * /`, comparison and rounding up to an integer are used: a run has the same bits on every machine.
+//! Only `+ - * /`, comparison and rounding up to an integer are used, so a run has the same bits on every machine.
 
 use core::fmt;
 
@@ -43,44 +44,45 @@ use crate::plant::{Plant, Regime};
 
 /// Largest h ω of one step.
 pub(crate) const STEP_ANGLE: f64 = 0.5;
-/// Most steps in one tick: 5000 rad of the fastest mode.
+/// Largest number of steps in one tick: 5000 rad of the fastest mode.
 pub const MAX_STEPS: usize = 10_000;
-/// A state beyond this magnitude is a diverged run.
+/// Magnitude of a state above which the run has diverged.
 pub const RUNAWAY: f64 = 1e9;
-/// Number of midpoint results that are combined; the j-th has 2 (j + 1) substeps.
+/// Number of midpoint results that are combined. Result j, from 0, has 2 (j + 1) substeps.
 pub(crate) const ROWS: usize = 5;
-/// Of so many rows.
+/// Weights of the results for each number of rows.
 pub(crate) const WEIGHTS: [[f64; ROWS]; ROWS + 1] =
     [weights(0), weights(1), weights(2), weights(3), weights(4), weights(5)];
-/// Largest h ω that 2, 3, 4 rows are enough for.
+/// Largest h ω for which 2, 3 and 4 rows suffice.
 const ANGLES: [f64; 3] = [0.007, 0.07, 0.23];
-/// The same of a step that is checked: without the last row they differ by less than [`AGREED`].
+/// Largest h ω of a checked step for 2, 3 and 4 rows. Without the last row the results differ by less than [`AGREED`].
 const CHECKED_ANGLES: [f64; 3] = [0.0, 0.04, 0.17];
-/// Largest difference without the last row in a step that is checked.
+/// Largest difference without the last row in a checked step.
 const AGREED: f64 = 1e-9;
-/// How often the end of a step is moved at most to meet an event.
+/// Largest number of moves of the end of a step to meet an event.
 const MOST_TRIES: u32 = 60;
-/// How often a step is halved at most, then it is taken: a corner as that of |x| is never agreed on.
+/// Largest number of halvings of a step. After them the step is accepted, because a kink such as |x| never passes the
+/// check.
 const MOST_HALVINGS: u32 = 10;
 
-/// Why the plant could not be moved.
+/// Cause of a failed integration.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SolverError {
-    /// The right-hand side has no value: a division by zero, a logarithm of what is not above 0.
+    /// The right-hand side is not finite, for example from a division by zero or the logarithm of a negative number.
     NoRate {
-        /// When, s.
+        /// Time of the failure, s.
         t_s: f64,
-        /// Of which state, from 1.
+        /// Index of the state, from 1.
         channel: usize,
-        /// What stands there: infinite, or not a number.
+        /// Value of its slope: infinite or NaN.
         rate: f64,
     },
-    /// The dynamics are too fast for the tick: more steps than the solver will take.
+    /// The dynamics are too fast for the tick: more than [`MAX_STEPS`] steps.
     TooStiff {
-        /// When the step failed, s.
+        /// Time of the failed step, s.
         t_s: f64,
-        /// The rate that asks for it, rad/s.
+        /// Fastest rate, rad/s.
         fastest_rad_s: f64,
     },
 }
@@ -104,15 +106,16 @@ impl fmt::Display for SolverError {
 
 impl std::error::Error for SolverError {}
 
-/// Integrates from `from_s` to `to_s` with `u` held; `x` is advanced in place.
+/// Integrates from `from_s` to `to_s` with `u` held. `x` is advanced in place.
 ///
-/// A state that leaves ±[`RUNAWAY`] (or is not a number) is left where it was found: the run has diverged, and a plant
-/// with a finite escape time has no state at `to_s`.
+/// A state beyond ±[`RUNAWAY`] or NaN stays as it was found: the run has diverged. A plant with a finite escape time
+/// has no state at `to_s`.
 ///
 /// # Errors
-/// [`SolverError`].
+/// [`SolverError::NoRate`] if the right-hand side is not finite, and [`SolverError::TooStiff`] if the tick needs too
+/// many steps.
 pub fn advance(plant: &dyn Plant, from_s: f64, to_s: f64, u: f64, x: &mut [f64]) -> Result<(), SolverError> {
-    // Loops over a number of states that the compiler knows take a fifth of the instructions.
+    // Loops over a constant number of states take a fifth of the instructions.
     macro_rules! of_order {
         ($($n:literal)*) => {
             match x.len() {
@@ -151,7 +154,7 @@ fn advance_all<const N: usize>(
     Ok(())
 }
 
-/// A plant from an instant to its next event.
+/// Plant in one regime, up to its next event.
 #[derive(Clone, Copy)]
 pub(crate) struct Within<'a> {
     pub(crate) plant: &'a dyn Plant,
@@ -171,8 +174,8 @@ impl<'a> Within<'a> {
         }
     }
 
-    /// The state at the end of a step of `h_s` from `begin_s`, or at the event in it, to which the crossing goes back:
-    /// from the state at the beginning, its slope and the state that was reached.
+    /// Returns the end of a step of `h_s` from `begin_s`, or the event in it, to which the crossing goes back. It uses
+    /// the state and the slope at the beginning and the state reached.
     pub(crate) fn ended<const N: usize>(
         &self,
         crossing: &mut Crossing,
@@ -204,7 +207,8 @@ impl<'a> Within<'a> {
         x
     }
 
-    /// A margin that is above 0 at both ends: was it below in between? Where, then.
+    /// Searches for a margin that is above 0 at both ends and below 0 in between. Returns the time of its lowest point,
+    /// the margin and the state there.
     fn dip<const N: usize>(
         &self,
         begin_s: f64,
@@ -227,8 +231,8 @@ impl<'a> Within<'a> {
     }
 }
 
-/// When a margin that is `before` (0 or more) at 0 becomes 0, of which it is known how far it is below beyond; and the
-/// state there, on the far side by rounding.
+/// Returns the time at which a margin that is `before` (0 or more) at 0 becomes 0, and the state just after it.
+/// `beyond` is a later time with a negative margin, with its margin and state.
 fn event<const N: usize>(
     before: f64,
     beyond: (f64, f64, [f64; N]),
@@ -244,7 +248,7 @@ fn event<const N: usize>(
         let middle_s = 0.5 * (low_s + high_s);
         let at_s = if turn % 3 == 2 || !(chord_s > low_s && chord_s < high_s) { middle_s } else { chord_s };
         let (margin, there) = after(at_s);
-        // On the far side it is below 0, so that the next regime is another one.
+        // The final margin is below 0, so that the next regime differs.
         if margin >= 0.0 {
             (low_s, low) = (at_s, margin);
             high *= if kept == 1 { 0.5 } else { 1.0 };
@@ -258,14 +262,14 @@ fn event<const N: usize>(
     (high_s, x)
 }
 
-/// A step: its length, s, and how many rows it takes.
+/// Step: its length, s, and its number of rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stride {
     pub(crate) h_s: f64,
     pub(crate) rows: usize,
 }
 
-/// How many rows a step of a plant of order n takes, with this h ω.
+/// Returns the number of rows of a step with this h ω for a plant of order n.
 pub(crate) fn rows(angle: f64, order: usize, is_checked: bool) -> usize {
     let angles = if is_checked { CHECKED_ANGLES } else { ANGLES };
     let beyond = angles.iter().filter(|most| angle > **most).count();
@@ -273,8 +277,7 @@ pub(crate) fn rows(angle: f64, order: usize, is_checked: bool) -> usize {
     (2 + beyond).max(least).min(ROWS)
 }
 
-/// How far a tick has been crossed. What decides on a step stands here alone: it is the same for a plant alone and for
-/// many side by side.
+/// Progress of crossing a tick. All decisions about steps are made here, equally for a plant alone and in a batch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
     pub(crate) t_s: f64,
@@ -294,13 +297,13 @@ impl Crossing {
         self.t_s >= self.to_s
     }
 
-    /// There is nothing beyond here to go to.
+    /// Ends the crossing at the present time.
     #[cfg(feature = "lanes")]
     pub(crate) const fn give_up(&mut self) {
         self.t_s = self.to_s;
     }
 
-    /// The next step from x, with the slope `first` there; none if x has run away.
+    /// Returns the next step from x, with the slope `first` there, or `None` if x has diverged.
     pub(crate) fn plan<const N: usize>(
         &mut self,
         plant: &dyn Plant,
@@ -318,7 +321,7 @@ impl Crossing {
             return Err(SolverError::NoRate { t_s, channel: at + 1, rate: first[at] });
         }
         let fastest_rad_s = plant.fastest_rad_s(t_s, x, u);
-        // Equal steps to the end, as far as the rate stays what it is.
+        // Equal steps to the end, as long as the rate does not change.
         let needed = ((end_s - t_s) * fastest_rad_s / STEP_ANGLE).ceil();
         if self.steps == MAX_STEPS || !needed.is_finite() {
             return Err(SolverError::TooStiff { t_s, fastest_rad_s });
@@ -333,7 +336,7 @@ impl Crossing {
         Stride { h_s: self.next_s - self.t_s, rows: self.rows }
     }
 
-    /// The step has been computed and its rows differ by this: it is taken, or another one is to be tried.
+    /// Accepts a computed step whose rows differ by `difference`, or returns another step to try.
     pub(crate) fn checked(&mut self, plant: &dyn Plant, difference: f64) -> Option<Stride> {
         let is_taken =
             !plant.is_checked() || difference.is_nan() || difference <= AGREED || self.halvings == MOST_HALVINGS;
@@ -352,8 +355,8 @@ impl Crossing {
     }
 }
 
-/// w_j = prod_{i != j} n_j^2 / (n_j^2 - n_i^2): the value at substep 0 of the polynomial in (substep)^2 through the
-/// first rows.
+/// Returns w_j = prod_{i != j} n_j^2 / (n_j^2 - n_i^2): the value at substep 0 of the polynomial in (substep)^2 through
+/// the first rows.
 const fn weights(rows: usize) -> [f64; ROWS] {
     let mut weights = [0.0; ROWS];
     let mut j = 0;
@@ -372,8 +375,8 @@ const fn weights(rows: usize) -> [f64; ROWS] {
     weights
 }
 
-/// Increment of x over a step, with the slope `first` at t; and the largest difference, as a share of how far a state
-/// is from 0 or moves, to what comes out without the last row.
+/// Returns the increment of x over a step, with the slope `first` at t, and the largest difference without the last
+/// row. The difference is relative to the distance of a state from 0 or its change.
 pub(crate) fn step<const N: usize>(
     within: Within<'_>,
     t_s: f64,
@@ -382,7 +385,7 @@ pub(crate) fn step<const N: usize>(
     x: &[f64; N],
     first: &[f64; N],
 ) -> ([f64; N], f64) {
-    // Increments are combined, not states: the weights (up to 6) then amplify no rounding of x.
+    // Increments are combined instead of states, so that the weights (up to 6) do not amplify the rounding of x.
     let (mut increment, mut less) = ([0.0; N], [0.0; N]);
     for (row, (weight, without)) in WEIGHTS[rows].iter().zip(WEIGHTS[rows - 1]).take(rows).enumerate() {
         let across = midpoint(within, t_s, h_s, u, x, first, 2 * (row + 1));
@@ -394,7 +397,7 @@ pub(crate) fn step<const N: usize>(
     (increment, difference(h_s, x, first, &increment, &less))
 }
 
-/// The largest difference between two increments.
+/// Returns the largest difference between two increments.
 #[inline(always)]
 pub(crate) fn difference<const N: usize>(
     h_s: f64,
@@ -410,7 +413,8 @@ pub(crate) fn difference<const N: usize>(
     shares.fold(0.0, |most, share| if share > most || share.is_nan() { share } else { most })
 }
 
-/// Increment of x over `h_s` by `substeps` (even) of the midpoint rule, the first by Euler; `first` is the slope at t.
+/// Returns the increment of x over `h_s` by `substeps` (even) of the midpoint rule, the first by Euler. `first` is the
+/// slope at t.
 fn midpoint<const N: usize>(
     within: Within<'_>,
     t_s: f64,
@@ -450,7 +454,7 @@ mod tests {
         Chain::new(last.clone(), last, disturbances).unwrap()
     }
 
-    /// exp([A, b; 0, 0] t): the exact step of x' = A x + b u, u held, by scaling and Taylor series.
+    /// Returns exp([A, b; 0, 0] t): the exact step of x' = A x + b u, u held, by scaling and Taylor series.
     fn exact_step(a: &[f64], b: f64, t_s: f64) -> Vec<Vec<f64>> {
         let n = a.len() + 1;
         let product = |p: &[Vec<f64>], q: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -465,7 +469,7 @@ mod tests {
             m[n - 2][j] = a[j] * t_s / f64::from(1 << halvings);
         }
         m[n - 2][n - 1] = b * t_s / f64::from(1 << halvings);
-        // E = exp(M) - I, kept apart from I so that doubling loses nothing: E <- 2E + E E.
+        // E = exp(M) - I, kept apart from I so that the doubling loses no digits: E <- 2E + E E.
         let mut e = vec![vec![0.0; n]; n];
         for k in (1..=12).rev() {
             let mut one_plus = e.clone();
@@ -489,8 +493,8 @@ mod tests {
         e
     }
 
-    /// Largest relative deviation from the exact solution over `ticks` ticks, per state against its own maximum, with
-    /// an input that changes sign every few ticks.
+    /// Returns the largest relative deviation from the exact solution over `ticks` ticks. Each state is relative to its
+    /// own maximum. The input changes sign every few ticks.
     fn deviation_from_exact(a: &[f64], b: f64, period_s: f64, ticks: usize) -> f64 {
         let n = a.len();
         let plant = chain(a, b, vec![Signal::default(); n]);
@@ -515,7 +519,7 @@ mod tests {
     fn a_linear_chain_agrees_with_the_matrix_exponential() {
         let cases: [(&[f64], f64, f64, usize); 5] = [
             (&[-55.08, -20.0], 6.46, 1e-3, 3000),
-            // Without damping nothing forgets an error: 1000 rad.
+            // Without damping every error remains: 1000 rad.
             (&[-1e4, 0.0], 1.0, 1e-3, 10_000),
             // Stiff: three steps per tick, then 200.
             (&[-74_830.0, -24_610.0, -2000.0], 2.53, 1e-3, 3000),
@@ -524,13 +528,13 @@ mod tests {
         ];
         for (a, b, period_s, ticks) in cases {
             let deviation = deviation_from_exact(a, b, period_s, ticks);
-            // 4e-11 per rad that is remembered, and the rounding of 1e4 steps. A simulation whose controller is f32
-            // (6e-8) or whose figures are compared to 1e-5 sees none of it.
+            // 4e-11 per rad of memory, and the rounding of 1e4 steps. A simulation with an f32 controller (6e-8) or
+            // with metrics compared to 1e-5 is not affected.
             assert!(deviation < 1e-9, "{a:?} at {period_s} s: {deviation:.1e}");
         }
     }
 
-    /// At the largest h ω of as many rows, damped and not: what is left in each rad that is remembered is 4e-11.
+    /// At the largest h ω for each number of rows, damped and undamped, the error is 4e-11 per rad of memory.
     #[test]
     fn no_row_too_few() {
         for (k, angle) in ANGLES.into_iter().chain([STEP_ANGLE]).enumerate() {
@@ -541,7 +545,7 @@ mod tests {
                 let a = [-omega * omega, -2.0 * damping * omega];
                 let deviation = deviation_from_exact(&a, omega * omega, period_s, ticks);
                 let remembered = if damping > 0.0 { 1.0 / damping } else { angle * ticks as f64 };
-                // And the rounding of each tick.
+                // Plus the rounding of each tick.
                 let most = 4e-11 * remembered.max(1.0) + 1e-15 * ticks as f64;
                 assert!(deviation < most, "{} rows, damping {damping}: {deviation:.1e} {most:.1e}", 2 + k);
             }
@@ -565,7 +569,7 @@ mod tests {
         }
     }
 
-    /// A plant that asks for steps half as long.
+    /// Plant that requests steps of half the length.
     struct Halved<'a>(&'a dyn Plant);
 
     impl Plant for Halved<'_> {
@@ -579,7 +583,7 @@ mod tests {
             self.0.lumped(t_s, x, u, d);
         }
         fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
-            // At least one step in two, however slow the plant is against the tick.
+            // At least two steps per tick, even if the plant is slow.
             2.0 * self.0.fastest_rad_s(t_s, x, u).max(2.0 * STEP_ANGLE / 1e-3)
         }
         fn jumps_s(&self) -> &[f64] {
@@ -602,7 +606,7 @@ mod tests {
             (&joint(Reading::Stiff), &[0.1, 0.0, 0.0, 0.0], 1e-3, 3.0),
             (&joint(Reading::Stiff), &[0.1, 0.0, 0.0, 0.0], 5e-2, 3.0),
             (&low, &[0.1, -5.0, 0.0, 0.0], 1e-2, 3.0),
-            // The jump at 2 s lies inside a tick; this input lets the plant escape at 2.7 s.
+            // The jump at 2 s lies inside a tick. With this input the plant escapes at 2.7 s.
             (&Benchmark::part_2(), &[-1.0, 0.5], 0.15, 2.4),
         ];
         for (case, (plant, x0, period_s, span_s)) in plants.into_iter().enumerate() {
@@ -616,7 +620,7 @@ mod tests {
                 for i in 0..x0.len() {
                     largest[i] = largest[i].max(whole[i].abs());
                     let difference = (whole[i] - halved[i]).abs() / largest[i];
-                    // 4e-11 per rad of the fastest mode that is still remembered.
+                    // 4e-11 per rad of memory of the fastest mode.
                     assert!(difference < 1e-10, "case {case}, t = {to}, x{}: {difference:.1e}", i + 1);
                 }
             }
@@ -638,7 +642,7 @@ mod tests {
         let start = energy(&x);
         for k in 0..10_000 {
             advance(&plant, f64::from(k) * 1e-3, f64::from(k + 1) * 1e-3, 0.0, &mut x).unwrap();
-            // 1000 rad of the motor's spring at 4e-11 each, were the steps as long as they may be.
+            // 1000 rad of the motor's spring at 4e-11 each, for steps of the largest length.
             assert!((energy(&x) / start - 1.0).abs() < 1e-10, "tick {k}: {}", energy(&x) / start - 1.0);
         }
     }
@@ -648,7 +652,7 @@ mod tests {
         let jump_s = 0.0137;
         let step = Signal::new(vec![Term::Step { amplitude: 3.0, t0_s: jump_s }]);
         let plant = chain(&[0.0, 0.0], 1.0, vec![Signal::default(), step]);
-        // Once as the interior of a long tick, once with the jump as the end of one.
+        // First with the jump inside a long tick, then with the jump at the end of a tick.
         for ticks_s in [vec![0.0, 0.5], vec![0.0, jump_s, 0.5]] {
             let mut x = [0.0; 2];
             for pair in ticks_s.windows(2) {
@@ -656,7 +660,7 @@ mod tests {
             }
             let after = 0.5 - jump_s;
             let exact = [0.5 * 0.25 + 1.5 * after * after, 0.5 + 3.0 * after];
-            // The weights sum to 1 within 1e-15; a jump seen one substep early or late would show as 1e-2.
+            // The weights sum to 1 within 1e-15. A jump that acts one substep early or late shows as 1e-2.
             assert!((x[0] - exact[0]).abs() < 1e-14 && (x[1] - exact[1]).abs() < 1e-14, "{x:?} {exact:?}");
         }
     }

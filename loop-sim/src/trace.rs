@@ -1,37 +1,37 @@
-//! What a run tells: one [`Row`] per tick, and how it ended.
+//! Result of a run: one [`Row`] per tick, and its ending.
 //!
-//! A [`Recorder`] takes the rows as they are made. `()` keeps nothing, a [`Trace`] keeps all of them, a closure sees
-//! each and may end the run, and a pair `(&mut a, &mut b)` is both of its halves.
+//! A [`Recorder`] takes the rows as they are computed. `()` keeps nothing, and a [`Trace`] keeps all rows. A closure
+//! gets each row and may end the run. A pair `(&mut a, &mut b)` passes each row to both.
 
 use std::ops::ControlFlow;
 
 use crate::MAX_ORDER;
 use controller_core::Health;
 
-/// Takes the rows of a run as they are made.
+/// Receiver of the rows of a run as they are computed.
 pub trait Recorder {
-    /// Called once per tick; `Break` ends the run after this row.
+    /// Records a row, once per tick. `Break` ends the run after this row.
     fn record(&mut self, row: &Row) -> ControlFlow<()>;
 
-    /// Called once, after the last row.
+    /// Receives the ending, once after the last row.
     fn end(&mut self, _ending: Ending) {}
 }
 
-/// A recorder that keeps nothing.
+/// Recorder that keeps nothing.
 impl Recorder for () {
     fn record(&mut self, _row: &Row) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
-/// A closure: progress, Ctrl-C, a figure computed on the way.
+/// Closure as a recorder: progress, Ctrl-C, or a metric computed during the run.
 impl<F: FnMut(&Row) -> ControlFlow<()> + ?Sized> Recorder for F {
     fn record(&mut self, row: &Row) -> ControlFlow<()> {
         self(row)
     }
 }
 
-/// Both see every row; either may end the run.
+/// Pair of recorders. Both get every row, and either may end the run.
 impl<A: Recorder + ?Sized, B: Recorder + ?Sized> Recorder for (&mut A, &mut B) {
     fn record(&mut self, row: &Row) -> ControlFlow<()> {
         let [one, other] = [self.0.record(row), self.1.record(row)];
@@ -44,47 +44,47 @@ impl<A: Recorder + ?Sized, B: Recorder + ?Sized> Recorder for (&mut A, &mut B) {
     }
 }
 
-/// Everything of one tick. Arrays are filled up to the plant order.
+/// Values of one tick. Arrays are padded from the order of the plant to [`MAX_ORDER`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Time of the tick, s.
     pub t_s: f64,
     /// True state of the plant.
     pub x: [f64; MAX_ORDER],
-    /// Where the output should be; 0 for a law that follows nothing.
+    /// Reference of the output, or 0 without a reference.
     pub r: f64,
     /// Control demanded by the controller.
     pub u: f64,
-    /// Control the plant feels until the next tick.
+    /// Control u held until the next tick.
     pub u_held: f64,
-    /// σ.
+    /// Sliding variable σ.
     pub sigma: f64,
-    /// σ*.
+    /// Sliding variable σ* without its offset.
     pub sigma_star: f64,
     /// True lumped disturbances, with `u_held`.
     pub d: [f64; MAX_ORDER],
-    /// Their estimates; 0 in channels without observer.
+    /// Disturbance estimates, 0 in channels without observer.
     pub d_hat: [f64; MAX_ORDER],
-    /// Trouble, if any.
+    /// Status flags.
     pub health: Health,
 }
 
-/// How a run ended.
+/// Ending of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ending {
-    /// The whole span.
+    /// The run reached its end.
     Finished,
-    /// The state left every reasonable range at this time.
+    /// The state diverged at this time.
     Diverged {
         /// Time, s.
         t_s: f64,
     },
-    /// Someone asked to stop at this time.
+    /// The run was interrupted at this time.
     Interrupted {
         /// Time, s.
         t_s: f64,
     },
-    /// The plant could not be integrated, or the controller not be reached, from this time on.
+    /// From this time on the plant could not be integrated or the controller could not be reached.
     BrokenOff {
         /// Time, s.
         t_s: f64,
@@ -98,18 +98,18 @@ pub struct Trace {
     pub order: usize,
     /// Observed channels, from 0.
     pub observed: Vec<usize>,
-    /// The state that follows a reference, from 0; none for a law that holds rest.
+    /// Index of the state that follows a reference, from 0. `None` for a controller that regulates to rest.
     pub follows: Option<usize>,
     /// Period, s.
     pub period_s: f64,
-    /// One per tick, k = 0..=K.
+    /// Rows, one per tick, k = 0..=K.
     pub rows: Vec<Row>,
-    /// How it ended; `Finished` before it began.
+    /// Ending of the run. `Finished` before it begins.
     pub ending: Ending,
 }
 
 impl Trace {
-    /// y - r of a row: what is left of the reference, or of rest.
+    /// Returns the tracking error y - r of a row, or y without a reference.
     pub fn error(&self, row: &Row) -> f64 {
         row.x[self.follows.unwrap_or(0)] - row.r
     }

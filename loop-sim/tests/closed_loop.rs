@@ -1,5 +1,5 @@
-//! What others build on: a run without a record allocates nothing, every stage may move to another thread, a reset port
-//! is a new one, and a recorder sees every row.
+//! Properties that users depend on. A run without a recorder allocates nothing. Every stage can move to another thread.
+//! A reset port equals a new one. A recorder gets every row.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -20,7 +20,7 @@ use loop_sim::sensor::{self, Sensor};
 use loop_sim::signal::{Signal, Term};
 use loop_sim::trace::{Ending, Recorder, Row, Trace};
 
-/// The system's memory, with the allocations of each thread counted.
+/// System allocator that counts the allocations of each thread.
 struct Counting;
 
 thread_local! {
@@ -30,29 +30,29 @@ thread_local! {
 #[global_allocator]
 static MEMORY: Counting = Counting;
 
-// SAFETY: every call goes to the system's allocator as it comes; a `Cell` without a destructor needs no memory.
+// SAFETY: every call is passed to the system allocator unchanged. A `Cell` without a destructor needs no memory.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller upholds the contract of the allocator.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller upholds the contract of the allocator.
         unsafe { System.dealloc(pointer, layout) }
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller upholds the contract of the allocator.
         unsafe { System.realloc(pointer, layout, size) }
     }
 }
 
 const fn moves<T: Send + ?Sized>() {}
 
-/// Compiles only as long as it is so.
+/// Compiles only if all stages are `Send`.
 const _: () = {
     moves::<dyn Plant>();
     moves::<dyn Sensor>();
@@ -61,7 +61,7 @@ const _: () = {
     moves::<Loop<'_>>();
 };
 
-/// One loop's stages, all owned.
+/// Owned stages of one loop.
 struct Stages {
     plant: Box<dyn Plant>,
     sensor: Box<dyn Sensor>,
@@ -71,14 +71,14 @@ struct Stages {
 }
 
 impl Stages {
-    /// With every fault that there is on the way.
+    /// Builds the stages with every kind of fault.
     fn of(plant: impl Plant + 'static, port: Box<dyn ControllerPort>) -> Self {
         let n = plant.order();
         let sensor = sensor::Noise::new(sensor::Ideal, &vec![1e-4; n], 3);
         let sensor = sensor::Quantised::new(sensor, vec![1e-5; n]);
         let sensor = sensor::Dropout::new(sensor::Delayed::new(sensor, 2), 0.1, 3);
         let actuator = actuator::Limited::new(actuator::RateLimited::new(actuator::Ideal, 1e6, 1e-3), -100.0, 100.0);
-        let actuator = actuator::Held::new(actuator::Delayed::new(actuator, 3), 2);
+        let actuator = actuator::SlowBus::new(actuator::Delayed::new(actuator, 3), 2);
         let mut x0 = vec![0.0; n];
         x0[0] = 0.1;
         Self { plant: Box::new(plant), sensor: Box::new(sensor), port, actuator: Box::new(actuator), x0 }
@@ -107,12 +107,12 @@ impl Stages {
     }
 }
 
-/// Every bit of a trace; NaN is equal to itself in it.
+/// Returns every bit of a trace as text, in which NaN equals NaN.
 fn bits(trace: &Trace) -> String {
     format!("{trace:?}")
 }
 
-/// A controller with this nominal model, and an observer of order 2 in these channels.
+/// Returns a controller with this nominal model and an observer of order 2 in these channels.
 fn controller<const N: usize>(
     nominal: Nominal<N>,
     observed: &[usize],
@@ -175,12 +175,12 @@ fn a_run_without_a_record_allocates_nothing() {
         assert_eq!(allocations(|| assert_eq!(close_loop(setup, &mut watch), Ok(Ending::Finished))), 0);
         assert!(largest > 0.0);
 
-        // A trace has room for every row before the first.
+        // A trace reserves all rows before the first tick.
         let setup = stages.setup();
         let mut trace = setup.trace();
         assert_eq!(allocations(|| assert_eq!(close_loop(setup, &mut trace), Ok(Ending::Finished))), 0);
 
-        // And the counter counts.
+        // The counter itself must count.
         let mut rows = Vec::new();
         let mut keep = |row: &Row| {
             rows.push(*row);
@@ -203,7 +203,7 @@ fn a_loop_gives_the_same_bits_in_another_thread() {
 #[test]
 fn a_reset_port_gives_the_bits_of_a_new_one() {
     for stages in ALL {
-        // New noise and a new delay line each time, the same port.
+        // New noise and a new delay line each time, with the same port.
         let mut used = stages();
         let first = used.trace();
         let mut continued = Stages { port: used.port, ..stages() };
@@ -227,7 +227,7 @@ fn a_reset_of_two_compared_ports_resets_both_and_counts_from_0() {
 
     let mut compared = Compared::new(there.as_mut(), other.as_mut());
     compared.reset().expect("in this process");
-    // At rest all is exactly 0 in both; then f32 is not f64.
+    // At rest all outputs are exactly 0 in both precisions. After that f32 differs from f64.
     let run = |compared: &mut Compared<'_>| {
         [[0.0; 4], [0.0; 4], x, x].iter().find_map(|sample| compared.tick(sample).err()).expect("f32 is not f64")
     };
@@ -260,7 +260,7 @@ fn both_recorders_of_a_pair_see_every_row_and_either_ends_the_run() {
     }
 }
 
-/// Answers a few ticks, then no more.
+/// Port that answers a few ticks and then fails.
 struct Mute(u32);
 
 impl ControllerPort for Mute {
@@ -292,7 +292,7 @@ fn an_error_is_returned_in_words_and_the_recorder_is_told_when_it_broke_off() {
     let _: Box<dyn std::error::Error + Send + Sync> = error.into();
 }
 
-/// A recorder is a type like any other.
+/// Custom recorder type.
 #[derive(Default)]
 struct Largest(f64, Option<Ending>);
 

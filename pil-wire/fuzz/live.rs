@@ -1,7 +1,7 @@
-//! libFuzzer against a [`Live`] drive: whatever is asked of it, whatever its encoder says meanwhile, u stays within its
-//! limits, shaken or not, every answer can be read, and in the end it can be started, moved, tuned and recorded.
+//! Fuzz test (libFuzzer) of a [`Live`] drive. For any requests and encoder counts, u stays within its limits, with or
+//! without excitation, and every answer is valid. At the end the drive can be started, moved, tuned and recorded.
 //!
-//! The input is a script as in `target.rs`; an opcode may also let ticks pass, whose counts move, jump or do not come.
+//! The input is a script as in `target.rs`. An opcode may also run ticks, whose counts move, jump or are lost.
 
 #![no_main]
 
@@ -32,15 +32,15 @@ const BOUNDS: Bounds<1> = Bounds {
     brake_ticks: 130,
 };
 
-/// Rows of its memory.
+/// Rows of the record memory.
 const ROWS: usize = 40;
 
 thread_local! {
-    /// For one script after the other.
+    /// Memory that the scripts use one after the other.
     static MEMORY: Cell<Option<&'static mut [Row]>> = const { Cell::new(None) };
 }
 
-/// The interrupt, and an encoder that says what the script wants.
+/// Interrupt, with an encoder that follows the script.
 struct Chip {
     seat: Seat<Law, 1, 2>,
     count: i32,
@@ -54,14 +54,14 @@ impl Chip {
         let counts = [(!self.is_lost).then_some(self.count)];
         let is_to_change = self.seat.is_to_change();
         let output = if is_to_change { self.seat.change(counts, None) } else { self.seat.tick(counts, None) };
-        // Other limits than these are not loaded.
+        // Designs with other limits are not loaded.
         assert!(output.u.abs() <= LIMIT_A, "{output:?}");
     }
 }
 
 impl Machine<Law, 1, 2> for Chip {
     fn between<T>(&mut self, work: impl FnOnce(&mut Seat<Law, 1, 2>) -> T) -> T {
-        // A tick whenever there may be one.
+        // A tick runs at every opportunity.
         self.tick();
         work(&mut self.seat)
     }
@@ -118,7 +118,8 @@ fn words(design: &MotorDesign) -> Vec<u32> {
         .collect()
 }
 
-/// Where the limits of u stand among the words: these are left alone, so that the limits are known here.
+/// Returns the words of a design that hold the limits of u. The script does not change them, so that the limits are
+/// fixed.
 fn limits() -> std::ops::Range<usize> {
     let other = MotorDesign { limits: Limits::symmetric(1.0), ..DESIGN };
     let differ = |(at, (one, other)): (usize, (u32, u32))| (one != other).then_some(at);
@@ -191,7 +192,7 @@ fuzz_target!(|script: &[u8]| {
         }
     }
 
-    // What is half received is pushed out. The shaft stands still; the talk begins anew.
+    // A partially received frame is flushed. The shaft stands still, and the session begins again.
     (host.chip.step, host.chip.is_lost) = (0, false);
     for byte in [0; REQUEST_LEN] {
         host.live.receive(byte, &mut host.chip);
@@ -201,7 +202,8 @@ fuzz_target!(|script: &[u8]| {
     };
     host.sequence = identity.last_sequence;
     (0..2000).for_each(|_| host.chip.tick());
-    // A design may have been taken that stops at nothing; the good one sees that the shaft does not follow, and stops.
+    // The script may have loaded a design that stops at no alarm. The valid design detects that the shaft does not
+    // follow, and stops.
     host.send(&Request::Order(Order::Release), 1);
     host.load(&good);
     host.send(&Request::Order(Order::EndRecord), 1);

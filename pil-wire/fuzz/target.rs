@@ -1,8 +1,8 @@
-//! libFuzzer against a [`Target`]: no byte string makes it panic or hang, and whatever came before, the host can open a
+//! Fuzz test (libFuzzer) of a [`Target`]. No byte string makes it panic or hang. After any input the host can open a
 //! design and tick.
 //!
-//! The input is a script: an opcode, then what it needs. Raw bytes reach the receiver; whole frames with a right
-//! checksum, which no fuzzer would guess, reach what lies behind it.
+//! The input is a script: an opcode and its data. Raw bytes reach the receiver. Whole frames get a valid checksum,
+//! which a fuzzer cannot guess, and so reach the code behind the receiver.
 
 #![no_main]
 
@@ -24,7 +24,7 @@ const CONTROLLER: Controller2 = Controller2::linear(&Config {
     options: Options::NEUTRAL.with_limits(Limits::symmetric(300.0)).with_sigma_star_bound(1.0),
 });
 
-/// A drive, and what its monitors may see.
+/// Drive with the limits of its monitors.
 const DRIVE: Instance = Instance { n: 2, r: 3, mask: Instance::TWO_SETS, model: Model::Motor };
 const MOTOR: MotorDesign = {
     let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
@@ -46,7 +46,7 @@ struct Host {
 }
 
 impl Host {
-    /// Sends a request with a right checksum; an answer must be one that can be read.
+    /// Sends a request with a valid checksum. An answer must be valid.
     fn send(&mut self, request: &Request, step: i32) -> Option<Reply> {
         self.sequence = self.sequence.wrapping_add_signed(step);
         let frame = request.to_frame(self.sequence);
@@ -85,7 +85,7 @@ fuzz_target!(|script: &[u8]| {
     let mut script = script.iter().copied();
     while let Some(opcode) = script.next() {
         let mut word = || u32::from_le_bytes(core::array::from_fn(|_| script.next().unwrap_or(0)));
-        // Mostly the next request, now and then the same, an older or a later one.
+        // Mostly the next sequence number, sometimes the same, an older or a later one.
         let step = [1, 1, 1, 1, 1, 0, -1, 2][usize::from(opcode >> 5)];
         match opcode & 7 {
             0 => {
@@ -141,7 +141,7 @@ fuzz_target!(|script: &[u8]| {
         }
     }
 
-    // What is half received is pushed out. Then the talk begins anew, as a host would begin it.
+    // A partially received frame is flushed. Then the session begins again, as a host begins it.
     for byte in [0; REQUEST_LEN] {
         host.target.receive(byte);
     }

@@ -1,8 +1,8 @@
-//! Every drive that the image carries: motor and joint, all forms of both, with their monitors. A joint as a whole has
-//! three states per observer, one with an observer per encoder has four.
+//! All drives of the firmware: motor and joint in all forms, with their monitors. A joint that is designed as a whole
+//! has three states per observer. A joint with an observer per encoder has four.
 //!
-//! What a drive is told to do and what it has (gain sets, delay, states) are types; a request names them at run time,
-//! as it does the shapes of the other ticks.
+//! Control mode, gain sets, delay and states are types. A request selects them at run time, like the configurations of
+//! the other ticks.
 
 use controller_core::drive::{
     Bounds, CoupledDrive, DriveError, DriveLaw, Encoder, EncoderForm, Joined, JointDesign, JointDrive, Monitored,
@@ -13,27 +13,27 @@ use controller_core::{Health, Limits, Output, Running};
 use crate::frame::{Counts, Driven, Instance, Model, RETUNE_ERRORS, Reason, Refusal};
 use crate::{MAX_E, MAX_N};
 
-/// Most words that a drive is designed from.
+/// Largest number of words of a drive design.
 pub(crate) const MOST_DRIVE_WORDS: usize = 2 * (JointDesign::COUPLED_NUMBERS + Bounds::<2>::NUMBERS + 1);
-/// The feed-forward of a plan stays within this share of the limits.
+/// Largest feed-forward of a plan, as a share of the limits.
 const SHARE: f64 = 0.9;
-/// And its speed within this share of what an encoder can follow.
+/// Largest speed of a plan, as a share of the largest speed that an encoder can follow.
 const COUNTED: f64 = 0.8;
-/// No move is longer, s.
+/// Longest move, s.
 const LONGEST_S: f64 = 100.0;
 
-/// A target on the wire as a drive of its order has it.
+/// Narrows a target of the protocol to the order of a drive.
 fn narrowed<const N: usize>(target: &Target<f32, i32, MAX_N>) -> Target<f32, i32, N> {
     Target { turn: target.turn, jet: core::array::from_fn(|j| target.jet[j]) }
 }
 
-/// A drive that runs, with its monitors, and where its next tick begins.
+/// Running drive with its monitors, and the reference at the beginning of its next tick.
 pub(crate) struct Driving<L: Watched<E>, const E: usize, const N: usize> {
     running: Running<Monitored<L, E>>,
     begin: Target<f32, i32, N>,
 }
 
-/// What all drives have in common.
+/// Interface of all drives.
 pub(crate) trait Drive {
     fn begin(&mut self, target: Target<f32, i32, MAX_N>);
     fn tick(&mut self, counts: &Counts) -> Driven;
@@ -44,7 +44,7 @@ impl<L: Watched<E> + DriveLaw<E, N> + Clone, const E: usize, const N: usize> Dri
         Self { running: Running::new(law), begin: Target { turn: 0, jet: [0.0; N] } }
     }
 
-    /// NaN means that what was held was not told, and is what the law ignores.
+    /// NaN means that the held value was not reported. The controller ignores NaN.
     fn told(&mut self, counts: &Counts) -> L::Sample {
         self.running.report_applied(counts.applied);
         let end = narrowed(&counts.end);
@@ -65,7 +65,7 @@ impl<L: Watched<E> + DriveLaw<E, N> + Clone, const E: usize, const N: usize> Dri
         Driven { u, sigma, sigma_star, health, turn, estimates }
     }
 
-    /// If the design cannot take over nothing has changed, and nothing has ticked.
+    /// If the design cannot take over, nothing changes and no tick runs.
     fn retune(&mut self, law: Monitored<L, E>, counts: &Counts) -> Result<Driven, Refusal> {
         let before = (self.running.clone(), self.begin);
         let sample = self.told(counts);
@@ -91,25 +91,25 @@ impl<L: Watched<E> + DriveLaw<E, N> + Clone, const E: usize, const N: usize> Dri
     }
 }
 
-/// The numbers of a description, its bounds, and the alarms that stop it, of as many words as they have.
+/// Reads the numbers of a design, its bounds, and the alarms that stop it. The number of words must match.
 fn read<const L: usize, const E: usize>(words: &[u32]) -> Result<([f64; L], Bounds<E>, f64), Refusal> {
     let count = 2 * (L + Bounds::<E>::NUMBERS + 1);
     if words.len() != count {
         return Err(Refusal { reason: Reason::Count, target: count as u32, request: words.len() as u32 });
     }
     let mut numbers = words.chunks_exact(2).map(|pair| f64::from_bits(u64::from(pair[0]) | u64::from(pair[1]) << 32));
-    // As long as was just checked.
+    // The length was checked above.
     let mut next = || numbers.next().unwrap_or(f64::NAN);
     let design = core::array::from_fn(|_| next());
     let bounds = Bounds::from_numbers(core::iter::from_fn(|| Some(next())));
-    // Nothing is within a bound of 0 or NaN, and so nothing would run.
+    // A bound of 0 or NaN rejects every value, so nothing would run.
     if !bounds.to_numbers().into_iter().all(|bound| bound > 0.0) {
         return Err(Refusal::of(Reason::Coefficients));
     }
     Ok((design, bounds, next()))
 }
 
-/// Design and law of words, by how this drive is described and designed.
+/// Builds design and controller from words, with the layout and design function of this drive.
 fn made<D, L: Watched<E>, const NUMBERS: usize, const E: usize>(
     words: &[u32],
     described: impl Fn(&[f64; NUMBERS]) -> D,
@@ -125,41 +125,41 @@ fn made<D, L: Watched<E>, const NUMBERS: usize, const E: usize>(
     Ok((design, Monitored::new(law, &bounds).stopping_at(alarms)))
 }
 
-/// A drive whose design and plans can be changed while it runs: that of a motor or a joint that follows a position.
+/// Drive whose design and plans can change while it runs: a motor or a joint in position control.
 pub trait Tuned<const E: usize, const N: usize>: DriveLaw<E, N> + Watched<E> + Copy {
-    /// Its name on the wire.
+    /// Instance in the protocol.
     const INSTANCE: Instance;
-    /// What it is designed from.
+    /// Design parameters.
     type Design: Copy;
-    /// From any jet to rest.
+    /// Plan from any trajectory point to rest.
     type Plan: Reference<f32, N> + Clone;
 
-    /// Design and law of the words that a design is loaded as: some ten thousand operations of 64 bits.
+    /// Builds design and controller from the words of a loaded design. This takes some ten thousand 64-bit operations.
     ///
     /// # Errors
-    /// When they are too few or too many, or no design.
+    /// Fails if the number of words is wrong or they are not a valid design.
     fn read(words: &[u32]) -> Result<(Self::Design, Monitored<Self, E>), Refusal> {
         Self::read_as(words, false)
     }
 
-    /// The same; `at_rest` for a law that leaves no offset W when it takes over.
+    /// Builds design and controller from words. With `at_rest` the controller leaves no offset W when it takes over.
     ///
     /// # Errors
-    /// As above.
+    /// Fails like [`read`](Self::read).
     fn read_as(words: &[u32], at_rest: bool) -> Result<(Self::Design, Monitored<Self, E>), Refusal>;
 
-    /// Between what its current stays.
+    /// Returns the limits of the current, A.
     fn limits(design: &Self::Design) -> Limits;
 
-    /// At rest.
+    /// Returns a plan at rest.
     fn rest(goal: Rest<f32>) -> Self::Plan;
 
-    /// From where `present` is at this tick to rest at a goal, or where it can, in the fewest ticks of this range
-    /// that the limits allow; and in how many. 64 ticks of each duration that comes into question are tried: background
-    /// work.
+    /// Plans from `present` at this tick to rest at a goal, or at the nearest reachable position. It takes the fewest
+    /// ticks of this range within the limits, and returns the plan with its number of ticks. Each candidate duration is
+    /// checked at 64 ticks, so this is background work.
     ///
     /// # Errors
-    /// What is wrong with the goal, or too fast.
+    /// Fails if the goal is invalid or the move is too fast.
     fn plan(
         design: &Self::Design,
         present: &Self::Plan,
@@ -168,7 +168,7 @@ pub trait Tuned<const E: usize, const N: usize>: DriveLaw<E, N> + Watched<E> + C
         range: [u32; 2],
     ) -> Result<(Self::Plan, u32), Refusal>;
 
-    /// Ticks until a plan rests.
+    /// Returns the number of ticks until a plan rests.
     fn left(plan: &Self::Plan, tick: u32) -> u32;
 }
 
@@ -210,7 +210,7 @@ impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
     }
 }
 
-/// A drive of a joint, by how many states its observers have and how its design is read.
+/// Implements a drive of a joint, by the states of its observers and the parser of its design.
 macro_rules! tuned_joint {
     ($drive:ident, $states:literal, $described:ident) => {
         impl<const FAST: usize, const LATE: usize> Tuned<2, 4> for $drive<f32, Position, FAST, LATE> {
@@ -254,14 +254,14 @@ macro_rules! tuned_joint {
 tuned_joint!(JointDrive, 4, from_numbers);
 tuned_joint!(CoupledDrive, 3, from_coupled_numbers);
 
-/// A record in motion remembers two currents, and the form has one bit for the delay.
+/// A record in motion keeps two currents, and the form has one bit for the delay.
 const fn form(fast: usize, late: usize) -> u8 {
     assert!(late <= 1, "a drive on the wire has a delay of 0 or 1 tick");
     Instance::TWO_SETS * fast as u8 + Instance::LATE * late as u8
 }
 
-/// What a plan may ask of a drive: its current, and a speed that its counter can tell. The supply is not among the
-/// words of a design: a plan made here may ask for more speed than there is voltage for.
+/// Limits of a plan: the current, and the speed that a counter can resolve. The supply voltage is not in the words of a
+/// design. So a plan may need more speed than the voltage allows.
 struct Reach {
     period_s: f64,
     limits: Limits,
@@ -269,15 +269,15 @@ struct Reach {
 }
 
 impl Reach {
-    /// At the fastest the counts of a tick go over a share of half their counter: beyond the half nobody knows which
-    /// way it went.
+    /// At the largest speed the counts change per tick by a share of half the counter. Beyond half of it the direction
+    /// is ambiguous.
     fn of(period_s: f64, limits: Limits, encoders: &[Encoder]) -> Self {
         let half = |encoder: &Encoder| 0.5 * encoder.unit_rad() * encoder.counter() as f64;
         let fastest_rad_s = COUNTED * encoders.iter().map(half).fold(f64::INFINITY, f64::min) / period_s;
         Self { period_s, limits, fastest_rad_s }
     }
 
-    /// From a jet to rest.
+    /// Plans from a trajectory point to rest.
     fn plan<const M: usize, const J: usize>(
         &self,
         present: &Target<f32, i32, M>,
@@ -295,7 +295,7 @@ impl Reach {
         let to_go = |goal: &Rest<f64>| gap(&wide, &goal.at(start));
         let u_max = SHARE * if limits.max < -limits.min { limits.max } else { -limits.min };
         let longest = (LONGEST_S / period_s) as u32;
-        // A speed is held to its limit by the same measure.
+        // The speed is limited by the same measure.
         let asked = |jet: &[f64; J]| feed_forward(jet).abs().max(u_max * (jet[1] / fastest_rad_s).abs());
         let found = shortest(start, fewest.max(1), longest.max(1), u_max, asked, |ticks| {
             let (_, goal, ticks) = towards(ticks);
@@ -311,7 +311,7 @@ impl Reach {
     }
 }
 
-/// An enum of all drives.
+/// Defines an enum of all drives.
 macro_rules! drives {
     ($($name:ident:
         $model:ident $design:ident $described:ident
@@ -322,7 +322,7 @@ macro_rules! drives {
         }
 
         impl Drives {
-            /// The drive that is designed from these words, ready for its first counts.
+            /// Returns the drive that is designed from these words, ready for its first counts.
             pub(crate) fn load(instance: Instance, words: &[u32]) -> Result<Self, Refusal> {
                 match (instance.model, instance.r, instance.mask) {
                     $((Model::$model, $r, $form) => {
@@ -333,7 +333,7 @@ macro_rules! drives {
                 }
             }
 
-            /// The drive that is designed from these words takes over; it must be of the same form.
+            /// Switches to the drive that is designed from these words. It must have the same form.
             pub(crate) fn retune(
                 &mut self,
                 instance: Instance,
@@ -365,7 +365,7 @@ const fn none(instance: Instance) -> Refusal {
     Refusal { reason: Reason::Instance, target: 0, request: instance.word() }
 }
 
-// The form is 1 for two gain sets, 2 for a tick of delay, 4 for a speed.
+// The form has the bits 1 for two gain sets, 2 for a tick of delay, and 4 for speed control.
 drives! {
     MotorOne: Motor MotorDesign from_numbers MotorDrive<Position, 0, 0, 3>, 1 encoders, 3 states, form 0;
     MotorTwo: Motor MotorDesign from_numbers MotorDrive<Position, 1, 0, 3>, 1 encoders, 3 states, form 1;

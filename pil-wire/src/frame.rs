@@ -1,4 +1,4 @@
-//! Requests and replies as values, and as the bytes of the tables in the crate's page.
+//! Requests and replies as values, and as frames with the tables of the crate page.
 
 use controller_core::drive::{Rest, Target};
 use controller_core::{Health, MAX_R, RetuneError};
@@ -6,51 +6,51 @@ use controller_core::{Health, MAX_R, RetuneError};
 use crate::{CORE_VERSION, CRC, FAULT, LAYOUT_ID, LOAD, MARK, MAX_E, MAX_N, REPLY_LEN, REPLY_WORDS, REQUEST_LEN};
 use crate::{REQUEST_WORDS, VERSION};
 
-/// Second bytes of the marks.
+/// Second byte of the frame mark.
 pub(crate) const REQUEST_MARK: [u8; 2] = [MARK, 0xE5];
 pub(crate) const REPLY_MARK: [u8; 2] = [MARK, 0xE6];
 
-/// The nominal model of a tick.
+/// Nominal model of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Model {
-    /// a(x) linear, its row among the loaded numbers.
+    /// Linear a(x), with its row among the loaded numbers.
     Linear = 0,
-    /// Eq. (59), e^x by libm.
+    /// Model of Eq. (59), with e^x from libm.
     BenchmarkLibm = 1,
-    /// Eq. (59), e^x by micromath.
+    /// Model of Eq. (59), with e^x from micromath.
     BenchmarkMicromath = 2,
-    /// The drive of a motor: counts instead of a state.
+    /// Drive of a motor, which reads counts instead of a state.
     Motor = 3,
-    /// The drive of a joint.
+    /// Drive of a joint, which reads counts instead of a state.
     Joint = 4,
 }
 
-/// Which tick: a type of the controller, named at run time. Of a drive `r` is the number of states of its observers,
-/// and `mask` says what else it is: [`TWO_SETS`](Self::TWO_SETS), [`LATE`](Self::LATE), [`SPEED`](Self::SPEED).
+/// Type of a tick, selected at run time. For a drive `r` is the number of states of its observers. `mask` is its form:
+/// [`TWO_SETS`](Self::TWO_SETS), [`LATE`](Self::LATE), [`SPEED`](Self::SPEED).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Instance {
     /// Plant order N.
     pub n: u8,
-    /// Capacity R for observer orders.
+    /// Capacity R for the order of observers.
     pub r: u8,
-    /// Observed channels, bit i - 1 for channel i; of a drive its form.
+    /// Observed channels, bit i - 1 for channel i. For a drive its form.
     pub mask: u8,
-    /// The nominal model of the tick.
+    /// Nominal model of the tick.
     pub model: Model,
 }
 
 impl Instance {
-    /// A drive with a fast gain set.
+    /// Form bit of a drive with high gains.
     pub const TWO_SETS: u8 = 1;
-    /// A drive whose u is held one tick after it was computed.
+    /// Form bit of a drive whose u is held one tick after its computation.
     pub const LATE: u8 = 2;
-    /// A drive that follows a speed.
+    /// Form bit of a drive in speed control.
     pub const SPEED: u8 = 4;
 
-    /// The drive of a joint that is designed as a whole: three states per shaft, where one observer per encoder has
-    /// four.
+    /// Returns true for a joint that is designed as a whole. It has three states per shaft, and an observer per encoder
+    /// has four.
     pub const fn is_whole(self) -> bool {
         matches!(self.model, Model::Joint) && self.r == 3
     }
@@ -59,7 +59,7 @@ impl Instance {
         u32::from_le_bytes([self.n, self.r, self.mask, self.model as u8])
     }
 
-    /// Of the first word of Open; `None` if there is no such model.
+    /// Reads the first word of Open. `None` if the model does not exist.
     pub fn from_word(word: u32) -> Option<Self> {
         let [n, r, mask, model] = word.to_le_bytes();
         let model = match model {
@@ -74,154 +74,155 @@ impl Instance {
     }
 }
 
-/// What the host asks.
+/// Request of the host.
 #[derive(Clone, Copy, Debug)]
 pub enum Request {
-    /// Who are you?
+    /// Asks for the identity of the target.
     Identify,
-    /// A design is coming.
+    /// Announces a design.
     Open(Open),
-    /// Eight words of it.
+    /// Loads eight words of the design.
     Load {
-        /// Position of the first one.
+        /// Position of the first word.
         offset: u32,
-        /// The words; those beyond the design's end are not read.
+        /// Words of the design. Words beyond its end are ignored.
         words: [u32; LOAD],
     },
-    /// The design is complete: start with the next sample.
+    /// Starts the complete design with the next sample.
     Start,
-    /// Asks for one tick.
+    /// Runs one tick.
     Tick {
-        /// The sample; entries beyond the plant order are not read.
+        /// Sample. Entries beyond the plant order are ignored.
         x: [f32; MAX_N],
-        /// What the actuator held since the last tick; NaN if that was not told. Beyond 1e12 it is not taken either.
+        /// Value held by the actuator since the last tick. NaN if not reported. A value beyond 1e12 is ignored.
         applied: f32,
     },
-    /// Run into an undefined instruction: shows that the black box comes out.
+    /// Executes an undefined instruction, to test the output of the black box.
     Fault,
-    /// Where a drive should be at the beginning of its next tick, if that is not the end of the last one.
+    /// Sets the reference of a drive at the beginning of its next tick, if it differs from the end of the last tick.
     Begin(Target<f32, i32, MAX_N>),
-    /// Asks a drive for one tick.
+    /// Runs one tick of a drive.
     Drive(Counts),
-    /// The loaded design takes over from the one that runs, without a jump of u; then this tick.
+    /// Switches to the loaded design without a jump of u, and then runs this tick.
     Retune(Counts),
-    /// How is a drive that runs by itself?
+    /// Reads the status of a drive that ticks by its own interrupt.
     Observe,
-    /// Another plan for it, from where the present one leads.
+    /// Starts another plan, from the present plan on.
     Move {
-        /// Where it is to rest; `None` for the nearest place at which it can.
+        /// Rest position, or `None` for the nearest reachable position.
         goal: Option<Rest<f32>>,
-        /// Ticks that it takes; 0 for the fewest within the limits. A stop takes more where it must.
+        /// Number of ticks. 0 takes the fewest ticks within the limits. A stop takes more if necessary.
         ticks: u32,
     },
-    /// The loaded design takes over between two ticks of it.
+    /// Switches to the loaded design between two ticks.
     Swap {
-        /// Without an offset W, for a loop at rest under a model that was far off; u may jump.
+        /// Leaves no offset W, for a loop at rest under a wrong model. u may jump.
         at_rest: bool,
     },
-    /// What its axis is to do.
+    /// Sends an order to the axis.
     Order(Order),
-    /// A part of what its black box holds, or of the design that it is of.
+    /// Reads a part of the black box, or of its design.
     Recall(Part),
-    /// Something happens to the stand-in of a plant; the image of a board knows no such request.
+    /// Disturbs the simulated plant. The firmware of a board refuses this request.
     Disturb(Disturbance),
-    /// The next record: so many rows of so many ticks, and nothing that shakes.
+    /// Prepares the next record, without excitation.
     Prepare {
-        /// Rows.
+        /// Number of rows.
         rows: u32,
-        /// Ticks of a row.
+        /// Number of ticks per row.
         every: u32,
     },
-    /// What is on top of u in the ticks of these rows of it, A.
+    /// Sets the excitation that is added to u in the ticks of these rows, A.
     Shake {
-        /// The first row.
+        /// First row.
         offset: u32,
-        /// Currents; those beyond the last row are not read.
+        /// Currents, A. Currents beyond the last row are ignored.
         currents: [f32; LOAD],
     },
-    /// Another plant stands in; the image of a board knows no such request.
+    /// Replaces the simulated plant. The firmware of a board refuses this request.
     Plant(Plant),
 }
 
-/// A plant that stands in: link inertia (kg m²), link damping (N m s), weight (N m), stiffness (N m), motor inertia,
-/// motor damping, torque constant (N m/A), friction (N m), cogging (N m, 24 periods a turn). A motor has no link: its
-/// first four are not read.
+/// Simulated plant as nine numbers: link inertia (kg m²), link damping (N m s), weight (N m), stiffness (N m), motor
+/// inertia, motor damping, torque constant (N m/A), friction (N m), cogging (N m).
+///
+/// The cogging has 24 periods per revolution. A motor has no link and ignores the first four numbers.
 pub type Plant = [f32; REQUEST_WORDS];
 
-/// What the axis of a drive is to do.
+/// Order to the axis of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// The black box stops, as after an alarm.
+    /// Freezes the black box, as after an alarm.
     Freeze,
-    /// The black box goes on, with nothing in it.
+    /// Clears the black box and lets it record again.
     Release,
-    /// After a stop: the law starts anew, at rest where the counts are, and the black box goes on.
+    /// Restarts the controller after a stop, at rest at the present counts. The black box records again.
     Reset,
-    /// The record that was prepared begins.
+    /// Begins the prepared record.
     Record,
-    /// It ends.
+    /// Ends the record.
     EndRecord,
 }
 
 const ORDERS: [Order; 5] = [Order::Freeze, Order::Release, Order::Reset, Order::Record, Order::EndRecord];
 
-/// A part of a black box.
+/// Part of a black box or of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// Instance, count of words and hash of the design that runs; its fingerprint.
+    /// Instance, number of words and hash of the running design, and its fingerprint.
     Design,
-    /// Sixteen words of it, from this one on.
+    /// Sixteen words of the design, from this word on.
     DesignWords(u32),
-    /// Of the older half (0) or the newer (1): first tick, count of frames, count of words of the state (0: not
-    /// started), where its first tick begins (turn, r .. r''').
+    /// Older half (0) or newer half (1): first tick, number of frames, number of words of the state (0: not started),
+    /// and the reference at the beginning of its first tick (turn, r .. r''').
     Half(u32),
-    /// Sixteen words of its state, from this one on.
+    /// Sixteen words of the state of a half, from this word on.
     State(u32, u32),
-    /// One of its frames: [`Counts`] as in Drive, u, health.
+    /// Frame of a half: [`Counts`] as in Drive, u, health.
     Frame(u32, u32),
-    /// Of the record: how it is ([`Tracked`](crate::Tracked)).
+    /// Status of the record ([`Tracked`](crate::Tracked)).
     Track,
-    /// Five rows of it, from this one on.
+    /// Five rows of the record, from this row on.
     Rows(u32),
 }
 
-/// What happens to the stand-in of a plant.
+/// Disturbance of a simulated plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disturbance {
-    /// Which encoders stick.
+    /// Encoders that are frozen.
     pub stuck: [bool; MAX_E],
-    /// Which of them give no count.
+    /// Encoders that give no count.
     pub lost: [bool; MAX_E],
-    /// Torque against the load's side, N m.
+    /// Torque against the load side, N m.
     pub load_n_m: f32,
 }
 
 impl Disturbance {
-    /// Which encoders stick (bits 0, 1) and which give no count (bits 2, 3).
+    /// Returns the frozen encoders (bits 0, 1) and the encoders without a count (bits 2, 3).
     pub fn bits(&self) -> u32 {
         self.stuck.into_iter().chain(self.lost).zip(0..).fold(0, |bits, (is, bit)| bits | u32::from(is) << bit)
     }
 
-    /// Of these bits.
+    /// Reads these bits.
     fn from_bits(bits: u32, load_n_m: f32) -> Self {
         let [a, b, c, d] = [0, 1, 2, 3].map(|bit| bits >> bit & 1 == 1);
         Self { stuck: [a, b], lost: [c, d], load_n_m }
     }
 }
 
-/// What a drive is given for one tick. What its order does not need is not read.
+/// Input of a drive for one tick. Entries beyond its order are ignored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counts {
-    /// Counts of its encoders; `None` for one that is lost.
+    /// Count of each encoder. `None` for a lost count.
     pub counts: [Option<i32>; MAX_E],
-    /// Where it should be at the end of the tick in which u is held.
+    /// Reference at the end of the tick in which u is held.
     pub end: Target<f32, i32, MAX_N>,
-    /// What the actuator held since the last tick; NaN if that was not told.
+    /// Value held by the actuator since the last tick. NaN if not reported.
     pub applied: f32,
 }
 
 impl Counts {
-    /// As nine words: which are lost, counts, turn, r .. r''', u that was held.
+    /// Returns nine words: lost counts, counts, turn, r .. r''', and the held u.
     pub fn words(&self) -> [u32; REQUEST_WORDS] {
         let Self { counts: [a, b], end: Target { turn, jet: [r, v, w, z] }, applied } = *self;
         let lost = u32::from(a.is_none()) | u32::from(b.is_none()) << 1;
@@ -230,7 +231,7 @@ impl Counts {
         [lost, count(a), count(b), turn as u32, r, v, w, z, applied]
     }
 
-    /// Of these words.
+    /// Reads nine words.
     pub fn from_words([lost, a, b, turn, jet @ .., applied]: [u32; REQUEST_WORDS]) -> Self {
         Self {
             counts: [(lost & 1 == 0).then_some(a as i32), (lost & 2 == 0).then_some(b as i32)],
@@ -240,15 +241,15 @@ impl Counts {
     }
 }
 
-/// Announces a design.
+/// Announcement of a design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Open {
-    /// Shape and model of the tick that is meant.
+    /// Configuration and model of the tick.
     pub instance: Instance,
-    /// How many words will be loaded.
+    /// Number of words of the design.
     pub count: u32,
-    /// Their layout, [`LAYOUT_ID`].
+    /// Layout of the words, [`LAYOUT_ID`].
     pub layout: u32,
     /// Version of the controller that made the design, [`CORE_VERSION`].
     pub core_version: u32,
@@ -257,7 +258,7 @@ pub struct Open {
 }
 
 impl Open {
-    /// By this program.
+    /// Announces a design of this program.
     pub fn new(instance: Instance, words: &[u32]) -> Self {
         Self {
             instance,
@@ -269,133 +270,133 @@ impl Open {
     }
 }
 
-/// What the target answers.
+/// Reply of the target.
 #[derive(Clone, Copy, Debug)]
 pub enum Reply {
-    /// Who it is.
+    /// Identity of the target.
     Identity(Identity),
     /// Open, Load or Start is done.
     Done,
-    /// What the tick returned.
+    /// Output of a tick.
     Ticked(Ticked),
-    /// What the tick of a drive returned.
+    /// Output of the tick of a drive.
     Driven(Driven),
-    /// How a drive that runs by itself is.
+    /// Status of a drive that ticks by its own interrupt.
     Observed(Observed),
-    /// It has another plan.
+    /// The drive has another plan.
     Planned {
-        /// The tick at which that began.
+        /// First tick of the plan.
         start: u32,
-        /// Ticks from there to rest.
+        /// Number of ticks from there to rest.
         ticks: u32,
     },
-    /// It has another design.
+    /// The drive has another design.
     Swapped(Swapped),
-    /// A part of its black box.
+    /// Part of the black box or the record.
     Recalled([u32; REPLY_WORDS]),
-    /// The request was not carried out.
+    /// The request was refused.
     Refused(Refusal),
 }
 
-/// Who the target is. This reply has the same form in every version.
+/// Identity of a target. This reply has the same form in every version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// Version of the wire.
+    /// Version of the protocol.
     pub version: u8,
     /// Layout of its designs.
     pub layout: u32,
     /// Version of its controller.
     pub core_version: u32,
-    /// Sequence number of the last request that was new to it.
+    /// Sequence number of the last new request.
     pub last_sequence: u32,
 }
 
-/// Every output of a tick.
+/// All outputs of a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Ticked {
-    /// Control u.
+    /// Demanded control u.
     pub u: f32,
     /// Sliding variable σ.
     pub sigma: f32,
-    /// σ without its offset, σ*.
+    /// Sliding variable σ* without its offset.
     pub sigma_star: f32,
-    /// Health of the tick.
+    /// Status flags of the tick.
     pub health: Health,
-    /// d_hat, d_hat', d_hat'' of channels 1..4; zeros where there is nothing to estimate.
+    /// Estimates d_hat, d_hat', d_hat'' of channels 1..4. Zeros without an observer.
     pub estimates: [[f32; MAX_R]; MAX_N],
 }
 
-/// Every output of the tick of a drive.
+/// All outputs of a tick of a drive.
 #[derive(Clone, Copy, Debug)]
 pub struct Driven {
-    /// Control u.
+    /// Demanded current u, A.
     pub u: f32,
     /// Sliding variable σ.
     pub sigma: f32,
-    /// σ without its offset, σ*.
+    /// Sliding variable σ* without its offset.
     pub sigma_star: f32,
-    /// Health of the tick.
+    /// Status flags of the tick.
     pub health: Health,
-    /// Whole turns to which the positions are to be added.
+    /// Whole revolutions to add to the positions.
     pub turn: i32,
-    /// Position (rad), speed (rad/s), disturbance (rad/s²) and load (N m) of each shaft; zeros before the start and
-    /// where there is none.
+    /// Position (rad), speed (rad/s), disturbance (rad/s²) and load (N m) of each shaft. Zeros before the start and for
+    /// a missing shaft.
     pub estimates: [[f32; 4]; MAX_E],
 }
 
-/// A drive that runs by itself, between two ticks.
+/// Status between two ticks of a drive that ticks by its own interrupt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observed {
     /// Number of the coming tick.
     pub tick: u32,
-    /// Control u of the last one.
+    /// Current u of the last tick, A.
     pub u: f32,
-    /// σ* of the last one.
+    /// Sliding variable σ* of the last tick.
     pub sigma_star: f32,
-    /// Health of the last one.
+    /// Status flags of the last tick.
     pub health: Health,
-    /// Does its black box stand still?
+    /// True if the black box is frozen.
     pub frozen: bool,
-    /// Has its law started?
+    /// True if the controller has started.
     pub started: bool,
-    /// Is its plan still on the way?
+    /// True if the plan has not reached its goal.
     pub moving: bool,
-    /// Whole turns to which the positions are to be added.
+    /// Whole revolutions to add to the positions.
     pub turn: i32,
     /// Position (rad), speed (rad/s), disturbance (rad/s²) and load (N m) of each shaft, as in [`Driven`].
     pub estimates: [[f32; 4]; MAX_E],
-    /// Where it should be, rad from those turns.
+    /// Reference relative to these revolutions, rad.
     pub reference: f32,
-    /// The longest that its interrupt took, by its stopwatch.
+    /// Longest run of the interrupt, in units of its stopwatch.
     pub worst: u32,
-    /// Ticks that came late.
+    /// Number of late ticks.
     pub missed: u32,
 }
 
-/// A design that has taken over.
+/// Result of a switch to another design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swapped {
-    /// Its first tick.
+    /// First tick of the new design.
     pub tick: u32,
-    /// Ticks that went by while it was designed.
+    /// Ticks during the computation of the design.
     pub ticks: u32,
-    /// The same by the stopwatch of the target, interrupts included.
+    /// Time of the computation by the stopwatch of the target, interrupts included.
     pub time: u32,
-    /// u of the last tick before, and of the first one after.
+    /// u of the last tick before and of the first tick after the switch.
     pub u: [f32; 2],
-    /// Fingerprint of the law.
+    /// Fingerprint of the controller.
     pub fingerprint: u32,
 }
 
-/// Why a request was refused, with the two numbers that differ.
+/// Reason of a refused request, with the two numbers that differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Refusal {
-    /// What is wrong.
+    /// Reason of the refusal.
     pub reason: Reason,
-    /// What the target has.
+    /// Value of the target.
     pub target: u32,
-    /// What the request has.
+    /// Value of the request.
     pub request: u32,
 }
 
@@ -404,70 +405,70 @@ impl Refusal {
         Self { reason, target: 0, request: 0 }
     }
 
-    /// A request that this target does not carry out.
+    /// Refuses a request that this target does not support.
     pub(crate) fn of_kind(request: &Request) -> Self {
         Self { reason: Reason::Kind, target: 0, request: u32::from(request.to_frame(0)[3]) }
     }
 }
 
-/// What is wrong with a request.
+/// Reason of a refused request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Reason {
-    /// Another [`VERSION`] of the wire.
+    /// The host uses another [`VERSION`] of the protocol.
     Version = 1,
     /// The host has another [`LAYOUT_ID`].
     Layout,
     /// The host has another [`CORE_VERSION`].
     CoreVersion,
-    /// The image carries no such [`Instance`].
+    /// The firmware has no such [`Instance`].
     Instance,
-    /// Another count of numbers than the instance has.
+    /// The number of words differs from the instance.
     Count,
-    /// Another hash of the design than the loaded numbers have.
+    /// The hash differs from the hash of the loaded words.
     Design,
-    /// Numbers that no design has: not finite, limits reversed, a period of 0.
+    /// The numbers are not a valid design: not finite, limits reversed, or a period of 0.
     Coefficients,
-    /// Load, Start or Tick out of their order.
+    /// Load, Start or Tick out of order.
     NotOpen,
-    /// A sequence number from the future: the target has restarted.
+    /// A sequence number ahead of the target: the target has restarted.
     OutOfStep,
-    /// No such kind of request.
+    /// Unknown kind of request.
     Kind,
-    /// The loaded design cannot take over from the one that runs: why is one of [`RETUNE_ERRORS`], from 0.
+    /// The loaded design cannot take over from the running one. The target value is an index of [`RETUNE_ERRORS`].
     Retune,
-    /// A goal that is no number, or too far off.
+    /// The goal is not a number or is too far away.
     Goal,
-    /// A move that asks for more than the limits allow; the target says in how many ticks it would do (0: in none).
+    /// The move exceeds the limits. The target value is the number of ticks that would suffice (0: none).
     TooFast,
-    /// An alarm has stopped the drive: reset it first.
+    /// An alarm has stopped the drive. Reset it first.
     Stopped,
-    /// There is nothing to reset.
+    /// The drive has not stopped, so there is nothing to reset.
     NotStopped,
-    /// The black box goes on: freeze it first.
+    /// The black box is recording. Freeze it first.
     NotFrozen,
-    /// There is no such part, or the counts to start from are not there.
+    /// The part does not exist, or there are no counts to start from.
     Absent,
     /// The plan was not ready in time.
     Late,
-    /// A design for another period than that of the drive's timer; both in ns.
+    /// The design has another period than the timer of the drive. Both values are in ns.
     Period,
-    /// The black box stands still, and another design would empty it: release it or reset the drive first.
+    /// The black box is frozen, and another design would clear it. Release it or reset the drive first.
     Frozen,
-    /// A record is being made: end it first.
+    /// A record is in progress. End it first.
     Recording,
-    /// No record was prepared, or none was made.
+    /// No record was prepared or made.
     NotPrepared,
-    /// A current that is no number, or beyond the limits.
+    /// A current is not a number or exceeds the limits.
     Current,
-    /// At rest is what the drive is not.
+    /// The drive moves and must be at rest.
     Moving,
-    /// More rows than the memory has, or the record; or none, or rows of too many ticks.
+    /// The number of rows is 0 or exceeds the memory or the record, or a row has too many ticks.
     Rows,
 }
 
-/// Why a design cannot take over, in the order of the wire.
+/// Errors of a switch to another design, in the order of the protocol.
 pub const RETUNE_ERRORS: [RetuneError; 4] =
     [RetuneError::Sample, RetuneError::GainNearDecay, RetuneError::OffsetOutOfRange, RetuneError::OtherEncoder];
 
@@ -503,7 +504,7 @@ const IDENTIFY: u8 = 1;
 const IDENTITY: u8 = 129;
 
 impl Request {
-    /// The bytes of the frame.
+    /// Returns the bytes of the frame.
     pub fn to_frame(&self, sequence: u32) -> [u8; REQUEST_LEN] {
         let mut words = [0; REQUEST_WORDS];
         let kind = match *self {
@@ -589,10 +590,10 @@ impl Request {
         framed(REQUEST_MARK, kind, sequence, &words)
     }
 
-    /// Sequence number and request of a frame that a [`Receiver`](crate::Receiver) let through.
+    /// Parses a frame from a [`Receiver`](crate::Receiver). Returns the sequence number and the request.
     ///
     /// # Errors
-    /// What to answer to a request that cannot be read.
+    /// Returns the refusal that answers an invalid request.
     pub fn from_frame(frame: &[u8; REQUEST_LEN]) -> (u32, Result<Self, Refusal>) {
         let (version, kind, sequence) = head(frame);
         let words: [u32; REQUEST_WORDS] = words(frame);
@@ -640,7 +641,7 @@ impl Request {
 }
 
 impl Reply {
-    /// The bytes of the frame.
+    /// Returns the bytes of the frame.
     pub fn to_frame(&self, sequence: u32) -> [u8; REPLY_LEN] {
         let mut words = [0; REPLY_WORDS];
         let kind = match *self {
@@ -696,8 +697,8 @@ impl Reply {
         framed(REPLY_MARK, kind, sequence, &words)
     }
 
-    /// Sequence number and reply of a frame that a [`Receiver`](crate::Receiver) let through; `None` for the reply if
-    /// it cannot be read.
+    /// Parses a frame from a [`Receiver`](crate::Receiver). Returns the sequence number and the reply, or `None` for an
+    /// invalid reply.
     pub fn from_frame(frame: &[u8; REPLY_LEN]) -> (u32, Option<Self>) {
         let (version, kind, sequence) = head(frame);
         let words: [u32; REPLY_WORDS] = words(frame);
@@ -775,13 +776,13 @@ fn framed<const LEN: usize>(mark: [u8; 2], kind: u8, sequence: u32, words: &[u32
     frame
 }
 
-/// Do mark and checksum hold?
+/// Returns true if mark and checksum are valid.
 pub(crate) fn is_whole<const LEN: usize>(frame: &[u8; LEN], mark: [u8; 2]) -> bool {
     let (body, check) = frame.split_at(LEN - 4);
     body.starts_with(&mark) && CRC.checksum(body).to_le_bytes() == *check
 }
 
-/// Version, kind and sequence number.
+/// Returns version, kind and sequence number.
 fn head<const LEN: usize>(frame: &[u8; LEN]) -> (u8, u8, u32) {
     let [sequence]: [u32; 1] = words_from(&frame[4..8]);
     (frame[2], frame[3], sequence)

@@ -1,25 +1,26 @@
-//! A drive that runs by itself, at the end of the wire: observed, moved, given another design while it goes on.
+//! Target side of a drive that ticks by its own interrupt and is observed, moved and re-tuned while it runs.
 //!
 //! ```text
-//! interrupt:   Seat::tick; Seat::change where a law starts or waits    never waits for anyone
+//! interrupt:   Seat::tick; Seat::change where a law starts or waits    never blocks
 //! background:  Live::receive: a byte in, a reply out                   designs and plans, in 64 bits
 //! ```
 //!
-//! The two meet in a [`Seat`], which the interrupt has whenever it comes: the background reaches it through
-//! [`Machine::between`], for some hundred cycles at a time. What takes long is done outside: a design is made and a
-//! plan is tried while the interrupt goes on, and then handed over whole. What is refused has changed nothing.
+//! Interrupt and background share a [`Seat`], which the interrupt can use at any time. The background accesses it
+//! through [`Machine::between`], for some hundred cycles at a time. Long work is done outside: a design or a plan is
+//! computed while the interrupt goes on, and is then handed over whole. A refused request changes nothing.
 //!
-//! * **Move**: the join begins at a tick that is still to come, where the present plan is then, whatever the shaft
-//!   does. Its feed-forward must stay within 0.9 of the limits, its speed within 0.8 of what an encoder can follow.
-//! * **Swap**: the new law takes over with the counts of the very tick, so that u does not jump. That tick takes some
-//!   three times as long as others; it has a function of its own ([`Seat::change`]), so that another interrupt can do
-//!   it.
-//! * **Reset**: after an alarm has stopped the drive; the plan is then to rest where the counts are.
-//! * **Record**: counts and current of some seconds in a memory that the main program gives, and what shakes the drive
-//!   meanwhile ([`Tracked`]). It has its ticks in [`Seat::change`] too.
-//! * **Recall**: the black box, as soon as it stands still; the record, as soon as it has ended.
+//! * **Move**: the transition begins at a future tick, at the reference of the present plan at that tick, independent
+//!   of the shaft. Its feed-forward must stay within 0.9 of the limits, and its speed within 0.8 of the speed that an
+//!   encoder can follow.
+//! * **Swap**: the new controller takes over with the counts of the same tick, so that u does not jump. That tick takes
+//!   some three times as long as others. It has a separate function ([`Seat::change`]), so that another interrupt can
+//!   run it.
+//! * **Reset**: after an alarm has stopped the drive. The plan is then rest at the present counts.
+//! * **Record**: counts and current of some seconds in a memory of the main program, with an optional excitation
+//!   ([`Tracked`]). Its ticks also run in [`Seat::change`].
+//! * **Recall**: reads the black box once it is frozen, and the record once it has ended.
 //!
-//! All of it runs in the tests without a chip.
+//! The tests run all of this without a chip.
 
 use controller_core::drive::{Axis, DriveEstimates, DriveLaw, Frame, Monitored, Reference, Rest, Stretch, Target};
 use controller_core::{ControlLaw, Health, Output, RetuneError, Words};
@@ -33,38 +34,38 @@ use crate::target::Event;
 use crate::track::{Row, Shelf, Track};
 use crate::{MAX_E, MAX_N, REPLY_LEN, REPLY_WORDS};
 
-/// Ticks of one half of the black box: at least so many stand before an alarm.
+/// Ticks of one half of the black box, and the smallest number of ticks kept before an alarm.
 pub const REMEMBERED: usize = 256;
-/// A plan begins so long after the request, s; if it is not ready then, twice as late or more, so often.
+/// Time from a request to the beginning of its plan, s. A late plan is tried again with at least twice the time.
 const AHEAD_S: f64 = 0.01;
 const ATTEMPTS: u32 = 8;
-/// No goal is further from angle 0, turns: a join in 32 bits is exact to 4e-7 of its way.
+/// Largest distance of a goal from angle 0, revolutions. A transition in 32 bits is exact to 4e-7 of its travel.
 const FURTHEST_TURNS: u32 = 10_000;
 
 type Black<L, const E: usize, const N: usize> = Stretch<<Monitored<L, E> as ControlLaw>::State, E, N, REMEMBERED>;
 
-/// What interrupt and background share.
+/// State that interrupt and background share.
 pub struct Seat<L: Tuned<E, N>, const E: usize, const N: usize> {
     axis: Axis<Monitored<L, E>, L::Plan, E, N, REMEMBERED>,
     counts: [Option<i32>; E],
     newest: Output<f32>,
-    /// A law that waits for its first tick, and what came of it: u before, u after.
+    /// Controller that waits for its first tick, and the result of the last switch: u before, u after.
     next: Option<Monitored<L, E>>,
     changed: Option<Result<[f32; 2], RetuneError>>,
-    /// A record that is being made, or has ended.
+    /// Record that is in progress or has ended.
     track: Option<Track>,
-    /// Is there a law that waits, or a record that goes on?
+    /// True if a controller waits or a record is in progress.
     waits: bool,
-    /// Nobody wants what the black box has, though an alarm that lasts may have stopped it again.
+    /// True if the black box was released. A persisting alarm may have frozen it again.
     let_go: bool,
-    /// The longest that the interrupt took, and ticks that came late: the interrupt's to tell.
+    /// Longest run of the interrupt and number of late ticks, written by the interrupt.
     pub worst: u32,
-    /// See [`worst`](Self::worst).
+    /// Number of late ticks, see [`worst`](Self::worst).
     pub missed: u32,
 }
 
 impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
-    /// Waits for its first counts, at rest at angle 0.
+    /// Returns a seat that waits for its first counts, at rest at angle 0.
     pub fn new(law: Monitored<L, E>) -> Self {
         Self {
             axis: Axis::new(law, L::rest(Rest { turn: 0, angle: 0.0 })),
@@ -80,7 +81,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         }
     }
 
-    /// One tick of a law that has started, as [`Axis::go_on`].
+    /// Runs one tick of a started controller, as [`Axis::go_on`].
     #[inline(always)]
     pub fn tick(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         self.counts = counts;
@@ -88,21 +89,21 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         self.newest
     }
 
-    /// Is the coming tick the first of a law, or one that is recorded? Then it is [`change`](Self::change).
+    /// Returns true if the coming tick starts a controller or is recorded. It then needs [`change`](Self::change).
     #[inline(always)]
     pub const fn is_to_change(&self) -> bool {
         self.waits || !self.axis.running().is_started()
     }
 
-    /// A tick in which a law starts, or the one that waits takes over, if it can (else it is one of the old law), or
-    /// that is recorded: then u is what is to be held, with what shakes.
+    /// Runs a tick that starts or switches the controller or is recorded. If the switch is impossible, the old
+    /// controller ticks. In a recorded tick u includes the excitation and must be held.
     #[inline(never)]
     pub fn change(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         let before = self.newest.u;
-        // Whoever knows better what was held says so.
+        // A value from the caller has priority over the value of the record.
         let held = self.track.as_ref().filter(|track| track.is.goes_on).map(|track| track.held(L::LATE));
         let applied = applied.or(held);
-        // An alarm may have come up since the request was looked at.
+        // An alarm may have occurred since the request was checked.
         let next = self.next.take().filter(|_| !self.keeps());
         let retuned = next.map(|law| self.axis.retune(law, counts));
         self.counts = counts;
@@ -119,29 +120,29 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         self.newest
     }
 
-    /// Is a record being made?
+    /// Returns true if a record is in progress.
     fn is_recording(&self) -> bool {
         self.track.as_ref().is_some_and(|track| track.is.goes_on)
     }
 
-    /// Is there a black box that stands still, and that a change of the design would begin anew?
+    /// Returns true if the black box is frozen and a new design would clear it.
     const fn keeps(&self) -> bool {
         self.axis.is_frozen() && !self.let_go
     }
 
-    /// The black box stands still, and somebody wants what it has.
+    /// Freezes the black box for reading.
     fn freeze(&mut self) {
         self.axis.freeze();
         self.let_go = false;
     }
 
-    /// It goes on; nobody wants what it has, nor what stops it next while the alarm lasts.
+    /// Releases the black box. It is then not kept if a persisting alarm freezes it again.
     fn release(&mut self) {
         self.axis.release();
         self.let_go = true;
     }
 
-    /// All but law and plan begins anew.
+    /// Resets everything except controller and plan.
     fn reset(&mut self) {
         if let Some(track) = &mut self.track {
             track.end();
@@ -150,46 +151,46 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         self.let_go = false;
     }
 
-    /// What the last tick gave.
+    /// Returns the output of the last tick.
     pub const fn newest(&self) -> &Output<f32> {
         &self.newest
     }
 
-    /// Law, plan and black box.
+    /// Returns the axis: controller, plan and black box.
     pub const fn axis(&self) -> &Axis<Monitored<L, E>, L::Plan, E, N, REMEMBERED> {
         &self.axis
     }
 }
 
-/// Where the axis is, seen from the background.
+/// Access of the background to the axis.
 pub trait Machine<L: Tuned<E, N>, const E: usize, const N: usize> {
-    /// Between two ticks, as short as `work` is.
+    /// Runs `work` between two ticks. `work` must be short.
     fn between<T>(&mut self, work: impl FnOnce(&mut Seat<L, E, N>) -> T) -> T;
 
-    /// Until the next tick has been, or longer.
+    /// Waits until the next tick has run, or longer.
     fn wait(&mut self);
 
-    /// A stopwatch.
+    /// Returns the time of a stopwatch, in units of the target.
     fn now(&self) -> u32 {
         0
     }
 
-    /// Does it to the stand-in of a plant; `false` where there is none, as on a board.
+    /// Disturbs the simulated plant. Returns `false` without one, as on a board.
     fn disturb(&mut self, _: &Disturbance) -> bool {
         false
     }
 
-    /// Puts another plant in its place; `false` where there is none, as on a board.
+    /// Replaces the simulated plant. Returns `false` without one, as on a board.
     fn replace(&mut self, _: &Plant) -> bool {
         false
     }
 }
 
-/// The background's side of a drive that runs by itself.
+/// Background side of a drive that ticks by its own interrupt.
 pub struct Live<L: Tuned<E, N>, const E: usize, const N: usize> {
     session: Session,
     loading: Loading<MOST_DRIVE_WORDS>,
-    /// What runs: design, its words, their hash, and fingerprint of its law.
+    /// Running design with its words, their hash, and the fingerprint of its controller.
     design: L::Design,
     period_s: f64,
     words: [u32; MOST_DRIVE_WORDS],
@@ -200,10 +201,11 @@ pub struct Live<L: Tuned<E, N>, const E: usize, const N: usize> {
 }
 
 impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
-    /// Of what a drive is designed from, as words ([`controller_core::drive::LAYOUT`]); and the law to begin with.
+    /// Builds the drive from the words of its design ([`controller_core::drive::LAYOUT`]). Returns it with its first
+    /// controller.
     ///
     /// # Errors
-    /// Those of [`Tuned::read`].
+    /// Fails like [`Tuned::read`].
     pub fn new(design: impl IntoIterator<Item = u32>) -> Result<(Self, Monitored<L, E>), Refusal> {
         let (mut words, mut count) = ([0; MOST_DRIVE_WORDS], 0);
         for (slot, word) in words.iter_mut().zip(design) {
@@ -225,30 +227,31 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
         Ok((live, law))
     }
 
-    /// The same, with a memory for records: as many rows as it has.
+    /// Adds a memory for records. Its length is the largest number of rows.
     #[must_use]
     pub fn recording_in(mut self, rows: &'static mut [Row]) -> Self {
         self.shelf = Shelf::of(rows);
         self
     }
 
-    /// That memory again, when no record is being made in it.
+    /// Returns the memory, unless a record is in progress.
     pub fn into_rows(self) -> Option<&'static mut [Row]> {
         self.shelf.into_rows()
     }
 
-    /// What to send before the first request.
+    /// Returns the frame to send before the first request.
     pub fn hello(&self) -> [u8; REPLY_LEN] {
         Reply::Identity(self.session.identity()).to_frame(0)
     }
 
-    /// What happened since the last call that is worth a line in a log.
+    /// Returns the event since the last call, for a log.
     pub const fn take_event(&mut self) -> Option<Event> {
         self.event.take()
     }
 
-    /// One byte from the host; what to send back, if it completes a request that is answered. Returns when it has been
-    /// carried out, which may take seconds: bytes that come meanwhile are kept by the caller, or lost and repeated.
+    /// Processes one byte from the host. Returns the reply if the byte completes a request. The call may take seconds,
+    /// because the request is executed first. The caller must buffer the bytes that arrive meanwhile. A lost request is
+    /// repeated by the host.
     pub fn receive(&mut self, byte: u8, machine: &mut impl Machine<L, E, N>) -> Option<[u8; REPLY_LEN]> {
         match self.session.hear(byte)? {
             Heard::Answer(frame) => Some(frame),
@@ -301,13 +304,13 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
         ticks: u32,
         machine: &mut impl Machine<L, E, N>,
     ) -> Result<Reply, Refusal> {
-        // A NaN is within no bound.
+        // Comparisons with NaN are false.
         let is_near = |goal: Rest<f32>| goal.turn.unsigned_abs() <= FURTHEST_TURNS && goal.angle.abs() <= 10.0;
         if !goal.is_none_or(is_near) {
             return Err(Refusal::of(Reason::Goal));
         }
         let mut ahead = (AHEAD_S / self.period_s) as u32 + 2;
-        // What was found is where the next search begins: it is over at once.
+        // The next search begins at this result and ends at once.
         let mut fewest = ticks;
         for _ in 0..ATTEMPTS {
             let (tick, present, health) =
@@ -365,7 +368,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
         if open.instance != L::INSTANCE {
             return Err(Refusal { reason: Reason::Instance, target: 0, request: open.instance.word() });
         }
-        // Nothing but the timer of the chip knows how often it ticks.
+        // Only the timer of the chip has the true period.
         agree(Reason::Period, nanoseconds(self.period_s), nanoseconds(number(words)))?;
         let (keeps, is_recording, is_moving) = machine.between(|seat| {
             (seat.keeps(), seat.is_recording(), L::left(seat.axis.plan(), seat.axis.tick_number()) > 0)
@@ -440,7 +443,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
     }
 }
 
-/// The first number of a design: its period, s.
+/// Returns the first number of a design: its period, s.
 fn number(words: &[u32]) -> f64 {
     let [low, high] = [0, 1].map(|i| words.get(i).copied().map_or(0, u64::from));
     f64::from_bits(low | high << 32)
@@ -450,7 +453,7 @@ fn nanoseconds(period_s: f64) -> u32 {
     (period_s * 1e9 + 0.5) as u32
 }
 
-/// Waits for something that the interrupt does.
+/// Waits for an action of the interrupt.
 fn until<L: Tuned<E, N>, const E: usize, const N: usize>(
     machine: &mut impl Machine<L, E, N>,
     is_done: impl Fn(&Seat<L, E, N>) -> bool,
@@ -492,11 +495,11 @@ fn observed<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl M
     Reply::Observed(observed)
 }
 
-/// A drive that has stopped starts again, at rest where its counts are.
+/// Restarts a stopped drive, at rest at its present counts.
 fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl Machine<L, E, N>) -> Result<(), Refusal> {
     let (law, counts, health, tick) = machine
         .between(|seat| (*seat.axis.running().design(), seat.counts, seat.newest.health, seat.axis.tick_number()));
-    // One that rejects everything and stops at nothing has no other way back.
+    // A drive that rejects every sample and stops at no alarm has no other way back.
     if !health.intersects(Health::STOPPED | Health::INPUT_REJECTED) {
         return Err(Refusal::of(Reason::NotStopped));
     }
@@ -504,7 +507,7 @@ fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl Mach
     let state = law.start(&<Monitored<L, E> as DriveLaw<E, N>>::sample(counts, &still, &still));
     let state = state.ok_or(Refusal::of(Reason::Absent))?;
     let DriveEstimates { turn, position, .. } = law.estimates(&state);
-    // The plan is there before the law is: its first tick sees no jump from the old one.
+    // The plan is set before the controller, so its first tick sees no jump from the old plan.
     let start = machine.between(|seat| {
         let start = seat.axis.tick_number().wrapping_add(2);
         seat.axis.play_at(start, L::rest(Rest { turn, angle: position[0] }));
@@ -515,7 +518,7 @@ fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl Mach
     Ok(())
 }
 
-/// As the wire has it.
+/// Returns a frame as protocol words.
 fn framed<const E: usize, const N: usize>(frame: &Frame<E, N>) -> impl Iterator<Item = u32> {
     let Frame { counts, end, applied, u, health } = *frame;
     let end = Target { turn: end.turn, jet: core::array::from_fn(|j| end.jet.get(j).copied().unwrap_or(0.0)) };
@@ -523,7 +526,7 @@ fn framed<const E: usize, const N: usize>(frame: &Frame<E, N>) -> impl Iterator<
     counts.words().into_iter().chain([u.to_bits(), u32::from(health.bits())])
 }
 
-/// The first sixteen.
+/// Returns the first sixteen words.
 fn filled(from: impl IntoIterator<Item = u32>) -> [u32; REPLY_WORDS] {
     let mut words = [0; REPLY_WORDS];
     for (to, word) in words.iter_mut().zip(from) {

@@ -1,8 +1,8 @@
-//! Every tick that the image carries: all shapes of plant orders 2 to 4 that Eq. (44) allows, and the nonlinear a(x) of
-//! Eq. (59) with either exponential.
+//! All ticks of the firmware: every configuration of plant orders 2 to 4 that Eq. (44) allows, and the nonlinear a(x)
+//! of Eq. (59) with either exponential.
 //!
-//! Orders and channels are types of the controller; a request names them at run time. So there is an enum for
-//! each model with a variant for each shape, and no allocation.
+//! Orders and channels are types of the controller. A request selects them at run time. So there is an enum per model
+//! with a variant per configuration, without allocation.
 
 use controller_core::{
     Benchmark, Coefficients, Controller, Guessing, Libm, Linear, MAX_R, Micromath, NominalModel, Output, Running,
@@ -16,7 +16,7 @@ use crate::frame::{Instance, Model, Reason, Refusal};
 type Carried<M, const N: usize, const R: usize, const MASK: u8, const O: usize> =
     Running<Guessing<Controller<f32, M, N, R, MASK, O>>>;
 
-/// What all of them have in common.
+/// Interface of all ticks.
 pub(crate) trait Tick {
     fn tick(&mut self, x: &[f32; MAX_N], applied: f32) -> (Output<f32>, [[f32; MAX_R]; MAX_N]);
 }
@@ -25,7 +25,7 @@ impl<M: NominalModel<f32, N>, const N: usize, const R: usize, const MASK: u8, co
     for Carried<M, N, R, MASK, O>
 {
     fn tick(&mut self, x: &[f32; MAX_N], applied: f32) -> (Output<f32>, [[f32; MAX_R]; MAX_N]) {
-        // NaN means that it was not told, and is what the controller ignores.
+        // NaN means that the held value was not reported. The controller ignores NaN.
         self.report_applied(applied);
         let output = Running::tick(self, &core::array::from_fn(|i| x[i]));
         let mut estimates = [[0.0; MAX_R]; MAX_N];
@@ -36,7 +36,7 @@ impl<M: NominalModel<f32, N>, const N: usize, const R: usize, const MASK: u8, co
     }
 }
 
-/// Takes a design apart: estimates, row of a linear model, coefficients.
+/// Splits a design into estimates, row of a linear model and coefficients.
 fn load<M, const N: usize, const R: usize, const MASK: u8, const O: usize>(
     words: &[u32],
     model: fn([f32; N]) -> M,
@@ -48,7 +48,7 @@ where
     if words.len() != count {
         return Err(Refusal { reason: Reason::Count, target: count as u32, request: words.len() as u32 });
     }
-    // As long as was just checked.
+    // The length was checked above.
     let mut left = words.iter().copied().map(f32::from_bits);
     let mut next = || left.next().unwrap_or(f32::NAN);
     let guess = core::array::from_fn(|_| next());
@@ -57,7 +57,7 @@ where
     Ok(Running::guessing(Controller::from_parts(coefficients, model(row)), guess))
 }
 
-/// An enum of all shapes of one model.
+/// Defines an enum of all configurations of one model.
 macro_rules! carried {
     ($any:ident: $model:ident, $make:expr; $($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
         #[allow(non_camel_case_types)]
@@ -99,7 +99,7 @@ shapes!(wire => linears);
 shapes!(planar => libms);
 shapes!(planar => micromaths);
 
-/// The tick that a design asked for.
+/// Tick of the loaded design.
 #[allow(clippy::large_enum_variant, reason = "one of them lies in a static, and nothing is allocated")]
 pub(crate) enum Loaded {
     Linear(Linears),
@@ -109,7 +109,7 @@ pub(crate) enum Loaded {
 }
 
 impl Loaded {
-    /// The instance with a design of these words, ready for its first sample.
+    /// Returns the instance with the design of these words, ready for its first sample.
     pub(crate) fn load(instance: Instance, words: &[u32]) -> Result<Self, Refusal> {
         match instance.model {
             Model::Linear => Linears::load(instance, words).map(Self::Linear),
@@ -119,7 +119,7 @@ impl Loaded {
         }
     }
 
-    /// The tick on a state; `None` if it is a drive.
+    /// Returns the tick on a state, or `None` for a drive.
     pub(crate) fn law(&mut self) -> Option<&mut dyn Tick> {
         match self {
             Self::Linear(any) => Some(any.get()),
@@ -129,7 +129,7 @@ impl Loaded {
         }
     }
 
-    /// The drive, if it is one.
+    /// Returns the drive, or `None` for a tick on a state.
     pub(crate) fn drive(&mut self) -> Option<&mut Drives> {
         if let Self::Drive(drive) = self { Some(drive) } else { None }
     }

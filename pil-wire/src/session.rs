@@ -1,26 +1,26 @@
-//! What every target does with bytes: whole frames, repeats from memory, a design word by word.
+//! Byte processing of every target: whole frames, repeats from memory, and a design word by word.
 
 use crate::frame::{Identity, Open, Reason, Refusal, Reply, Request};
 use crate::receiver::Receiver;
 use crate::{CORE_VERSION, LAYOUT_ID, LOAD, REPLY_LEN, REQUEST_LEN, VERSION};
 
-/// What a byte has completed.
+/// Result of a completed frame.
 pub(crate) enum Heard {
-    /// A question that is answered without a change, or a repeat: the answer.
+    /// Query without side effects, or a repeat: the answer.
     Answer([u8; REPLY_LEN]),
-    /// A request that nobody may make now: why, and the answer.
+    /// Request that is not allowed now: the reason and the answer.
     Refused(Refusal, [u8; REPLY_LEN]),
-    /// A new request, to be carried out and [answered](Session::answer).
+    /// New request, to be executed and [answered](Session::answer).
     New(Result<Request, Refusal>),
 }
 
-/// One request, one reply; a request is carried out once, however often it comes.
+/// Request-reply session. A request is executed once, even if it is repeated.
 pub(crate) struct Session {
     receiver: Receiver<REQUEST_LEN>,
-    /// Sequence number of the last new request, and its checksum: another program may count as this one does.
+    /// Sequence number and checksum of the last new request. Another program may use the same number.
     last: u32,
     checksum: [u8; 4],
-    /// The reply to it.
+    /// Reply to this request.
     reply: Option<[u8; REPLY_LEN]>,
 }
 
@@ -33,7 +33,7 @@ impl Session {
         Identity { version: VERSION, layout: LAYOUT_ID, core_version: CORE_VERSION, last_sequence: self.last }
     }
 
-    /// One byte from the host.
+    /// Processes one byte from the host.
     pub(crate) fn hear(&mut self, byte: u8) -> Option<Heard> {
         let frame = self.receiver.push(byte)?;
         let (sequence, request) = Request::from_frame(&frame);
@@ -42,7 +42,7 @@ impl Session {
         }
         let [.., a, b, c, d] = frame;
         let is_the_last = self.checksum == [a, b, c, d];
-        // How far it is ahead of the last one, on the circle of sequence numbers.
+        // Distance from the last number, on the circle of sequence numbers.
         match sequence.wrapping_sub(self.last) as i32 {
             ..0 => None,
             0 if is_the_last || self.reply.is_none() => self.reply.map(Heard::Answer),
@@ -57,7 +57,7 @@ impl Session {
         }
     }
 
-    /// The reply to the new request.
+    /// Builds and stores the reply to the new request.
     pub(crate) fn answer(&mut self, reply: &Reply) -> [u8; REPLY_LEN] {
         let frame = reply.to_frame(self.last);
         self.reply = Some(frame);
@@ -65,7 +65,7 @@ impl Session {
     }
 }
 
-/// A design on its way, of at most so many words.
+/// Design that is being loaded, of at most `MOST` words.
 pub(crate) struct Loading<const MOST: usize> {
     open: Option<Open>,
     words: [u32; MOST],
@@ -94,16 +94,16 @@ impl<const MOST: usize> Loading<MOST> {
         Ok(())
     }
 
-    /// The design that has been loaded, and its words.
+    /// Returns the loaded design and its words.
     pub(crate) fn loaded(&self) -> Result<(Open, &[u32]), Refusal> {
         let open = self.open.ok_or(NOT_OPEN)?;
-        // `open` saw to it that they fit.
+        // `open` checked that they fit.
         let words = &self.words[..(open.count as usize).min(MOST)];
         agree(Reason::Design, crate::design_hash(open.instance, words), open.design)?;
         Ok((open, words))
     }
 
-    /// It has been taken.
+    /// Ends the loading after the design was taken.
     pub(crate) const fn close(&mut self) {
         self.open = None;
     }

@@ -1,5 +1,5 @@
-//! The target's side of the talk: bytes in, replies out. The firmware adds a serial port and nothing else, so that all
-//! of it can be tested, and fuzzed, without a chip.
+//! Target side of the protocol: bytes in, replies out. The firmware adds only a serial port, so tests and fuzzers need
+//! no chip.
 
 use controller_core::{Coefficients, History, MAX_R, Output, Record};
 
@@ -9,26 +9,26 @@ use crate::running::Loaded;
 use crate::session::{Heard, Loading, NOT_OPEN, Session};
 use crate::{MAX_N, REPLY_LEN};
 
-/// Most words that a design has: n = 4, r = 3, four channels observed, or what the drive of a joint is designed from.
+/// Largest number of words of a design: n = 4, r = 3 with four observed channels, or the drive of a joint.
 const MOST_WORDS: usize = {
     let law = 2 * MAX_N + Coefficients::<f32, MAX_N, MAX_R, MAX_N>::NUMBERS;
     if law > MOST_DRIVE_WORDS { law } else { MOST_DRIVE_WORDS }
 };
-/// Ticks that the black box remembers.
+/// Number of ticks in the black box.
 const REMEMBERED: usize = 16;
 
-/// What happened, for the log of the firmware.
+/// Event for the log of the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// A design was started.
     Started(Open),
     /// A request was refused.
     Refused(Refusal),
-    /// The host asks for a fault: run into an undefined instruction.
+    /// The host requests a fault: execute an undefined instruction.
     FaultAsked,
 }
 
-/// A target: receiver, controller, black box.
+/// Target with receiver, controller and black box.
 pub struct Target {
     session: Session,
     loading: Loading<MOST_WORDS>,
@@ -39,7 +39,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// Just powered up.
+    /// Returns a target after power-up.
     pub const fn new() -> Self {
         Self {
             session: Session::new(),
@@ -51,12 +51,12 @@ impl Target {
         }
     }
 
-    /// What to send before the first request.
+    /// Returns the frame to send before the first request.
     pub fn hello(&self) -> [u8; REPLY_LEN] {
         Reply::Identity(self.session.identity()).to_frame(0)
     }
 
-    /// One byte from the host; what to send back, if it completes a request that is answered.
+    /// Processes one byte from the host. Returns the reply if the byte completes a request.
     pub fn receive(&mut self, byte: u8) -> Option<[u8; REPLY_LEN]> {
         match self.session.hear(byte)? {
             Heard::Answer(frame) => Some(frame),
@@ -74,13 +74,13 @@ impl Target {
         }
     }
 
-    /// What happened since the last call that is worth a line in a log.
+    /// Returns the event since the last call, for a log.
     pub const fn take_event(&mut self) -> Option<Event> {
         self.event.take()
     }
 
-    /// The last ticks of the running design, oldest first; samples are filled up with what the host sent. That of a
-    /// drive is both counts (NaN for one that is lost), r and r' at the end of the tick.
+    /// Returns the last ticks of the running design, oldest first. A sample is padded with the data of the host. A
+    /// sample of a drive is both counts (NaN if lost) and r and r' at the end of the tick.
     pub const fn black_box(&self) -> &History<f32, MAX_N, REMEMBERED> {
         &self.black_box
     }
@@ -102,7 +102,7 @@ impl Target {
             }
             Request::Retune(counts) => return self.retune(&counts),
             Request::Fault => self.event = Some(Event::FaultAsked),
-            // For a drive that runs by itself.
+            // These requests need a drive with its own interrupt.
             Request::Observe
             | Request::Move { .. }
             | Request::Swap { .. }

@@ -1,18 +1,19 @@
-//! What goes in and out of a drive for some seconds, in the chip's own memory; and what shakes it meanwhile.
+//! Record of a drive in the memory of the chip: inputs and outputs of some seconds, with an optional excitation.
 //!
 //! ```text
-//! row k:   counts at its first tick; mean of the current that was held in its ticks       12 bytes
-//! before:  in place of that mean, the current that is on top of u in its ticks
+//! row k:   counts at its first tick; mean of the current held in its ticks                12 bytes
+//! before:  in place of the mean, the excitation that is added to u in its ticks
 //! ```
 //!
-//! A row is `every` ticks long: a chip of 5 kHz keeps 4.6 s in 55 kB with 5 of them. No serial line would carry it as
-//! it comes (60 kB/s; 115200 bit/s are 11.5), and one that loses frames leaves no gap in a memory that is read row by
-//! row. What shakes is a table, sent by the host: it needs no sine here, and both have the same bits.
+//! A row has `every` ticks: a chip at 5 kHz keeps 4.6 s in 55 kB with 5 ticks per row. A serial link is too slow for
+//! the live data (60 kB/s against 11.5 kB/s at 115200 bit/s). Frames that the link loses leave no gap in a memory that
+//! is read row by row. The excitation is a table from the host. So the chip needs no sine, and host and chip have the
+//! same bits.
 //!
-//! What is held is clamp(u + shake): the observers are told of it, the law is not. The record ends by itself: when it
-//! is full, and before that at a count that is lost, and when the drive refuses its counts, alarms or stops; the shake
-//! ends with it. Rows that are whole stay. Its ticks are those of [`Seat::change`](crate::Seat::change), so that the
-//! bound of the interrupt has nothing of it.
+//! The held value is clamp(u + excitation). It is reported to the observers and not to the rest of the controller. The
+//! record ends when it is full, at a lost count, and when the drive rejects its counts, raises an alarm or stops. The
+//! excitation ends with it. Whole rows are kept. Its ticks run in [`Seat::change`](crate::Seat::change), so the WCET
+//! bound of the interrupt does not include it.
 
 use controller_core::drive::ALARMS;
 use controller_core::{Health, Limits, Output};
@@ -21,36 +22,36 @@ use crate::frame::{Reason, Refusal};
 use crate::session::agree;
 use crate::{LOAD, MAX_E};
 
-/// No row has more ticks: their sum is exact to some 1e-5 of a current.
+/// Largest number of ticks per row. The sum of their currents is exact to some 1e-5 of a current.
 const MOST_EVERY: u32 = 1000;
-/// No record is longer, s: it goes on when whoever wanted it is gone.
+/// Longest record, s. It limits a record whose host is gone.
 const LONGEST_S: f64 = 60.0;
 
-/// Counts, and a current by its bits.
+/// Row of a record: the counts, and the bits of a current.
 pub type Row = [u32; MAX_E + 1];
-/// The place of the current in a row.
+/// Index of the current in a row.
 pub(crate) const CURRENT: usize = MAX_E;
 
-/// Of a record: how it is, or was at its end.
+/// Status of a record, during it or at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tracked {
-    /// Is it still being made?
+    /// True if the record is in progress.
     pub goes_on: bool,
-    /// Was a count lost? Behind its rows there is nothing then.
+    /// True if a count was lost. The record ends there.
     pub lost: bool,
     /// Number of its first tick.
     pub first: u32,
-    /// Rows that are whole.
+    /// Number of whole rows.
     pub rows: u32,
-    /// Rows that were asked for.
+    /// Number of requested rows.
     pub of: u32,
-    /// Ticks of a row.
+    /// Number of ticks per row.
     pub every: u32,
-    /// What the ticks said.
+    /// Status flags of all ticks together.
     pub health: Health,
-    /// Ticks that came late.
+    /// Number of late ticks.
     pub missed: u32,
-    /// Rows that the memory has.
+    /// Number of rows of the memory.
     pub most: u32,
 }
 
@@ -60,7 +61,7 @@ impl Tracked {
         [u32::from(goes_on) | u32::from(lost) << 1, first, rows, of, every, u32::from(health.bits()), missed, most]
     }
 
-    /// Of the words of a reply to Recall; `None` if there is no such health.
+    /// Reads the words of a reply to Recall. `None` if the health is invalid.
     pub fn from_words(words: &[u32]) -> Option<Self> {
         let &[flags, first, rows, of, every, health, missed, most, ..] = words else { return None };
         let health = u16::try_from(health).ok().map(Health::from_bits)?;
@@ -68,28 +69,29 @@ impl Tracked {
     }
 }
 
-/// A record that is being made: the interrupt's, until it has ended.
+/// Record in progress, owned by the interrupt until it ends.
 pub(crate) struct Track {
-    /// The memory.
+    /// Memory of the record.
     pub(crate) rows: &'static mut [Row],
-    /// What has come of it.
+    /// Status of the record.
     pub(crate) is: Tracked,
-    /// Ticks that had come late before it.
+    /// Number of late ticks before the record.
     pub(crate) missed_before: u32,
     limits: [f32; 2],
-    /// The next row, and its tick.
+    /// Index of the next row, and of the tick in it.
     row: usize,
     tick: u32,
     sum: f32,
-    /// What was sent out in the last two ticks.
+    /// Values sent out in the last two ticks.
     sent: [f32; 2],
-    /// It is to end; ticks since then.
+    /// True if the record is to end, and the number of ticks since then.
     ending: bool,
     quiet: usize,
 }
 
 impl Track {
-    /// Of `of` rows that hold what shakes; `u` is what is held before the first tick, which has this number.
+    /// Begins a record of `of` rows that hold the excitation. `u` is the value held before the first tick, whose number
+    /// is given.
     pub(crate) fn new(
         rows: &'static mut [Row],
         [of, every]: [u32; 2],
@@ -102,17 +104,17 @@ impl Track {
         Self { rows, is, missed_before, limits, row: 0, tick: 0, sum: 0.0, sent: [u; 2], ending: false, quiet: 0 }
     }
 
-    /// It ends with the coming tick.
+    /// Ends the record with the coming tick.
     pub(crate) const fn end(&mut self) {
         self.ending = true;
     }
 
-    /// What was held since the last tick, by a drive whose u is held so many ticks late.
+    /// Returns the value held since the last tick, for a drive with this delay in ticks.
     pub(crate) const fn held(&self, late: usize) -> f32 {
         if late == 0 { self.sent[1] } else { self.sent[0] }
     }
 
-    /// After a tick with these counts that was told what had been held before it: what is to be held now.
+    /// Records a tick after the controller has run. Returns the value to hold now.
     pub(crate) fn ticked<const E: usize>(
         &mut self,
         counts: &[Option<i32>; E],
@@ -120,7 +122,7 @@ impl Track {
         output: &Output<f32>,
         late: usize,
     ) -> f32 {
-        // Of the tick before.
+        // These values belong to the previous tick.
         if self.tick > 0 && !self.ending {
             self.sum += held;
             if self.tick == self.is.every {
@@ -149,7 +151,7 @@ impl Track {
             let [min, max] = self.limits;
             u = (u + f32::from_bits(row[CURRENT])).max(min).min(max);
         } else {
-            // What was sent last is still to be told.
+            // The last sent value must still be reported.
             self.ending = true;
             self.quiet += 1;
             self.is.goes_on = self.quiet <= late;
@@ -158,25 +160,25 @@ impl Track {
         u
     }
 
-    /// Its memory is the background's again.
+    /// Returns the memory to the background.
     pub(crate) fn ended(self) -> Shelf {
         Shelf(On::Ended(self.rows, self.is))
     }
 }
 
-/// The memory of a record, seen from the background: the interrupt has it while the record is being made.
+/// Memory of a record on the side of the background. The interrupt owns it while a record is in progress.
 pub(crate) struct Shelf(On);
 
 enum On {
-    /// There is no memory for one.
+    /// There is no memory.
     Nothing,
-    /// None was asked for.
+    /// No record was requested.
     Empty(&'static mut [Row]),
-    /// It is prepared: so many rows of so many ticks.
+    /// A record is prepared, with its rows and the ticks per row.
     Prepared(&'static mut [Row], [u32; 2]),
-    /// The interrupt has it.
+    /// The interrupt owns the memory.
     Lent,
-    /// It has ended.
+    /// The record has ended.
     Ended(&'static mut [Row], Tracked),
 }
 
@@ -198,7 +200,8 @@ impl Shelf {
         matches!(self.0, On::Lent)
     }
 
-    /// So many rows of so many ticks, and nothing that shakes. What is refused leaves the record that there is.
+    /// Prepares a record with this number of rows and ticks per row, without excitation. A refusal keeps the present
+    /// record.
     pub(crate) fn prepare(&mut self, wanted: [u32; 2], period_s: f64) -> Result<(), Refusal> {
         let rows = match &mut self.0 {
             On::Nothing => return Err(Refusal::of(Reason::Absent)),
@@ -218,14 +221,14 @@ impl Shelf {
         Ok(())
     }
 
-    /// What shakes in these rows.
+    /// Sets the excitation of these rows.
     pub(crate) fn shake(&mut self, offset: u32, currents: [f32; LOAD], limits: Limits) -> Result<(), Refusal> {
         let On::Prepared(rows, [count, _]) = &mut self.0 else { return Err(Refusal::of(Reason::NotPrepared)) };
         agree(Reason::Rows, offset.min(*count - 1), offset)?;
         let rows = rows.iter_mut().take(*count as usize).skip(offset as usize);
-        // What the law itself can take back: what shakes never drives a shaft against it.
+        // Limit that the controller can compensate, so that the excitation never drives a shaft against it.
         let most = limits.max.min(-limits.min) as f32;
-        // A NaN is within no bound.
+        // Comparisons with NaN are false.
         let is_good = |current: &f32| current.abs() <= most;
         if let Some(wild) = currents.iter().take(rows.len()).find(|current| !is_good(current)) {
             return Err(Refusal { reason: Reason::Current, target: most.to_bits(), request: wild.to_bits() });
@@ -236,7 +239,7 @@ impl Shelf {
         Ok(())
     }
 
-    /// It begins: the memory is the interrupt's.
+    /// Begins the record and lends the memory to the interrupt.
     pub(crate) fn lend(&mut self) -> Result<(&'static mut [Row], [u32; 2]), Refusal> {
         match core::mem::replace(&mut self.0, On::Lent) {
             On::Prepared(rows, wanted) => Ok((rows, wanted)),
@@ -247,7 +250,7 @@ impl Shelf {
         }
     }
 
-    /// How the record is; `now` is what the interrupt says of it.
+    /// Returns the status of the record. `now` is the status from the interrupt.
     pub(crate) fn is(&self, now: Option<Tracked>) -> Tracked {
         match &self.0 {
             On::Nothing => Tracked::default(),
@@ -257,7 +260,7 @@ impl Shelf {
         }
     }
 
-    /// What was recorded, from this row on.
+    /// Returns the recorded rows, from this row on.
     pub(crate) fn rows(&self, from: u32) -> Result<&[Row], Refusal> {
         match &self.0 {
             On::Ended(rows, is) => {

@@ -1,4 +1,4 @@
-//! From what a scenario means to the stages of the loop.
+//! Builds the stages of the loop from a resolved scenario.
 
 use std::ops::{ControlFlow, Range};
 
@@ -27,11 +27,11 @@ use super::resolve::{ControllerChoice, PlantChoice, Problem, Resolved, problem};
 use super::{ActuatorTable, ControllerKind, ErrorTable, PlantKind, PrecisionKey, ReadingKey, Scenario, SensorTable};
 use crate::error::{ScenarioError, shown};
 
-/// A scenario ready to run.
+/// Scenario ready to run.
 pub struct Experiment {
-    /// Short name: the output folder.
+    /// Short name, also of the output folder.
     pub name: String,
-    /// One line for people.
+    /// One-line title.
     pub title: String,
     /// Length of the run, s.
     pub span_s: f64,
@@ -39,9 +39,9 @@ pub struct Experiment {
     pub period_s: f64,
     /// Number of periods in the span.
     pub periods: usize,
-    /// Window of the ultimate figures, s.
+    /// Window [from, to] of the ultimate metrics, s.
     pub window_s: [f64; 2],
-    /// |y| within this counts as settled.
+    /// Band of |y| that counts as settled, unit of the output.
     pub settling_band: f64,
     /// Unit of the output; empty if unknown.
     pub output_unit: &'static str,
@@ -49,164 +49,164 @@ pub struct Experiment {
     pub control_unit: &'static str,
     /// True state at t = 0.
     pub x0: Vec<f64>,
-    /// The true plant.
+    /// True plant.
     pub plant: Box<dyn Plant>,
-    /// Measuring chain.
+    /// Sensor.
     pub sensor: Box<dyn Sensor>,
-    /// Actuating chain.
+    /// Actuator.
     pub actuator: Box<dyn Actuator>,
-    /// The controller.
+    /// Controller.
     pub port: Box<dyn ControllerPort>,
-    /// What it was designed from; none for the baseline.
+    /// Specification of the controller. `None` for the baseline and for drives.
     pub spec: Option<ControllerSpec>,
-    /// Its design for a target; none if it does not run on one (f64, the baseline).
+    /// Design for a target. `None` if it does not run on one (f64, the baseline).
     pub download: Option<Download>,
-    /// Is the controller told what the actuator holds? Else it lives on what it asked for.
+    /// True if the applied u is reported to the controller. Otherwise the controller uses its demand.
     pub report: bool,
-    /// Ticks whose interrupt does not come.
+    /// Ticks without a control interrupt.
     pub missed: Vec<Range<usize>>,
-    /// What to be warned of in the design.
+    /// Warnings about the design.
     pub warnings: Vec<String>,
-    /// Bounds of the external disturbances per channel; chain plants only.
+    /// Bounds of the external disturbances per channel. Only for chains.
     pub mu: Vec<Mu>,
-    /// The reading of the paper that the controller is designed for, if it is for figures only: no joint is like it.
+    /// Reading of the paper that is for figures only, since its input gain is not physical. `None` for other plants.
     pub figures_only: Option<&'static str>,
-    /// What is to be told of a drive; none for any other controller.
+    /// Data of a drive. `None` for any other controller.
     pub drive: Option<Drive>,
-    /// The same loop standing still, or why it has no such form.
+    /// Linearised loop at rest, or the error if there is none.
     pub at_rest: Result<AtRest, ScenarioError>,
     pub(super) controller: String,
-    /// The measuring chain with its seed, if it is all that is between plant and law.
+    /// Sensor with its seed, if nothing else is between plant and law.
     pub(super) sensing: Option<(Sensing, u64)>,
 }
 
-/// A loop that stands still where its angles or states are 0, in f64, with nothing in it that is random, jumps or
-/// wears: of it margins, poles and noise are computed ([`loop_sim::linear`]).
+/// Loop at rest with all angles or states at 0, in f64, without random, switching or friction terms. Margins, poles and
+/// noise are computed from it ([`loop_sim::linear`]).
 pub struct AtRest {
-    /// The plant without friction, load and disturbance.
+    /// Plant without friction, load and disturbance.
     pub plant: Box<dyn Plant>,
-    /// The law.
+    /// Control law.
     pub law: Box<dyn LawAtRest>,
-    /// What it measures.
+    /// Measured states.
     pub sensed: Vec<Sensed>,
     /// Ticks between a sample and the law.
     pub sensor_delay_ticks: usize,
     /// Ticks between the law and the plant.
     pub actuator_delay_ticks: usize,
-    /// Is the law told what the actuator holds?
+    /// True if the applied u is reported to the law.
     pub report: bool,
-    /// What of the scenario is not in it, in words.
+    /// Parts of the scenario that the linearised loop leaves out, in words.
     pub left_out: Vec<&'static str>,
-    /// The corners of what a file of a drive says of how well its data sheet is known; else none.
+    /// Corners of the parameter box of a drive (uncertain_percent). Empty for other controllers.
     pub corners: Vec<Corner>,
-    /// Of a motor whose file says a range of its inertia.
+    /// Range of inertia of a motor. `None` without a range.
     pub inertia_range: Option<InertiaRange>,
 }
 
-/// A plant of which every main number of the data sheet is off by as much as the file says that it may be.
+/// Corner of the parameter box: a plant with every main parameter at the end of its tolerance.
 pub struct Corner {
-    /// What is off: `J_l +20 %, J_m -20 %, ..`.
+    /// Deviations of the parameters: `J_l +20 %, J_m -20 %, ..`.
     pub name: String,
-    /// The plant without friction, load and disturbance.
+    /// Plant without friction, load and disturbance.
     pub plant: Box<dyn Plant>,
 }
 
-/// A range of inertia, and the plants in it.
+/// Range of inertia with its plants.
 pub struct InertiaRange {
-    /// The smallest and the largest, kg m².
+    /// Smallest and largest inertia, kg m².
     pub ends_kg_m2: [f64; 2],
-    /// What the design is for, the geometric mean, kg m².
+    /// Inertia of the design, the geometric mean, kg m².
     pub designed_for_kg_m2: f64,
-    /// Those with an inertia (kg m²): K_t as in the data sheet, then less and more by as much as the file says.
+    /// Returns the plants with an inertia (kg m²): with the nominal K_t, and with K_t at both ends of its tolerance.
     pub plants: Box<dyn Fn(f64) -> Vec<Corner> + Send + Sync>,
 }
 
-/// An entry of the sample.
+/// Measured state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensed {
-    /// The state that it sees, from 0.
+    /// Index of the state, from 0.
     pub state: usize,
-    /// What it is called.
+    /// Name for the output.
     pub name: String,
-    /// Its unit; empty if unknown.
+    /// Unit; empty if unknown.
     pub unit: &'static str,
-    /// Rms of what its steps and its noise add.
+    /// Rms error from quantisation and noise.
     pub rms: f64,
-    /// The noise of these alone: what the file declares.
+    /// Standard deviation of the declared noise alone.
     pub noise: f64,
-    /// Largest step of what it tells: its error is half of it at most. 0 for none.
+    /// Quantisation step, twice the largest error. 0 for none.
     pub quantum: f64,
 }
 
-/// What a drive has to tell beside its trace.
+/// Data of a drive besides its trace.
 pub struct Drive {
-    /// Bandwidths and why, a line each.
+    /// Bandwidths and their limiting factor, one line each.
     pub chosen: Vec<String>,
-    /// Limit of the current of either sign, A.
+    /// Current limit for both signs, A.
     pub max_current_a: f64,
     /// Shafts with an encoder.
     pub shafts: Vec<ShaftOf>,
-    /// The states of its plant, the current last: without a lag there is none.
+    /// Names of the states of the plant. The current is last, and absent without a current lag.
     pub states: &'static [StateName],
-    /// When the reference begins to move, s.
+    /// Start time of the reference, s.
     pub begins_s: f64,
-    /// The drive before it runs.
+    /// Designed drive.
     pub designed: DriveDesign,
-    /// Its reference.
+    /// Reference of the drive.
     pub motion: Motion,
     /// Time constant of the current loop, s.
     pub current_lag_s: f64,
-    /// The rule of a motor, whose bandwidths these are or begin with.
+    /// Margin rule of a motor that gives the bandwidths or their start values.
     pub margin: MotorMargin,
-    /// What the design of a joint as a whole is told besides its sheet.
+    /// Parameters of the coupled design of a joint besides its data sheet.
     pub coupled: Option<CoupledBy>,
-    /// What its rule says, where the design is by it.
+    /// Result of the rule for a joint, if the design uses it.
     pub joint_rule: Option<JointRule>,
-    /// What the supply leaves, if the file says it.
+    /// Speed limits from the supply, if the file gives one.
     pub top_speed: Option<TopSpeed>,
-    /// Has play behind the gear made its bandwidths smaller than the rule's?
+    /// True if backlash behind the gear lowers the bandwidths below the rule.
     pub is_slowed_by_play: bool,
-    /// May it be exported although it is unstable?
+    /// True if the export of an unstable drive is allowed.
     pub accepts_unstable: bool,
-    /// λ_2: what |σ*| stays below with the quiet gains while every innovation is at most one step of its encoder.
+    /// λ_2: bound of |σ*| with the base gains while every innovation is at most one encoder count.
     pub sigma_star_bound: f64,
-    /// What the noise of u is told by; none if something is wrong with the encoders.
+    /// Twin for the current noise. `None` if an encoder has a fault.
     pub(super) twin: Option<Twin>,
 }
 
-/// Speeds that a supply allows the motor of a data sheet, without its friction, where the angle is meant, rad/s.
+/// Speed limits from the supply, by the data sheet without friction, behind the gear, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TopSpeed {
-    /// Without load.
+    /// No-load speed, rad/s.
     pub no_load_rad_s: f64,
-    /// Up to which the largest current is driven; 0 if it is not even at rest.
+    /// Largest speed with the full current, rad/s; 0 if the supply does not drive it at rest.
     pub full_current_rad_s: f64,
 }
 
-/// The same drive once more, with finer encoders if there is room for such.
+/// Copy of the drive with finer encoders, for the current noise.
 pub(super) struct Twin {
     pub(super) sensor: Box<dyn Sensor>,
     pub(super) port: Box<dyn ControllerPort>,
-    /// [`Finer::share`](loop_sim::port::finer::Finer::share); none if the encoders are the same.
+    /// [`Finer::share`](loop_sim::port::finer::Finer::share). `None` if the encoders are not finer.
     pub(super) share: Option<f64>,
 }
 
 /// Name and unit of a state.
 pub type StateName = (&'static str, &'static str);
 
-/// A shaft with an encoder: the torque against it is -J d.
+/// Shaft with an encoder. Its load torque against positive motion is -J d, with the disturbance d.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShaftOf {
-    /// Its channel, from 0.
+    /// Channel, from 0.
     pub channel: usize,
-    /// What it is called.
+    /// Name for the output.
     pub name: &'static str,
-    /// J of the data sheet, kg m².
+    /// Inertia J of the data sheet, kg m².
     pub inertia_kg_m2: f64,
 }
 
-/// Bounds of one external disturbance over the span, Eq. (2) and (40): what the file's terms say. What a wrong model
-/// adds to d_n depends on the state and is not in it.
+/// Bounds of one external disturbance over the span, Eq. (2) and (40), from the terms of the file. Model errors in d_n
+/// depend on the state and are not included.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Mu {
     /// Channel, from 1.
@@ -215,19 +215,19 @@ pub struct Mu {
     pub mu: f64,
     /// Bounds of |d_i|, |d_i'|, .. up to the order r of the channel's observer; a step's derivative counts 0.
     pub by_order: Vec<f64>,
-    /// Sum of the sizes of its steps within the span.
+    /// Sum of the absolute step sizes within the span.
     pub jumps: f64,
 }
 
 impl Experiment {
-    /// Runs the loop once; `watch` sees every row and may break off. It is used up then: controller and sensors would
-    /// go on from where they are.
+    /// Runs the loop once. `watch` gets every row and can stop the run. Run an experiment only once, because controller
+    /// and sensors keep their state.
     pub fn run(&mut self, watch: &mut dyn FnMut(&Row) -> ControlFlow<()>) -> (Trace, Option<LoopError>) {
         self.run_beside(None, watch)
     }
 
-    /// Runs the loop once, with the same controller elsewhere if there is one: both tick, and the first bit in which
-    /// they differ ends the run.
+    /// Runs the loop once, beside a second copy of the controller if given. The first bit in which the two controllers
+    /// differ ends the run.
     pub fn run_beside(
         &mut self,
         other: Option<&mut dyn ControllerPort>,
@@ -244,19 +244,19 @@ impl Experiment {
         (trace, error)
     }
 
-    /// The same without a band at rest, as images on a chip run it: whether it had one.
+    /// Removes the rest band, which the firmware images do not have. Returns true if there was one.
     pub fn leave_rest_band(&mut self) -> bool {
         let Some(drive) = self.drive.as_mut().filter(|drive| drive.designed.rest_band().is_some()) else {
             return false;
         };
         let designed = drive.designed.without_rest_band();
-        // A drive that ran with a band runs without one.
+        // A valid drive stays valid without its band.
         let Ok(port) = designed.port(&drive.motion) else { return false };
         (drive.designed, self.port) = (designed, port);
         true
     }
 
-    /// The loop of this experiment, for [`close_loop`] with a recorder of one's own.
+    /// Returns the loop of this experiment, for [`close_loop`] with another recorder.
     pub fn setup(&mut self) -> Loop<'_> {
         Loop {
             plant: self.plant.as_ref(),
@@ -271,8 +271,8 @@ impl Experiment {
         }
     }
 
-    /// This run as one of many side by side ([`lanes`]); none if it has anything that those do not know: a drive, an
-    /// actuator, a gate, a plant that they do not take.
+    /// Returns this run for a vectorised batch ([`lanes`]). `None` for a drive, an actuator, a gate, or a plant that
+    /// the batch does not support.
     pub fn beside(&self) -> Option<(Campaign<'_>, Trial<'_>)> {
         let Self { period_s, periods, window_s, settling_band, .. } = *self;
         let spec = self.spec.as_ref().filter(|_| lanes::takes(self.plant.as_ref()))?;
@@ -281,19 +281,18 @@ impl Experiment {
         Some((campaign, Trial { plant: self.plant.as_ref(), x0: &self.x0, seed: *seed }))
     }
 
-    /// Figures of merit of a trace of this scenario.
+    /// Returns the metrics of a trace of this scenario.
     pub fn metrics(&self, trace: &Trace) -> Metrics {
         metrics::measure(trace, self.window_s, self.settling_band)
     }
 
-    /// How a reference was followed; none where there is none.
+    /// Returns the tracking metrics. `None` without a reference.
     pub fn tracking(&self, trace: &Trace) -> Option<Tracking> {
         trace.follows.map(|_| metrics::track(trace, self.window_s, self.settling_band))
     }
 
-    /// Noise of u by the steps of the encoders of a drive, against the same drive with finer ones in the same run;
-    /// where there is no room for such, nothing is told of it in motion (NaN). None if something is wrong with the
-    /// encoders.
+    /// Returns the current noise from encoder quantisation, compared with a drive with finer encoders in the same run.
+    /// The noise in motion is NaN if no finer encoder is possible. `None` if an encoder has a fault.
     pub fn noise(&mut self, trace: &Trace) -> Option<Noise> {
         let Twin { sensor, port, share } = self.drive.as_mut()?.twin.as_mut()?;
         port.reset().ok()?;
@@ -301,8 +300,8 @@ impl Experiment {
         Some(Noise { moving: share.map_or(f64::NAN, |share| share * told.moving), ..told })
     }
 
-    /// Why a controller whose model is a formula runs in this process only, and which key to change; `None` without a
-    /// formula. A target computes in f32, with functions of its own: it would not run what was simulated.
+    /// Returns the message for a controller whose model is a formula, with the key to change. `None` without a formula.
+    /// A target computes in f32 with other functions, so its result would differ from the simulation.
     pub fn formulas_stay_here(&self) -> Option<String> {
         let ControllerSpec { config, model: Model::Formulas { drift, .. }, .. } = self.spec.as_ref()? else {
             return None;
@@ -310,21 +309,21 @@ impl Experiment {
         let at_rest = vec![0.0; config.n];
         let slopes: Vec<String> = (0..config.n).map(|j| format!("{:?}", drift.slope(&at_rest, j))).collect();
         Some(format!(
-            "a(x) or b(x) of the controller is a formula, which is computed here in f64 only; set \
+            "a(x) or b(x) of the controller is a formula, which only the host evaluates, in f64; set \
              controller.nominal.a=[{}], its slopes at rest, and a constant controller.nominal.b, and the observers \
-             estimate what that leaves out; or write it in Rust as a NominalModel",
+             estimate the rest; or write the model in Rust as a NominalModel",
             slopes.join(", ")
         ))
     }
 
-    /// What is being run, in one line.
+    /// Returns one line with name, title, controller, span and period.
     pub fn headline(&self) -> String {
         let Self { name, title, controller, span_s, period_s, .. } = self;
         format!("{name}: {title} ({controller}, {span_s} s at T = {period_s} s)")
     }
 }
 
-/// `told` makes an error of a problem that has a place.
+/// Builds the experiment. `told` adds a place to a problem.
 pub(super) fn assemble(
     resolved: Resolved,
     told: &dyn Fn(Problem) -> ScenarioError,
@@ -344,7 +343,7 @@ pub(super) fn assemble(
     } = resolved;
     let period_s = file.controller.period_s;
     let is_chain = matches!(plant, PlantChoice::Chain { .. });
-    // K_t is a torque per ampere, so the joint's u counts amperes.
+    // K_t is a torque per ampere, so the u of the joint is in amperes.
     let (output_unit, control_unit) =
         if matches!(plant, PlantChoice::FlexibleJoint { .. }) { ("rad", "A") } else { ("", "") };
     let disturbances: Vec<Signal> = disturbance.into_iter().map(Signal::new).collect();
@@ -406,7 +405,7 @@ fn controller_word(file: &Scenario) -> &'static str {
     }
 }
 
-/// Steps of disturbances that come after the end of the run.
+/// Returns warnings for steps of disturbances after the end of the run.
 fn late_steps(file: &Scenario) -> Vec<String> {
     let of_channels = (1..).zip(&file.plant.disturbance);
     let of_channels = of_channels.map(|(k, table)| (format!("plant.disturbance[{k}].terms"), &table.terms));
@@ -415,13 +414,13 @@ fn late_steps(file: &Scenario) -> Vec<String> {
         let late = (1..).zip(terms).filter(|(_, term)| term.t0_s.is_some_and(|t0_s| t0_s >= file.span_s));
         late.map(move |(k, term)| {
             let (at, span) = (shown(term.t0_s.unwrap_or_default()), shown(file.span_s));
-            format!("{key}[{k}].t0_s = {at} is not before the end of the run, span_s = {span}: there is no such step")
+            format!("{key}[{k}].t0_s = {at} is not before the end of the run, span_s = {span}: the step never occurs")
         })
     });
     late.collect()
 }
 
-/// States that a delay of a loop at rest may have: one for a tick, of a sample one for each of its entries.
+/// Largest number of delay states of a loop at rest: one per tick of u, one per tick and entry of a sample.
 const MOST_DELAY_STATES: usize = 40;
 
 fn at_rest(
@@ -432,12 +431,12 @@ fn at_rest(
 ) -> Result<AtRest, Problem> {
     let Scenario { sensor, actuator, controller, .. } = file;
     let Some(law) = law else {
-        return problem("controller.kind", "a law that switches has no poles and margins: take \"proposed\"");
+        return problem("controller.kind", "a switching law has no poles and margins: take \"proposed\"");
     };
     if actuator.hold_ticks > 1 {
         let period_s = shown(controller.period_s * actuator.hold_ticks as f64);
         let message = format!(
-            "poles and margins are those of a loop that acts in every tick: look at controller.period_s = {period_s} \
+            "poles and margins are computed for a loop that acts in every tick: take controller.period_s = {period_s} \
              with actuator.hold_ticks = 1"
         );
         return problem("actuator.hold_ticks", message);
@@ -455,7 +454,7 @@ fn at_rest(
     for (key, ticks, states) in [("sensor", sensor.delay_ticks, order), ("actuator", actuator.delay_ticks, 1)] {
         let most = MOST_DELAY_STATES / states;
         if ticks > most {
-            let message = format!("poles and margins are computed with a delay of up to {most} ticks here");
+            let message = format!("poles and margins are computed for a delay of up to {most} ticks");
             return problem(format!("{key}.delay_ticks"), message);
         }
     }
@@ -508,7 +507,7 @@ fn bounds(disturbances: &[Signal], orders: &[usize], span_s: f64) -> Vec<Mu> {
     mu.collect()
 }
 
-/// With a period it has its own step, if there is one.
+/// Returns the plant. With a period it has its exact step, if one exists.
 fn plant_of(
     choice: PlantChoice,
     errors: &ErrorTable,
@@ -546,7 +545,7 @@ fn plant_of(
     })
 }
 
-/// Neither actuator nor gate between law and plant.
+/// Returns true if there is neither an actuator nor a gate between law and plant.
 fn is_direct(actuator: &ActuatorTable, spec: Option<&ControllerSpec>) -> bool {
     let free = actuator.rate_per_s.is_none()
         && actuator.min.is_none()
@@ -556,14 +555,14 @@ fn is_direct(actuator: &ActuatorTable, spec: Option<&ControllerSpec>) -> bool {
     free && spec.is_some_and(|spec| spec.config.padded.options.samples == SampleLimits::NONE)
 }
 
-/// From the truth to the sample.
+/// Returns the sensor of a table.
 fn sensing_of(table: &SensorTable) -> Sensing {
     let SensorTable { jitter, noise, quantum, delay_ticks, dropout } = table.clone();
     let (noise, quantum) = (noise.unwrap_or_default(), quantum.unwrap_or_default());
     Sensing { jitter, noise, quantum, delay_ticks, dropout, ..Sensing::IDEAL }
 }
 
-/// Before a controller that keeps limits of its samples, its gate.
+/// Adds the gate for a controller with limits of its samples.
 fn gated(sensor: Box<dyn Sensor>, spec: Option<&ControllerSpec>) -> Box<dyn Sensor> {
     let Some(ControllerSpec { precision, config, .. }) = spec else { return sensor };
     let samples = &config.padded.options.samples;
@@ -574,8 +573,8 @@ fn gated(sensor: Box<dyn Sensor>, spec: Option<&ControllerSpec>) -> Box<dyn Sens
     }
 }
 
-/// From the demand to the plant: hold, delay, limits, rate limit. Built from the plant outwards. The limits come before
-/// the rate, so that a rate limiter never runs on beyond them.
+/// Returns the actuator: hold, delay, limits, rate limit. It is built from the plant outwards. The limits come before
+/// the rate limit, so that the rate limiter never runs beyond them.
 fn actuator_of(table: &ActuatorTable, period_s: f64) -> Box<dyn Actuator> {
     let mut chain: Box<dyn Actuator> = Box::new(actuator::Ideal);
     if let Some(rate_per_s) = table.rate_per_s {
@@ -589,12 +588,12 @@ fn actuator_of(table: &ActuatorTable, period_s: f64) -> Box<dyn Actuator> {
         chain = Box::new(actuator::Delayed::new(chain, table.delay_ticks));
     }
     if table.hold_ticks > 1 {
-        chain = Box::new(actuator::Held::new(chain, table.hold_ticks));
+        chain = Box::new(actuator::SlowBus::new(chain, table.hold_ticks));
     }
     chain
 }
 
-/// A refused design in the words of a scenario: the key that it is about, and what to do there.
+/// Translates a design error to the key of the scenario and its remedy.
 fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> Problem {
     let path = error.field.name();
     let word = path.rsplit('.').next().unwrap_or(path);
@@ -603,10 +602,10 @@ fn design_problem(error: &ConfigError, observer_position: &[Option<usize>]) -> P
             Some(position) => format!("controller.observer[{position}]"),
             None => "controller.observer".into(),
         },
-        // That of a chain is looked at before; what is left is a b of the joint that vanishes.
+        // A chain is checked earlier, so this is a vanishing b of the joint.
         Field::InputGain | Field::Gradient => "plant.parameters".into(),
         Field::Whole => "controller".into(),
-        // All other keys have the names of the fields.
+        // All other keys have the name of the field.
         _ => format!("controller.{word}"),
     };
     let remedy = match error.cause.remedy() {

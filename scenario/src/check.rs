@@ -1,8 +1,8 @@
-//! Holds a scenario against its own JSON schema: unknown keys, wrong kinds, numbers outside their range.
+//! Checks a scenario against its JSON schema: unknown keys, wrong types, numbers outside their range.
 //!
-//! The schema is made from the structs of [`Scenario`](super::Scenario), so there is one list of keys, ranges and
-//! choices, and what `host-sim schema` prints is what is checked here. Only the words that schema uses are understood;
-//! a test sees to it that it uses no others.
+//! The schema is derived from the structs of [`Scenario`](super::Scenario), so there is one list of keys, ranges and
+//! choices. `host-sim schema` prints the same schema. The checker supports only the keywords of this schema; a test
+//! ensures that the schema uses no others.
 
 use serde_json::Value as Json;
 
@@ -10,33 +10,33 @@ use super::document::{KeyPath, Node, NodeValue};
 use super::error::{Origin, nearest, shown};
 use super::resolve::Problem;
 
-/// What is wrong, where, and under which key it was found.
+/// Error with its place and key.
 #[derive(Debug)]
 pub(super) struct Fault {
     pub(super) origin: Origin,
     pub(super) path: KeyPath,
     pub(super) message: String,
-    /// Is there no such key?
+    /// True for an unknown key.
     pub(super) is_unknown: bool,
 }
 
 impl Fault {
-    /// Does a rule only miss what is wrong here? A key beside one that is unknown may be that one, misspelt.
+    /// Returns true if this fault causes the problem. A missing key may be the misspelt key next to it.
     pub(super) fn explains(&self, problem: &Problem) -> bool {
         let Some(path) = KeyPath::parse(&problem.key) else { return false };
         self.path.overlaps(&path) || (self.is_unknown && problem.is_missing() && self.path.is_beside(&path))
     }
 }
 
-/// More than these a person does not mend at once.
+/// Largest number of reported faults.
 const MOST_FAULTS: usize = 20;
 
-/// Checks the whole tree: what is wrong, of very much only the first.
+/// Checks the whole tree. Returns the first [`MOST_FAULTS`] faults.
 pub(super) fn check(schema: &Json, tree: &Node) -> Vec<Fault> {
     faults_of(schema, tree, false)
 }
 
-/// The same of a tree whose text has no fault: what its arguments changed. A trial sets five keys of a hundred.
+/// Checks only the values from arguments, for a tree whose text is valid. A trial sets five keys of a hundred.
 pub(super) fn check_set(schema: &Json, tree: &Node) -> Vec<Fault> {
     faults_of(schema, tree, true)
 }
@@ -47,14 +47,14 @@ fn faults_of(schema: &Json, tree: &Node, is_text_sound: bool) -> Vec<Fault> {
     faults
 }
 
-/// All keys of the schema as paths without positions: `controller.observer.printed`.
+/// Returns all keys of the schema as paths without positions: `controller.observer.printed`.
 pub(super) fn all_keys(schema: &Json) -> Vec<String> {
     let mut keys = Vec::new();
     Checker { schema, is_text_sound: false }.collect(schema, "", &mut keys);
     keys
 }
 
-/// The number that a key has where nothing is written.
+/// Returns the default of a number.
 pub(super) fn default_of(schema: &Json, path: &KeyPath) -> Option<f64> {
     let checker = Checker { schema, is_text_sound: false };
     let keys = path.keys()?;
@@ -67,7 +67,7 @@ pub(super) fn default_of(schema: &Json, path: &KeyPath) -> Option<f64> {
 
 struct Checker<'a> {
     schema: &'a Json,
-    /// Has what stands there as it was written no fault? A value is judged by itself and what is in it.
+    /// True if the text is valid, so that only values from arguments are checked.
     is_text_sound: bool,
 }
 
@@ -77,7 +77,7 @@ impl<'a> Checker<'a> {
         name.map_or(part, |name| self.resolve(&self.schema["$defs"][name]))
     }
 
-    /// The ways a value may be written. `null` is no TOML value: it only says that the key may be left out.
+    /// Returns the alternatives of a value. `null` is not a TOML value and only marks an optional key.
     fn choices(&self, part: &'a Json) -> Vec<&'a Json> {
         let part = self.resolve(part);
         match part["anyOf"].as_array().or_else(|| part["oneOf"].as_array()) {
@@ -104,7 +104,7 @@ impl<'a> Checker<'a> {
                     let below = path.key(&entry.key);
                     match properties.and_then(|properties| properties.get(&entry.key)) {
                         Some(part) => self.node(part, &entry.node, &below, faults),
-                        // Names of one's own.
+                        // Names chosen by the user.
                         None if choice["additionalProperties"].is_object() => {
                             self.node(&choice["additionalProperties"], &entry.node, &below, faults);
                         }
@@ -135,7 +135,7 @@ impl<'a> Checker<'a> {
     }
 
     fn unknown_key(&self, table: &Json, path: &KeyPath, key: &str, origin: Origin) -> Fault {
-        // A key that exists, only elsewhere, is the commonest slip in a nested file.
+        // A key in the wrong table is the most common error in a nested file.
         let elsewhere: Vec<_> =
             all_keys(self.schema).into_iter().filter(|known| known.rsplit('.').next() == Some(key)).collect();
         let names = table["properties"].as_object().into_iter().flatten().map(|(name, _)| name.as_str());
@@ -205,14 +205,14 @@ fn near_word(choices: &[&Json], node: &Node) -> String {
     match &node.value {
         NodeValue::Text(text) if !words.is_empty() => {
             let hint = nearest(text, words.into_iter());
-            // The list of all words is in the message already.
+            // The message already contains all words.
             if hint.starts_with("; did") { hint } else { String::new() }
         }
         _ => String::new(),
     }
 }
 
-/// A whole number that was written with a point or an exponent.
+/// Returns the hint for a whole number that was written with a point or an exponent.
 fn as_integer(choices: &[&Json], node: &Node) -> String {
     match node.value {
         NodeValue::Float(value)
@@ -225,7 +225,7 @@ fn as_integer(choices: &[&Json], node: &Node) -> String {
     }
 }
 
-/// The ratio of a gear in whole numbers, where a data sheet has decimals: `[4.4, 1]` is `[22, 5]`.
+/// Returns the hint for a gear ratio with decimals: `[4.4, 1]` is `[22, 5]`.
 fn as_ratio(choice: &Json, list: &[Node], path: &KeyPath) -> Option<String> {
     let is_gear = path.keys().and_then(|keys| keys.last().map(|key| *key == "gear")) == Some(true);
     let numbers: Option<Vec<f64>> = list.iter().map(number).collect();
@@ -245,7 +245,7 @@ fn number(node: &Node) -> Option<f64> {
     }
 }
 
-/// A decimal number above 0 of at most 17 digits as a fraction.
+/// Returns a decimal number above 0 of at most 17 digits as a fraction.
 fn fraction(number: f64) -> Option<[u128; 2]> {
     let text = number.to_string();
     let (whole, decimals) = text.split_once('.').unwrap_or((&text, ""));
@@ -262,7 +262,7 @@ pub(super) fn lowest([num, den]: [u128; 2]) -> [u128; 2] {
     [num / a.max(1), den / a.max(1)]
 }
 
-/// `minimum`, `maximum` or another of a choice; an integer has those of its type too.
+/// Returns a bound such as `minimum` of a choice, or the bound of its integer type.
 fn bound(choice: &Json, name: &str) -> Option<f64> {
     let of_type = match (choice["format"].as_str(), name) {
         (Some("int32"), "minimum") => Some(i32::MIN.into()),
@@ -288,14 +288,14 @@ fn out_of_range(choice: &Json, number: f64, node: &Node, path: &KeyPath) -> Opti
     })
 }
 
-/// The longest delay of a drive, for one that is longer.
+/// Returns the hint for a delay of a drive that is too long.
 fn as_delay(choice: &Json, number: f64, path: &KeyPath) -> Option<String> {
     let is_of_drive = path.keys().is_some_and(|keys| keys.ends_with(&["drive", "delay_ticks"]));
     let most = bound(choice, "maximum").filter(|most| is_of_drive && number > *most)?;
-    Some(format!(": take drive.delay_ticks = {most}, or a longer period, of which a delay has fewer ticks"))
+    Some(format!(": take drive.delay_ticks = {most}, or a longer period, in which the delay has fewer ticks"))
 }
 
-/// In words: `a number above 0`, `"sin", "cos" or a list of 2 numbers`.
+/// Returns the expected values in words: `a number above 0`, `"sin", "cos" or a list of 2 numbers`.
 fn expected(choices: &[&Json]) -> String {
     let words: Vec<String> =
         choices.iter().filter_map(|choice| words(choice)).flatten().map(|w| format!("{w:?}")).collect();

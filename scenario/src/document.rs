@@ -1,7 +1,7 @@
-//! A scenario as it was written: values, and where each of them stands.
+//! Scenario as written: values with their places.
 //!
-//! TOML text and the `--set` arguments become one tree of [`Node`]s; every node knows its [`Origin`], so that whatever
-//! is found wrong with it later can be told with file, line and column, or with the argument it came from.
+//! The TOML text and the `--set` arguments become one tree of [`Node`]s. Every node has an [`Origin`], so that an error
+//! is reported with file, line and column, or with its argument.
 //!
 //! A *key path* names a node: `controller.observer[2].printed`. Positions in lists count from 1.
 
@@ -13,27 +13,27 @@ use toml_edit::{Document as Toml, Item, TableLike, Value};
 
 use super::error::{Origin, ScenarioError, Source, shown};
 
-/// A value with its origin.
+/// Value with its origin.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub(super) value: NodeValue,
     pub(super) origin: Origin,
 }
 
-/// The kinds of value a scenario can hold.
+/// Kinds of value in a scenario.
 #[derive(Clone, Debug)]
 pub(super) enum NodeValue {
     Bool(bool),
     Integer(i64),
     Float(f64),
     Text(String),
-    /// A date or time, as written: no key of a scenario takes one.
+    /// Date or time, as written. No key of a scenario accepts one.
     Date(String),
     List(Vec<Node>),
     Table(Vec<Entry>),
 }
 
-/// A key of a table.
+/// Entry of a table.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub(super) key: String,
@@ -42,12 +42,12 @@ pub(super) struct Entry {
 }
 
 impl Node {
-    /// What an error message calls this value: `"chain"`, `7`, `a list of 3`, `a table`.
+    /// Returns the value as error messages show it: `"chain"`, `7`, `a list of 3`, `a table`.
     pub(super) fn found(&self) -> String {
         match &self.value {
             NodeValue::Bool(value) => value.to_string(),
             NodeValue::Integer(value) => value.to_string(),
-            // With its point: that may be what is wrong with it.
+            // With its point, which may be the error.
             NodeValue::Float(value) if value.abs() < 1e15 && *value == value.trunc() => format!("{value:?}"),
             NodeValue::Float(value) => shown(*value),
             NodeValue::Text(value) => format!("{:?}", shortened(value)),
@@ -57,7 +57,7 @@ impl Node {
         }
     }
 
-    /// The same value for `serde`; the origins are left behind.
+    /// Returns the value for `serde`, without origins.
     pub(super) fn json(&self) -> Json {
         match &self.value {
             NodeValue::Bool(value) => Json::from(*value),
@@ -69,7 +69,7 @@ impl Node {
         }
     }
 
-    /// Is all of it as the text has it?
+    /// Returns true if no argument changed the value.
     pub(super) fn is_of_text(&self) -> bool {
         let is_inside = match &self.value {
             NodeValue::List(list) => list.iter().all(Self::is_of_text),
@@ -86,7 +86,7 @@ impl Node {
         }
     }
 
-    /// The node at a key path; `None` if nothing was written there.
+    /// Returns the node at a key path. `None` if the path is not set.
     pub(super) fn get(&self, path: &KeyPath) -> Option<&Self> {
         path.0.iter().try_fold(self, |node, step| node.child(step))
     }
@@ -99,7 +99,7 @@ impl Node {
         }
     }
 
-    /// Where to point for a key path: at the value if it was written, else at the nearest table around it.
+    /// Returns the place for a key path: the value if set, else the nearest table around it.
     pub(super) fn origin_of(&self, path: &KeyPath) -> Origin {
         let mut node = self;
         for step in &path.0 {
@@ -111,8 +111,8 @@ impl Node {
         node.origin
     }
 
-    /// Puts a value at a key path, with all tables on the way.
-    fn put(&mut self, steps: &[Step], node: Self) -> Result<(), String> {
+    /// Sets a value at a key path and creates missing tables.
+    fn put(&mut self, steps: &[Step], node: Self) -> Result<(), SetError> {
         let Some((step, rest)) = steps.split_first() else {
             *self = node;
             return Ok(());
@@ -134,19 +134,17 @@ impl Node {
                 list.push(fresh);
                 Ok(())
             }
-            (Step::Position(k), NodeValue::List(list)) => {
-                Err(format!("there is no position {k} in a list of {} (positions count from 1)", list.len()))
-            }
+            (Step::Position(k), NodeValue::List(list)) => Err(SetError::Position { position: *k, length: list.len() }),
             (Step::Position(_), NodeValue::Table(entries)) if entries.is_empty() => {
                 self.value = NodeValue::List(Vec::new());
                 self.put(steps, node)
             }
-            (Step::Key(key), _) => Err(format!("`{key}` cannot be set: {} is no table", self.found())),
-            (Step::Position(k), _) => Err(format!("[{k}] cannot be set: {} is no list", self.found())),
+            (Step::Key(key), _) => Err(SetError::Table { key: key.clone(), found: self.found() }),
+            (Step::Position(k), _) => Err(SetError::List { position: *k, found: self.found() }),
         }
     }
 
-    /// Takes out what stands at a key path; of a list all of it.
+    /// Removes the value at a key path. Of a list all is removed.
     pub(super) fn take_out(&mut self, path: &KeyPath) {
         let lists = path.0.iter().rev().take_while(|step| matches!(step, Step::Position(_))).count();
         if let Some((Step::Key(key), table)) = path.0[..path.0.len() - lists].split_last() {
@@ -172,14 +170,14 @@ impl Node {
     }
 }
 
-/// The way to a node.
+/// Path of a node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct KeyPath(Vec<Step>);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Step {
     Key(String),
-    /// From 1.
+    /// Position in a list, from 1.
     Position(usize),
 }
 
@@ -188,7 +186,7 @@ impl KeyPath {
         Self(Vec::new())
     }
 
-    /// `a.b[2].c`; `None` if the text is not of this form.
+    /// Parses `a.b[2].c`. Returns `None` for any other form.
     pub(super) fn parse(text: &str) -> Option<Self> {
         let mut steps = Vec::new();
         for part in text.split('.') {
@@ -206,7 +204,7 @@ impl KeyPath {
                 }
             }
         }
-        // A scenario is five deep; the cap keeps the recursion of `put` bounded.
+        // A scenario is five levels deep; the limit bounds the recursion of `put`.
         (steps.len() <= 16).then_some(Self(steps))
     }
 
@@ -217,7 +215,7 @@ impl KeyPath {
         Self(steps)
     }
 
-    /// From 1.
+    /// Returns the path of an entry of this list, from 1.
     #[must_use]
     pub(super) fn position(&self, k: usize) -> Self {
         let mut steps = self.0.clone();
@@ -227,7 +225,7 @@ impl KeyPath {
 }
 
 impl KeyPath {
-    /// The keys, if there are no positions between.
+    /// Returns the keys, or `None` if the path contains positions.
     pub(super) fn keys(&self) -> Option<Vec<&str>> {
         let keys = self.0.iter().map(|step| match step {
             Step::Key(key) => Some(key.as_str()),
@@ -236,13 +234,13 @@ impl KeyPath {
         keys.collect()
     }
 
-    /// The list, if it leads to a position in one.
+    /// Returns the path of the list, if the path ends with a position.
     pub(super) fn list(&self) -> Option<Self> {
         let (last, list) = self.0.split_last()?;
         matches!(last, Step::Position(_)).then(|| Self(list.to_vec()))
     }
 
-    /// The last key in it.
+    /// Returns the last key of the path.
     pub(super) fn last_key(&self) -> Option<&str> {
         self.0.iter().rev().find_map(|step| match step {
             Step::Key(key) => Some(key.as_str()),
@@ -250,12 +248,12 @@ impl KeyPath {
         })
     }
 
-    /// Is one of them the other, or around it?
+    /// Returns true if one path contains the other.
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         self.0.iter().zip(&other.0).all(|(a, b)| a == b)
     }
 
-    /// Are both keys of one table?
+    /// Returns true if both keys belong to one table.
     pub(super) fn is_beside(&self, other: &Self) -> bool {
         self.0.len() == other.0.len() && self.0.split_last().map(|(_, at)| at) == other.0.split_last().map(|(_, at)| at)
     }
@@ -274,7 +272,7 @@ impl fmt::Display for KeyPath {
     }
 }
 
-/// Ways to say the same thing, of which only one may be used: `--set` of one takes the others out of the file's table.
+/// Mutually exclusive keys. `--set` of one removes the others from the table of the file.
 const ALTERNATIVES: [(&str, &[&str]); 5] = [
     ("c", &["surface_bandwidth_rad_s"]),
     ("surface_bandwidth_rad_s", &["c"]),
@@ -289,14 +287,14 @@ pub(super) fn read(source: &Source<'_>) -> Result<Node, ScenarioError> {
     let each = source.sets.iter().enumerate();
     let wrong = each.filter_map(|(k, argument)| {
         let origin = Origin::Set(k);
-        set(&mut root, argument, origin).err().map(|message| (origin, message))
+        set(&mut root, argument, origin).err().map(|error| (origin, error.to_string()))
     });
     let wrong: Vec<(Origin, String)> = wrong.collect();
     if wrong.is_empty() { Ok(root) } else { Err(source.errors(wrong)) }
 }
 
 thread_local! {
-    /// The text that was read last: a campaign reads the same one for each of its trials.
+    /// Last text and its tree. A campaign reads the same text in each trial.
     static LAST: RefCell<Option<(String, Node)>> = const { RefCell::new(None) };
 }
 
@@ -305,7 +303,7 @@ pub(super) fn read_once(source: &Source<'_>) -> Result<Node, ScenarioError> {
     if let Some(root) = known {
         return Ok(root);
     }
-    // A byte order mark is how some editors begin a file.
+    // Some editors begin a file with a byte order mark.
     let toml = Toml::parse(source.text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start);
         let message = error.message().lines().collect::<Vec<_>>().join(", ");
@@ -316,13 +314,43 @@ pub(super) fn read_once(source: &Source<'_>) -> Result<Node, ScenarioError> {
     Ok(root)
 }
 
-fn set(root: &mut Node, argument: &str, origin: Origin) -> Result<(), String> {
-    let Some((path, text)) = argument.split_once('=') else {
-        return Err("expected KEY=VALUE, as in controller.k_l=100".into());
-    };
-    let Some(path) = KeyPath::parse(path.trim()) else {
-        return Err(format!("`{}` is no key path; expected one like controller.observer[1].printed", path.trim()));
-    };
+/// Error of an argument of `--set`.
+#[derive(Debug)]
+enum SetError {
+    Argument,
+    Path(String),
+    Value(String),
+    NoList(KeyPath),
+    Position { position: usize, length: usize },
+    Table { key: String, found: String },
+    List { position: usize, found: String },
+}
+
+impl fmt::Display for SetError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Argument => f.write_str("expected KEY=VALUE, as in controller.k_l=100"),
+            Self::Path(path) => {
+                write!(f, "`{path}` is not a key path; expected one like controller.observer[1].printed")
+            }
+            Self::Value(text) => {
+                write!(f, "{text:?} is not a TOML value (a number, true, \"text\", a [list] or a {{table}})")
+            }
+            Self::NoList(list) => {
+                write!(f, "there is no list `{list}` with such a position: {}", whole_first(list))
+            }
+            Self::Position { position, length } => {
+                write!(f, "there is no position {position} in a list of {length} (positions count from 1)")
+            }
+            Self::Table { key, found } => write!(f, "`{key}` cannot be set: {found} is not a table"),
+            Self::List { position, found } => write!(f, "[{position}] cannot be set: {found} is not a list"),
+        }
+    }
+}
+
+fn set(root: &mut Node, argument: &str, origin: Origin) -> Result<(), SetError> {
+    let (path, text) = argument.split_once('=').ok_or(SetError::Argument)?;
+    let path = KeyPath::parse(path.trim()).ok_or_else(|| SetError::Path(path.trim().into()))?;
     let node = value_of_argument(text.trim(), origin)?;
     if let Some((Step::Key(last), table)) = path.0.split_last()
         && let Some((_, others)) = ALTERNATIVES.iter().find(|(key, _)| key == last)
@@ -332,18 +360,18 @@ fn set(root: &mut Node, argument: &str, origin: Origin) -> Result<(), String> {
     if let Some(list) = path.list().filter(|list| root.get(list).is_none())
         && path.0.last() != Some(&Step::Position(1))
     {
-        return Err(format!("there is no list `{list}` with such a position: {}", whole_first(&list)));
+        return Err(SetError::NoList(list));
     }
     root.put(&path.0, node)
 }
 
-/// What to do about a number in a list that is not there.
+/// Returns the remedy for a position in a list that does not exist.
 pub(super) fn whole_first(list: &KeyPath) -> String {
     format!("set it with all its numbers first, as in --set '{list}=[0, 0]'")
 }
 
-/// A TOML value; a bare word is text, so that `plant.kind=chain` needs no quotes in a shell.
-fn value_of_argument(text: &str, origin: Origin) -> Result<Node, String> {
+/// Parses a TOML value. A bare word is text, so that `plant.kind=chain` needs no quotes in a shell.
+fn value_of_argument(text: &str, origin: Origin) -> Result<Node, SetError> {
     if let Some(value) = plain_number(text) {
         return Ok(Node { value, origin });
     }
@@ -354,18 +382,18 @@ fn value_of_argument(text: &str, origin: Origin) -> Result<Node, String> {
     if !text.is_empty() && text.chars().all(is_word) {
         return Ok(Node { value: NodeValue::Text(text.into()), origin });
     }
-    Err(format!("{:?} is not a TOML value (a number, true, \"text\", a [list] or a {{table}})", shortened(text)))
+    Err(SetError::Value(shortened(text)))
 }
 
-/// A number of nothing but digits, sign, point and exponent, as TOML reads it: a campaign sets some for each of a
-/// million trials, and the parser of TOML takes ten times as long. All else is left to that.
+/// Parses a number of digits, sign, point and exponent, as TOML does. A campaign sets some in each of a million trials,
+/// and the TOML parser takes ten times as long. `None` for any other text.
 fn plain_number(text: &str) -> Option<NodeValue> {
     let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
     let (mantissa, exponent) = digits.split_once(['e', 'E']).map_or((digits, None), |(m, e)| (m, Some(e)));
     let (whole, fraction) = mantissa.split_once('.').map_or((mantissa, None), |(w, f)| (w, Some(f)));
     let is_digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let is_exponent = |text: &str| is_digits(text.strip_prefix(['+', '-']).unwrap_or(text));
-    // No number begins with a 0 that is not all of its whole part.
+    // In TOML a whole part does not begin with 0 unless it is 0.
     let is_plain = is_digits(whole)
         && (whole == "0" || !whole.starts_with('0'))
         && fraction.is_none_or(is_digits)
@@ -379,7 +407,7 @@ fn plain_number(text: &str) -> Option<NodeValue> {
     text.parse().ok().filter(|number: &f64| number.is_finite()).map(NodeValue::Float)
 }
 
-/// Spans inside an argument mean nothing to the reader: the argument as a whole does.
+/// Returns the origin of a span. Spans inside an argument refer to the whole argument.
 fn at(span: Option<std::ops::Range<usize>>, around: Origin) -> Origin {
     match (around, span) {
         (Origin::Text { .. }, Some(span)) => Origin::Text { offset: span.start },
@@ -395,7 +423,7 @@ fn table(table: &dyn TableLike, origin: Origin) -> Node {
     Node { value: NodeValue::Table(entries.collect()), origin }
 }
 
-/// `around` is where to point if the parser gave no place, as for `[a]` when only `[a.b]` is written.
+/// Converts an item. `around` is its place if the parser gives none, as for `[a]` when only `[a.b]` is written.
 fn item_node(item: &Item, around: Origin) -> Node {
     let origin = at(item.span(), around);
     match item {
@@ -423,7 +451,7 @@ fn value_node(value: &Value, around: Origin) -> Node {
     Node { value, origin }
 }
 
-/// A message quotes what was found, but not a whole page of it.
+/// Shortens a quoted text for a message.
 fn shortened(text: &str) -> String {
     const LONGEST: usize = 60;
     if text.chars().count() <= LONGEST { text.into() } else { text.chars().take(LONGEST).chain("..".chars()).collect() }
@@ -531,7 +559,7 @@ mod tests {
             json(text, &["o[4].channel=1"]),
             "--set o[4].channel=1: there is no position 4 in a list of 2 (positions count from 1)"
         );
-        assert_eq!(json("a = 1", &["a.b=1"]), "--set a.b=1: `b` cannot be set: 1 is no table");
+        assert_eq!(json("a = 1", &["a.b=1"]), "--set a.b=1: `b` cannot be set: 1 is not a table");
     }
 
     #[test]

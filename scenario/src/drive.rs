@@ -1,8 +1,8 @@
-//! What a file says of a drive: a motor, or a flexible joint, with encoders, along a reference.
+//! Keys of a drive scenario: a motor or a flexible joint with encoders, following a reference.
 //!
-//! A file with the table `[motor]` or `[joint]` is one. Numbers of the data sheet are those of the motor's own shaft;
-//! all others (reference, load inertia, friction, load) are behind its gear, where the angle is meant. What the
-//! controller is told is the data sheet; what is true differs from it by `[error]`, and by what no data sheet says.
+//! A file with the table `[motor]` or `[joint]` is a drive scenario. The data sheet refers to the motor shaft. All
+//! other quantities (reference, load inertia, friction, load) refer to the output side of the gear. The controller's
+//! model is the data sheet. The simulated plant differs from it by `[error]`, friction and torque ripple.
 
 use controller_core::drive::RestLearning;
 use schemars::JsonSchema;
@@ -27,47 +27,47 @@ pub(super) use build::{joint, motor};
 use margin::MarginKey;
 
 table! {
-/// One run of a motor under its drive. What has no default must be given.
+/// One run of a motor with its drive. Keys without a default are required.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorScenario {
     /// Short name, used for the output folder: letters, digits, `_`, `-`, `.`. Default: the name of the file.
     pub name: Option<String>,
-    /// One line that says what is shown; heads the output and the figures.
+    /// One-line title of the output and the figures.
     pub title: Option<String>,
     /// Length of the run, s. Default 2.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub span_s: f64 = 2.0,
-    /// Window [from, to] over which errors are taken, s. Default: from where the reference is reached to the end; of a
-    /// move from its start.
+    /// Window [from, to] of the error metrics, s. Default: from the end of the transition onto the reference to the end
+    /// of the run. For a move: from its start.
     pub window_s: Option<[f64; 2]>,
-    /// Settled while the error stays within this band, rad; rad/s in mode speed. Default 0.005; in mode speed 2 % of
-    /// the speed.
+    /// Band of the error that counts as settled, rad; rad/s in mode speed. Default 0.005; in mode speed 2 % of the
+    /// speed.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub settling_band: Option<f64>,
-    /// Seed of the encoder's noise and of jitter. Default 0.
+    /// Seed of the encoder noise and the jitter. Default 0.
     pub seed: u64,
     /// Data sheet.
     pub motor: MotorTable,
-    /// How the angle is measured.
+    /// Encoder of the motor.
     pub encoder: EncoderTable,
-    /// The controller.
+    /// Design of the controller.
     pub drive: MotorDriveTable,
-    /// Where to go.
+    /// Reference of position or speed.
     pub reference: ReferenceTable,
-    /// What the drive is watched for. Default: thresholds by rule, and alarms are told only.
+    /// Alarm thresholds and reaction. Default: thresholds by rule, and alarms are only reported.
     pub monitor: MonitorTable,
-    /// Where the shaft may be, how fast, and how far from its target. Default: no limits.
+    /// Limits of position, speed and following error. Default: no limits.
     pub limits: LimitsTable,
-    /// What no data sheet says. Default: none of it.
+    /// Friction and torque ripple of the simulated motor. Default: none.
     pub friction: FrictionTable,
-    /// Terms of a torque against positive motion, behind the gear: amplitude in N m, slope in N m/s. Default none.
+    /// Terms of a load torque against positive motion, behind the gear: amplitude in N m, slope in N m/s. Default none.
     #[schemars(length(max = 64))]
     pub load: Vec<TermTable>,
-    /// What goes wrong with the counts, and when. Default nothing.
+    /// Faults of encoder, power stage and interrupt, with their times. Default none.
     #[schemars(length(max = 64))]
     pub fault: Vec<FaultTable>,
-    /// How far the true motor is from its data sheet.
+    /// Deviation of the true motor from its data sheet.
     pub error: MotorErrorTable,
 }
 }
@@ -77,43 +77,41 @@ table! {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorTable {
-    /// Inertia of the rotor, kg m^2, or [smallest, largest]: a loop is designed for the geometric mean of a range. Must
-    /// be given.
+    /// Inertia of the rotor, kg m^2, or [smallest, largest]: the design is for the geometric mean of a range. Required.
     #[schemars(with = "Option<AboveZero>")]
     pub inertia_kg_m2: Option<NumberOrRange>,
-    /// Torque constant K_t, N m/A. Must be given.
+    /// Torque constant K_t, N m/A. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub torque_n_m_per_a: Option<f64>,
-    /// Largest current of either sign, A. Must be given.
+    /// Current limit for both signs, A. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_current_a: Option<f64>,
-    /// Supply voltage, V: the faster the motor, the less current it drives. Of a three-phase motor with space-vector
-    /// modulation and K_t per ampere of the peak of a phase: 0.866 of the bus voltage. Default: no limit.
+    /// Supply voltage, V. It limits the current at speed. For a three-phase motor with space-vector modulation and K_t
+    /// per ampere of the peak of a phase: 0.866 of the bus voltage. Default: no limit.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub supply_v: Option<f64>,
-    /// Winding resistance, ohm, between the terminals; of a three-phase motor as above 1.5 times that of a phase. Must
-    /// be given with supply_v; with no_load_rad_s alone the one at which max_current_a just flows at rest.
+    /// Winding resistance between the terminals, ohm; for a three-phase motor as above 1.5 times the resistance of a
+    /// phase. Required with supply_v. Default with no_load_rad_s: max_current_a just flows at rest.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub resistance_ohm: Option<f64>,
-    /// Speed of the motor's own shaft without load, rad/s, instead of supply_v.
+    /// No-load speed of the motor shaft, rad/s, instead of supply_v.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub no_load_rad_s: Option<f64>,
     /// Viscous friction of the rotor, N m s/rad. Default 0.
     #[schemars(range(min = 0))]
     pub damping_n_m_s: f64,
-    /// Turns of the motor, and those that what it drives makes meanwhile: [100, 1] is a reduction of 100. Default
-    /// [1, 1]. Any ratio for an encoder behind the gear; before it one that the encoder's counts fit, of others the
-    /// nearest is named.
+    /// Gear ratio [motor revolutions, output revolutions]: [100, 1] is a reduction of 100. Default [1, 1]. With the
+    /// encoder behind the gear any ratio is valid. Before the gear some are rejected, and the error names the nearest.
     #[schemars(inner(range(min = 1)))]
     pub gear: [u64; 2] = [1, 1],
     /// Inertia of the load behind the gear, kg m^2, or [smallest, largest]. Default 0.
     #[schemars(extend("default" = 0.0))]
     pub load_inertia_kg_m2: NumberOrRange,
-    /// Play between motor and load, rad behind the gear from one flank to the other. An encoder behind the gear then
-    /// allows less bandwidth. Default 0.
+    /// Backlash between motor and load, rad behind the gear from flank to flank. An encoder behind the gear then allows
+    /// less bandwidth. Default 0.
     #[schemars(range(min = 0, max = 1))]
     pub play_rad: f64,
-    /// Stiffness of the flanks with play, N m/rad behind the gear. Default: load and motor swing on them at 75 Hz.
+    /// Stiffness of the gear with backlash, N m/rad behind the gear. Default: load and motor oscillate on it at 75 Hz.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub gear_stiffness_n_m: Option<f64>,
     /// Time constant of the current loop, s; 0 for none. Default 2e-4.
@@ -124,24 +122,24 @@ pub struct MotorTable {
 }
 }
 
-/// A number, or a range of it.
+/// A number or a range.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum NumberOrRange {
     /// One number.
     Number(#[schemars(range(min = 0))] f64),
-    /// The smallest and the largest that it may be.
+    /// Smallest and largest number.
     Range(#[schemars(inner(range(min = 0)))] [f64; 2]),
 }
 
-/// The schema of one that is not 0.
+/// Schema of a [`NumberOrRange`] above 0.
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 #[expect(dead_code, reason = "what is read is a NumberOrRange")]
 enum AboveZero {
     /// One number.
     Number(Positive),
-    /// The smallest and the largest that it may be.
+    /// Smallest and largest number.
     Range([Positive; 2]),
 }
 
@@ -156,105 +154,102 @@ impl Default for NumberOrRange {
     }
 }
 
-/// An encoder, absolute or incremental.
+/// Absolute or incremental encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EncoderTable {
-    /// Bits of the counter. Must be given, or its states.
+    /// Bits of the counter. Required unless states is given.
     #[schemars(range(min = 2, max = 32))]
     pub bits: Option<u32>,
-    /// How many states the counter has before it wraps, a power of two or not: a timer with a reload of 9999 has 10000.
-    /// Default 2^bits; must be given with counts_per_turn.
+    /// Number of states of the counter before it wraps, not necessarily a power of two: a timer with a reload value of
+    /// 9999 has 10000. Default 2^bits; give it with counts_per_turn.
     #[schemars(range(min = 2, max = 4_294_967_296_u64))]
     pub states: Option<u64>,
-    /// Counts in a turn of the encoder: four per line of an incremental one. Default 2^bits.
+    /// Counts per revolution of the encoder: four per line of an incremental encoder. Default 2^bits.
     #[schemars(range(min = 4, max = 16_777_216))]
     pub counts_per_turn: Option<u32>,
-    /// motor with a gear: is the encoder behind the gear, and not on the motor's shaft? Default false.
+    /// True if the encoder is behind the gear, false if it is on the motor shaft. Default false.
     pub behind_gear: bool,
-    /// Does it count down while the angle grows? Default false.
+    /// True if the count decreases while the angle increases. Default false.
     pub reversed: bool,
     /// Count at angle 0. Default 0.
     pub offset_counts: i32,
-    /// Standard deviation of white noise of its own angle, before it is rounded to a count, rad; a motor's bandwidth by
-    /// rule allows for it. Default 0.
+    /// Standard deviation of white noise on the encoder angle before quantisation, rad. The rule for the bandwidth of a
+    /// motor accounts for it. Default 0.
     #[schemars(range(min = 0, max = 1))]
     pub noise_rad: f64,
-    /// Error of its own angle once a turn, as of a magnet off its centre, rad. Default 0.
+    /// Amplitude of the angle error with one period per revolution, as of a magnet off centre, rad. Default 0.
     #[schemars(range(min = 0, max = 0.2))]
     pub eccentricity_rad: f64,
 }
 
 table! {
-/// The drive of a motor.
+/// Drive of a motor.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorDriveTable {
     /// Period T of the ticks, s. Default 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub period_s: f64 = 1e-3,
-    /// What it follows. Default position.
+    /// Control mode. Default position.
     pub mode: ModeKey = ModeKey::Position,
-    /// Stability margin of the rule for the bandwidths: "fast", "standard", or the peak of the sensitivity function
-    /// with the quiet gain set. Default "fast".
+    /// Stability margin of the rule for the bandwidths: "fast", "standard", or the peak sensitivity of the base gains.
+    /// Default "fast".
     pub margin: Option<MarginKey>,
-    /// Bandwidth of the position error, rad/s; the observer and the reaching law change in proportion. Default: by
-    /// rule, of the encoder's steps and the phase that period, lag and delay cost.
+    /// Closed-loop position bandwidth, rad/s; the observer and the reaching law scale with it. Default: by rule, from
+    /// the encoder resolution and the loop delay (period, current loop, delay_ticks).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub surface_rad_s: Option<f64>,
-    /// Bandwidth of the observer, rad/s. Default: by rule.
+    /// Bandwidth of the disturbance observer, rad/s. Default: by rule.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub observer_rad_s: Option<f64>,
-    /// Gain k_l of the reaching law, 1/s. Default: by rule, at most one per tick.
+    /// Reaching gain k_l, 1/s: rate at which sigma* is driven to zero. Default: by rule, at most 1/period_s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reaching_per_s: Option<f64>,
-    /// How well inertia and torque constant are known, percent, at most 50; of an inertia with a range the torque
+    /// Tolerance of inertia and torque constant, percent, at most 50. With a range of inertia: tolerance of the torque
     /// constant alone. Default 20.
     #[schemars(range(min = 0))]
     pub uncertain_percent: f64 = 20.0,
-    /// May a drive be exported that is unstable, or is so with numbers as far off as uncertain_percent says? Default
-    /// false.
+    /// True to allow the export of a drive that is unstable, nominally or within uncertain_percent. Default false.
     pub accept_unstable: bool,
-    /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20 and an
-    /// inertia that is at most as far off, else 1.
+    /// Number of gain sets. With 2, high gains are scheduled in on the observer innovation while a load acts. Default:
+    /// 2 if uncertain_percent and the range of inertia are at most 20 %, else 1.
     #[schemars(range(min = 1, max = 2))]
     pub gain_sets: Option<usize>,
-    /// Bandwidth of the observer in the fast set over that in the quiet one. Default 2.
+    /// Ratio of the observer bandwidths of the high and the base gains. Default 2.
     #[schemars(range(min = 1, max = 4))]
     pub fast_ratio: Option<f64>,
-    /// Ticks from the computation of a current until it is held, 0 to 3. Default 0.
+    /// Ticks from the computation of a current until it is applied, 0 to 3. Default 0.
     #[schemars(range(min = 0, max = 3))]
     pub delay_ticks: usize,
-    /// Largest age of the count that a tick works with, s: uniform from 0, anew in each tick; at most period_s. Default
-    /// 0.
+    /// Largest age of the count at its tick, s: uniform from 0, independent in each tick, at most period_s. Default 0.
     #[schemars(range(min = 0))]
     pub jitter_s: f64,
     /// States of the observer; 4 is for little friction and a motor known to 20 %. Default 3.
     #[schemars(range(min = 3, max = 4))]
     pub observer_states: usize = 3,
-    /// Lost samples in a row that are bridged. Default 50.
+    /// Consecutive lost samples that are bridged by prediction. Default 50.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub lost_ticks: u32 = 50,
-    /// What goes out after them: "hold" (the last current) or a current, A. Default "hold".
+    /// Safe output after lost_ticks: "hold" (the last current) or a current, A. Default "hold".
     pub fallback: FallbackKey,
-    /// How slack a motor is around a target that rests, against hunting in friction and swings in play; a speed loop
-    /// has none.
-    /// Default "learns".
+    /// Rest band: dead band of the position error at a resting target, against hunting in friction and limit cycles in
+    /// backlash. Not used in mode speed. Default "learns".
     pub rest_band: Option<RestBandKey>,
 }
 }
 
-/// The band around a target that rests, within which the position error does not count, and lower gains.
+/// Rest band: dead band of the position error at a resting target, and lower gains against limit cycles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RestBandKey {
-    /// A count, or what 0.1 % of the torque does to the error; where the shaft hunts it widens, up to six counts or 2 %
-    /// of the torque, and where the shaft swings lower gains hold it.
+    /// One count, or the error caused by 0.1 % of the torque. If the shaft hunts, the band widens up to six counts or
+    /// 2 % of the torque. If the shaft oscillates, lower gains hold it.
     #[default]
     Learns,
-    /// It never widens, and the gains stay.
+    /// A band that never widens, with unchanged gains.
     Fixed,
-    /// There is none.
+    /// No band.
     Off,
 }
 
@@ -268,24 +263,24 @@ impl RestBandKey {
     }
 }
 
-/// What a drive follows.
+/// Control mode of a motor drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ModeKey {
-    /// The angle.
+    /// Position control.
     #[default]
     Position,
-    /// The speed alone.
+    /// Speed control.
     Speed,
 }
 
-/// Where to go.
+/// Reference of a drive.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReferenceTable {
-    /// Its shape. Default rest.
+    /// Kind of the reference. Default rest.
     pub kind: ReferenceKind,
-    /// move: angle to rest at, rad.
+    /// move: target angle, rad.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub to_rad: Option<f64>,
     /// sine: amplitude, rad.
@@ -297,258 +292,258 @@ pub struct ReferenceTable {
     /// points (2 or more), set_points: angles, rad.
     #[schemars(length(min = 1, max = 10_000), inner(range(min = -1e6, max = 1e6)))]
     pub points_rad: Option<Vec<f64>>,
-    /// points, set_points: time from one to the next, s; a whole number of ticks.
+    /// points, set_points: time between two points, s; a whole number of ticks.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every_s: Option<f64>,
-    /// set_points: limit of the speed, rad/s.
+    /// set_points: speed limit, rad/s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_speed_rad_s: Option<f64>,
-    /// set_points: limit of the acceleration, rad/s^2.
+    /// set_points: acceleration limit, rad/s^2.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_acceleration_rad_s2: Option<f64>,
-    /// set_points: time over which the path is averaged, twice for a motor and three times for a joint, s; a whole
-    /// number of ticks. The jerk stays below 2 max_acceleration_rad_s2/smooth_s. For points of a stream every_s.
-    /// Default 0.01.
+    /// set_points: averaging time of the trajectory, s; a whole number of ticks. The trajectory of a motor is averaged
+    /// twice, of a joint three times. The jerk stays below 2 max_acceleration_rad_s2/smooth_s. For a stream of points
+    /// take every_s. Default 0.01.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub smooth_s: Option<f64>,
-    /// speed: speed to turn at, rad/s.
+    /// speed: constant speed, rad/s.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub speed_rad_s: Option<f64>,
-    /// Instant at which it begins, s. Default 0.
+    /// Start time of the reference, s. Default 0.
     #[schemars(range(min = 0))]
     pub start_s: Option<f64>,
-    /// Time from rest onto the reference, s. Default: the shortest within 90 % of the current limit for a motor as weak
-    /// and heavy as uncertain_percent allows; of sine and points at least 0.25.
+    /// Duration of the transition from rest to the reference, s. Default: the shortest within 90 % of the current limit
+    /// for the weakest and heaviest motor within uncertain_percent; for sine and points at least 0.25.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub duration_s: Option<f64>,
 }
 
-/// Shapes of a reference.
+/// Kinds of reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ReferenceKind {
-    /// Stay where it is.
+    /// Hold the start position.
     #[default]
     Rest,
-    /// From rest to rest.
+    /// Move from rest to rest.
     Move,
-    /// A sine about angle 0.
+    /// Sine about angle 0.
     Sine,
-    /// A smooth curve through points, late by 3.5 of them.
+    /// Smooth curve through points, delayed by 3.5 point intervals.
     Points,
-    /// Set-points that come at any time, as a path within limits of speed, acceleration and jerk.
+    /// Set-points at any time, followed along a trajectory within limits of speed, acceleration and jerk.
     SetPoints,
-    /// Even turning.
+    /// Constant speed.
     Speed,
 }
 
-/// What a drive is watched for, and what follows an alarm.
+/// Alarm thresholds of a drive and the reaction to an alarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MonitorTable {
-    /// What follows an alarm. Default tell.
+    /// Reaction to an alarm. Default tell.
     pub reaction: ReactionKey,
-    /// joined_stop: time to rest, s. Default 0.25.
+    /// joined_stop: time from the alarm to rest, s. Default 0.25.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stop_s: Option<f64>,
-    /// Largest torque that load, friction and what the data sheet has wrong may come to, N m; of a joint on the link.
+    /// Alarm threshold of the estimated torque from load, friction and data-sheet errors, N m; for a joint on the link.
     /// Default by rule, from the limits, uncertain_percent and sudden_load_n_m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub load_n_m: Option<f64>,
-    /// joint: the same on the motor, N m.
+    /// joint: alarm threshold of the estimated torque on the motor, N m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub motor_n_m: Option<f64>,
-    /// Largest |sigma*| while the current is within its limits, rad/s; of a joint rad/s^3. Default by rule.
+    /// Alarm threshold of |sigma*| while the current is within its limits, rad/s; for a joint rad/s^3. Default by rule.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub sigma_star: Option<f64>,
-    /// Time that the current may be at a limit while |sigma| does not fall, s. Default 0.2.
+    /// Allowed time at the current limit while |sigma| does not fall, s. Default 0.2.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub saturated_s: Option<f64>,
 }
 
-/// Limits of the shaft, of a joint of its link: to break one is an alarm.
+/// Limits of the shaft; for a joint of the link. Exceeding a limit is an alarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LimitsTable {
-    /// Lower end of its range, rad; the drive brakes ahead of it. Default none.
+    /// Lower end of the travel range, rad; the drive brakes before it. Default none.
     pub low_rad: Option<f64>,
-    /// Upper end of its range, rad. Default none.
+    /// Upper end of the travel range, rad; the drive brakes before it. Default none.
     pub high_rad: Option<f64>,
-    /// Top speed, rad/s; durations keep to it. Default none.
+    /// Speed limit, rad/s; durations by rule respect it. Default none.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_speed_rad_s: Option<f64>,
-    /// Largest distance from the target, rad. Default none.
+    /// Largest distance from the reference, rad. Default none.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub following_error_rad: Option<f64>,
 }
 
-/// What follows an alarm.
+/// Reaction to an alarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ReactionKey {
-    /// It is told, and the drive goes on.
+    /// Report the alarm and continue.
     #[default]
     Tell,
-    /// It brakes on its estimated speed as long as its counts can be believed, and the current is taken away then.
+    /// Brake on the estimated speed while the counts are plausible, then switch the current off.
     Brake,
-    /// From then on 0 A goes out, or the safe current of the fallback: the shaft coasts.
+    /// Apply 0 A or the safe current of the fallback at once: the shaft coasts.
     Fallback,
-    /// The reference comes to rest from where it is, which needs good counts; where the current does not
-    /// suffice, the fallback goes out.
+    /// Controlled stop: the reference decelerates to rest along a polynomial, which needs valid counts. If the current
+    /// does not suffice, the fallback is applied.
     JoinedStop,
 }
 
-/// How friction behaves about rest.
+/// Friction model about rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FrictionModel {
-    /// A shaft that comes to rest stands until what pushes it is more than static friction.
+    /// A shaft at rest holds until the torque exceeds static friction.
     #[default]
     Holds,
-    /// It fades below `smooth_rad_s`: a shaft creeps where a real one stands.
+    /// Friction fades to 0 below `smooth_rad_s`: the shaft creeps instead of holding.
     Faded,
 }
 
 table! {
-/// Friction and ripple of the true motor; the controller knows nothing of them.
+/// Friction and torque ripple of the simulated motor. The controller's model has none.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FrictionTable {
-    /// Friction in motion, N m. Default 0.
+    /// Coulomb friction in motion, N m. Default 0.
     #[schemars(range(min = 0))]
     pub coulomb_n_m: f64,
-    /// Friction just above rest, N m. Default: that in motion.
+    /// Static friction, N m. Default: coulomb_n_m.
     #[schemars(range(min = 0))]
     pub static_n_m: Option<f64>,
-    /// Speed at which the one has given way to the other, rad/s. Default 0.1.
+    /// Stribeck speed of the transition from static to Coulomb friction, rad/s. Default 0.1.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stribeck_rad_s: f64 = 0.1,
-    /// About rest. Default "holds"; "faded" where smooth_rad_s is given.
+    /// Friction model about rest. Default "holds"; "faded" if smooth_rad_s is given.
     pub model: Option<FrictionModel>,
-    /// faded: speed below which friction fades, rad/s. Default 0.005.
+    /// faded: speed below which friction fades to 0, rad/s. Default 0.005.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub smooth_rad_s: Option<f64>,
-    /// Amplitude of the cogging, N m. Default 0.
+    /// Amplitude of the cogging torque, N m. Default 0.
     #[schemars(range(min = 0))]
     pub cogging_n_m: f64,
-    /// Periods of the cogging in a turn of the motor. Default 7.
+    /// Cogging periods per motor revolution. Default 7.
     #[schemars(range(min = 1, max = 10_000))]
     pub cogging_per_turn: f64 = 7.0,
     /// Ripple of the torque constant, percent. Default 0.
     #[schemars(range(min = 0, max = 100))]
     pub ripple_percent: f64,
-    /// Periods of the ripple in a turn of the motor. Default 42.
+    /// Ripple periods per motor revolution. Default 42.
     #[schemars(range(min = 1, max = 10_000))]
     pub ripple_per_turn: f64 = 42.0,
 }
 }
 
-/// What goes wrong with an encoder or the power stage.
+/// Fault of an encoder, the power stage or the control interrupt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FaultTable {
-    /// What. Must be given.
+    /// Kind of the fault. Required.
     pub kind: Option<FaultKind>,
-    /// joint: of which encoder. Default: both.
+    /// joint: affected encoder. Default: both.
     pub encoder: Option<EncoderKey>,
-    /// From this instant on, s. Must be given.
+    /// Start time, s. Required.
     #[schemars(range(min = 0))]
     pub at_s: Option<f64>,
-    /// For so long, s; at least a tick. Default: to the end.
+    /// Duration, s; at least one tick. Default: to the end of the run.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub for_s: Option<f64>,
-    /// jump: counts by which it is off.
+    /// jump: offset of the count.
     pub counts: Option<i32>,
-    /// derated: the largest current that the power stage gives, A.
+    /// derated: largest current of the power stage, A.
     #[schemars(range(min = 0))]
     pub current_a: Option<f64>,
 }
 
-/// Faults of an encoder or the power stage.
+/// Kinds of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
-    /// The count stays what it was.
+    /// Frozen encoder: the count does not change.
     Stuck,
-    /// The count is off by some.
+    /// Offset of the count.
     Jump,
-    /// There is no count.
+    /// Missing count.
     Lost,
-    /// The power stage gives less current than `max_current_a`, and the drive is told what flows.
+    /// The power stage limits the current below `max_current_a` and reports the applied current to the drive.
     Derated,
-    /// The interrupt of the control does not come: u stays, and the drive is not told. Its reference is late from then
-    /// on.
+    /// The control interrupt is missed: the output stays, and the drive is not informed. Its reference is late from
+    /// then on.
     Missed,
 }
 
-/// The encoders of a joint.
+/// Encoder of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EncoderKey {
-    /// On the link.
+    /// Encoder of the link.
     Link,
-    /// On the motor.
+    /// Encoder of the motor.
     Motor,
 }
 
-/// True parameter over that of the data sheet, less 1, percent. Default 0.
+/// Deviations of the true parameters from the data sheet, percent. Default 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorErrorTable {
-    /// Of the inertia, that of the load included.
+    /// Deviation of the inertia, load included, percent.
     #[schemars(extend("exclusiveMinimum" = -100))]
     pub inertia_percent: f64,
-    /// Of the torque constant.
+    /// Deviation of the torque constant, percent.
     #[schemars(extend("exclusiveMinimum" = -100))]
     pub torque_percent: f64,
-    /// Does the motor turn the other way than its current asks, as after two phases are swapped? Default false.
+    /// True if the motor turns against its current, as after swapping two phases. Default false.
     pub reversed: bool,
-    /// Of the viscous friction.
+    /// Deviation of the viscous friction, percent.
     #[schemars(range(min = -100))]
     pub damping_percent: f64,
 }
 
 table! {
-/// One run of a flexible joint under its drive. What has no default must be given.
+/// One run of a flexible joint with its drive. Keys without a default are required.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JointScenario {
     /// Short name, used for the output folder: letters, digits, `_`, `-`, `.`. Default: the name of the file.
     pub name: Option<String>,
-    /// One line that says what is shown; heads the output and the figures.
+    /// One-line title of the output and the figures.
     pub title: Option<String>,
     /// Length of the run, s. Default 2.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub span_s: f64 = 2.0,
-    /// Window [from, to] over which errors are taken, s. Default: from where the reference is reached to the end; of a
-    /// move from its start.
+    /// Window [from, to] of the error metrics, s. Default: from the end of the transition onto the reference to the end
+    /// of the run. For a move: from its start.
     pub window_s: Option<[f64; 2]>,
-    /// Settled while the error stays within this band, rad. Default 0.005.
+    /// Band of the error that counts as settled, rad. Default 0.005.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub settling_band: Option<f64>,
-    /// Seed of the encoders' noise and of jitter. Default 0.
+    /// Seed of the encoder noise and the jitter. Default 0.
     pub seed: u64,
     /// Data sheet.
     pub joint: JointTable,
-    /// How both angles are measured.
+    /// Encoders of link and motor.
     pub encoder: JointEncoderTable,
-    /// The controller.
+    /// Design of the controller.
     pub drive: JointDriveTable,
-    /// Where the link is to go.
+    /// Reference of the link.
     pub reference: ReferenceTable,
-    /// What the drive is watched for. Default: thresholds by rule, and alarms are told only.
+    /// Alarm thresholds and reaction. Default: thresholds by rule, and alarms are only reported.
     pub monitor: MonitorTable,
-    /// Where the shaft may be, how fast, and how far from its target. Default: no limits.
+    /// Limits of position, speed and following error of the link. Default: no limits.
     pub limits: LimitsTable,
-    /// What no data sheet says of the motor, as torques behind the gear. Default: none of it.
+    /// Friction and torque ripple of the simulated motor, as torques behind the gear. Default: none.
     pub friction: FrictionTable,
-    /// Terms of a torque against positive motion of the link: amplitude in N m, slope in N m/s. Default none.
+    /// Terms of a load torque against positive motion of the link: amplitude in N m, slope in N m/s. Default none.
     #[schemars(length(max = 64))]
     pub load: Vec<TermTable>,
-    /// What goes wrong with the counts, and when. Default nothing.
+    /// Faults of encoders, power stage and interrupt, with their times. Default none.
     #[schemars(length(max = 64))]
     pub fault: Vec<FaultTable>,
-    /// How far the true joint is from its data sheet.
+    /// Deviation of the true joint from its data sheet.
     pub error: JointErrorTable,
 }
 }
@@ -558,35 +553,35 @@ table! {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JointTable {
-    /// Inertia of the link, kg m^2. Must be given.
+    /// Inertia of the link, kg m^2. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub link_inertia_kg_m2: Option<f64>,
-    /// Inertia of the motor at its own shaft, kg m^2. Must be given.
+    /// Inertia of the motor at its own shaft, kg m^2. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub motor_inertia_kg_m2: Option<f64>,
-    /// Stiffness of the spring between them, behind the gear, N m/rad. Must be given.
+    /// Stiffness of the spring between motor and link, behind the gear, N m/rad. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stiffness_n_m: Option<f64>,
-    /// Torque constant K_t of the motor, N m/A. Must be given.
+    /// Torque constant K_t of the motor, N m/A. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub torque_n_m_per_a: Option<f64>,
-    /// Largest current of either sign, A. Must be given.
+    /// Current limit for both signs, A. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_current_a: Option<f64>,
-    /// Supply voltage, V: the faster the motor, the less current it drives. Of a three-phase motor with space-vector
-    /// modulation and K_t per ampere of the peak of a phase: 0.866 of the bus voltage. Default: no limit.
+    /// Supply voltage, V. It limits the current at speed. For a three-phase motor with space-vector modulation and K_t
+    /// per ampere of the peak of a phase: 0.866 of the bus voltage. Default: no limit.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub supply_v: Option<f64>,
-    /// Winding resistance, ohm, between the terminals; of a three-phase motor as above 1.5 times that of a phase. Must
-    /// be given with supply_v; with no_load_rad_s alone the one at which max_current_a just flows at rest.
+    /// Winding resistance between the terminals, ohm; for a three-phase motor as above 1.5 times the resistance of a
+    /// phase. Required with supply_v. Default with no_load_rad_s: max_current_a just flows at rest.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub resistance_ohm: Option<f64>,
-    /// Speed of the motor's own shaft without load, rad/s, instead of supply_v.
+    /// No-load speed of the motor shaft, rad/s, instead of supply_v.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub no_load_rad_s: Option<f64>,
-    /// Turns of the motor, and those that the spring makes meanwhile: [100, 1] is a reduction of 100. Default [1, 1].
-    /// Any ratio for an encoder behind the gear; before it the motor's encoder makes a whole number of counts in a turn
-    /// of the spring, of other ratios the nearest is named.
+    /// Gear ratio [motor revolutions, spring revolutions]: [100, 1] is a reduction of 100. Default [1, 1]. With the
+    /// encoder behind the gear any ratio is valid. Before the gear, a spring revolution must be a whole number of motor
+    /// counts. For other ratios the error names the nearest.
     #[schemars(inner(range(min = 1)))]
     pub gear: [u64; 2] = [1, 1],
     /// Viscous friction of the link, N m s/rad. Default 0.
@@ -595,128 +590,127 @@ pub struct JointTable {
     /// Viscous friction of the motor at its own shaft, N m s/rad. Default 0.
     #[schemars(range(min = 0))]
     pub motor_damping_n_m_s: f64,
-    /// Damping in the spring, N m s/rad; the controller does not know it. Default 0.
+    /// Damping of the spring, N m s/rad. The controller's model has none. Default 0.
     #[schemars(range(min = 0))]
     pub spring_damping_n_m_s: f64,
-    /// Torque of the link's weight when it is level, N m; angle 0 hangs down. Default 0: its axis is upright.
+    /// Gravity torque of the horizontal link, N m; at angle 0 the link hangs down. Default 0: the axis is vertical.
     #[schemars(range(min = 0))]
     pub weight_n_m: f64,
     /// Time constant of the current loop, s; 0 for none. Default 2e-4.
     #[schemars(range(min = 0, max = 0.1))]
     pub current_lag_s: f64 = controller_core::drive::DEFAULT_LAG_S,
-    /// Angle of the link at t = 0, at rest, the spring drawn by its weight, rad. Default 0.
+    /// Angle of the link at t = 0, at rest, with the spring twisted by gravity, rad. Default 0.
     pub start_rad: f64,
 }
 }
 
-/// The encoders of a joint; both are 0 where the spring is relaxed and the link hangs down.
+/// Encoders of a joint. Both angles are 0 if the spring is relaxed and the link hangs down.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JointEncoderTable {
-    /// On the link.
+    /// Encoder of the link.
     pub link: EncoderTable,
-    /// On the motor's own shaft, or behind the gear.
+    /// Encoder on the motor shaft, or behind the gear.
     pub motor: EncoderTable,
 }
 
 table! {
-/// The drive of a joint.
+/// Drive of a joint.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JointDriveTable {
     /// Period T of the ticks, s. Default 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub period_s: f64 = 1e-3,
-    /// Bandwidths. "coupled" takes the joint as a whole, with gains by rule from the data sheet: stable in every
-    /// corner of uncertain_percent. Default: "coupled" where the spring is stiff, K/J_l above the square of the
-    /// bandwidth of the error, else "normal" if both encoders have 16 bits or more in a turn, else "quiet".
+    /// Set of bandwidths. "coupled" designs both shafts as one system, with gains by rule from the data sheet that are
+    /// stable in every corner of uncertain_percent. Default: "coupled" for a stiff spring, with K/J_l above the square
+    /// of the position bandwidth. Else "normal" if both encoders have at least 16 bits per revolution, else "quiet".
     pub tuning: Option<TuningKey>,
-    /// Of tuning = "coupled": "fast", peaks of the sensitivity function up to 2.4, "standard", up to 1.7, or a peak by
-    /// the data sheet, 1.2 to 3. Default "fast".
+    /// Stability margin of tuning = "coupled": "fast" (peak sensitivity up to 2.4), "standard" (up to 1.7), or the
+    /// nominal peak sensitivity, 1.2 to 3. Default "fast".
     pub margin: Option<MarginKey>,
-    /// Bandwidth of the error instead, rad/s; the others follow in the proportions of `tuning`.
+    /// Closed-loop position bandwidth, rad/s; the others scale with it in proportion. Default: by tuning.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub surface_rad_s: Option<f64>,
-    /// Bandwidth of the link's observer instead, rad/s.
+    /// Bandwidth of the link observer, rad/s. Default: by tuning.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub link_rad_s: Option<f64>,
-    /// Bandwidth of the motor's observer instead, rad/s.
+    /// Bandwidth of the motor observer, rad/s. Default: by tuning.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub motor_rad_s: Option<f64>,
-    /// Gain k_l of the reaching law instead, 1/s.
+    /// Reaching gain k_l, 1/s: rate at which sigma* is driven to zero. Default: by tuning.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reaching_per_s: Option<f64>,
-    /// How well the parameters are known, percent, at most 50. Default 20.
+    /// Tolerance of the data sheet, percent, at most 50. Default 20.
     #[schemars(range(min = 0))]
     pub uncertain_percent: f64 = 20.0,
-    /// May a drive be exported that is unstable, or is so with parameters as far off as uncertain_percent says? Default
-    /// false.
+    /// True to allow the export of a drive that is unstable, nominally or within uncertain_percent. Default false.
     pub accept_unstable: bool,
-    /// Gain sets: with 2 a fast one comes in while a load pushes. Default: 2 for uncertain_percent up to 20, else 1.
+    /// Number of gain sets. With 2, high gains are scheduled in on the observer innovation while a load acts. Default:
+    /// 2 for uncertain_percent up to 20, else 1.
     #[schemars(range(min = 1, max = 2))]
     pub gain_sets: Option<usize>,
-    /// Bandwidths of the observers in the fast set over those in the quiet one, link and motor, 1 to 4; of tuning =
-    /// "coupled" 0.5 to 5. Default [3, 1.5], or by rule.
+    /// Ratios of the observer bandwidths of the high and the base gains, link and motor, 1 to 4; for tuning = "coupled"
+    /// 0.5 to 5. Default [3, 1.5], or by rule.
     #[schemars(length(min = 2, max = 2), inner(range(min = 0.5, max = 5)))]
     pub fast_ratios: Option<Vec<f64>>,
-    /// Ticks from the computation of a current until it is held, 0 to 3. Default 0.
+    /// Ticks from the computation of a current until it is applied, 0 to 3. Default 0.
     #[schemars(range(min = 0, max = 3))]
     pub delay_ticks: usize,
-    /// Largest age of the counts that a tick works with, s: uniform from 0, anew in each tick, one for both; at most
-    /// period_s. Default 0.
+    /// Largest age of the counts at their tick, s: uniform from 0, independent in each tick, equal for both encoders,
+    /// at most period_s. Default 0.
     #[schemars(range(min = 0))]
     pub jitter_s: f64,
-    /// The largest load that comes at once, N m; a larger one looks like a broken encoder. Default: what the motor can
-    /// make.
+    /// Largest load step, N m. A larger step is rejected as an encoder fault. Default: the largest motor torque.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub sudden_load_n_m: Option<f64>,
-    /// Lost samples of an encoder in a row that are bridged. Default 50.
+    /// Consecutive lost samples of an encoder that are bridged by prediction. Default 50.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub lost_ticks: u32 = 50,
-    /// What goes out after them: "hold" (the last current) or a current, A. Default "hold".
+    /// Safe output after lost_ticks: "hold" (the last current) or a current, A. Default "hold".
     pub fallback: FallbackKey,
 }
 }
 
-/// Measured sets of bandwidths of a joint.
+/// Sets of bandwidths of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TuningKey {
-    /// For 12 to 14 bits.
+    /// Low bandwidths, for encoders with 12 to 14 bits.
     Quiet,
-    /// For 16 bits and more.
+    /// For encoders with 16 bits or more.
     Normal,
-    /// For 20 bits and more: stiffer against a load, more noise.
+    /// High bandwidths, for encoders with 20 bits or more: stiffer under load, more current noise.
     Firm,
-    /// No set: the joint as a whole, by rule.
+    /// Gains by rule for both shafts as one system.
     Coupled,
 }
 
-/// True parameter over that of the data sheet, less 1, percent. Default 0.
+/// Deviations of the true parameters from the data sheet, percent. Default 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JointErrorTable {
-    /// Of the link's inertia.
+    /// Deviation of the link inertia, percent.
     #[schemars(extend("exclusiveMinimum" = -100))]
     pub link_inertia_percent: f64,
-    /// Of the motor's inertia.
+    /// Deviation of the motor inertia, percent.
     #[schemars(extend("exclusiveMinimum" = -100))]
     pub motor_inertia_percent: f64,
-    /// Of the spring.
+    /// Deviation of the spring stiffness, percent.
     #[schemars(extend("exclusiveMinimum" = -100))]
     pub stiffness_percent: f64,
-    /// Of the torque constant.
+    /// Deviation of the torque constant, percent.
     #[schemars(extend("exclusiveMinimum" = -100))]
     pub torque_percent: f64,
-    /// Does the motor turn the other way than its current asks, as after two phases are swapped? Default false.
+    /// True if the motor turns against its current, as after swapping two phases. Default false.
     pub reversed: bool,
-    /// Of the link's weight.
+    /// Deviation of the gravity torque of the link, percent.
     #[schemars(range(min = -100))]
     pub weight_percent: f64,
-    /// Of the link's viscous friction.
+    /// Deviation of the viscous friction of the link, percent.
     #[schemars(range(min = -100))]
     pub link_damping_percent: f64,
-    /// Of the motor's viscous friction.
+    /// Deviation of the viscous friction of the motor, percent.
     #[schemars(range(min = -100))]
     pub motor_damping_percent: f64,
 }

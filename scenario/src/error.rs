@@ -1,24 +1,24 @@
-//! What is wrong with a scenario, and where: a line each, `FILE:LINE:COLUMN: message` or `--set ARGUMENT: message`.
+//! Errors of a scenario, one line each: `FILE:LINE:COLUMN: message` or `--set ARGUMENT: message`.
 
 use std::fmt;
 
-/// Where a value was written.
+/// Place of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Origin {
-    /// In the file, bytes from its beginning.
+    /// Byte offset in the file.
     Text { offset: usize },
-    /// In this `--set` argument, from 0.
+    /// Index of the `--set` argument, from 0.
     Set(usize),
 }
 
-/// The texts a scenario is made from.
+/// Texts of a scenario.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
-    /// What messages call the file.
+    /// Name of the file in messages.
     pub file: &'a str,
-    /// The content of the file.
+    /// Content of the file.
     pub text: &'a str,
-    /// `KEY=VALUE` arguments, applied in turn.
+    /// `KEY=VALUE` arguments, applied in order.
     pub sets: &'a [String],
 }
 
@@ -34,7 +34,7 @@ impl Source<'_> {
         ScenarioError::of_file(&place, message)
     }
 
-    /// All that is wrong, in the order of the file and then of the arguments.
+    /// Returns all errors, in the order of the file and then of the arguments.
     pub(super) fn errors(&self, mut faults: Vec<(Origin, String)>) -> ScenarioError {
         faults.sort();
         faults.dedup();
@@ -43,35 +43,35 @@ impl Source<'_> {
     }
 }
 
-/// A key, a file name or an argument may hold line breaks and worse; what is printed holds `\n`.
+/// Escapes control characters, so that a message is one line.
 fn one_line(text: &str) -> String {
     let escaped = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
     text.chars().map(escaped).collect()
 }
 
-/// Both from 1; the column counts characters.
+/// Returns line and column, both from 1. The column counts characters.
 fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     let before = text.get(..offset).unwrap_or(text);
     let line_start = before.rfind('\n').map_or(0, |at| at + 1);
     (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
 }
 
-/// A scenario that must not run. Its text is a line for each mistake.
+/// Error of a scenario that cannot run. Its text has one line per error.
 ///
-/// What is not TOML is told alone, and only the first of it; then at once what is no key or no value of a scenario, and
-/// what of the rest breaks a rule. Of a file without such mistakes the design is made, and tells one thing at a time.
+/// A TOML syntax error is reported alone. Otherwise all unknown keys, invalid values and broken rules are reported in
+/// one pass. A file without these errors is designed, and the design reports one error at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScenarioError {
     lines: Vec<String>,
 }
 
 impl ScenarioError {
-    /// An error of the file as a whole.
+    /// Returns an error of the file as a whole.
     pub(super) fn of_file(file: &str, message: impl Into<String>) -> Self {
         Self { lines: vec![one_line(&format!("{file}: {}", message.into()))] }
     }
 
-    /// This, and what else is wrong.
+    /// Appends the lines of another error.
     pub(super) fn and(mut self, other: Option<Self>) -> Self {
         self.lines.extend(other.into_iter().flat_map(|other| other.lines));
         self
@@ -86,7 +86,7 @@ impl fmt::Display for ScenarioError {
 
 impl std::error::Error for ScenarioError {}
 
-/// A number as a scenario would write it: neither 300 digits for 1e300, nor NaN for nan.
+/// Returns a number in the notation of a scenario: 1e300 instead of 300 digits, nan instead of NaN.
 pub(super) fn shown(value: f64) -> String {
     match value.abs() {
         size if size == 0.0 || (1e-4..1e15).contains(&size) => value.to_string(),
@@ -94,15 +94,15 @@ pub(super) fn shown(value: f64) -> String {
     }
 }
 
-/// `; did you mean `NAME`?` for the nearest of `names`, or the whole list if none is near.
+/// Returns `; did you mean `NAME`?` for the nearest of `names`, or the whole list if none is near.
 pub(crate) fn nearest<'a>(found: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
-    // No name has a capital: who writes one means the same letter.
+    // No name has a capital letter.
     let found = &found.to_lowercase();
     let distance = |name: &str| {
-        // The unit at the end of a name is what is most often left out.
+        // The unit at the end of a name is the part most often left out.
         if name.starts_with(&format!("{found}_")) { 0 } else { strsim::damerau_levenshtein(found, name) }
     };
-    // `kl` is as far from `k` as from `k_l`: of two as near, the one of the same letters is meant.
+    // `kl` is as far from `k` as from `k_l`: of two equally near names, the one with the same letters wins.
     let other_letters = |name: &str| name.replace('_', "") != found.replace('_', "");
     match names.clone().map(|name| (distance(name), other_letters(name), name)).min() {
         Some((far, _, name)) if far <= 1 + found.chars().count().min(30) / 4 => format!("; did you mean `{name}`?"),
@@ -118,7 +118,7 @@ mod tests {
     fn line_and_column_count_characters_from_one() {
         assert_eq!(line_and_column("a\nbσ = 1", 0), (1, 1));
         assert_eq!(line_and_column("a\nbσ = 1", "a\nbσ".len()), (2, 3));
-        // Beyond the end, and inside a character: still a place, never a panic.
+        // Beyond the end and inside a character there is still a place, never a panic.
         assert_eq!(line_and_column("a\n", 99), (2, 1));
         assert_eq!(line_and_column("σ", 1), (1, 2));
     }

@@ -3,12 +3,12 @@
 //! # From text to experiment
 //!
 //! ```text
-//! text + --set  ->  tree with places  ->  held against the schema  ->  Scenario  ->  defaults, rules  ->  Experiment
-//!                   (document)            (check)                                    (resolve, assemble)
+//! text + --set  ->  tree with places  ->  checked by the schema  ->  Scenario  ->  defaults, rules  ->  Experiment
+//!                   (document)            (check)                                  (resolve, assemble)
 //! ```
 //!
-//! The structs are flat with optional keys on purpose: serde's tagged enums would lose the place of an error. Which
-//! keys go with which kind is one table in `resolve`.
+//! The structs are flat with optional keys, because serde's tagged enums lose the place of an error. A table in
+//! `resolve` lists the keys of each kind.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ use std::sync::LazyLock;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A table of the file: each key once, with its type, what is said of it, and its default where that is not empty or 0.
+/// Declares a table of the file: each key with its type, its documentation, and its default unless that is empty or 0.
 macro_rules! table {
     ($(#[$of:meta])* pub struct $name:ident {
         $($(#[$of_key:meta])* pub $key:ident: $type:ty $(= $default:expr)?,)*
@@ -61,72 +61,71 @@ pub use rewrite::rewritten;
 use document::KeyPath;
 use error::Origin;
 use resolve::Problem;
-use whole_file::Kind;
+use whole_file::FileKind;
 
-/// The default scenario: Example 2, `reconstructed`, r = 2 as printed. It is what `host-sim new NAME
-/// --plant paper` writes.
+/// Default scenario, the template of `host-sim new NAME --plant paper`: Example 2, `reconstructed`, r = 2 as printed.
 pub const DEFAULT: &str = include_str!("../scenarios/default.toml");
 
-/// Your own plant, a chain of integrators: a file to start from.
+/// Template of a plant as a chain of integrators.
 pub const CHAIN: &str = include_str!("../scenarios/chain.toml");
 
-/// Your own plant by its equations, nonlinear: a file to start from.
+/// Template of a nonlinear plant by its equations.
 pub const OWN: &str = include_str!("../scenarios/own.toml");
 
-/// A motor of your own with an encoder, by its data sheet: a file to start from.
+/// Template of a motor with one encoder, by its data sheet.
 pub const MOTOR: &str = include_str!("../scenarios/motor.toml");
 
-/// A flexible joint of your own with two encoders: a file to start from.
+/// Template of a flexible joint with two encoders.
 pub const JOINT: &str = include_str!("../scenarios/joint.toml");
 
 table! {
-/// One run of the closed loop. Every key may be left out; `[plant]` alone is Example 2 of the paper.
+/// One run of the closed loop. Every key is optional; `[plant]` alone is Example 2 of the paper.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenario {
     /// Short name, used for the output folder: letters, digits, `_`, `-`, `.`. Default: the name of the file.
     pub name: Option<String>,
-    /// One line that says what is shown; heads the output and the figures.
+    /// One-line title of the output and the figures.
     pub title: Option<String>,
     /// Length of the run, s. Default 20.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub span_s: f64 = 20.0,
-    /// Window [from, to] over which the "ultimate" figures are taken, s. Default: the second half of the span.
+    /// Window [from, to] of the "ultimate" metrics, s. Default: the second half of the span.
     pub window_s: Option<[f64; 2]>,
-    /// The output counts as settled while |y| stays within this band, unit of x_1. Default 0.01.
+    /// Band of |y| that counts as settled, unit of x_1. Default 0.01.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub settling_band: f64 = 0.01,
     /// Seed of the sensor's jitter, noise and dropouts. Default 0.
     pub seed: u64,
-    /// What is controlled.
+    /// True plant.
     pub plant: PlantTable,
-    /// What controls it.
+    /// Controller.
     pub controller: ControllerTable,
-    /// What the controller sees.
+    /// Sensor, from the true state to the sample.
     pub sensor: SensorTable,
-    /// What the plant feels.
+    /// Actuator, from the demand to the applied u.
     pub actuator: ActuatorTable,
 }
 }
 
-/// The true plant.
+/// True plant.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantTable {
-    /// Which plant. Default flexible_joint.
+    /// Kind of the plant. Default flexible_joint.
     pub kind: PlantKind,
-    /// flexible_joint: which reading of Eq. (63)-(64) and Table I. Default reconstructed, for the paper's figures.
+    /// flexible_joint: reading of Eq. (63)-(64) and Table I. Default reconstructed, for the paper's figures.
     pub reading: ReadingKey,
     /// True state at t = 0, one number per state. Default: [0.1, 0, 0, 0] for the joint, else zeros.
     #[schemars(length(min = 2, max = 6))]
     pub x0: Option<Vec<f64>>,
-    /// flexible_joint: physical parameters; those left out are Table I's. Plant and controller both use them. Others
-    /// than Table I's go with the reading physical alone.
+    /// flexible_joint: physical parameters of plant and controller. Default: Table I. Other values require the reading
+    /// physical.
     pub parameters: ParametersTable,
-    /// flexible_joint: relative error of each true coefficient, 0.5 = 50 % above what the controller believes.
+    /// flexible_joint: relative error of each true coefficient, 0.5 = 50 % above the nominal value.
     pub error: ErrorTable,
-    /// flexible_joint: terms of the disturbance v at the input. Default 1 + sin 2t as in the paper, and none in the
-    /// reading physical.
+    /// flexible_joint: terms of the disturbance v at the input. Default 1 + sin 2t as in the paper; none in the reading
+    /// physical.
     #[schemars(length(max = 64))]
     pub input_disturbance: Option<Vec<TermTable>>,
     /// benchmark: add the state-dependent terms x_1^2/2 + x_1 sin 2t + 0.2 x_2 of Eq. (60) to d_1. Default false.
@@ -139,17 +138,17 @@ pub struct PlantTable {
     pub a: Option<Vec<f64>>,
     /// chain: true input gain b, Eq. (39).
     pub b: Option<f64>,
-    /// own: the true x_1' .. x_n', each a formula of x1 .. xn, u, t and the constants.
+    /// own: true x_1' .. x_n', each a formula of x1 .. xn, u, t and the constants.
     #[schemars(length(min = 2, max = 6))]
     pub rates: Option<Vec<String>>,
-    /// own: names for numbers in the formulas of plant and controller.
+    /// own: named constants for the formulas of plant and controller.
     pub constants: BTreeMap<String, f64>,
     /// Disturbances d_i(t) of Eq. (39), one table per channel. Default none.
     #[schemars(length(max = 6))]
     pub disturbance: Vec<DisturbanceTable>,
 }
 
-/// The plants there are.
+/// Kinds of plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlantKind {
@@ -158,28 +157,28 @@ pub enum PlantKind {
     FlexibleJoint,
     /// Example 1, Eq. (59): n = 2, a(x) = -2 x_1 - x_2 + exp x_1.
     Benchmark,
-    /// Your own: a chain of n integrators, Eq. (39), with linear a(x) and constant b.
+    /// Chain of n integrators, Eq. (39), with linear a(x) and constant b.
     Chain,
-    /// Your own, by its equations.
+    /// Plant by its equations.
     Own,
 }
 
-/// Readings of Example 2. All but physical have an input gain that no joint has.
+/// Readings of Example 2. The input gain of all but physical is not physical.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ReadingKey {
-    /// For the figures only, as printed: J11 on the link. Does not reproduce the published numbers.
+    /// For the figures only, as printed: J11 on the link. It does not reproduce the published numbers.
     Literal,
-    /// For the figures only: link equation with the link inertia, reproduces the published numbers.
+    /// For the figures only: link equation with the link inertia. It reproduces the published numbers.
     #[default]
     Reconstructed,
-    /// For the figures only: as reconstructed, with B11 on the motor, the hard test of a discretisation.
+    /// For the figures only: as reconstructed, with B11 on the motor, a hard test of a discretisation.
     Stiff,
-    /// Two inertias on a spring: a and b scaled consistently. The one that a real joint has.
+    /// Two inertias on a spring, with a and b scaled consistently, as in a real joint.
     Physical,
 }
 
-/// Table I, SI units.
+/// Parameters of Table I, SI units.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ParametersTable {
@@ -207,23 +206,23 @@ pub struct ParametersTable {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ErrorTable {
-    /// Of k_1 at x_1 in channel 2.
+    /// Error of k_1, coefficient of x_1 in channel 2.
     pub k1: f64,
-    /// Of k_1 at x_3 in channel 2.
+    /// Error of k_1, coefficient of x_3 in channel 2.
     pub k1_x3: f64,
-    /// Of b_1 in channel 2.
+    /// Error of b_1 in channel 2.
     pub b1: f64,
-    /// Of k_2 at x_1 in channel 4.
+    /// Error of k_2, coefficient of x_1 in channel 4.
     pub k2_x1: f64,
-    /// Of k_2 at x_3 in channel 4.
+    /// Error of k_2, coefficient of x_3 in channel 4.
     pub k2_x3: f64,
-    /// Of b_2 in channel 4.
+    /// Error of b_2 in channel 4.
     pub b2: f64,
-    /// Of the input gain b.
+    /// Error of the input gain b.
     pub b: f64,
 }
 
-/// The disturbance of one channel.
+/// Disturbance of one channel.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DisturbanceTable {
@@ -231,7 +230,7 @@ pub struct DisturbanceTable {
     #[serde(default)]
     #[schemars(range(min = 1, max = 6))]
     pub channel: Option<usize>,
-    /// The sum of these terms.
+    /// Terms, which are added.
     #[serde(default)]
     #[schemars(length(max = 64))]
     pub terms: Vec<TermTable>,
@@ -241,7 +240,7 @@ pub struct DisturbanceTable {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TermTable {
-    /// Its shape.
+    /// Kind of the term.
     #[serde(default)]
     pub kind: Option<TermKind>,
     /// const, sin, cos, step: amplitude, unit of the channel.
@@ -256,12 +255,12 @@ pub struct TermTable {
     /// sin, cos: phase, rad. Default 0.
     #[serde(default)]
     pub phase_rad: Option<f64>,
-    /// step: instant of the jump, s; the step acts from there on.
+    /// step: time of the step, s; the step acts from then on.
     #[serde(default)]
     pub t0_s: Option<f64>,
 }
 
-/// Shapes of a term.
+/// Kinds of term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TermKind {
@@ -278,13 +277,13 @@ pub enum TermKind {
 }
 
 table! {
-/// The controller.
+/// Controller of a plant.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ControllerTable {
-    /// Which controller. Default proposed.
+    /// Kind of the controller. Default proposed.
     pub kind: ControllerKind,
-    /// Precision of its arithmetic; the plant is always f64. Default f32.
+    /// Floating-point precision of the controller; the plant is always f64. Default f32.
     pub precision: PrecisionKey,
     /// Period T of the ticks, s. Default 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -292,10 +291,10 @@ pub struct ControllerTable {
     /// Surface c_1..c_n of Eq. (44), c_n = 1. Default for the joint: [125, 75, 15, 1].
     #[schemars(length(min = 2, max = 6))]
     pub c: Option<Vec<f64>>,
-    /// Instead of c: all roots of the sliding motion at minus this, rad/s.
+    /// Instead of c: all poles of the sliding motion at minus this value, rad/s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub surface_bandwidth_rad_s: Option<f64>,
-    /// Decay alpha of the offset of sigma*, Eq. (17), 1/s. Default 1.
+    /// Decay rate alpha of the start-up offset of sigma*, Eq. (17), 1/s. Default 1.
     pub alpha_per_s: f64 = 1.0,
     /// Linear reaching gain k_l of Eq. (51), 1/s. Default 50.
     #[schemars(extend("minimum" = 0))]
@@ -306,32 +305,32 @@ pub struct ControllerTable {
     /// Boundary layer epsilon of Eq. (51), unit of sigma. Default 0.01.
     #[schemars(extend("minimum" = 0))]
     pub epsilon: f64 = 0.01,
-    /// The disturbance observers, one table per observed channel. Default for the joint: channels 2 and 4, printed
+    /// Disturbance observers, one table per observed channel. Default for the joint: channels 2 and 4, printed
     /// (100, 20); else none.
     #[schemars(length(max = 6))]
     pub observer: Option<Vec<ObserverTable>>,
-    /// Does the law allow for the nominal slope da/dx_n inside a tick? Default true.
+    /// True if the law uses the nominal slope da/dx_n within a tick. Default true.
     pub use_slope: bool = true,
-    /// Does the law allow for the nominal gradient da/dx_1..da/dx_(n-1) inside a tick? Default true.
+    /// True if the law uses the nominal gradient da/dx_1..da/dx_(n-1) within a tick. Default true.
     pub use_gradient: bool = true,
-    /// Slope lambda = -da/dx_n as the design takes it, 1/s, while the model of the tick keeps its own. Half of the true
-    /// one is harmless, twice is not. Default: that of the nominal model.
+    /// Slope lambda = -da/dx_n of the design, 1/s. The model of the tick keeps its own slope. Half of the true slope is
+    /// harmless, twice the true slope is not. Default: the slope of the nominal model.
     pub lambda_per_s: Option<f64>,
-    /// chain, own: what the controller believes of a and b.
+    /// chain, own: the controller's model of a and b.
     pub nominal: NominalTable,
-    /// Clamp of u. Default: none that any actuator would notice.
+    /// Limits of u. Default: limits beyond the range of any actuator.
     pub limits: Option<LimitsTable>,
-    /// What goes out when a sample is lost: "hold" (the last u) or a safe u. Default "hold".
+    /// Safe output after a lost sample: "hold" (the last u) or a number. Default "hold".
     pub fallback: FallbackKey,
-    /// What a sample may be and how far it may move in a tick; one that is not so is lost. Default: any.
+    /// Valid range of samples and their largest change per tick. Other samples are rejected. Default: all are valid.
     pub samples: Option<SamplesTable>,
     /// Estimates of d_1..d_n at t = 0. Default zeros.
     #[schemars(length(min = 2, max = 6), inner(range(min = -1e11, max = 1e11)))]
     pub initial_estimates: Option<Vec<f64>>,
-    /// |sigma*| above this is told in the health column. Default 1e12.
+    /// Bound of |sigma*|; above it a bit of the health column is set. Default 1e12.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub sigma_star_bound: f64 = 1e12,
-    /// Fastest observer pole times period above which a design is refused. Default 1.
+    /// Limit of the fastest observer pole times the period; a faster design is an error. Default 1.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub observer_pole_limit: f64 = 1.0,
     /// benchmark: exponential of the nominal model. Default libm.
@@ -342,7 +341,7 @@ pub struct ControllerTable {
 }
 }
 
-/// The controllers there are.
+/// Kinds of controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ControllerKind {
@@ -357,25 +356,25 @@ pub enum ControllerKind {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PrecisionKey {
-    /// As on the chip.
+    /// Single precision, as on the target.
     #[default]
     F32,
-    /// To see what f32 costs.
+    /// Double precision, for comparison with f32.
     F64,
 }
 
-/// Exponentials.
+/// Implementations of the exponential function.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ExpKey {
     /// Within one unit in the last place.
     #[default]
     Libm,
-    /// A few instructions, f32 only.
+    /// Approximation with a few instructions, f32 only.
     Micromath,
 }
 
-/// A disturbance observer, Eq. (45)-(50). Give exactly one of printed, poles, bandwidth_rad_s.
+/// Disturbance observer, Eq. (45)-(50). Set exactly one of printed, poles, bandwidth_rad_s.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObserverTable {
@@ -383,57 +382,57 @@ pub struct ObserverTable {
     #[serde(default)]
     #[schemars(range(min = 1, max = 6))]
     pub channel: Option<usize>,
-    /// Gains l_1..l_r as a paper prints them, l_j in 1/s^j.
+    /// Gains l_1..l_r as printed in the paper, l_j in 1/s^j.
     #[serde(default)]
     #[schemars(length(min = 1, max = 3))]
     pub printed: Option<Vec<f64>>,
-    /// Poles [re, im] of the error, rad/s; complex ones in conjugate pairs.
+    /// Poles [re, im] of the estimation error, rad/s; complex poles in conjugate pairs.
     #[serde(default)]
     #[schemars(length(min = 1, max = 3))]
     pub poles: Option<Vec<[f64; 2]>>,
-    /// All poles of the error at minus this, rad/s; needs order.
+    /// All poles of the estimation error at minus this value, rad/s; requires order.
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub bandwidth_rad_s: Option<f64>,
-    /// Order r, with bandwidth_rad_s.
+    /// Order r of the observer, with bandwidth_rad_s.
     #[serde(default)]
     #[schemars(range(min = 1, max = 3))]
     pub order: Option<usize>,
 }
 
-/// The controller's idea of the last channel, x_n' = a(x) + b(x) u.
+/// The controller's model of the last channel, x_n' = a(x) + b(x) u.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NominalTable {
-    /// Nominal a_1..a_n; of an own plant also a formula of x1..xn. Default for a chain: the true ones.
+    /// Nominal a_1..a_n; for the plant own also a formula of x1..xn. Default for a chain: the true coefficients.
     pub a: Option<DriftKey>,
-    /// Nominal b; of an own plant also a formula of x1..xn. Default for a chain: the true one.
+    /// Nominal b; for the plant own also a formula of x1..xn. Default for a chain: the true b.
     pub b: Option<GainKey>,
-    /// own: constants that the controller believes to be other than they are.
+    /// own: constants whose value in the controller's model differs from the true value.
     pub constants: BTreeMap<String, f64>,
 }
 
-/// Coefficients or a formula.
+/// Drift a(x): coefficients or a formula.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum DriftKey {
-    /// a_1..a_n of a linear a(x).
+    /// Coefficients a_1..a_n of a linear a(x).
     Row(#[schemars(length(min = 2, max = 6))] Vec<f64>),
-    /// a(x).
+    /// Formula a(x).
     Formula(String),
 }
 
-/// A number or a formula.
+/// Input gain b(x): a number or a formula.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum GainKey {
-    /// A constant b.
+    /// Constant b.
     Number(f64),
-    /// b(x).
+    /// Formula b(x).
     Formula(String),
 }
 
-/// A range of u.
+/// Range of u.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LimitsTable {
@@ -443,7 +442,7 @@ pub struct LimitsTable {
     pub max: Option<f64>,
 }
 
-/// What a sample may be, per state.
+/// Valid range of a sample, per state.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SamplesTable {
@@ -453,18 +452,18 @@ pub struct SamplesTable {
     /// Largest x_1..x_n. Default: none.
     #[schemars(length(min = 2, max = 6))]
     pub max: Option<Vec<f64>>,
-    /// Farthest that x_1..x_n may lie from the sample before. Default: any.
+    /// Largest change of x_1..x_n from the previous sample. Default: none.
     #[schemars(length(min = 2, max = 6))]
     pub jump: Option<Vec<f64>>,
 }
 
-/// "hold" or a number.
+/// Safe output after a lost sample: "hold" or a number.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum FallbackKey {
-    /// The last u.
+    /// Word for the last u.
     Word(FallbackWord),
-    /// This u.
+    /// Fixed u.
     Safe(f64),
 }
 
@@ -474,28 +473,28 @@ impl Default for FallbackKey {
     }
 }
 
-/// The word for it.
+/// Word for a safe output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FallbackWord {
-    /// The last u stays.
+    /// Hold the last u.
     Hold,
 }
 
-/// The measuring chain: the true state, then jitter, noise, quantisation, delay, dropout.
+/// Sensor: the true state, then jitter, noise, quantisation, delay, dropout.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SensorTable {
-    /// Largest age of a sample that comes at an unsteady instant, as a share of the period: uniform from 0. Default 0.
+    /// Largest age of a sample, as a share of the period: random, uniform from 0. Default 0.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
     /// Standard deviation of white noise per state, unit of the state. Default none.
     #[schemars(length(min = 2, max = 6), inner(range(min = 0, max = 1e300)))]
     pub noise: Option<Vec<f64>>,
-    /// Quantum per state, unit of the state; 0 = none. Default none.
+    /// Quantisation step per state, unit of the state; 0 = none. Default none.
     #[schemars(length(min = 2, max = 6), inner(range(min = 0, max = 1e300)))]
     pub quantum: Option<Vec<f64>>,
-    /// Age of a sample, ticks. Default 0.
+    /// Delay of a sample, ticks. Default 0.
     #[schemars(range(min = 0, max = 100_000))]
     pub delay_ticks: usize,
     /// Probability that a sample is lost, per tick. Default 0.
@@ -503,25 +502,25 @@ pub struct SensorTable {
     pub dropout: f64,
 }
 
-/// The actuating chain: the demand, then hold, delay, limits, rate limit.
+/// Actuator: the demand, then hold, delay, limits, rate limit.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActuatorTable {
-    /// Smallest u it can hold. Default: none.
+    /// Smallest applied u. Default: none.
     pub min: Option<f64>,
-    /// Largest u it can hold. Default: none.
+    /// Largest applied u. Default: none.
     pub max: Option<f64>,
-    /// Fastest change, unit of u per s. Default: none.
+    /// Rate limit, unit of u per s. Default: none.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate_per_s: Option<f64>,
-    /// Ticks until a demand acts. Default 0.
+    /// Delay of a demand, ticks. Default 0.
     #[schemars(range(min = 0, max = 100_000))]
     pub delay_ticks: usize,
-    /// Takes a new demand every so many ticks only. Default 1.
+    /// Ticks between two accepted demands. Default 1.
     #[schemars(range(min = 1, max = 100_000))]
     pub hold_ticks: usize,
-    /// Is the controller told what the actuator really holds? Right for limits, where it is the only anti-windup; wrong
-    /// for a pure delay or hold, where with fast observers it makes sigma* 1.4 times larger and more. Default true.
+    /// True if the applied u is reported to the controller. For limits this is the only anti-windup. For a pure delay
+    /// or hold set it to false: with fast observers it makes sigma* at least 1.4 times larger. Default true.
     pub report: bool,
 }
 
@@ -531,9 +530,9 @@ impl Default for ActuatorTable {
     }
 }
 
-/// The JSON schema of the scenario files of one of [`STARTS`]; those of a motor and of a joint have their own.
+/// Returns the JSON schema of the scenario files of one of [`STARTS`]. Motor and joint have their own schema.
 pub fn schema(plant: &str) -> &'static serde_json::Value {
-    // Made once: a campaign reads a million scenarios, and making it takes longer than to read one.
+    // Made once: a campaign reads a million scenarios, and making a schema takes longer than reading one.
     static PAPER: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(Scenario).to_value());
     static MOTOR: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(MotorScenario).to_value());
     static JOINT: LazyLock<serde_json::Value> = LazyLock::new(|| schemars::schema_for!(JointScenario).to_value());
@@ -544,11 +543,11 @@ pub fn schema(plant: &str) -> &'static serde_json::Value {
     }
 }
 
-/// What one can start from: the plant, and a commented file.
+/// Templates: the kind of plant and a commented file.
 pub const STARTS: [(&str, &str); 5] =
     [("paper", DEFAULT), ("motor", MOTOR), ("joint", JOINT), ("chain", CHAIN), ("own", OWN)];
 
-/// One of [`STARTS`] as a scenario of this name; `None` if it cannot be a name, or there is no such plant.
+/// Returns one of [`STARTS`] as a scenario with this name. `None` for an invalid name or an unknown plant.
 pub fn template(name: &str, plant: &str) -> Option<String> {
     let (_, text) = STARTS.iter().find(|(known, _)| *known == plant)?;
     let named = |line: &str| {
@@ -557,22 +556,23 @@ pub fn template(name: &str, plant: &str) -> Option<String> {
     resolve::is_file_name(name).then(|| text.lines().map(named).collect())
 }
 
-/// Reads a scenario file, applies `--set` arguments, checks everything and builds what the loop needs.
+/// Reads a scenario file, applies `--set` arguments, checks everything and builds the experiment.
 ///
 /// # Errors
-/// All that is wrong, with its places.
+/// Lists all errors with their places.
 pub fn load(path: &std::path::Path, sets: &[String]) -> Result<Experiment, ScenarioError> {
     let file = path.display().to_string();
-    let text = whole_file::read_text(path, Kind::SETTINGS).map_err(|message| ScenarioError::of_file(&file, message))?;
+    let text =
+        whole_file::read_text(path, FileKind::SETTINGS).map_err(|message| ScenarioError::of_file(&file, message))?;
     let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     parse_own(&Source { file: &file, text: &text, sets }, &stem)
 }
 
-/// [`parse`] for a file that somebody wrote: one that says nothing of what is controlled is refused. What it would run
-/// is the paper's joint with the paper's disturbance, and nobody asked for that.
+/// Reads a scenario as [`parse`] does, and requires a plant. A file without one would run the paper's joint with the
+/// paper's disturbance, which a user does not expect.
 ///
 /// # Errors
-/// All that is wrong, with its places.
+/// Lists all errors with their places.
 pub fn parse_own(source: &Source<'_>, default_name: &str) -> Result<Experiment, ScenarioError> {
     let tree = document::read(source)?;
     let is_there = |name: &&str| KeyPath::parse(name).is_some_and(|path| tree.get(&path).is_some());
@@ -581,16 +581,16 @@ pub fn parse_own(source: &Source<'_>, default_name: &str) -> Result<Experiment, 
     if says_what {
         return parsed;
     }
-    let message = "nothing is said of what is controlled: a file has a table `motor`, `joint` or `plant`; `host-sim \
-                   new NAME --plant motor` (or joint, chain, own) writes one to start from, and `[plant]` alone is the \
-                   paper's joint with its disturbance";
+    let message = "no plant is given: a file needs a table `motor`, `joint` or `plant`; `host-sim new NAME --plant \
+                   motor` (or joint, chain, own) writes a template, and `[plant]` alone selects the paper's joint with \
+                   its disturbance";
     Err(ScenarioError::of_file(source.file, message).and(parsed.err()))
 }
 
-/// The same for a text that is at hand; `default_name` is the name of a scenario that gives none.
+/// Reads a scenario from a text. `default_name` is the name of a scenario without the key `name`.
 ///
 /// # Errors
-/// All that is wrong, with its places.
+/// Lists all errors with their places.
 pub fn parse(source: &Source<'_>, default_name: &str) -> Result<Experiment, ScenarioError> {
     built(source, document::read(source)?, default_name)
 }
@@ -618,11 +618,11 @@ fn built(source: &Source<'_>, tree: document::Node, default_name: &str) -> Resul
     assemble::assemble(resolved, &|problem| source.errors(file.located(vec![problem])))
 }
 
-/// The number at a key: as it is written in the text or the arguments, else as it is by default; none if it has none,
-/// or is no number.
+/// Returns the number at a key: from the text or the arguments, else the default. `None` if there is no default, or if
+/// the value is not a number.
 ///
 /// # Errors
-/// What is no TOML.
+/// Returns an error if the text is not TOML.
 pub fn number_at(source: &Source<'_>, key: &str) -> Result<Option<f64>, ScenarioError> {
     let tree = document::read(source)?;
     let is_there = |name: &&str| KeyPath::parse(name).is_some_and(|path| tree.get(&path).is_some());
@@ -631,32 +631,31 @@ pub fn number_at(source: &Source<'_>, key: &str) -> Result<Option<f64>, Scenario
     Ok(tree.get(&path).map_or_else(|| check::default_of(schema(kind), &path), |node| node.json().as_f64()))
 }
 
-/// The text at a key, if one was written there.
+/// Returns the text at a key, if the file or an argument sets it.
 ///
 /// # Errors
-/// What is no TOML.
+/// Returns an error if the text is not TOML.
 pub fn text_at(source: &Source<'_>, key: &str) -> Result<Option<String>, ScenarioError> {
     let tree = document::read(source)?;
     let node = KeyPath::parse(key).and_then(|path| tree.get(&path).map(document::Node::json));
     Ok(node.and_then(|value| value.as_str().map(ToOwned::to_owned)))
 }
 
-/// Keys that other keys are judged by: with one of them wrong nothing more is said of those.
+/// Keys that the rules of other keys depend on. If one of them is wrong, those rules are not checked.
 const JUDGES: [&str; 11] =
     ["kind", "mode", "order", "rates", "reading", "constants", "period_s", "span_s", "gear", "bits", "start_rad"];
 
-/// A TOML text that has been held against a schema; knows where each key stands.
+/// TOML text after the check against a schema, with the place of each key.
 pub(crate) struct Located {
     tree: document::Node,
 }
 
 impl Located {
-    /// What `judge` makes of a text that has been read. The schema is that of `T`, in the words that the check
-    /// understands. What is no key or no value of it is left out before the rest is judged; `judge` is told whether
-    /// the file is whole.
+    /// Checks the tree against the schema of `T` and passes the result to `judge`. Invalid keys and values are left out
+    /// before that; the last argument of `judge` is true if the file is complete.
     ///
     /// # Errors
-    /// All that is wrong, with its places.
+    /// Lists all errors with their places.
     fn judged<T: serde::de::DeserializeOwned, R>(
         source: &Source<'_>,
         mut tree: document::Node,
@@ -672,7 +671,7 @@ impl Located {
         let value = serde_json::from_value(tree.json());
         let file = Self { tree };
         let told = |fault: &check::Fault| {
-            // Its first number alone was set, and made the list.
+            // The argument set the first number of the list, which created the list.
             let is_begun = |argument: &String| {
                 let (key, _) = argument.split_once('=')?;
                 KeyPath::parse(key.trim())?.list().filter(|list| *list == fault.path)
@@ -686,9 +685,9 @@ impl Located {
         };
         let mut wrong: Vec<_> = faults.iter().map(told).collect();
         match value {
-            // What the others are judged by is not known.
+            // The rules of other keys depend on this one.
             _ if faults.iter().any(|fault| fault.path.last_key().is_some_and(|key| JUDGES.contains(&key))) => {}
-            // The schema is made from the very structs: what it lets through is read. Should it ever not be, say so.
+            // The schema is derived from the structs, so serde accepts valid trees. Any other case is reported.
             Err(error) if faults.is_empty() => wrong.push((root, error.to_string())),
             Err(_) => {}
             Ok(value) => match judge(value, &file, faults.is_empty()) {
@@ -703,12 +702,12 @@ impl Located {
         Err(source.errors(wrong))
     }
 
-    /// What is wrong with some keys, with their places: their own if they were written. A key that is missing is told
-    /// at the argument that asks for another kind, if one does, else at the table around it.
+    /// Adds places to problems: the place of the key if the file contains it. For a missing key: the `--set` argument
+    /// that selects another kind, else the table around the key.
     fn located(&self, problems: Vec<Problem>) -> Vec<(Origin, String)> {
         let located = problems.into_iter().map(|Problem { key, message }| {
             let path = KeyPath::parse(&key).unwrap_or_else(KeyPath::root);
-            // What a kind asks for stands right in its table.
+            // The keys that a kind requires are direct children of its table.
             let is_asked = |kind: &&str| key.matches('.').count() == 1 && self.is_set(kind);
             let of_kind = || self.origin_of(["plant.kind", "controller.kind"].into_iter().find(is_asked)?);
             let origin = self.origin_of(&key).or_else(of_kind);
@@ -717,18 +716,18 @@ impl Located {
         located.collect()
     }
 
-    /// Where a key was written, if it was.
+    /// Returns the place of a key, if the file or an argument sets it.
     fn origin_of(&self, key: &str) -> Option<Origin> {
         self.tree.get(&KeyPath::parse(key)?).map(|node| node.origin)
     }
 
-    /// Was the key given by `--set`?
+    /// Returns true if `--set` sets the key.
     fn is_set(&self, key: &str) -> bool {
         matches!(self.origin_of(key), Some(Origin::Set(_)))
     }
 }
 
-/// Has the text by itself no fault? Answered once for all the trials of a campaign, whose arguments alone differ.
+/// Returns true if the text without arguments is valid. Cached, because the trials of a campaign share one text.
 fn is_sound(source: &Source<'_>, schema: &'static serde_json::Value) -> bool {
     thread_local! {
         static LAST: RefCell<Option<(String, &'static serde_json::Value, bool)>> = const { RefCell::new(None) };

@@ -1,4 +1,4 @@
-//! A plant by its equations: formulas of a file to formulas that can be computed, each mistake with its place.
+//! Plant by its equations: parses the formulas of a file, and reports each error with its place.
 
 use std::collections::BTreeMap;
 
@@ -9,21 +9,21 @@ use super::error::{nearest, shown};
 use super::resolve::{NominalChannel, Problem, Problems, missing, of_length, problem};
 use super::{DriftKey, GainKey, NominalTable, PlantTable};
 
-/// The states by their names.
+/// Names of the states.
 const STATES: [&str; 6] = ["x1", "x2", "x3", "x4", "x5", "x6"];
 
-/// What is true, and what the controller believes.
+/// Formulas of the true plant and of the controller's model.
 #[derive(Clone, Debug)]
 pub(super) struct Formulas {
-    /// x_1' .. x_n' of x_1 .. x_n, u, t.
+    /// Rates x_1' .. x_n' as functions of x_1 .. x_n, u, t.
     pub(super) rates: Vec<Expression>,
-    /// a of x_1 .. x_n.
+    /// Drift a as a function of x_1 .. x_n.
     pub(super) drift: Expression,
-    /// b of x_1 .. x_n.
+    /// Input gain b as a function of x_1 .. x_n.
     pub(super) gain: Expression,
 }
 
-/// Reads every formula, to the last one.
+/// Parses every formula and reports all errors.
 pub(super) fn plant(
     plant: &PlantTable,
     nominal: &NominalTable,
@@ -48,20 +48,20 @@ pub(super) fn plant(
         Some(DriftKey::Formula(text)) => read(text, "controller.nominal.a", states, &believed, problems),
         None => problems.take(missing(
             "controller.nominal.a",
-            "what the controller believes of x_n' without u, a formula of x1 .. xn or the coefficients of a linear one",
+            "the controller's model of x_n' without u, a formula of x1 .. xn or the coefficients of a linear model",
         )),
     };
     let gain = match &nominal.b {
         Some(GainKey::Number(b)) => Some(Expression::number(*b)),
         Some(GainKey::Formula(text)) => read(text, "controller.nominal.b", states, &believed, problems),
-        None => problems.take(missing("controller.nominal.b", "what the controller believes of the input gain")),
+        None => problems.take(missing("controller.nominal.b", "the controller's model of the input gain")),
     };
     let (rates, drift, gain) = (each.into_iter().collect::<Option<Vec<_>>>()?, drift?, gain?);
     let known = known(nominal, &drift, &gain, states.len(), problems);
     Some((Formulas { rates, drift, gain }, known))
 }
 
-/// What the design knows: b and the slopes of a where the controller is to hold the plant, at rest at 0.
+/// Returns the model for the design: b and the slopes of a at rest at 0.
 fn known(
     nominal: &NominalTable,
     drift: &Expression,
@@ -82,7 +82,7 @@ fn known(
     if !value.is_finite() || gradient.iter().any(|slope| !slope.is_finite()) {
         let slopes: Vec<String> = gradient.iter().map(|slope| shown(*slope)).collect();
         let why = format!(
-            "it is {} at rest, its slopes [{}]: the design needs finite ones there",
+            "the value at rest is {} and its slopes are [{}]: the design needs finite numbers there",
             shown(value),
             slopes.join(", ")
         );
@@ -95,15 +95,15 @@ fn known(
     NominalChannel { model, gradient, input_gain }
 }
 
-/// Names that a formula could not tell from others, and beliefs about what there is not.
+/// Checks the names of constants, and that each constant of the model exists in the plant.
 fn constants(plant: &PlantTable, nominal: &NominalTable, problems: &mut Problems) {
     let taken = || STATES.into_iter().chain(["u", "t", "pi"]).chain(functions());
     for name in plant.constants.keys() {
         let letters = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
         let why = if taken().any(|other| other == name) {
-            "the name is taken: give the constant another"
+            "the name is reserved: rename the constant"
         } else if !letters || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
-            "a name in a formula is made of letters, digits and `_`, a letter first"
+            "a name must consist of letters, digits and `_`, and not begin with a digit"
         } else {
             continue;
         };

@@ -1,4 +1,4 @@
-//! From what a file says to what it means: defaults filled in, and every rule that a schema cannot state.
+//! Resolves a scenario: fills in defaults and checks every rule that a schema cannot express.
 
 use controller_core::{
     AnyConfig, Benchmark, Config, Fallback, JointChain, JointParameters, Limits, Nominal, ObserverGains, Options, Pole,
@@ -17,10 +17,10 @@ use super::{
     SensorTable, TermKind, TermTable,
 };
 
-/// Most ticks of one run: each is kept until the end, some 200 bytes, and written as a line.
+/// Largest number of ticks of one run. A tick is kept to the end with some 200 bytes, and written as a line.
 const MOST_TICKS: f64 = 2e6;
 
-/// A rule that is broken: at this key, and why.
+/// Broken rule: the key and the message.
 #[derive(Debug)]
 pub(super) struct Problem {
     pub(super) key: String,
@@ -28,16 +28,16 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    /// Is it that the key is not there?
+    /// Returns true if the problem is a missing key.
     pub(super) fn is_missing(&self) -> bool {
         self.message.starts_with(MISSING)
     }
 }
 
-/// How it is said that a key is not there.
+/// Prefix of the message for a missing key.
 const MISSING: &str = "missing:";
 
-/// What is wrong so far. One mistake does not end the search: a person mends all of them at once.
+/// Problems found so far. One problem does not end the search, so that all are reported in one pass.
 #[derive(Debug, Default)]
 pub(super) struct Problems(pub(super) Vec<Problem>);
 
@@ -51,7 +51,7 @@ pub(super) fn problem<T>(key: impl Into<String>, message: impl Into<String>) -> 
     Err(Problem { key: key.into(), message: message.into() })
 }
 
-/// A scenario with nothing left open.
+/// Scenario with all defaults filled in.
 #[derive(Debug)]
 pub(super) struct Resolved {
     pub(super) name: String,
@@ -64,9 +64,9 @@ pub(super) struct Resolved {
     /// Terms of d_i per channel, length n.
     pub(super) disturbance: Vec<Vec<Term>>,
     pub(super) controller: ControllerChoice,
-    /// Position (from 1) in the file's list of the observer of each channel; `None` where the default put it.
+    /// Position of the observer of each channel in the list of the file, from 1; `None` for a default observer.
     pub(super) observer_position: Vec<Option<usize>>,
-    /// The rest needs no resolving.
+    /// Remaining keys, used as they are.
     pub(super) file: Scenario,
 }
 
@@ -84,7 +84,7 @@ pub(super) enum ControllerChoice {
     Baseline(BaselineSpec),
 }
 
-/// Keys that mean something for some kinds only: (keys, selecting key, the kinds).
+/// Keys that are valid for some kinds only: (keys, selecting key, kinds).
 const FOREIGN: [(&[&str], &str, &[&str]); 7] = [
     (
         &["plant.reading", "plant.parameters", "plant.error", "plant.input_disturbance"],
@@ -140,8 +140,8 @@ impl ControllerKind {
     }
 }
 
-/// Keys that the chosen kind would silently ignore. `is_given` and `by_set` say of a key whether it was written, and
-/// whether by `--set`: who sets another kind than that of the file is told of his argument, not of lines of the file.
+/// Returns a problem for each key that the selected kind does not use. `is_given`: the key is set; `by_set`: it is set
+/// by `--set`. If `--set` selects another kind than the file, the problem refers to the argument.
 pub(super) fn foreign_keys(
     scenario: &Scenario,
     is_given: &dyn Fn(&str) -> bool,
@@ -160,7 +160,7 @@ pub(super) fn foreign_keys(
         }));
         if !of_file.is_empty() {
             let message = format!(
-                "found {chosen:?}, but the file says `{}`: only for {only}; start from a file without them",
+                "found {chosen:?}, but the file sets `{}`, only for {only}: start from a file without these keys",
                 of_file.join("`, `")
             );
             problems.push(Problem { key: selector.into(), message });
@@ -170,7 +170,7 @@ pub(super) fn foreign_keys(
     Problems(problems)
 }
 
-/// Parameters of the joint that its reading does not use: who changes them would see nothing.
+/// Returns a problem for each parameter of the joint that the reading does not use.
 fn unread_parameters(scenario: &Scenario) -> Vec<Problem> {
     let ParametersTable { kt, j11, j12, b11, b12, ks } = scenario.plant.parameters;
     let given = [("kt", kt), ("j11", j11), ("j12", j12), ("b11", b11), ("b12", b12), ("ks", ks)];
@@ -196,7 +196,8 @@ fn unread_parameters(scenario: &Scenario) -> Vec<Problem> {
     if scenario.plant.kind == PlantKind::FlexibleJoint { told.collect() } else { Vec::new() }
 }
 
-/// A reading that reproduces figures is no joint: its input gain is wrong on any. So it goes with Table I alone.
+/// Returns the parameters of the joint. The readings for the paper's figures require Table I, because their input gain
+/// is not physical.
 fn joint_parameters(plant: &PlantTable, problems: &mut Problems) -> JointParameters {
     let (given, table) = (parameters(&plant.parameters), JointParameters::TABLE_I);
     let pairs = [
@@ -207,13 +208,13 @@ fn joint_parameters(plant: &PlantTable, problems: &mut Problems) -> JointParamet
         ("b12", given.b12, table.b12),
         ("ks", given.ks, table.ks),
     ];
-    // What a reading does not use is told already.
+    // Parameters that the reading does not use are reported elsewhere.
     let is_used = |name: &str| name != "b11" || plant.reading != ReadingKey::Reconstructed;
     let others = pairs.into_iter().filter(|(name, given, table)| given != table && is_used(name));
     for (name, given, table) in others.filter(|_| plant.reading != ReadingKey::Physical) {
         let message = format!(
-            "found {}, but the reading {:?} is for the paper's figures, with the {} of Table I, and no joint has its \
-             input gain; set plant.reading = \"physical\", or begin with `host-sim new NAME --plant joint`",
+            "found {}, but the reading {:?} only reproduces the paper's figures, with the {} of Table I, and its input \
+             gain is not physical: set plant.reading = \"physical\", or begin with `host-sim new NAME --plant joint`",
             shown(given),
             plant.reading.word(),
             shown(table),
@@ -223,13 +224,13 @@ fn joint_parameters(plant: &PlantTable, problems: &mut Problems) -> JointParamet
     given
 }
 
-/// Fills in what is left open and checks every rule, to the last one.
+/// Fills in the defaults and checks every rule.
 pub(super) fn resolve(file: Scenario, default_name: &str, mut problems: Problems) -> Result<Resolved, Problems> {
     let Scenario { plant, controller, sensor, actuator, .. } = &file;
     let name = problems.take(name(file.name.as_deref(), default_name));
     let n = problems.take(order(plant)).unwrap_or_else(|| likely_order(plant, controller));
     let periods = problems.take(periods(file.span_s, controller.period_s));
-    // A window that is not given is as good as the span.
+    // The default window is valid if the span is.
     let window_s = match (periods, file.window_s) {
         (None, None) => None,
         _ => problems.take(window(file.window_s, file.span_s, controller.period_s)),
@@ -277,7 +278,7 @@ pub(super) fn resolve(file: Scenario, default_name: &str, mut problems: Problems
     }
 }
 
-/// Of a plant that does not say its order: what its lists are held against all the same.
+/// Returns the order for the check of list lengths if the plant gives none.
 fn likely_order(plant: &PlantTable, controller: &ControllerTable) -> usize {
     let lists = [&plant.a, &plant.x0, &controller.c];
     lists.into_iter().flatten().next().map_or(MAX_ORDER, Vec::len)
@@ -292,7 +293,7 @@ fn actuator_limits(actuator: &ActuatorTable) -> Result<(), Problem> {
     problem("actuator.min", message)
 }
 
-/// The name is a folder's name as well: it must not lead elsewhere.
+/// Checks the name. It is also the name of the output folder, so it must not contain a path.
 pub(super) fn name(given: Option<&str>, default_name: &str) -> Result<String, Problem> {
     match given {
         Some(name) if is_file_name(name) => Ok(name.into()),
@@ -310,7 +311,7 @@ pub(super) fn name(given: Option<&str>, default_name: &str) -> Result<String, Pr
     }
 }
 
-/// The title, or the name in its place. It goes to terminals and into drawings.
+/// Checks the title. It is printed to terminals and in figures.
 pub(super) fn title(given: Option<&str>) -> Result<String, Problem> {
     let title = given.unwrap_or_default();
     if title.chars().any(char::is_control) || title.chars().count() > 200 {
@@ -323,7 +324,7 @@ const fn is_safe(c: char) -> bool {
     c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.')
 }
 
-/// Can this be the name of a scenario?
+/// Returns true for a valid name of a scenario.
 pub(super) fn is_file_name(name: &str) -> bool {
     (1..=64).contains(&name.len()) && !name.starts_with('.') && name.chars().all(is_safe)
 }
@@ -369,7 +370,7 @@ pub(super) fn periods(span_s: f64, period_s: f64) -> Result<usize, Problem> {
 
 pub(super) fn window(given: Option<[f64; 2]>, span_s: f64, period_s: f64) -> Result<[f64; 2], Problem> {
     let [from, to] = given.unwrap_or([span_s / 2.0, span_s]);
-    // Half a tick of slack, as the metrics have.
+    // Half a tick of slack, as in the metrics.
     let inside = from >= 0.0 && to <= span_s + 0.5 * period_s;
     let refused = |why: &str| problem("window_s", format!("found [{}, {}], {why}", shown(from), shown(to)));
     if from >= to {
@@ -425,10 +426,10 @@ fn channel(given: Option<usize>, n: usize, key: &str) -> Result<usize, Problem> 
     }
 }
 
-/// All of them, or none if one is wrong.
+/// Returns all terms, or `None` if one is wrong.
 pub(super) fn terms(list: &[TermTable], key: &str, problems: &mut Problems) -> Option<Vec<Term>> {
     let each = list.iter().enumerate().map(|(k, table)| problems.take(term(table, &format!("{key}[{}]", k + 1))));
-    // Every one is looked at before the first that is wrong decides.
+    // Collected first, so that all wrong terms are reported.
     each.collect::<Vec<_>>().into_iter().collect()
 }
 
@@ -459,7 +460,7 @@ fn term(table: &TermTable, key: &str) -> Result<Term, Problem> {
             return problem(format!("{key}.{name}"), format!("{MISSING} a {word:?} term needs it"));
         }
     }
-    // What is needed is there by now.
+    // Required values are present from here on.
     let amplitude = table.amplitude.unwrap_or(0.0);
     let omega_rad_s = table.omega_rad_s.unwrap_or(0.0);
     let phase_rad = table.phase_rad.unwrap_or(0.0);
@@ -472,7 +473,7 @@ fn term(table: &TermTable, key: &str) -> Result<Term, Problem> {
     })
 }
 
-/// What the controller knows of channel n.
+/// The controller's model of channel n.
 pub(super) struct NominalChannel {
     pub(super) model: Model,
     pub(super) gradient: Vec<f64>,
@@ -508,7 +509,7 @@ fn plant_choice(
     }
 }
 
-/// What is printed in Example 2, for a file that says nothing of it: start, gains of the observers, surface.
+/// Defaults from Example 2: start, observer gains, surface.
 struct Printed {
     x0: [f64; 4],
     observers: [Option<[f64; 2]>; 4],
@@ -531,7 +532,7 @@ fn joint(plant: &PlantTable, problems: &mut Problems) -> Option<(PlantChoice, No
     let Nominal { gradient, input_gain } = chain.nominal();
     let input_disturbance = match &plant.input_disturbance {
         Some(list) => terms(list, "plant.input_disturbance", problems)?,
-        // v = 1 + sin 2t, of the paper's figures alone.
+        // v = 1 + sin 2t is for the paper's figures only.
         None if plant.reading == ReadingKey::Physical => Vec::new(),
         None => vec![Term::Const { amplitude: 1.0 }, Term::Sin { amplitude: 1.0, omega_rad_s: 2.0, phase_rad: 0.0 }],
     };
@@ -661,13 +662,13 @@ fn observer_gains(table: &ObserverTable, key: &str) -> Result<Vec<f64>, Problem>
     match gains {
         Some(gains) if gains.iter().all(|l| l.is_finite()) => Ok(gains),
         _ => {
-            let remedy = if at == "poles" { "complex poles must come in conjugate pairs" } else { "it is too fast" };
-            problem(format!("{key}.{at}"), format!("no finite gains come of it: {remedy}"))
+            let remedy = if at == "poles" { "complex poles must come in conjugate pairs" } else { "too fast" };
+            problem(format!("{key}.{at}"), format!("the gains are not finite: {remedy}"))
         }
     }
 }
 
-/// Gains by poles; none where complex poles are not paired, or too fast for a number.
+/// Returns the gains for these poles. `None` if complex poles are not in conjugate pairs, or too fast.
 fn from_poles(poles: &[[f64; 2]]) -> Option<Vec<f64>> {
     let pole = |k: usize| Pole { re: poles[k][0], im: poles[k][1] };
     let gains = match poles.len() {
@@ -680,7 +681,7 @@ fn from_poles(poles: &[[f64; 2]]) -> Option<Vec<f64>> {
 
 fn surface(controller: &ControllerTable, kind: PlantKind, n: usize) -> Result<Vec<f64>, Problem> {
     match (&controller.c, controller.surface_bandwidth_rad_s) {
-        (Some(_), Some(_)) => problem("controller.c", "found beside surface_bandwidth_rad_s: give one of them"),
+        (Some(_), Some(_)) => problem("controller.c", "found together with surface_bandwidth_rad_s: give one of them"),
         (Some(c), None) => of_length(c, n, "controller.c").map(|()| c.clone()),
         (None, Some(omega_rad_s)) => {
             let c = match n {
@@ -693,7 +694,7 @@ fn surface(controller: &ControllerTable, kind: PlantKind, n: usize) -> Result<Ve
             if c.iter().all(|value| value.is_finite()) {
                 Ok(c)
             } else {
-                problem("controller.surface_bandwidth_rad_s", "no finite coefficients come of it: too fast")
+                problem("controller.surface_bandwidth_rad_s", "the coefficients are not finite: too fast")
             }
         }
         (None, None) => match kind.printed() {
@@ -736,7 +737,7 @@ fn proposed(
     }
     if let Some(lambda) = controller.lambda_per_s {
         if !controller.use_slope {
-            let message = "a design without slope (use_slope = false) takes none";
+            let message = "not used with use_slope = false: leave it out";
             problems.take(problem::<()>("controller.lambda_per_s", message))?;
         }
         gradient[n - 1] = -lambda;
@@ -793,7 +794,7 @@ fn baseline(
         None => problems.take(missing("controller.k", "the switching gain of the baseline")),
     };
     if kind != PlantKind::Benchmark {
-        // Surface and observer are judged by a plant of two states.
+        // Surface and observer are checked for a plant of two states.
         let message = format!("the baseline controls plant.kind = \"benchmark\" only, but it is {:?}", kind.word());
         return problems.take(problem("controller.kind", message));
     }
@@ -815,7 +816,7 @@ mod tests {
     use super::super::error::Source;
     use super::*;
 
-    /// What a text comes to; the place of a problem is the business of other tests.
+    /// Resolves a text. Places of problems are tested elsewhere.
     fn resolved(text: &str, sets: &[&str]) -> Result<Resolved, Problems> {
         let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
         let tree = document::read(&Source { file: "a.toml", text, sets: &sets }).expect("TOML");

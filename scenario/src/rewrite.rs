@@ -1,26 +1,29 @@
-//! A scenario as a file with other values at some keys: all else stays as it is, comments, order and blanks.
+//! Changes values in a scenario file and keeps comments, order and blanks.
 
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
-/// The text with these values, each as behind `--set KEY=`; a key without a value goes, with all that is in it. A key
-/// that is not there yet comes at the end of its table.
+use super::error::ScenarioError;
+
+/// Returns the text with these values, each written as after `--set KEY=`. A key without a value is removed. A new key
+/// is added at the end of its table.
 ///
 /// # Errors
-/// What is no TOML, or no key of a table: that of an entry of a list, or one whose table is something else.
+/// Returns an error if the text is not TOML, if a key is in a list, or if the parent of a key is not a table.
 pub fn rewritten<'a>(
     text: &str,
     changes: impl IntoIterator<Item = (&'a str, Option<&'a str>)>,
-) -> Result<String, String> {
-    let mut document = text.parse::<DocumentMut>().map_err(|error| error.to_string())?;
+) -> Result<String, ScenarioError> {
+    let document = text.parse::<DocumentMut>();
+    let mut document = document.map_err(|error| ScenarioError::of_file("not TOML", error.message()))?;
     for (path, value) in changes {
-        change(&mut document, path, value).map_err(|why| format!("{path}: {why}"))?;
+        change(&mut document, path, value)?;
     }
     Ok(document.to_string())
 }
 
-fn change(document: &mut DocumentMut, path: &str, value: Option<&str>) -> Result<(), String> {
+fn change(document: &mut DocumentMut, path: &str, value: Option<&str>) -> Result<(), ScenarioError> {
     if path.contains('[') {
-        return Err("an entry of a list is not written into a file: change it there".into());
+        return Err(ScenarioError::of_file(path, "an entry of a list cannot be changed here: edit the file"));
     }
     let mut keys: Vec<&str> = path.split('.').map(str::trim).collect();
     let Some(last) = keys.pop() else { return Ok(()) };
@@ -30,7 +33,8 @@ fn change(document: &mut DocumentMut, path: &str, value: Option<&str>) -> Result
             return Ok(());
         }
         let inner = table.entry(key).or_insert_with(toml_edit::table);
-        table = inner.as_table_like_mut().ok_or_else(|| format!("{key} is no table of the file"))?;
+        let inner = inner.as_table_like_mut();
+        table = inner.ok_or_else(|| ScenarioError::of_file(path, format!("{key} is not a table of the file")))?;
     }
     let Some(value) = value.map(str::trim) else {
         table.remove(last);
@@ -38,7 +42,7 @@ fn change(document: &mut DocumentMut, path: &str, value: Option<&str>) -> Result
     };
     let mut value = value.parse::<Value>().unwrap_or_else(|_| value.into());
     if let Some(there) = table.get_mut(last).and_then(Item::as_value_mut) {
-        // What is beside a key stays there.
+        // The comment after the value stays.
         *value.decor_mut() = there.decor().clone();
         *there = value;
     } else {
@@ -60,8 +64,8 @@ mod tests {
                         [new]\nmode = \"speed\"\n";
         assert_eq!(rewritten(text, changes).as_deref(), Ok(expected));
         assert_eq!(rewritten(text, [("nowhere.at.all", None)]).as_deref(), Ok(text));
-        for (path, why) in [("load[0].amplitude", "an entry of a list"), ("title.a", "title is no table")] {
-            assert!(rewritten(text, [(path, Some("1"))]).expect_err("a refusal").contains(why), "{path}");
+        for (path, why) in [("load[0].amplitude", "an entry of a list"), ("title.a", "title is not a table")] {
+            assert!(rewritten(text, [(path, Some("1"))]).expect_err("an error").to_string().contains(why), "{path}");
         }
         assert!(rewritten("a = ", []).is_err());
     }

@@ -1,4 +1,4 @@
-//! What a user meets who writes a scenario wrong, and what the files that are shipped promise.
+//! Tests of the errors of invalid scenarios, and of the shipped files.
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -9,7 +9,7 @@ use proptest::test_runner::{Config, TestRunner};
 
 use super::*;
 
-/// The controller of reference [1] on Example 1.
+/// Controller of reference [1] on Example 1.
 const BASELINE: &str = r#"
 title = "Fig. 1: linear and switching gains, first-order observer"
 span_s = 10.0
@@ -34,17 +34,17 @@ channel = 1
 printed = [10.0]
 "#;
 
-/// A chain of order 3 that designs: the tests add what they want to see.
+/// Valid chain of order 3, to which the tests add keys.
 const SMALL_CHAIN: &str = "span_s = 0.1\n[plant]\nkind = \"chain\"\norder = 3\na = [-6.0, -11.0, -6.0]\nb = 2.0\n\
                            [controller]\nsurface_bandwidth_rad_s = 4.0\n";
 
-/// A motor with what its file to start from does not use.
+/// Motor with the keys that its template does not use.
 const SMALL_MOTOR: &str = "[motor]\ninertia_kg_m2 = 2e-4\ntorque_n_m_per_a = 0.05\nmax_current_a = 10\n\
                            [encoder]\nbits = 14\n[reference]\nkind = \"points\"\npoints_rad = [0, 0.1, 0.3]\n\
                            every_s = 0.01\nstart_s = 0.1\nduration_s = 0.1\n[[fault]]\nkind = \"jump\"\n\
                            counts = 3\nat_s = 0.1\nfor_s = 0.1\n[[load]]\nkind = \"ramp\"\nslope = 0.1\n";
 
-/// An experiment may move to another thread: compiles only as long as it is so.
+/// Compiles only if an experiment can move to another thread.
 const _: () = {
     const fn moves<T: Send>() {}
     moves::<Experiment>();
@@ -59,7 +59,7 @@ fn error(text: &str, sets: &[&str]) -> String {
     build(text, sets).map_or_else(|error| error, |_| format!("no error: {text} {sets:?}"))
 }
 
-/// Each text is refused with exactly this message.
+/// Asserts that each text is rejected with exactly this message.
 fn assert_errors(cases: &[(&str, &str)]) {
     for (text, expected) in cases {
         assert_eq!(error(text, &[]), *expected, "{text}");
@@ -71,7 +71,7 @@ fn ran(text: &str, sets: &[&str]) -> Trace {
     experiment.run(&mut |_| ControlFlow::Continue(())).0
 }
 
-/// A trace as text: NaN compares equal to itself there, and every bit shows.
+/// Returns a trace as text, in which NaN equals NaN and every bit is visible.
 fn bits(trace: &Trace) -> String {
     format!("{trace:?}")
 }
@@ -303,7 +303,7 @@ fn a_contradiction_is_told_at_the_key_that_makes_it() {
         ),
         (
             "[controller]\nc = [125, 75, 15, 1]\nsurface_bandwidth_rad_s = 5",
-            "a.toml:2:5: `controller.c`: found beside surface_bandwidth_rad_s: give one of them",
+            "a.toml:2:5: `controller.c`: found together with surface_bandwidth_rad_s: give one of them",
         ),
         (
             "[[plant.disturbance]]\nchannel = 2\nterms = [{ kind = \"ramp\", amplitude = 1 }]",
@@ -338,7 +338,7 @@ fn a_contradiction_is_told_at_the_key_that_makes_it() {
 #[test]
 fn poles_that_are_no_conjugate_pairs_are_refused() {
     let message = |poles: &str| error(&format!("[[controller.observer]]\nchannel = 4\npoles = {poles}"), &[]);
-    let unpaired = "a.toml:3:9: `controller.observer[1].poles`: no finite gains come of it: complex poles must come in \
+    let unpaired = "a.toml:3:9: `controller.observer[1].poles`: the gains are not finite: complex poles must come in \
                     conjugate pairs";
     for poles in ["[[-1, 2]]", "[[-1, 2], [-1, 2]]", "[[-1, 2], [-1, 0]]", "[[-1, 2], [-2, -2], [-3, 0]]"] {
         assert_eq!(message(poles), unpaired, "{poles}");
@@ -352,7 +352,7 @@ fn poles_that_are_no_conjugate_pairs_are_refused() {
     );
     assert_eq!(
         error("[[controller.observer]]\nchannel = 4\nbandwidth_rad_s = 1e200\norder = 3", &[]),
-        "a.toml:3:19: `controller.observer[1].bandwidth_rad_s`: no finite gains come of it: it is too fast"
+        "a.toml:3:19: `controller.observer[1].bandwidth_rad_s`: the gains are not finite: too fast"
     );
 }
 
@@ -413,7 +413,7 @@ fn what_the_design_refuses_is_told_at_the_key_of_the_file() {
 
 #[test]
 fn what_the_design_refuses_of_an_observer_is_told_at_the_line_of_that_observer() {
-    // A good one first, so that the second has the line to find.
+    // A valid observer first, so that the line of the second is found.
     let second = |channel: u8, gains: &str| {
         let good = "[[controller.observer]]\nchannel = 3\nprinted = [20, 100]\n";
         error(&format!("{good}[[controller.observer]]\nchannel = {channel}\n{gains}"), &[])
@@ -437,23 +437,20 @@ fn what_the_design_refuses_of_an_observer_is_told_at_the_line_of_that_observer()
     );
 }
 
-/// Nobody who wrote nothing of a plant asked for the paper's, with its disturbance.
+/// A file without a plant is an error: it would run the paper's joint with its disturbance.
 #[test]
 fn a_file_of_one_s_own_says_what_is_controlled() {
     let own = |text: &str| parse_own(&Source { file: "a.toml", text, sets: &[] }, "a").map(|it| it.name);
     for text in ["", "name = \"mine\"", "span_s = 3.0\n[controller]\nk_l = 20.0"] {
         let told = own(text).expect_err("no plant").to_string();
-        assert!(
-            told.starts_with("a.toml: nothing is said of what is controlled") && told.contains("host-sim new"),
-            "{told}"
-        );
+        assert!(told.starts_with("a.toml: no plant is given") && told.contains("host-sim new"), "{told}");
     }
     for text in ["[plant]", DEFAULT, MOTOR, JOINT, CHAIN] {
         assert!(own(text).is_ok(), "{text}");
     }
 }
 
-/// A step after the end of the run is none.
+/// A step after the end of the run gives a warning.
 #[test]
 fn a_step_that_never_comes_is_warned_of() {
     let warnings = |t0_s: &str| {
@@ -478,7 +475,7 @@ fn all_mistakes_of_a_file_are_told_at_once_each_at_its_place() {
              a.toml:6:7: `controller.k_l`: found -1, expected a finite number at least 0\n\
              a.toml:7:1: unknown key `controller.period`; did you mean `period_s`?",
         ),
-        // A newcomer's first chain.
+        // A chain with typical first errors.
         (
             "window_s = [2, 1]\n[plant]\nkind = \"chain\"\nreading = \"stiff\"\norder = 3\na = [1, 2]\nx0 = [1, 2]\n\
              [[plant.disturbance]]\nterms = [{ kind = \"sin\" }, { kind = \"ramp\" }]\n\
@@ -499,7 +496,7 @@ fn all_mistakes_of_a_file_are_told_at_once_each_at_its_place() {
         ),
     ]);
     assert_eq!(error("", &["x", "seed=1", "y"]).lines().count(), 2);
-    // A file that is no scenario at all is told only so much of.
+    // The number of reported errors is limited.
     let many = (0..10_000).map(|k| format!("a{k} = 1")).collect::<Vec<_>>().join("\n");
     assert_eq!(error(&many, &[]).lines().count(), 20);
 }
@@ -509,13 +506,13 @@ fn who_sets_another_kind_is_told_of_the_argument_and_not_of_lines_of_the_file() 
     assert_eq!(
         error(DEFAULT, &["plant.kind=chain", "plant.order=4", "plant.b=1"]),
         "--set plant.kind=chain: `plant.a`: missing: the coefficients a_1 .. a_n of the true a(x)\n\
-         --set plant.kind=chain: `plant.kind`: found \"chain\", but the file says `plant.reading`, \
-         `plant.parameters`, `plant.error`, `plant.input_disturbance`: only for \"flexible_joint\"; start from a file \
-         without them"
+         --set plant.kind=chain: `plant.kind`: found \"chain\", but the file sets `plant.reading`, \
+         `plant.parameters`, `plant.error`, `plant.input_disturbance`, only for \"flexible_joint\": start from a file \
+         without these keys"
     );
     let told = error(DEFAULT, &["controller.kind=baseline"]);
     assert!(told.lines().all(|line| line.starts_with("--set controller.kind=baseline: `controller.k")), "{told}");
-    assert!(told.contains("found \"baseline\", but the file says `controller.precision`, `controller.alpha_per_s`"));
+    assert!(told.contains("found \"baseline\", but the file sets `controller.precision`, `controller.alpha_per_s`"));
     assert!(told.contains("`controller.k`: missing: the switching gain of the baseline"), "{told}");
 }
 
@@ -574,17 +571,17 @@ fn a_wrong_set_is_told_with_the_argument() {
         ("controller.k_l", "expected KEY=VALUE, as in controller.k_l=100"),
         ("controller.k_l=", "\"\" is not a TOML value (a number, true, \"text\", a [list] or a {table})"),
         ("controller.k_l=[1", "\"[1\" is not a TOML value (a number, true, \"text\", a [list] or a {table})"),
-        ("=1", "`` is no key path; expected one like controller.observer[1].printed"),
+        ("=1", "`` is not a key path; expected one like controller.observer[1].printed"),
         ("controller.k_l=abc", "`controller.k_l`: found \"abc\", expected a finite number at least 0"),
         ("controller.limits={ min = -1, mox = 1 }", "unknown key `controller.limits.mox`; did you mean `max`?"),
         ("plant.x0=[0, 0, 0, true]", "`plant.x0[4]`: found true, expected a finite number"),
         ("controller=1", "`controller`: found 1, expected a table"),
         (
             "controller.observer[0].channel=1",
-            "`controller.observer[0].channel` is no key path; expected one like controller.observer[1].printed",
+            "`controller.observer[0].channel` is not a key path; expected one like controller.observer[1].printed",
         ),
         ("controller.observer[4].channel=1", "there is no position 4 in a list of 2 (positions count from 1)"),
-        ("controller.observer.channel=1", "`channel` cannot be set: a list of 2 is no table"),
+        ("controller.observer.channel=1", "`channel` cannot be set: a list of 2 is not a table"),
         (
             "sensor.noise[1]=1e-4",
             "`sensor.noise`: found a list of 1, expected a list of 2 to 6 numbers: set it with all its numbers first, \
@@ -601,7 +598,7 @@ fn a_wrong_set_is_told_with_the_argument() {
     for (argument, expected) in cases {
         assert_eq!(error(DEFAULT, &[argument]), format!("--set {argument}: {expected}"));
     }
-    // Of several, the one that is wrong.
+    // The wrong argument of several is reported.
     assert_eq!(
         error(DEFAULT, &["seed=1", "seed=-1"]),
         "--set seed=-1: `seed`: found -1, expected a whole number at least 0"
@@ -672,10 +669,10 @@ fn a_file_that_cannot_be_a_scenario_is_told_by_name() {
     assert_eq!(told(&folder.join("none.toml")), "F: there is no such file");
     assert_eq!(told(&folder), "F: this is a directory, expected a regular file");
     assert_eq!(told(&write("latin1.toml", b"title = \"\xe9\"")), "F: not UTF-8 text (byte 10)");
-    assert_eq!(told(&write("huge.toml", &vec![b'#'; (1 << 20) + 1])), "F: longer than 1 MiB: not a file of settings");
+    assert_eq!(told(&write("huge.toml", &vec![b'#'; (1 << 20) + 1])), "F: longer than 1 MiB: not a settings file");
     let large = [b"[plant]\n", &vec![b'#'; (1 << 20) - 8][..]].concat();
     assert_eq!(told(&write("large.toml", &large)), "no error");
-    // The name of a file that names no scenario names the run, with what a folder cannot take replaced.
+    // Without the key `name` the file name is used, with invalid characters replaced.
     let named = load(&write("k l=50.toml", b"[plant]"), &[]).map(|experiment| experiment.name);
     assert_eq!(named, Ok("k_l_50".into()));
     std::fs::remove_dir_all(folder).expect("temporary folder");
@@ -691,7 +688,7 @@ fn an_empty_file_is_the_default_scenario() {
             .unwrap_or_else(|problem| panic!("{problem:?}"))
     };
     let (live, empty) = (read(DEFAULT), read(""));
-    // What the words and numbers of the file resolve to, but for its title and the file itself.
+    // All resolved values except title and file.
     let meaning = |it: &resolve::Resolved| {
         let resolve::Resolved { name, span_s, periods, window_s, x0, plant, disturbance, controller, .. } = it;
         format!("{name} {span_s} {periods} {window_s:?} {x0:?} {plant:?} {disturbance:?} {controller:?}")
@@ -700,7 +697,7 @@ fn an_empty_file_is_the_default_scenario() {
     let rest = |file: &Scenario| (file.settling_band, file.seed, file.sensor.clone(), file.actuator.clone());
     assert_eq!(rest(&live.file), rest(&empty.file));
     assert_eq!(live.file.plant.error, empty.file.plant.error);
-    // And so they run alike.
+    // Both give the same run.
     assert_eq!(bits(&ran(DEFAULT, &["span_s=0.1", "window_s=[0, 0.1]"])), bits(&ran("span_s = 0.1", &[])));
 }
 
@@ -717,7 +714,7 @@ fn every_shipped_scenario_loads() {
     assert!(count >= 2, "{count} scenarios");
 }
 
-/// `text` with every commented key made live.
+/// Returns `text` with every commented key active.
 fn uncommented(text: &str) -> String {
     let is_key = |line: &str| {
         let name = line.split(" = ").next().unwrap_or_default();
@@ -746,9 +743,9 @@ fn keys_of(node: &document::Node, prefix: &str, keys: &mut BTreeSet<String>) {
 
 #[test]
 fn every_key_of_a_schema_stands_in_its_file_to_start_from_and_no_other() {
-    // The terms of the input disturbance are those of any disturbance, and one encoder is as another.
+    // Terms of the input disturbance and keys of the second encoder are shown elsewhere in the file.
     let elsewhere: [(&str, &str, &[&str]); 3] = [
-        // Constants have names of one's own.
+        // The user chooses the names of constants.
         ("paper", DEFAULT, &["plant.input_disturbance.", "plant.constants.", "controller.nominal.constants."]),
         ("motor", MOTOR, &["fault.encoder", "monitor.motor_n_m"]),
         (
@@ -781,7 +778,7 @@ fn every_key_of_a_schema_stands_in_its_file_to_start_from_and_no_other() {
     }
 }
 
-/// What is found where the text is known to be sound is what is found without that: of every key, set to all sorts.
+/// The check of arguments alone finds the faults of the full check, for every key set to many values.
 #[test]
 fn what_arguments_changed_is_checked_as_if_it_stood_there() {
     const VALUES: [&str; 12] =
@@ -810,7 +807,7 @@ fn what_arguments_changed_is_checked_as_if_it_stood_there() {
 
 #[test]
 fn the_schema_uses_only_the_words_that_the_check_understands() {
-    // Understood by `check`, or without effect on what is valid.
+    // Supported by `check`, or without effect on validity.
     const WORDS: [&str; 20] = [
         "$defs",
         "$ref",
@@ -871,7 +868,7 @@ fn the_same_seed_gives_the_same_bits_and_another_seed_other_noise() {
     let with_seed = |seed: &'static str| bits(&ran(DEFAULT, &[&sets[..], &[seed]].concat()));
     assert_eq!(with_seed("seed=7"), with_seed("seed=7"));
     assert_ne!(with_seed("seed=7"), with_seed("seed=8"));
-    // Without noise a seed means nothing.
+    // Without noise a seed has no effect.
     assert_eq!(bits(&ran(DEFAULT, &["span_s=0.2", "window_s=[0, 0.2]", "seed=8"])), bits(&ran("span_s = 0.2", &[])));
 }
 
@@ -913,7 +910,7 @@ fn links_of_the_chains_stand_in_the_loop_in_the_order_they_are_written_of() {
     let late = short(&["actuator.delay_ticks=3"]);
     assert!((3..late.rows.len()).all(|k| late.rows[k].u_held == late.rows[k - 3].u));
 
-    // Not told what was held, the controller lives on its demand: other bits from the third tick on.
+    // Without a report the controller uses its demand: other bits from the third tick on.
     let untold = short(&["actuator.delay_ticks=3", "actuator.report=false"]);
     assert_ne!(held(&untold), held(&late));
 
@@ -928,7 +925,8 @@ fn links_of_the_chains_stand_in_the_loop_in_the_order_they_are_written_of() {
     );
 }
 
-/// Every sample whose x_1 is above 0.05 rad is lost, so the start is, and the joint, which nobody drives, stays there.
+/// Every sample with x_1 above 0.05 rad is rejected. So the start is rejected, and the joint stays there without a
+/// drive.
 #[test]
 fn a_sample_beyond_the_limits_of_the_controller_is_lost() {
     for precision in ["f32", "f64"] {
@@ -954,7 +952,7 @@ fn initial_estimates_are_what_the_first_tick_lives_on() {
     assert_eq!(ran("span_s = 0.01", &[]).rows[0].d_hat, [0.0; loop_sim::MAX_ORDER]);
 }
 
-/// Values that break things.
+/// Values that are likely to cause errors.
 const NASTY: [&str; 24] = [
     "nan",
     "inf",
@@ -982,7 +980,7 @@ const NASTY: [&str; 24] = [
     "1979-05-27",
 ];
 
-/// One damage to a text: the kind, and where and with what as numbers.
+/// Damage to a text: kind, place and content as numbers.
 type Damage = (u8, usize, usize);
 
 fn damaged(text: &str, damages: &[Damage]) -> String {
@@ -999,7 +997,7 @@ fn damaged(text: &str, damages: &[Damage]) -> String {
                 let twice = line.clone();
                 lines.insert(with % count, twice);
             }
-            // The value gives way, the key stays.
+            // Replaces the value and keeps the key.
             2 | 3 => {
                 if let Some((key, _)) = line.split_once('=') {
                     *line = format!("{key}= {}", NASTY[with % NASTY.len()]);
@@ -1017,8 +1015,8 @@ fn damaged(text: &str, damages: &[Damage]) -> String {
     lines.join("\n")
 }
 
-/// Reads, and if it can be read runs, whatever it is: `Ok(true)` if it ran, `Ok(false)` if it was refused with a place,
-/// `Err` with what is wrong about the refusal.
+/// Reads a text and runs it if valid. Returns `Ok(true)` after a run, `Ok(false)` for an error with a place, and `Err`
+/// for an error without a place.
 fn survives(text: &str, sets: &[String]) -> Result<bool, String> {
     let mut experiment = match parse(&Source { file: "a.toml", text, sets }, "a") {
         Ok(experiment) => experiment,
@@ -1033,7 +1031,7 @@ fn survives(text: &str, sets: &[String]) -> Result<bool, String> {
             return if message.lines().all(is_good) { Ok(false) } else { Err(message) };
         }
     };
-    // Ten ticks show what a design does; the whole span would only take long.
+    // Ten ticks are enough and fast.
     let mut ticks = 0;
     let (trace, _) = experiment.run(&mut |_| {
         ticks += 1;
@@ -1044,7 +1042,7 @@ fn survives(text: &str, sets: &[String]) -> Result<bool, String> {
     Ok(true)
 }
 
-/// Every key with a position in every list, as `--set` names it.
+/// Returns every key with a position in every list, as for `--set`.
 fn settable_keys(plant: &str) -> Vec<String> {
     let positioned = |key: String| {
         ["observer.", "disturbance.", "terms.", "load.", "fault."].iter().fold(key, |key, list| {
@@ -1074,7 +1072,7 @@ fn no_value_of_any_key_brings_a_panic_a_hang_or_a_message_without_a_place() {
             }
         }
     }
-    // Some of it is good, most of it is not.
+    // A few values are valid, most are not.
     assert!(ran > tried / 20 && ran < tried / 2, "{ran} of {tried}");
 }
 
@@ -1100,6 +1098,6 @@ fn no_damage_to_a_file_or_an_argument_brings_a_panic_a_hang_or_a_message_without
     if let Err(failure) = outcome {
         panic!("{failure}");
     }
-    // Else the damage is too harsh, or too mild, to say anything.
+    // Otherwise the damage is too severe or too mild for a test.
     assert!((400..2000).contains(&ran.get()), "{} of 4000 ran", ran.get());
 }

@@ -1,37 +1,39 @@
-//! Bounds of a sampled loop: what disturbances, steps of the sensors and rounding can make of its outputs.
+//! Guaranteed bounds of the outputs of a sampled loop for given disturbances, quantisation and rounding.
 //!
-//! The loop is the exact one of [`margins`](crate::margins()): plant, hold, delays and tick as one linear map, closed.
-//! Disturbances w act on it in continuous time, at any instant inside a tick. With $w^{(j)}(t_k) = p_j$ and all
-//! derivatives from the m-th on a known input, one tick from $t_k$ to $t_{k+1}$ is
+//! The loop is the exact closed loop of [`margins`](crate::margins()): plant, hold, delays and tick as one linear map.
+//! Disturbances w act on it in continuous time, at any instant inside a tick. Let $w^{(j)}(t_k) = p_j$, and let all
+//! derivatives from the m-th on be a known input. One tick from $t_k$ to $t_{k+1}$ is then
 //!
 //! $$ s^+ = A s + G p + \int_0^T q(\theta)\thinspace w^{(m)}(t_{k+1} - \theta)\thinspace d\theta, \qquad
 //!    z = C s + D p_0 $$
 //!
-//! G, the response q of the plant's states, and how p goes on, are blocks of the exponential of the plant with m
-//! integrators before it. $\Pi$ with $\Pi N = A\Pi + G$, N the matrix of p, is what the loop is driven to by a
-//! polynomial; the rest $s - \Pi p$ decays. So each output has *error coefficients* $C_j$, the columns of
-//! $C\Pi + D$, and a kernel:
+//! G, the response q of the plant states, and the propagation N of p are blocks of a matrix exponential. Its matrix is
+//! the plant with m integrators before it. $\Pi$ solves $\Pi N = A\Pi + G$ and is the steady response to a polynomial;
+//! the remainder $s - \Pi p$ decays. So each output has *error coefficients* $C_j$, the columns of $C\Pi + D$, and a
+//! kernel:
 //!
 //! $$ z(t_k) = \sum_{j<m} C_j w^{(j)}(t_k) + \int_0^\infty h_m(\tau) w^{(m)}(t_k - \tau)\thinspace d\tau, \qquad
 //!    h_m(\theta + l T) = C A^l e_m(\theta) $$
 //!
 //! $$ |z| \le \sum_{j<m} |C_j| \mu_j + \mu_m \int_0^\infty |h_m(\tau)|\thinspace d\tau, \qquad |w^{(j)}| \le \mu_j $$
 //!
-//! at every tick. This holds for every m; the least of them is the bound. $C_j = 0$ for j < r where an observer of
-//! order r sees to it (of an estimate; of σ\* and y the law takes away a constant only). For one m with $C_j = 0$ it is
-//! *attained*: by $w^{(m)} = \mu_m\thinspace\mathrm{sign}\thinspace h_m$, run backwards (test
-//! `a_disturbance_built_of_the_kernel_attains_the_bound`). Where w jumps by J, $J \max|h_1|$ comes on top for m > 0.
-//! What sets in at t = 0 jumps there, in each derivative that is not 0; of that the tail of $h_1, h_2, \ldots$ is left.
-//! Between two ticks y may be larger, by $\frac{T}{2}|\dot y|$ at most.
+//! at every tick. This holds for every m, and the smallest value is the bound. $C_j = 0$ for j < r if an observer of
+//! order r estimates the disturbance; this applies to the estimates. For σ\* and y the controller removes a constant
+//! only.
 //!
-//! An error η of a sensor of at most half a quantum, any from tick to tick, makes at most
-//! $\frac{q}{2} \big(|D_\eta| + \sum_k |C A^k B_\eta|\big)$: that is the bound of quantisation, for any signal.
+//! For a single m with $C_j = 0$ the bound is *attained* by $w^{(m)} = \mu_m\thinspace\mathrm{sign}\thinspace h_m$, run
+//! backwards (test `a_disturbance_built_of_the_kernel_attains_the_bound`). For m > 0, a jump of w by J adds
+//! $J \max|h_1|$. A disturbance that starts at t = 0 jumps there, in each derivative that is not 0. The tail of
+//! $h_1, h_2, \ldots$ remains of this jump. Between two ticks y may be larger by at most $\frac{T}{2}|\dot y|$.
 //!
-//! A law that asks for another u than that of the loop, apart by at most e in each tick, and knows it, drives the loop
-//! as an error of the actuator that is reported: the same sum with the answer to a u of 1 more.
+//! A sensor error η of at most half a quantum, arbitrary from tick to tick, contributes at most
+//! $\frac{q}{2} \big(|D_\eta| + \sum_k |C A^k B_\eta|\big)$. This is the bound of quantisation for any signal.
 //!
-//! Cost: some milliseconds for a kernel, whatever the period and the slowest pole are: the sums over ticks take longer
-//! strides as soon as the fast modes have died (error below 2e-5, test
+//! A controller may demand a u that differs from the u of the loop by at most e in each tick and account for it. This
+//! acts like a reported actuator error: the sum above with the response to an additional u of 1.
+//!
+//! Cost: some milliseconds for a kernel, independent of the period and the slowest pole. The sums over ticks take
+//! longer strides after the fast modes have decayed (error below 2e-5, test
 //! `strides_lose_less_than_the_bounds_are_rounded_up`).
 
 use std::fmt;
@@ -50,16 +52,16 @@ pub use run::{Advice, Bounds, Knob, Part, bounds, loop_of};
 use crate::Error;
 use crate::margins::{MarginsError, Stepped, Tick, eigenvalues, heard};
 
-/// Bounds are rounded up by this: five times what the sums lose.
+/// Factor by which bounds are rounded up, five times the error of the sums.
 const ROUND_UP: f64 = 1.0 + 1e-4;
-/// So are the largest of a kernel: it is looked at every tenth of a radian of its fastest mode.
+/// Factor by which kernel maxima are rounded up; a kernel is sampled at every tenth of a radian of its fastest mode.
 const PEAK_UP: f64 = 1.002;
-/// A mode is dead when it has decayed by e^-40.
+/// Decay exponent after which a mode is ignored: e^-40.
 const DEAD: f64 = 40.0;
-/// A stride is at most this, in units of 1/(fastest mode still alive), and goes on tick by tick below so many.
+/// Largest stride in units of 1/(fastest remaining mode), and the stride in ticks below which every tick is summed.
 const STRIDE: f64 = 0.2;
 const LEAST_STRIDE: f64 = 16.0;
-/// Nodes and weights of Gauss and Legendre for the instants inside a tick, on (0, 1); the ends are for the largest.
+/// Gauss-Legendre nodes and weights on (0, 1) for the instants inside a tick; the two ends serve the maxima.
 const INSTANTS: [(f64, f64); 8] = [
     (0.0, 0.0),
     (0.033_765_242_898_423_975, 0.085_662_246_189_585_17),
@@ -71,25 +73,25 @@ const INSTANTS: [(f64, f64); 8] = [
     (1.0, 0.0),
 ];
 
-/// What is bounded.
+/// Bounded quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// σ\*.
+    /// Sliding variable σ\*.
     SigmaStar,
-    /// The output, or what is left of its reference.
+    /// Output, or control error with a reference.
     Output,
-    /// u as the law asks for it, from that at rest.
+    /// Controller demand u relative to rest.
     Control,
-    /// $d_i - \hat d_i$ of this channel, from 0.
+    /// Estimation error $d_i - \hat d_i$ of a channel, from 0.
     EstimationError(usize),
 }
 
-/// Why there are no bounds.
+/// Reason why there are no bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoBounds {
-    /// The loop grows: spectral radius.
+    /// The loop is unstable; the value is its spectral radius.
     Unstable(f64),
-    /// It has no finite matrices.
+    /// The loop has no finite matrices.
     Loop(MarginsError),
 }
 
@@ -98,8 +100,7 @@ impl fmt::Display for NoBounds {
         match self {
             Self::Unstable(radius) => write!(
                 f,
-                "there is no bound: at rest the loop grows by a factor of {radius:.6} in a tick; `host-sim design` \
-                 tells more"
+                "no bound: the linearised loop has a spectral radius of {radius:.6} per tick; details: host-sim design"
             ),
             Self::Loop(error) => error.fmt(f),
         }
@@ -118,25 +119,25 @@ impl From<SolverError> for NoBounds {
     }
 }
 
-/// What is known of a disturbance.
+/// Known bounds of a disturbance.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Known {
-    /// μ_0, μ_1, ..: bounds of |w|, |w'|, .. between its jumps.
+pub struct SignalBounds {
+    /// μ_0, μ_1, ..: bounds of |w|, |w'|, .. between jumps.
     pub mu: Vec<f64>,
-    /// Sum of the sizes of its jumps.
+    /// Sum of the jump sizes.
     pub jumps: f64,
 }
 
-/// A bound, and how it comes about.
+/// Bound of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// The bound.
+    /// Value of the bound.
     pub value: f64,
-    /// The m that makes it least.
+    /// Derivative m that gives the smallest bound.
     pub derivative: usize,
 }
 
-/// The closed loop from disturbances and sensors to what is bounded.
+/// Closed loop from disturbances and sensors to the bounded quantities.
 #[derive(Clone, Debug)]
 pub struct SampledLoop {
     period_s: f64,
@@ -145,14 +146,14 @@ pub struct SampledLoop {
     /// C, a row for each quantity.
     c: DMatrix<f64>,
     quantities: Vec<Quantity>,
-    /// From an error of each sensor, to the state and to the quantities at once.
+    /// Input of an error of each sensor: effect on the state and direct effect on the quantities.
     sensors: Vec<(DVector<f64>, DVector<f64>)>,
-    /// The same from a u that is asked for beside that of the law.
+    /// Input of an additional u: effect on the state and direct effect on the quantities.
     asked: (DVector<f64>, DVector<f64>),
-    /// F of the plant, where its states are among those that are kept, and its order.
+    /// F of the plant for the states that are kept, and the indices of these states.
     rates: DMatrix<f64>,
     kept: Vec<usize>,
-    /// Of each channel d_i as the loop at rest has it, of x and u: what its model does not know.
+    /// Lumped disturbance d_i of each channel that the loop at rest contains, as a row over x and u.
     lumped: Matrix,
     u: f64,
 }
@@ -160,28 +161,28 @@ pub struct SampledLoop {
 /// Response to a disturbance in one channel by its m-th derivative.
 #[derive(Clone, Debug)]
 pub struct Kernel {
-    /// C_0 .. C_(m-1), a row for each quantity.
+    /// Error coefficients C_0 .. C_(m-1), a row for each quantity.
     pub coefficients: DMatrix<f64>,
-    /// D where m is 0: what w makes at its own tick.
+    /// Direct effect D for m = 0, within the tick of w.
     direct: DVector<f64>,
     /// e_m at the instants inside a tick.
     begin: DMatrix<f64>,
     /// ∫|h_m| of each quantity.
     pub norms: Vec<f64>,
-    /// max |h_m| of each quantity.
+    /// Maximum |h_m| of each quantity.
     pub peaks: Vec<f64>,
-    /// The same after the time that was asked for.
+    /// Maximum |h_m| of each quantity after the given time.
     pub tails: Vec<f64>,
 }
 
-/// What [`SampledLoop::sums`] finds.
+/// Result of [`SampledLoop::sums`].
 struct Sums {
     norms: Vec<f64>,
     peaks: Vec<f64>,
     tails: Vec<f64>,
 }
 
-/// e^M by its series at a 2^-s-th of M, and s squarings.
+/// Returns e^M from the series at a 2^-s-th of M, and s squarings.
 fn exponential(m: &DMatrix<f64>) -> DMatrix<f64> {
     let norm = m.row_iter().map(|row| row.iter().map(|entry| entry.abs()).sum::<f64>()).fold(0.0, f64::max);
     let squarings = libm::ceil(libm::log2((2.0 * norm).max(1.0))) as i32;
@@ -198,11 +199,11 @@ fn exponential(m: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 impl SampledLoop {
-    /// Of a loop at rest with this law. `output` is the state that is held, `observed` are the channels with an
-    /// observer, all from 0.
+    /// Builds the loop at rest with this controller. `output` is the controlled state, `observed` are the channels with
+    /// an observer; all count from 0.
     ///
     /// # Errors
-    /// A loop that is not stable, or has no finite matrices.
+    /// The loop is unstable or has no finite matrices.
     pub fn of(
         at_rest: &AtRest,
         law: &dyn LawAtRest,
@@ -266,29 +267,29 @@ impl SampledLoop {
         Ok(Self { period_s, a, modes, c, quantities, sensors, asked, rates, kept, lumped, u: law.u })
     }
 
-    /// What is bounded, in the order of all that is told here.
+    /// Returns the bounded quantities in the order of all results.
     pub fn quantities(&self) -> &[Quantity] {
         &self.quantities
     }
 
-    /// u at rest.
+    /// Returns u at rest.
     pub const fn rest(&self) -> f64 {
         self.u
     }
 
-    /// The part of d_i that the loop at rest does not have: what acts on it as a disturbance from outside.
+    /// Returns the part of d_i that the loop at rest does not contain and that acts as an external disturbance.
     pub fn outside(&self, channel: usize, d: f64, x: &[f64], u: f64) -> f64 {
         let row = &self.lumped[channel];
         let states = row.len() - 1;
         d - row[..states].iter().zip(x).map(|(a, x)| a * x).sum::<f64>() - row[states] * (u - self.u)
     }
 
-    /// Has the loop at rest no part of this channel's d_i, so that all of it is from outside?
+    /// Returns whether all of d_i of this channel is external to the loop at rest.
     pub fn is_outside(&self, channel: usize) -> bool {
         self.lumped[channel].iter().all(|slope| *slope == 0.0)
     }
 
-    /// The plant with m integrators before one of its channels, over a time, from these states.
+    /// Propagates the plant with m integrators before one of its channels over a time.
     fn pushed(&self, channel: usize, m: usize, time_s: f64) -> DMatrix<f64> {
         let states = self.rates.nrows();
         let mut all = DMatrix::zeros(states + m, states + m);
@@ -302,16 +303,17 @@ impl SampledLoop {
         exponential(&(all * time_s))
     }
 
-    /// The entries of the loop's state of one of the plant's.
+    /// Returns the loop state of a plant state.
     fn in_loop(&self, x: impl Fn(usize) -> f64) -> DVector<f64> {
         let states = self.rates.nrows();
         DVector::from_iterator(self.kept.len(), self.kept.iter().map(|&i| if i < states { x(i) } else { 0.0 }))
     }
 
-    /// Of a disturbance of a channel, from 0, that is known by its m-th derivative; its tails are from a time on.
+    /// Returns the response to a disturbance of a channel (from 0) by its m-th derivative. The tails start at
+    /// `after_s`.
     ///
     /// # Errors
-    /// A loop that has no finite answer to a polynomial.
+    /// The loop has no finite response to a polynomial.
     pub fn kernel(&self, channel: usize, m: usize, after_s: f64) -> Result<Kernel, NoBounds> {
         let (n, states, t) = (self.kept.len(), self.rates.nrows(), self.period_s);
         let of_error = |quantity: &Quantity| f64::from(u8::from(*quantity == Quantity::EstimationError(channel)));
@@ -338,14 +340,14 @@ impl SampledLoop {
         Ok(Kernel { coefficients, direct, begin, norms, peaks, tails })
     }
 
-    /// e_m at these times before the end of a tick.
+    /// Returns e_m at these times before the end of a tick.
     fn begin(&self, channel: usize, m: usize, driven_to: &DMatrix<f64>, times_s: &[f64]) -> DMatrix<f64> {
         let states = self.rates.nrows();
         let columns: Vec<DVector<f64>> = times_s
             .iter()
             .map(|&time_s| {
                 let moved = self.pushed(channel, m, time_s);
-                // An impulse in w^(m) is a step of w^(m-1); in w itself it is one of the state.
+                // An impulse in w^(m) is a step of w^(m-1); for m = 0 it is a step of the state.
                 let from = if m == 0 { channel } else { states + m - 1 };
                 let p = moved.view((states, from), (m, 1)).into_owned();
                 self.in_loop(|i| moved[(i, from)]) - driven_to * p
@@ -354,8 +356,8 @@ impl SampledLoop {
         DMatrix::from_columns(&columns)
     }
 
-    /// h_m at θ + l T, for l = 0 .. ticks - 1 and each of the shares θ/T that [`instants`] has: a matrix for each tick,
-    /// a row for each quantity.
+    /// Returns h_m at θ + l T for l = 0 .. ticks - 1 and each share θ/T of [`instants`]: one matrix per tick, one row
+    /// per quantity.
     pub fn course(&self, kernel: &Kernel, ticks: usize) -> Vec<DMatrix<f64>> {
         let mut state = kernel.begin.clone();
         let step = |_| {
@@ -366,12 +368,13 @@ impl SampledLoop {
         (0..ticks).map(step).collect()
     }
 
-    /// Of each quantity Σ_j weight_j Σ_k |C A^k b_j|, and the largest |C A^k b_j|, of all and of k from `after` on.
+    /// Returns for each quantity Σ_j weight_j Σ_k |C A^k b_j|, the maximum |C A^k b_j|, and this maximum from `after`
+    /// on.
     fn sums(&self, columns: &DMatrix<f64>, weights: &[f64], after: f64) -> Sums {
         let mut powers = vec![self.a.clone()];
         let zeros = vec![0.0_f64; self.quantities.len()];
         let mut found = Sums { norms: zeros.clone(), peaks: zeros.clone(), tails: zeros };
-        // Of each mode how fast it moves, and when it is dead.
+        // For each mode its rate and the tick at which it has decayed.
         let modes: Vec<(f64, f64)> = self
             .modes
             .iter()
@@ -385,7 +388,7 @@ impl SampledLoop {
         loop {
             let alive = modes.iter().filter(|(_, until)| *until > at);
             let fastest = alive.map(|(rate, _)| *rate).fold(0.0, f64::max);
-            // What is late by so many ticks has a part then only.
+            // A delayed effect appears only within these first ticks.
             let is_beginning = at < self.kept.len() as f64;
             if fastest == 0.0 && !is_beginning {
                 break;
@@ -429,11 +432,11 @@ impl SampledLoop {
         found
     }
 
-    /// The bounds of each quantity under a disturbance of a channel, from 0, that sets in at t = 0, from `after_s` on.
+    /// Returns the bounds of each quantity from `after_s` on. The disturbance of the channel (from 0) starts at t = 0.
     ///
     /// # Errors
-    /// A loop that has no finite answer to a polynomial.
-    pub fn of_disturbance(&self, channel: usize, known: &Known, after_s: f64) -> Result<Vec<Bound>, NoBounds> {
+    /// The loop has no finite response to a polynomial.
+    pub fn of_disturbance(&self, channel: usize, known: &SignalBounds, after_s: f64) -> Result<Vec<Bound>, NoBounds> {
         let none = Bound { value: f64::INFINITY, derivative: 0 };
         let mut least = vec![none; self.quantities.len()];
         let mut kernels = Vec::new();
@@ -443,7 +446,7 @@ impl SampledLoop {
             for (i, least) in least.iter_mut().enumerate() {
                 let mut value = ROUND_UP * mu * (kernel.norms[i] + kernel.direct[i]);
                 for j in 0..m {
-                    // Where w^(j) begins with another value than 0 there is a jump.
+                    // w^(j) jumps at the start if its first value is not 0.
                     let of_start = PEAK_UP * kernels[j + 1].tails[i];
                     value += (kernel.coefficients[(i, j)].abs() + of_start) * known.mu[j];
                 }
@@ -458,12 +461,12 @@ impl SampledLoop {
         Ok(least)
     }
 
-    /// The bounds of each quantity if a sensor errs by at most this in each tick.
+    /// Returns the bounds of each quantity for a sensor error of at most `error` in each tick.
     pub fn of_sensor(&self, sensor: usize, error: f64) -> Vec<f64> {
         self.of_errors(&self.sensors[sensor], error)
     }
 
-    /// The bounds of each quantity if the law asks for another u, by at most this in each tick.
+    /// Returns the bounds of each quantity if the demanded u differs by at most `error` in each tick.
     pub fn of_asked(&self, error: f64) -> Vec<f64> {
         self.of_errors(&self.asked, error)
     }
@@ -474,12 +477,12 @@ impl SampledLoop {
     }
 }
 
-/// The shares θ/T of a tick at which a kernel is known, but for its ends, and their weights.
+/// Returns the shares θ/T of a tick at which a kernel is sampled, and their weights.
 pub fn instants() -> [(f64, f64); 8] {
     INSTANTS
 }
 
-/// Area under |h| over a stride: Simpson's rule, triangles where the sign changes.
+/// Returns the area under |h| over a stride by Simpson's rule, with triangles at a change of sign.
 fn area(from: f64, middle: f64, to: f64, stride: f64) -> f64 {
     if from * middle >= 0.0 && middle * to >= 0.0 {
         return stride / 6.0 * (from + 4.0 * middle + to).abs();

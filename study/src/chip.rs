@@ -1,7 +1,7 @@
-//! The cost of a tick on a Cortex-M4F, from `firmware/budgets.toml`: the ceilings that CI holds the code to.
+//! Cost of a tick on a Cortex-M4F from `firmware/budgets.toml`, the cycle budgets that CI enforces.
 //!
-//! Cycles are a bound for every input, and what an ordinary tick takes, flash and memory without wait states
-//! (`cycle-bound`). The cost is one of the shape, not of the numbers in it.
+//! Cycles are a bound for every input and a typical value, with flash and memory without wait states (`cycle-bound`).
+//! The cost depends on the controller configuration, not on its numbers.
 
 use std::sync::OnceLock;
 
@@ -11,26 +11,26 @@ use loop_sim::port::in_process::{Model, Precision};
 use scenario::Experiment;
 use toml_edit::{ArrayOfTables, Table};
 
-use crate::kind::Kind;
+use crate::kind::DriveKind;
 
-/// An instance of the tick as it is shipped.
+/// Cost of a shipped instance of the tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cost {
-    /// Its name in `firmware/budgets.toml`.
+    /// Name in `firmware/budgets.toml`.
     pub instance: String,
-    /// Cycles of an ordinary tick.
+    /// Cycles of a typical tick.
     pub typical: u32,
-    /// Cycles of any tick.
+    /// WCET bound, cycles.
     pub bound: u32,
-    /// Bytes of code.
+    /// Code size, bytes.
     pub flash: u32,
-    /// Bytes that change.
+    /// State size, bytes.
     pub state: u32,
-    /// Bytes of its design.
+    /// Size of the design, bytes.
     pub coefficients: u32,
 }
 
-/// Every instance that has all of these figures, from the file itself: they stand once.
+/// Returns all instances with complete figures, read from the budget file itself.
 fn costs() -> &'static [Cost] {
     static COSTS: OnceLock<Vec<Cost>> = OnceLock::new();
     COSTS.get_or_init(|| {
@@ -41,7 +41,7 @@ fn costs() -> &'static [Cost] {
     })
 }
 
-/// `None` of a part of a tick, which has no state of its own.
+/// Returns the cost of an instance; `None` for a part of a tick, which has no state.
 fn measured(instance: &Table) -> Option<Cost> {
     let of = |figure: &str| u32::try_from(instance["ceiling"].get(figure)?.as_integer()?).ok();
     Some(Cost {
@@ -54,12 +54,12 @@ fn measured(instance: &Table) -> Option<Cost> {
     })
 }
 
-/// Of an instance by its name in `firmware/budgets.toml`.
+/// Returns the cost of an instance by its name in `firmware/budgets.toml`.
 pub fn cost(instance: &str) -> Option<&'static Cost> {
     costs().iter().find(|cost| cost.instance == instance)
 }
 
-/// Of the tick of a scenario, if its shape is one of those.
+/// Returns the cost of the tick of a scenario, if its configuration is in the table.
 pub fn cost_of(experiment: &Experiment) -> Option<&'static Cost> {
     let name = match (&experiment.drive, &experiment.spec) {
         (Some(drive), _) => of_drive(&drive.designed)?,
@@ -80,7 +80,7 @@ pub fn cost_of(experiment: &Experiment) -> Option<&'static Cost> {
 
 fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
     let Form { follows, gain_sets, delay_ticks, observer_states } = designed.form();
-    Some(match (Kind::of(designed).instance, follows, gain_sets, delay_ticks, observer_states) {
+    Some(match (DriveKind::of(designed).instance, follows, gain_sets, delay_ticks, observer_states) {
         ("motor", Follows::Position, 1, 0, 3) => "motor",
         ("motor", Follows::Position, 2, 0, 3) => "motor, two sets",
         ("motor", Follows::Position, 1, 1, 3) => "motor, late",
@@ -95,12 +95,12 @@ fn of_drive(designed: &DriveDesign) -> Option<&'static str> {
     })
 }
 
-/// Bound in cycles of a tick of a drive that follows a position, also of the forms that are not measured: what two gain
-/// sets and each tick of delay cost, added up.
+/// Returns the WCET bound of a tick of a position drive, cycles. Forms that are not in the table get the sum of the
+/// costs of two gain sets and of each tick of delay.
 pub fn cycles(designed: &DriveDesign) -> u32 {
     let Form { gain_sets, delay_ticks, .. } = designed.form();
     let bound = |name: &str| cost(name).map_or(0, |cost| cost.bound);
-    let kind = Kind::of(designed).instance;
+    let kind = DriveKind::of(designed).instance;
     let more = |what: &str| bound(&format!("{kind}, {what}")) - bound(kind);
     bound(kind) + if gain_sets > 1 { more("two sets") } else { 0 } + delay_ticks as u32 * more("late")
 }

@@ -1,26 +1,28 @@
-//! A drive commissions itself: it records a move, is re-tuned from the record, and shows that it is better.
+//! Self-commissioning: the drive records a move, is tuned from the recording, and verifies the new gains in a move.
 //!
 //! ```text
-//! record   planned moves to and fro; the current shaken by a multisine        gains of the data sheet
+//! record   planned moves to and fro; multisine excitation of the current      gains of the data sheet
 //! identify parameters from counts and current (module identify)               or a refusal, and nothing changes
-//! swap     at rest, W := 0 (EncoderForm::at_rest)                             the design of what was found
+//! switch   at rest, W := 0 (EncoderForm::at_rest)                             the design of the found parameters
 //! verify   a move of 1 rad, as short as 70 % of the current allow             peak of y - r, residual of a link
-//! keep it, or swap back; then home
+//! keep the new gains, or switch back; then home
 //! ```
 //!
-//! Accepted is a move with abs(y - r) <= B + 2.5 steps of the encoder that is followed; of a joint the link with the
-//! new parameters must explain the record of the move too (0.6 steps rms), if its count was in the record that they
-//! are from. B is 1e-4 rad, or twice what the same move leaves when it is simulated on the joint or motor as it was
-//! found (module `predicted`), whichever is more, and never more than a step above what the recorded moves left. The
-//! move alone does not see every wrong link, that residual does; neither sees a wrong motor of a joint, which does no
-//! harm in this move. A motor with a rigid load is asked for a move as short as its current allows: there b counts, and
-//! b that is 20 % wrong is seen.
+//! A move is accepted if abs(y - r) <= B + 2.5 counts of the feedback encoder. For a joint the new link parameters must
+//! also explain the recording of this move within 0.6 counts rms. This check applies only if the identification used
+//! the link count. B is 1e-4 rad or twice the simulated error of the move, whichever is more. The simulation uses the
+//! identified joint or motor (module `predicted`). The threshold never exceeds the peak of the recorded moves by more
+//! than one count.
 //!
-//! The swap at rest drops the offset W. A loop with wrong parameters swings a little: the rule for swaps in motion
-//! (u does not jump) would freeze the instant's difference of the demands into W, and that takes 1/α to go.
+//! The move alone does not detect every wrong link; the residual does. Neither detects a wrong motor of a joint, which
+//! does no harm in this move. A motor with a rigid load makes the shortest move that its current allows. In this move b
+//! matters, and an error of 20 % in b is detected.
 //!
-//! The sequence stands once and knows no drive: what it needs of one is a [`Stand`]. That is plant and drive of a
-//! scenario ([`Rig`]), or a drive at the end of a wire (in `host-sim`). It sees counts, current, health.
+//! The switch at rest drops the offset W. With wrong parameters the loop swings a little. The rule for switches in
+//! motion (no step in u) would store this momentary difference of the demands in W, which decays with 1/α.
+//!
+//! The sequence is independent of the drive and runs on a [`Stand`]. A stand is the simulated plant and drive of a
+//! scenario ([`Rig`]), or a drive on a serial port (in `host-sim`). It provides counts, current and status flags.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -32,8 +34,8 @@ use loop_sim::port::drive::{DriveDesign, Goal, Motion};
 use loop_sim::sensor::encoder::Mounted;
 
 use crate::Error;
-use crate::identify::{Identified, Known, Record, Refusal, Sheet, identify, most_residual_steps};
-use crate::kind::Kind;
+use crate::identify::{Identified, PlantData, Record, Refusal, Sheet, identify, most_residual_steps};
+use crate::kind::DriveKind;
 
 mod multisine;
 pub mod plants;
@@ -50,123 +52,122 @@ pub use rig::Rig;
 
 /// Rest before the first move and between moves, s.
 const REST_S: f64 = 0.2;
-/// From the end of the multisine to the swap, and from there to the verification, s.
+/// Times from the end of the multisine to the switch, and from the switch to the verification, s.
 const CALM_S: f64 = 0.45;
 const SETTLE_S: f64 = 0.4;
-/// The multisine begins so long after the drive, s.
+/// Delay of the multisine after the start of the drive, s.
 const SHAKE_AFTER_S: f64 = 0.1;
-/// After a move it is looked at for so long, s.
+/// Observation time after a move, s.
 const AFTER_S: f64 = 0.25;
-/// Share of the current that a verification may ask for, the load's apart, and the least share that is left of it.
+/// Share of the current limit for the verification. The load current is subtracted from it, down to the second share.
 const CURRENT: f64 = 0.7;
 const LEAST_CURRENT: f64 = 0.3;
-/// The current that lifts the weight of the data sheet is this many times as large if weight and torque constant are
-/// off.
+/// Safety factor on the current that lifts the weight of the data sheet, for errors of weight and torque constant.
 const LIFTED: f64 = 1.5;
-/// Without the link's count the link is seen by its own swinging: moves to and fro, ever shorter and quicker, over the
-/// way of the recorded ones; each as quick as this share of the usual current allows (with all of it four of 32 corners
-/// of ±50 % stayed at the limit until an alarm, with half of it two), but no quicker than that.
+/// Travel of the moves without the link count, relative to the recorded travel. The moves become shorter and faster, so
+/// that the link swings. Each move is as fast as `CHIRP_CURRENT` times the usual current allows. With all of the
+/// current four of 32 corners of ±50 % stayed at the limit until an alarm, with half of it two.
 const CHIRP: [f64; 8] = [0.36, 0.36, 0.24, 0.24, 0.15, 0.15, 0.09, 0.09];
 const CHIRP_CURRENT: f64 = 0.36;
 const LEAST_CHIRP_S: f64 = 0.3;
-/// A plan that takes longer is none, s.
+/// Longest plan, s.
 const LONGEST_S: f64 = 20.0;
-/// Bar of the verification, rad: at least so much, or so many times what is expected of the move on the joint or motor
-/// as it was found (cogging, ripple and load are not in it), and steps of the encoder that is followed: two, and half a
-/// step by which a count is off itself.
+/// Smallest threshold of the verification, rad. The threshold is the larger of this and [`TIMES_EXPECTED`] times the
+/// simulated error, plus [`BAR_STEPS`] counts. The simulation contains friction and the identified cogging, but neither
+/// ripple nor load.
 pub const LEAST_BAR_RAD: f64 = 1e-4;
-/// See [`LEAST_BAR_RAD`].
+/// Factor on the simulated error in the threshold, see [`LEAST_BAR_RAD`].
 pub const TIMES_EXPECTED: f64 = 2.0;
-/// See [`LEAST_BAR_RAD`].
+/// Counts of the feedback encoder in the threshold: two, and half a count of rounding. See [`LEAST_BAR_RAD`].
 pub const BAR_STEPS: f64 = 2.5;
 
-/// What is recorded, and how.
+/// Settings of the recording and the verification.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Way of the recorded moves, rad.
+    /// Travel of the recorded moves, rad.
     pub way_rad: f64,
-    /// Time of each at least, s.
+    /// Shortest duration of a recorded move, s.
     pub move_s: f64,
-    /// Peak of the multisine, A: at least five times the friction.
+    /// Peak of the multisine, A; at least five times the friction.
     pub peak_a: f64,
-    /// The record is made again with this peak if it says too little, A; 0 for not.
+    /// Peak of a second recording if the first is too weak, A; 0 for none.
     pub most_peak_a: f64,
-    /// Its seed.
+    /// Seed of the multisine.
     pub seed: u64,
-    /// Way of the verification, rad.
+    /// Travel of the verification move, rad.
     pub verify_rad: f64,
-    /// Time of it at least, s.
+    /// Shortest duration of the verification move, s.
     pub verify_s: f64,
-    /// How the new design takes over.
+    /// Gain switching method.
     pub swap: Swap,
-    /// Is the link's count left out of the record? Of a joint; the drive has it all the same.
+    /// Whether the recording of a joint omits the link count; the drive still uses it.
     pub motor_alone: bool,
 }
 
-/// How a new design takes over: at rest, or as what that is better than.
+/// Gain switching method: at rest, or one of two alternatives for comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Swap {
-    /// Without an offset W: u jumps a little.
+    /// Without the offset W: u has a small step.
     AtRest,
-    /// Without a jump of u, as in motion.
+    /// Without a step in u, as in motion.
     InMotion,
-    /// Not at all: the move that verifies is that of the old gains.
+    /// No switch: the verification move uses the old gains.
     None,
 }
 
 impl Plan {
-    /// For a joint 0.6 rad in 2 s with 27 % of the current, as a whole with half of it, and 80 % if that says too
-    /// little; for a motor 3 rad in 0.6 s with all of it.
+    /// Returns the default plan. Joint: 0.6 rad in 2 s with 27 % of the current, for a coupled design with half of this
+    /// peak. A second recording uses 80 %. Motor: 3 rad in 0.6 s with all of the current.
     pub fn of(designed: &DriveDesign) -> Self {
-        let plan = Kind::of(designed).plan;
+        let plan = DriveKind::of(designed).plan;
         let [peak_a, most_peak_a] = [plan.peak_a, plan.most_peak_a].map(|share| share * designed.max_current_a());
         Self { peak_a, most_peak_a, ..plan }
     }
 }
 
-/// Why it came to no end.
+/// Reason why the sequence stopped early.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Stopped {
-    /// The record says too little, or something else. The old gains are still there.
+    /// The recording was refused. The old gains are still active.
     Refused(Refusal),
-    /// An encoder gave no count.
+    /// An encoder count was lost.
     Lost {
-        /// s.
+        /// Time of the lost count, s.
         at_s: f64,
     },
     /// Ticks came late.
     Late {
-        /// So many.
+        /// Number of late ticks.
         ticks: u32,
     },
-    /// A monitor of the drive fired.
+    /// A monitor of the drive raised an alarm.
     Alarm(Health),
-    /// The same during the record, of a plant behind a gear.
+    /// A monitor raised an alarm while a plant behind a gear was recorded.
     AlarmBehindGear {
-        /// The alarms.
+        /// Alarm flags.
         health: Health,
-        /// Turns of the motor in one behind its gear.
+        /// Gear ratio, motor turns per output turn.
         gear: f64,
         /// Keys of torque constant and inertia of the motor.
         keys: [&'static str; 2],
     },
-    /// No move of this way is within the current.
+    /// No move of this travel stays within the current.
     TooFar {
-        /// rad.
+        /// Travel, rad.
         way_rad: f64,
     },
-    /// No drive can be made of what was found.
+    /// The identified parameters have no valid design.
     Design(String),
-    /// Plant or drive broke.
+    /// The plant or the drive failed.
     Broken(String),
-    /// On request.
+    /// Stopped on request.
     Interrupted,
-    /// Any of these, and the drive could not be given back what it had.
+    /// The sequence stopped and the old gains could not be restored.
     Left {
-        /// Why it came to no end.
+        /// Reason of the stop.
         stopped: Box<Stopped>,
-        /// Why what was there before is not back.
+        /// Reason why the old gains are not restored.
         why: Box<Stopped>,
     },
 }
@@ -174,33 +175,33 @@ pub enum Stopped {
 impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Refused(refusal) => write!(f, "the record is refused: {refusal}"),
-            Self::Lost { at_s } => write!(f, "the record is refused: a count was lost at {at_s:.3} s; repeat it"),
+            Self::Refused(refusal) => write!(f, "recording refused: {refusal}"),
+            Self::Lost { at_s } => write!(f, "recording refused: a count was lost at {at_s:.3} s; record again"),
             Self::Late { ticks } => write!(
                 f,
-                "the record is refused: {ticks} ticks came late; repeat it, and if it stays so, the interrupt of the \
+                "recording refused: {ticks} ticks came late; record again. If it happens again, the interrupt of the \
                  drive takes too long"
             ),
             Self::Alarm(health) => write!(
                 f,
-                "an alarm ({health:?}){}: look for what pushes, or say more in [monitor]",
-                if health.contains(Health::STOPPED) { " has stopped the drive, reset it (host-sim live)" } else { "" }
+                "alarm ({health:?}){}: remove the external load, or raise the limits in [monitor]",
+                if health.contains(Health::STOPPED) { " stopped the drive, reset it with host-sim live" } else { "" }
             ),
             Self::AlarmBehindGear { health, gear, keys: [torque, inertia] } => write!(
                 f,
-                "{}; or a number of the data sheet is that of the output of the gear of {gear}: {torque} and {inertia} \
-                 are of the motor's own shaft, the output's are {gear} times and {} times as large",
+                "{}; or the data sheet refers to the output of the gear of {gear}: {torque} and {inertia} belong to \
+                 the motor shaft; the output values are {gear} times and {} times as large",
                 Self::Alarm(*health),
                 gear * gear
             ),
             Self::TooFar { way_rad } => {
-                write!(f, "no move of {way_rad} rad stays within the current: take a shorter way (--way, --verify)")
+                write!(f, "no move of {way_rad} rad stays within the current limit: reduce --way or --verify")
             }
-            Self::Design(why) => write!(f, "no drive can be made of what was found: {why}"),
+            Self::Design(why) => write!(f, "the identified parameters have no valid design: {why}"),
             Self::Broken(why) => f.write_str(why),
             Self::Interrupted => f.write_str("stopped on request"),
             Self::Left { stopped, why } => {
-                write!(f, "{stopped}; AND THE GAINS OF BEFORE ARE NOT BACK: {why}; see what runs there (host-sim live)")
+                write!(f, "{stopped}; THE OLD GAINS ARE NOT RESTORED: {why}; check the design with host-sim live")
             }
         }
     }
@@ -214,94 +215,94 @@ impl From<PortError> for Stopped {
     }
 }
 
-/// How the verification went.
+/// Result of the verification.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Verified {
-    /// Time of the move, s.
+    /// Duration of the move, s.
     pub move_s: f64,
-    /// Largest abs(y - r) by the counts, rad.
+    /// Largest abs(y - r) from the counts, rad.
     pub peak_rad: f64,
-    /// The same of the true angle: a simulation knows it.
+    /// Largest abs(y - r) of the true angle, rad; simulation only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub true_peak_rad: Option<f64>,
-    /// What it may be.
+    /// Acceptance threshold of the peak, rad.
     pub bar_rad: f64,
-    /// The same move simulated on the joint or motor as it was found; none where that comes to no end.
+    /// Simulated peak of this move on the identified joint or motor, rad; `None` if the simulation fails.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_rad: Option<f64>,
-    /// What the new link leaves of its record, steps rms; none of a motor.
+    /// Residual of the new link parameters in this move, counts rms; `None` for a motor.
     pub residual_steps: Option<f64>,
-    /// What it may leave; none of a motor.
+    /// Acceptance threshold of the residual, counts rms; `None` for a motor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub most_residual_steps: Option<f64>,
 }
 
-/// What follows from it.
+/// Outcome of the verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// The new gains stay.
     Accepted,
-    /// The old ones are back: the move was not good enough.
+    /// The old gains are restored because the move exceeded its threshold.
     BackForTheMove,
-    /// The old ones are back: the link is not as it was found.
+    /// The old gains are restored because the residual of the link exceeded its threshold.
     BackForTheLink,
 }
 
-/// All that happened.
+/// Report of a commissioning sequence.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Report {
-    /// The record.
+    /// Recording of the moves.
     #[serde(skip)]
     pub record: Record,
-    /// What it says.
+    /// Identified parameters.
     #[serde(skip)]
     pub identified: Identified,
-    /// The design that was tried.
+    /// Design that was tried.
     #[serde(skip)]
     pub designed: DriveDesign,
     /// Peak of the multisine, A.
     pub peak_a: f64,
-    /// Largest abs(y - r) of the recorded moves, by the counts, rad.
+    /// Largest abs(y - r) of the recorded moves, from the counts, rad.
     pub recorded_peak_rad: f64,
-    /// Jump of u at the swap, A.
+    /// Step in u at the switch, A.
     pub jump_a: f64,
-    /// Largest abs(y - r) from there to the verification, rad.
+    /// Largest abs(y - r) between switch and verification, rad.
     pub settling_rad: f64,
-    /// The verification.
+    /// Result of the verification.
     pub verified: Verified,
-    /// Accepted, or swapped back.
+    /// Outcome: accepted or switched back.
     pub outcome: Outcome,
-    /// Largest abs(y - r) on the way home, with the gains that stay, rad.
+    /// Largest abs(y - r) on the way home, with the final gains, rad.
     pub home_rad: f64,
-    /// t (s), y, r (rad) and u (A) of all that was recorded.
+    /// t (s), y, r (rad) and u (A) of all recorded ticks.
     #[serde(skip)]
     pub ticks: Vec<[f64; 4]>,
-    /// Times of swap, verification, way home, s.
+    /// Times of switch, verification and way home, s.
     #[serde(skip)]
     pub marks: [f64; 3],
 }
 
-/// Is called every few ticks with their number, and may end the sequence.
+/// Callback every few ticks with the tick number; it can end the sequence.
 pub type OnTicks<'a> = dyn FnMut(u64) -> ControlFlow<()> + 'a;
 
-/// What shakes: a [`multisine`] from a time on, for so long.
+/// Excitation: a [`multisine`] with a start time and a duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shake {
-    /// It begins here, s.
+    /// Start time, s.
     pub from_s: f64,
-    /// It lasts so long, s.
+    /// Duration, s.
     pub for_s: f64,
-    /// Its peak, A.
+    /// Peak, A.
     pub peak_a: f64,
     /// Resonance of the joint, rad/s; 0 for a motor.
     pub resonance_rad_s: f64,
-    /// Seed of its phases.
+    /// Seed of the phases.
     pub seed: u64,
 }
 
 impl Shake {
-    /// A current for each of so many rows.
+    /// Returns the current of each of `rows` ticks, A.
     pub fn wave(&self, rows: usize, period_s: f64) -> Vec<f64> {
         let [from, count] = [self.from_s, self.for_s].map(|seconds| (seconds / period_s).round() as usize);
         let wave = multisine(self.peak_a, count, period_s, self.resonance_rad_s, self.seed);
@@ -309,29 +310,29 @@ impl Shake {
     }
 }
 
-/// What was recorded between two rests.
+/// Recording between two rests.
 #[derive(Clone, Debug)]
 pub struct Leg {
     /// Time of the first row, s.
     pub from_s: f64,
-    /// Time of a row, s.
+    /// Time between rows, s.
     pub period_s: f64,
-    /// Angle of the first encoder in the turn of the reference, rad; NaN where the count was lost.
+    /// Angle of the first encoder in the turn of the reference, rad; NaN for a lost count.
     pub y: Vec<f64>,
     /// Reference, rad.
     pub r: Vec<f64>,
-    /// Current that was held, A.
+    /// Held current, A.
     pub held_a: Vec<f64>,
-    /// The same as a record; why there is none.
+    /// The recording for identification, or the reason why there is none.
     pub record: Result<Record, Stopped>,
-    /// True y - r, where it is known.
+    /// True y - r, rad, if it is known.
     pub true_error: Option<Vec<f64>>,
-    /// Status flags of all its ticks.
+    /// Status flags of all ticks.
     pub health: Health,
 }
 
 impl Leg {
-    /// Largest abs(y - r), rad.
+    /// Returns the largest abs(y - r), rad.
     fn peak_rad(&self) -> f64 {
         largest(self.y.iter().zip(&self.r).map(|(y, r)| y - r))
     }
@@ -350,7 +351,7 @@ fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |most, error| most.max(error.abs()))
 }
 
-/// The angle of an upright count in the turn of a reference, rad; NaN of one that was lost.
+/// Returns the angle of an upright count in the turn of a reference, rad; NaN for a lost count.
 pub fn turned(count: Option<i32>, r: f64, mounted: &Mounted) -> f64 {
     let Some(count) = count else { return f64::NAN };
     let span = (1_u64 << mounted.encoder.bits) as f64 * mounted.encoder.unit_rad();
@@ -358,58 +359,58 @@ pub fn turned(count: Option<i32>, r: f64, mounted: &Mounted) -> f64 {
     angle + span * ((r - angle) / span).round()
 }
 
-/// Where a drive is commissioned.
+/// Drive under commissioning, simulated or real.
 pub trait Stand {
-    /// What it begins with.
+    /// Returns the initial design.
     fn designed(&self) -> DriveDesign;
 
-    /// Period of its ticks, s.
+    /// Returns the sampling period, s.
     fn period_s(&self) -> f64;
 
-    /// At rest there, rad.
+    /// Returns the present rest position, rad.
     fn at_rad(&self) -> f64;
 
-    /// From now on, and at most so long, it is recorded; meanwhile it may be shaken.
+    /// Starts a recording of at most `most_s` seconds, with an optional excitation.
     ///
     /// # Errors
-    /// When it cannot be reached.
+    /// The drive cannot be reached.
     fn begin(&mut self, shake: Option<&Shake>, most_s: f64) -> Result<(), Stopped>;
 
-    /// What was recorded.
+    /// Ends the recording and returns it.
     ///
     /// # Errors
-    /// When it cannot be reached, or is asked to stop.
+    /// The drive cannot be reached, or the sequence was stopped.
     fn end(&mut self) -> Result<Leg, Stopped>;
 
-    /// Nothing happens for so long.
+    /// Waits at rest.
     ///
     /// # Errors
-    /// As above.
+    /// The drive cannot be reached, or the sequence was stopped.
     fn rest(&mut self, seconds: f64) -> Result<(), Stopped>;
 
-    /// From rest to rest in so many ticks.
+    /// Moves from rest to rest in this number of ticks.
     ///
     /// # Errors
-    /// As above, or when the drive refuses it.
+    /// The drive cannot be reached or refuses the move, or the sequence was stopped.
     fn go(&mut self, to_rad: f64, ticks: u32) -> Result<(), Stopped>;
 
-    /// Another design of the same form takes over, with W = 0 (`at_rest`) or without a jump of u; by how much it jumps,
-    /// A.
+    /// Switches to another design of the same form and returns the step in u, A. The switch sets W = 0 (`at_rest`) or
+    /// avoids a step in u.
     ///
     /// # Errors
-    /// As above, or when the drive refuses it.
+    /// The drive cannot be reached or refuses the design, or the sequence was stopped.
     fn swap(&mut self, to: &DriveDesign, at_rest: bool) -> Result<f64, Stopped>;
 
-    /// After a sequence that came to no end: nothing shakes, and what was there before is back.
+    /// Cleans up after an early stop: ends the excitation and restores the old design.
     ///
     /// # Errors
-    /// Why it is not.
+    /// The old design could not be restored.
     fn give_up(&mut self) -> Result<(), Stopped> {
         Ok(())
     }
 }
 
-/// The fewest ticks of a motion from rest within this current, and no fewer than of `least_s`.
+/// Returns the fewest ticks of a motion from rest within this current, at least `least_s` long.
 fn fewest(stand: &dyn Stand, sheet: &Sheet, way_rad: f64, least_s: f64, u_max: f64) -> Result<u32, Stopped> {
     let (at_rad, period_s) = (stand.at_rad(), stand.period_s());
     let wanted = Motion { goal: Goal::Rest { angle_rad: at_rad + way_rad }, ..Motion::rest(at_rad, period_s) };
@@ -417,11 +418,11 @@ fn fewest(stand: &dyn Stand, sheet: &Sheet, way_rad: f64, least_s: f64, u_max: f
     sheet.shortest(&wanted, range, u_max).map(|motion| motion.ticks).ok_or(Stopped::TooFar { way_rad })
 }
 
-/// Moves to and fro under the multisine, up to when the swap may be; what was recorded on the way, and how much is
-/// held at the end.
+/// Records moves to and fro under the multisine, then waits until the switch. Returns the recording and the current
+/// that is held at the end.
 fn make_record(stand: &mut dyn Stand, plan: &Plan, sheet: &Sheet, share: f64) -> Result<(Leg, f64), Stopped> {
     let resonance_rad_s = sheet.resonance_rad_s();
-    // How long a way takes is known before it begins, and the multisine begins before.
+    // The durations of all moves are computed first, because the multisine starts before them.
     let mut moves = Vec::new();
     let (ways, least_s, share, rest_s) = if plan.motor_alone {
         (&CHIRP[..], LEAST_CHIRP_S, CHIRP_CURRENT * share, 0.0)
@@ -450,7 +451,7 @@ fn make_record(stand: &mut dyn Stand, plan: &Plan, sheet: &Sheet, share: f64) ->
         stand.rest(rest_s)?;
     }
     let leg = stand.end()?;
-    // A drive that refused its counts held something else.
+    // A drive that rejected its counts held a different current.
     if leg.record.is_ok() && leg.health.intersects(ALARMS | Health::INPUT_REJECTED) {
         return Err(Stopped::Alarm(leg.health));
     }
@@ -462,7 +463,7 @@ fn make_record(stand: &mut dyn Stand, plan: &Plan, sheet: &Sheet, share: f64) ->
     Ok((leg, (held.iter().sum::<f64>() / held.len().max(1) as f64).abs()))
 }
 
-/// Another design, and what follows.
+/// Switches to another design and records the settling.
 fn swapped(stand: &mut dyn Stand, to: &DriveDesign, how: Swap) -> Result<(f64, Leg), Stopped> {
     let jump_a = if how == Swap::None { 0.0 } else { stand.swap(to, how == Swap::AtRest)? };
     stand.begin(None, SETTLE_S)?;
@@ -470,7 +471,7 @@ fn swapped(stand: &mut dyn Stand, to: &DriveDesign, how: Swap) -> Result<(f64, L
     Ok((jump_a, stand.end()?))
 }
 
-/// A move, and a look at its end.
+/// Makes a move and records it until shortly after its end.
 fn moved(stand: &mut dyn Stand, to_rad: f64, ticks: u32) -> Result<Leg, Stopped> {
     stand.begin(None, f64::from(ticks) * stand.period_s() + AFTER_S)?;
     stand.go(to_rad, ticks)?;
@@ -478,14 +479,14 @@ fn moved(stand: &mut dyn Stand, to_rad: f64, ticks: u32) -> Result<Leg, Stopped>
     stand.end()
 }
 
-/// The whole sequence. `design` makes a drive of what was found; the form must stay.
+/// Runs the whole sequence. `design` computes a drive of the same form from the identified parameters.
 ///
 /// # Errors
-/// Why it ended early; the drive has the gains of before then, or it is [said](Stopped::Left) why not.
+/// The reason of an early stop. The drive then has its old gains, unless the error is [`Stopped::Left`].
 pub fn commission(
     stand: &mut dyn Stand,
     plan: &Plan,
-    known: &Known,
+    known: &PlantData,
     design: impl FnOnce(&mut Identified) -> Result<DriveDesign, Error>,
 ) -> Result<Report, Stopped> {
     sequence(stand, plan, known, design).map_err(|stopped| match stand.give_up() {
@@ -494,23 +495,23 @@ pub fn commission(
     })
 }
 
-/// A record, and what it says.
+/// Recording and identification.
 struct Recorded {
-    /// As it was made, and the share of the current that its moves may ask for, A.
+    /// Plan that was used, and the current for its moves, A.
     plan: Plan,
     share: f64,
     leg: Leg,
-    /// What is held at its end, A.
+    /// Current that is held at the end, A.
     load: f64,
     identified: Result<Identified, Refusal>,
 }
 
-fn identified_by(stand: &mut dyn Stand, plan: &Plan, sheet: &Sheet, known: &Known) -> Result<Recorded, Stopped> {
+fn identified_by(stand: &mut dyn Stand, plan: &Plan, sheet: &Sheet, known: &PlantData) -> Result<Recorded, Stopped> {
     let limit = stand.designed().max_current_a();
-    // A data sheet that is off by half in each number asks for a third of what is needed.
+    // A data sheet that is 50 % off in every number underestimates the current by a factor of three.
     let mut share = (limit - plan.peak_a).max(0.1 * limit) / 3.0;
     let mut plan = *plan;
-    // A weight has to be lifted besides, and is shaken by what is left.
+    // The weight needs additional current; the rest is left for the excitation.
     let lifted = LIFTED * sheet.lifts_a(plan.way_rad);
     if lifted > 0.0 {
         share = share.max(lifted + 0.1 * limit).min(CURRENT * limit);
@@ -531,7 +532,7 @@ fn identified_by(stand: &mut dyn Stand, plan: &Plan, sheet: &Sheet, known: &Know
 fn sequence(
     stand: &mut dyn Stand,
     plan: &Plan,
-    known: &Known,
+    known: &PlantData,
     design: impl FnOnce(&mut Identified) -> Result<DriveDesign, Error>,
 ) -> Result<Report, Stopped> {
     let (old, home_rad) = (stand.designed(), stand.at_rad());
@@ -561,7 +562,7 @@ fn sequence(
     let expected_rad = found.peak_rad(&designed, [stand.at_rad(), to_rad], ticks);
     let followed = record.link.as_ref().unwrap_or(&record.motor);
     let bar_rad = LEAST_BAR_RAD.max(TIMES_EXPECTED * expected_rad.unwrap_or(0.0)) + BAR_STEPS * followed.step_rad;
-    // In no case worse than before; each of both is a count, and may be off by half a step.
+    // Not worse than the recorded moves; each peak is a count with half a count of rounding.
     let bar_rad = bar_rad.min(recorded_peak_rad + followed.step_rad);
     let verify = moved(stand, to_rad, ticks)?;
     let of_verification = verify.record.as_ref().unwrap_or(&record);
@@ -572,13 +573,13 @@ fn sequence(
         true_peak_rad: verify.true_error.as_ref().map(|errors| largest(errors.iter().copied())),
         bar_rad,
         expected_rad,
-        // Where a count was lost nothing is explained.
+        // Without a count no residual can be computed.
         residual_steps: verify.record.as_ref().map_or(Some(f64::INFINITY), |record| identified.left_over(record)),
         most_residual_steps,
     };
     let explains = verified.residual_steps.is_none_or(|steps| most_residual_steps.is_some_and(|most| steps <= most));
     let is_good = verified.peak_rad <= bar_rad;
-    // With the old gains as carefully as the record was made.
+    // The old gains move home with the limits of the recording.
     let (outcome, of_home, least_s, current) = if is_good && explains {
         (Outcome::Accepted, identified.sheet, 1.0, u_max)
     } else {
@@ -587,7 +588,7 @@ fn sequence(
         (outcome, sheet, plan.move_s, share)
     };
     let way_rad = home_rad - stand.at_rad();
-    // A weight that was lifted may need more than the record did.
+    // Lifting the weight may need more current than the recording.
     let ticks = fewest(stand, &of_home, way_rad, least_s, current)
         .or_else(|_| fewest(stand, &of_home, way_rad, least_s, u_max))?;
     let home = moved(stand, home_rad, ticks)?;

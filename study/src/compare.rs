@@ -1,15 +1,16 @@
-//! Our drive beside its rivals, on the same plants, encoders, references and limits, each tuned with the same effort.
+//! Comparison of edo-smc with baseline controllers on equal plants, encoders, references and limits, with equal tuning
+//! effort.
 //!
-//! | module | what |
+//! | module | content |
 //! |---|---|
-//! | [`bench`](Bench) | the runs, the figures, the cost |
-//! | `rival` | the laws of the books |
-//! | `cascade` | of these the cascades, and the notch |
-//! | `ours` | our drive as one of them |
-//! | `linear` | is the exact sampled loop stable? |
+//! | [`bench`](Bench) | test runs, metrics, cost |
+//! | `rival` | textbook controllers |
+//! | `cascade` | the cascades among them, and the notch |
+//! | `ours` | edo-smc as a contender |
+//! | `linear` | stability of the exact sampled loop |
 //! | `tune` | random and local search, one seed |
 //!
-//! A controller of one's own needs [`ControllerPort`], and is built from a [`Task`] for every run:
+//! A custom controller implements [`ControllerPort`] and is built from a [`Task`] for every run:
 //!
 //! ```
 //! use study::compare::{Bench, Own, Task};
@@ -50,44 +51,44 @@ pub use linear::{Linear, Sampled};
 pub use task::{Aim, Angles, Model, Task};
 pub use tune::{Comparison, Entry, Settings, compare};
 
-/// Something to be chosen; the search moves its logarithm.
+/// Tuning parameter; the search varies its logarithm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knob {
-    /// With its unit.
+    /// Name with its unit.
     pub name: &'static str,
-    /// Lower end, above 0.
+    /// Lower limit, above 0.
     pub low: f64,
-    /// Upper end.
+    /// Upper limit.
     pub high: f64,
-    /// Where the search begins.
+    /// Initial value of the search.
     pub guess: f64,
 }
 
-/// A law with knobs.
+/// Controller with tuning parameters.
 pub trait Contender: Sync {
-    /// What it is called.
+    /// Returns the name.
     fn name(&self) -> &'static str;
 
-    /// What may be chosen.
+    /// Returns the tuning parameters.
     fn knobs(&self) -> Vec<Knob>;
 
-    /// The law with these values; `None` where there is none.
+    /// Returns the controller with these values; `None` if no design exists.
     fn design(&self, knobs: &[f64]) -> Option<Box<dyn Design>>;
 }
 
-/// A law with its knobs set.
+/// Controller with fixed parameters.
 pub trait Design: Sync {
-    /// The controller for a run, before its first tick; `None` if there is none for these encoders.
+    /// Returns the controller for a run, before its first tick; `None` if it does not support these encoders.
     fn port(&self, task: &Task) -> Option<Box<dyn ControllerPort>>;
 
-    /// What is linear of it near rest, and up to which error of the plant (0.5, or 0.2) that must be stable; nothing
-    /// for a law that is not linear: its corners are told by simulation.
+    /// Returns the linear models near rest, each with the plant error (0.5 or 0.2) up to which it must be stable. A
+    /// nonlinear controller has none; its corners are checked by simulation.
     fn linear(&self) -> Vec<(Linear, f64)> {
         Vec::new()
     }
 }
 
-/// A controller of one's own: what makes its port.
+/// Custom controller: the function that builds its port.
 pub struct Own<F>(pub F);
 
 impl<F: Fn(&Task) -> Box<dyn ControllerPort> + Sync> Design for Own<F> {
@@ -96,9 +97,9 @@ impl<F: Fn(&Task) -> Box<dyn ControllerPort> + Sync> Design for Own<F> {
     }
 }
 
-/// A law of the books for a scenario.
+/// Baseline controller for a scenario.
 struct Rival {
-    kind: rival::Kind,
+    kind: rival::BaselineKind,
     task: Task,
 }
 
@@ -133,35 +134,35 @@ impl Design for RivalDesign {
     }
 }
 
-/// Our drive with so many gain sets: its knobs, and the drive that they make.
+/// edo-smc drive with a number of gain sets: its tuning parameters and the resulting drive.
 pub struct Tuned(ours::Ours);
 
 impl Tuned {
-    /// Of a scenario.
+    /// Builds the tuner of a scenario.
     pub const fn new(bench: &Bench, gain_sets: usize) -> Self {
         Self(ours::Ours { designed: bench.designed, gain_sets })
     }
 
-    /// What may be chosen.
+    /// Returns the tuning parameters.
     pub fn knobs(&self) -> Vec<Knob> {
         self.0.knobs()
     }
 
-    /// The drive with these values; none where there is none.
+    /// Returns the drive with these values; `None` if no design exists.
     pub fn designed(&self, knobs: &[f64]) -> Option<DriveDesign> {
         self.0.designed(knobs)
     }
 }
 
-/// A drive of ours as something that a [`Bench`] runs; none if it is refused.
+/// Returns an edo-smc drive as a design for a [`Bench`]; `None` if it is invalid.
 pub fn of_ours(designed: &DriveDesign) -> Option<impl Design + use<>> {
     ours::Chosen::new(designed)
 }
 
-/// Ours with two gain sets and with one, and the rivals.
+/// Returns edo-smc with two gain sets and with one, and the baseline controllers.
 pub fn contenders(bench: &Bench) -> Vec<Box<dyn Contender>> {
     let designed = bench.designed;
     let ours = [2, 1].map(|gain_sets| Box::new(ours::Ours { designed, gain_sets }) as Box<dyn Contender>);
     let rival = |kind| Box::new(Rival { kind, task: bench.task().clone() }) as Box<dyn Contender>;
-    ours.into_iter().chain(rival::Kind::all(bench.task().model.encoders()).map(rival)).collect()
+    ours.into_iter().chain(rival::BaselineKind::all(bench.task().model.encoders()).map(rival)).collect()
 }

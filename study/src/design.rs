@@ -1,7 +1,7 @@
-//! The closed loop of a scenario's design at rest, the limits that the design uses up, and a better design.
+//! Closed loop of a scenario at rest, limits of its design, and a suggested design.
 //!
-//! The loop is linearised at rest, exactly ([`margins`](crate::margins())); nothing is simulated. A suggested design is
-//! judged in the same loop first.
+//! The loop is linearised exactly at rest ([`margins`](crate::margins())); nothing is simulated. A suggested design is
+//! checked in the same linear loop.
 
 use std::fmt;
 
@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::gain_sets::{GainSet, MarginPrice, gain_sets, prices};
-use crate::kind::{Kind, observer_limit};
+use crate::kind::{DriveKind, observer_limit};
 use crate::map::is_zero;
 use crate::margins::{
     Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, noise_of, offset_per_s, unstable_corners, warnings,
@@ -27,153 +27,152 @@ use crate::margins::{
 use crate::number::significant;
 use crate::range::{Covered, covered};
 
-/// Share of the current limit that the steps of encoders may cost as noise, rms.
+/// Largest current noise from encoder quantisation as a share of the current limit, rms.
 const NOISE_SHARE: f64 = 0.01;
-/// Phase margin below which nothing is suggested, degrees: with less |S| is above 1/(2 sin 12.5°) = 2.3. Behind a
-/// current loop of 0.2 ms the default set of a joint has 26.7; firm has 22.6, and does not bear a tick of delay.
+/// Smallest phase margin of a suggested design, degrees. Below it |S| exceeds 1/(2 sin 12.5°) = 2.3. With a current
+/// loop of 0.2 ms the default set of a joint has 26.7. The set firm has 22.6 and does not tolerate a tick of delay.
 pub const LEAST_PHASE_DEG: f64 = 25.0;
 
-/// How many times shorter a period may be that is suggested.
+/// Divisors of the period that a suggestion tries.
 const SHORTER: [u32; 4] = [1, 2, 4, 8];
-/// The shortest period of a drive, s.
+/// Shortest period of a drive, s.
 const SHORTEST_S: f64 = 2e-5;
 
-/// Answer of [`design`].
+/// Result of [`design`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Design {
     /// Name of the scenario.
     pub scenario: String,
-    /// Period, s.
+    /// Sampling period, s.
     pub period_s: f64,
-    /// Poles that the design asks for.
+    /// Poles of the design.
     pub asked: Vec<AskedPoles>,
-    /// The slowest of what is asked for but the offset W, 1/s.
+    /// Slowest design pole except the offset W, 1/s.
     pub decay_asked_per_s: f64,
-    /// The closed loop that results.
+    /// Resulting closed loop.
     #[serde(flatten)]
     pub got: ClosedLoop,
-    /// Noise of u by each sensor.
+    /// Noise of u from each sensor.
     pub noise: Vec<Noise>,
-    /// Numbers that are not exceeded.
+    /// Guaranteed bounds.
     pub bounds: Vec<Bound>,
-    /// What is used up of what may be, the most first.
+    /// Used share of each design limit, largest first.
     pub limits: Vec<Limit>,
-    /// A better design, if there is one.
+    /// Suggested design, if there is one.
     pub suggested: Option<Suggested>,
-    /// Of a drive: its gain sets, each as if it stayed.
+    /// Gain sets of a drive, each analysed as if it were active all the time.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gain_sets: Vec<GainSet>,
-    /// Of a motor: its own figures, and those of the rules with another margin.
+    /// Motor only: metrics of this design and of the design rules with other margins.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prices: Vec<MarginPrice>,
-    /// Of a motor whose file says a range of its inertia: what of it is covered.
+    /// Motor with an inertia range only: the part of the range that is covered.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inertia_range: Option<Covered>,
-    /// What of the scenario is not in these figures.
+    /// Parts of the scenario that these results leave out.
     pub left_out: Vec<&'static str>,
 }
 
-/// What the design asks for, as poles.
+/// Design poles of one part of the controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AskedPoles {
-    /// Their name.
+    /// Name of the part.
     pub name: String,
-    /// The poles, rad/s.
+    /// Poles, rad/s.
     pub poles: Vec<Root>,
-    /// What they are the poles of.
+    /// Meaning of the poles.
     pub meaning: &'static str,
 }
 
-/// What comes of it.
+/// Closed loop of a design.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ClosedLoop {
-    /// Largest |z| of a pole: below 1 the loop is stable.
+    /// Spectral radius: largest |z| of a pole; the loop is stable below 1.
     pub spectral_radius: f64,
-    /// Of the slowest of these poles, 1/s; negative for a loop that grows.
+    /// Decay rate of the slowest of the poles, 1/s; negative for an unstable loop.
     pub decay_per_s: f64,
-    /// ln(z)/T, the slowest first, without the offset's own.
+    /// Continuous poles ln(z)/T, slowest first, without the pole of the offset.
     pub poles: Vec<Root>,
-    /// Of a loop that is stable.
+    /// Stability margins, if the loop is stable.
     pub margins: Option<Margins>,
-    /// How many corners of what the file says of its data sheet were judged, and those that are not stable, the worst
-    /// first.
+    /// Number of corners of the declared uncertainty that were checked.
     #[serde(skip_serializing_if = "is_zero")]
     pub corners: usize,
-    /// The corners in which the loop is unstable, the worst first.
+    /// Unstable corners, worst first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unstable_corners: Vec<UnstableCorner>,
-    /// Rms of u per unit of white noise on each sensor.
+    /// Rms of u per unit of white noise, for each sensor.
     #[serde(skip)]
     pub noise_gains: Vec<f64>,
 }
 
-/// What a sensor does to u.
+/// Effect of a sensor on u.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Noise {
     /// Name of the sensor.
     pub sensor: String,
-    /// Rms of u per unit of white noise on it.
+    /// Rms of u per unit of white noise on the sensor.
     pub gain: f64,
     /// Unit of the gain.
     pub unit: String,
-    /// Rms of what it adds by its steps and by the noise of the scenario, in its unit.
+    /// Rms noise of the sensor from quantisation and declared noise, in its unit.
     pub sensor_rms: f64,
-    /// Rms of u that this makes.
+    /// Resulting rms of u.
     pub u_rms: f64,
 }
 
-/// A number that is not passed.
+/// Guaranteed bound.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bound {
-    /// Its name.
+    /// Name of the quantity.
     pub name: String,
-    /// Its value.
+    /// Value of the bound.
     pub value: f64,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: String,
-    /// When it holds.
+    /// Condition under which the bound holds.
     pub meaning: String,
 }
 
-/// What is used of something that there is so much of.
+/// Used share of a design limit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Limit {
-    /// Name of the resource.
+    /// Name of the limit.
     pub what: &'static str,
-    /// 1: all of it.
+    /// Used share, 1 at the limit.
     pub used: f64,
-    /// The rule that limits it.
+    /// Rule that sets the limit.
     pub meaning: String,
 }
 
-/// What to take instead, and what it makes.
+/// Suggested design and its closed loop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Suggested {
-    /// For the scenario file: the table, and a line of it.
+    /// Pairs of a table and a line of it for the scenario file.
     pub lines: Vec<[String; 2]>,
-    /// What limits it.
+    /// Reason why no faster design is suggested.
     pub why: String,
-    /// Is it what the file has?
+    /// Whether the suggestion equals the design of the file.
     pub is_same: bool,
-    /// The closed loop that results.
+    /// Resulting closed loop.
     #[serde(flatten)]
     pub got: ClosedLoop,
 }
 
-/// What is wrong with a design, the least first.
+/// Defect of a design, in order of severity.
 enum Flaw {
-    /// Too little phase margin.
+    /// Phase margin too small.
     Phase,
-    /// So many A of noise.
+    /// Current noise too large, in A.
     Noise(f64),
-    /// It is not stable in so many corners.
+    /// Unstable in some corners.
     Corners { unstable: usize, worst: String },
-    /// It is not stable.
+    /// Unstable with the nominal plant.
     Unstable,
 }
 
 impl Flaw {
-    /// The larger, the worse.
+    /// Returns the severity: larger is worse.
     const fn weight(&self) -> usize {
         match self {
             Self::Phase => 1,
@@ -187,7 +186,7 @@ impl Flaw {
 impl fmt::Display for Flaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Noise(noise) => write!(f, "would make {} A of noise", number(*noise)),
+            Self::Noise(noise) => write!(f, "would cause {} A of current noise", number(*noise)),
             Self::Phase => write!(f, "would have less than {LEAST_PHASE_DEG} deg of phase margin"),
             Self::Corners { unstable, worst } => {
                 write!(f, "would be unstable in {unstable} corners, most with {worst}")
@@ -198,7 +197,7 @@ impl fmt::Display for Flaw {
 }
 
 impl ClosedLoop {
-    /// Of a loop with this law, whose offset decays with α.
+    /// Analyses the loop with this control law, whose offset decays with α.
     fn of(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64, alpha_per_s: f64) -> Result<Self, MarginsError> {
         let it = Loop::of(at_rest, law, period_s)?;
         let values = it.eigenvalues()?;
@@ -212,12 +211,12 @@ impl ClosedLoop {
         Ok(Self { spectral_radius, decay_per_s, poles, margins, corners, unstable_corners, noise_gains })
     }
 
-    /// Noise of u; none of a loop that is not stable.
+    /// Returns the noise of u; `None` if the loop is unstable.
     fn noise(&self, at_rest: &AtRest) -> Option<f64> {
         self.margins.is_some().then(|| noise_of(&self.noise_gains, at_rest))
     }
 
-    /// Is most of the noise of u what the file declares, and not what steps make?
+    /// Returns whether declared noise contributes more to u than quantisation.
     fn is_of_declared_noise(&self, at_rest: &AtRest) -> bool {
         let (mut declared, mut all) = (0.0, 0.0);
         for (gain, Sensed { rms, noise, .. }) in self.noise_gains.iter().zip(&at_rest.sensed) {
@@ -227,12 +226,12 @@ impl ClosedLoop {
         declared > 0.5 * all
     }
 
-    /// Is it stable, in all corners?
+    /// Returns whether the loop is stable with the nominal plant and in all corners.
     pub fn is_stable(&self) -> bool {
         self.margins.is_some() && self.unstable_corners.is_empty()
     }
 
-    /// What is wrong with it at first, if noise may be up to this; nothing of one that may be suggested.
+    /// Returns the first defect of the loop for this noise limit; `None` if the design may be suggested.
     fn flaw(&self, at_rest: &AtRest, most_noise: f64) -> Option<Flaw> {
         let Some(margins) = &self.margins else { return Some(Flaw::Unstable) };
         if let Some(worst) = self.unstable_corners.first() {
@@ -245,7 +244,7 @@ impl ClosedLoop {
     }
 }
 
-/// Returns the closed loop of a scenario at rest, what limits its design, and a better one.
+/// Returns the closed loop of a scenario at rest, the limits of its design, and a suggested design.
 ///
 /// # Errors
 /// The scenario has no loop at rest, or the loop has no finite matrices.
@@ -292,25 +291,25 @@ pub fn design(experiment: &Experiment) -> Result<Design, Error> {
 }
 
 impl Design {
-    /// What is asked for, as poles.
+    /// Returns the design poles.
     pub fn asked_poles(&self) -> impl Iterator<Item = Root> {
         self.asked.iter().flat_map(|asked| asked.poles.iter().copied())
     }
 
-    /// Those of the closed loop.
+    /// Returns the poles of the closed loop.
     pub fn poles(&self) -> impl Iterator<Item = Root> {
         self.got.poles.iter().copied()
     }
 
-    /// Noise of u by the steps of the encoders, A rms; none of a loop that is not stable.
+    /// Returns the rms current noise from encoder quantisation, A; `None` if the loop is unstable.
     pub fn noise(&self) -> Option<f64> {
         let sum: f64 = self.noise.iter().map(|noise| noise.u_rms * noise.u_rms).sum();
         self.got.margins.map(|_| sum.sqrt())
     }
 }
 
-/// What the offset is called among the things that are asked for.
-const OFFSET: &str = "offset alpha";
+/// Name of the offset among the design poles.
+const OFFSET: &str = "offset decay alpha";
 
 fn real(rate: f64) -> Vec<Root> {
     vec![Root { re: -rate, im: 0.0 }]
@@ -320,57 +319,58 @@ fn roots(poles: &[Pole]) -> Vec<Root> {
     poles.iter().map(|&Pole { re, im }| Root { re, im }).collect()
 }
 
-/// What is asked for.
+/// Returns the design poles of a scenario.
 fn asked(experiment: &Experiment) -> Vec<AskedPoles> {
     let one = |name: &str, poles, meaning| AskedPoles { name: name.into(), poles, meaning };
     let bessel = |omega: f64, states: usize| -> Vec<Root> {
         let both = |Pole { re, im }| [im, -im].map(|im| Root { re: re * omega, im: im * omega });
         let all = bessel_poles(states).into_iter().flat_map(both);
-        // A real one has no other half.
+        // A real root has no conjugate.
         all.take(states).collect()
     };
     let mut lines = match (&experiment.drive, &experiment.spec) {
         (Some(drive), _) => {
             let form = drive.designed.form();
-            let (w, kind) = (drive.designed.bandwidths(), Kind::of(&drive.designed));
+            let (w, kind) = (drive.designed.bandwidths(), DriveKind::of(&drive.designed));
             let (count, meaning) = kind.error;
             if drive.designed.is_whole() {
-                // Of the filter of both encoders no pole is one encoder's.
-                let rigid = "of a rigid shaft; the spring bends it";
-                let lines = [("error w_c", w.surface_rad_s), ("reaching law k_l", w.reaching_per_s)];
+                // The poles of the filter of both encoders cannot be assigned to one encoder.
+                let rigid = "pole of the rigid shaft; the spring shifts it";
+                let lines = [("position error w_c", w.surface_rad_s), ("reaching gain k_l", w.reaching_per_s)];
                 let mut lines: Vec<_> = lines.into_iter().map(|(name, rate)| one(name, real(rate), rigid)).collect();
-                lines.push(one(OFFSET, real(offset_per_s(experiment)), "what is left of the start, by itself"));
+                lines.push(one(OFFSET, real(offset_per_s(experiment)), "decay of the start-up offset W"));
                 return lines;
             }
-            let surface = one("error w_c", vec![real(w.surface_rad_s)[0]; count], meaning);
-            // A speed loop has none.
+            let surface = one("position error w_c", vec![real(w.surface_rad_s)[0]; count], meaning);
+            // A speed loop has no position error pole.
             let surface = (form.follows == Follows::Position).then_some(surface);
-            let observer =
-                |(name, w): (&&str, &f64)| one(name, bessel(*w, form.observer_states), "its error, Bessel poles");
+            let observer = |(name, w): (&&str, &f64)| {
+                one(name, bessel(*w, form.observer_states), "estimation error, Bessel poles")
+            };
             let observers = kind.observers.iter().zip(&w.observers_rad_s).map(observer);
-            let reaching = one("reaching law k_l", real(w.reaching_per_s), kind.reaching);
+            let reaching = one("reaching gain k_l", real(w.reaching_per_s), kind.reaching);
             surface.into_iter().chain(observers).chain([reaching]).collect()
         }
         (None, Some(ControllerSpec { config: AnyConfig { n, padded }, .. })) => {
             let mut lines =
-                vec![one("surface", roots(&surface_roots(&padded.surface.c[..*n])), "roots of the sliding motion")];
+                vec![one("surface", roots(&surface_roots(&padded.surface.c[..*n])), "error in sliding motion")];
             let observers = (1..).zip(&padded.observers).take(*n);
             lines.extend(observers.filter_map(|(channel, gains)| {
-                Some(one(&format!("observer of d_{channel}"), roots(&error_poles(gains.as_ref()?)), "its error"))
+                Some(one(&format!("observer of d_{channel}"), roots(&error_poles(gains.as_ref()?)), "estimation error"))
             }));
             if padded.reaching.k_l > 0.0 {
-                lines.push(one("reaching law k_l", real(padded.reaching.k_l), "sigma*"));
+                lines.push(one("reaching gain k_l", real(padded.reaching.k_l), "sigma* to zero"));
             }
             lines
         }
         (None, None) => return Vec::new(),
     };
-    lines.push(one(OFFSET, real(offset_per_s(experiment)), "what is left of the start, by itself"));
+    lines.push(one(OFFSET, real(offset_per_s(experiment)), "decay of the start-up offset W"));
     lines
 }
 
-/// λ_2, λ_3, and of each channel δ_i0, of a configuration under disturbances with these bounds μ_i^(k), if there are
-/// any.
+/// Returns the ultimate bounds λ_2, λ_3 and, for each channel, δ_i0 of a configuration for disturbances with bounds
+/// μ_i^(k). Returns `None` if no such bounds exist.
 pub fn ultimates(config: &AnyConfig, mu: &[Vec<f64>]) -> Option<(f64, f64, Vec<f64>)> {
     macro_rules! by_order {
         ($($n:literal $r:literal,)*) => {
@@ -401,15 +401,15 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
         meaning: meaning.into(),
     };
     if let Some(drive) = &experiment.drive {
-        let (gates, unit) = (drive.designed.gate_steps(), Kind::of(&drive.designed).sigma_unit);
+        let (gates, unit) = (drive.designed.gate_steps(), DriveKind::of(&drive.designed).sigma_unit);
         let spring = match drive.designed {
             DriveDesign::Joint(DriveOf { design: JointDesign { joint, .. }, .. }) => {
                 let JointRatios { k1, k2, .. } = JointRatios::of(&joint, 0.0);
                 let (anti, both) = (k1.sqrt(), (k1 + k2).sqrt());
                 let per_tick =
-                    format!("both shafts on the spring; {} rad per tick", number(both * experiment.period_s));
+                    format!("motor against link on the spring; {} rad per tick", number(both * experiment.period_s));
                 vec![
-                    one("anti-resonance", anti, "rad/s", "the link on the spring while the motor is held"),
+                    one("anti-resonance", anti, "rad/s", "link on the spring, motor held"),
                     one("resonance", both, "rad/s", &per_tick),
                 ]
             }
@@ -417,17 +417,17 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
         };
         let gates = drive.shafts.iter().zip(gates).map(|(shaft, steps)| {
             one(
-                &format!("gate of the {}", shaft.name),
+                &format!("innovation gate, {}", shaft.name),
                 steps,
-                "steps",
-                "a count farther from the expected is not believed",
+                "counts",
+                "a count farther from its prediction is rejected",
             )
         });
-        let sigma = one("|sigma*|, lambda_2", drive.sigma_star_bound, unit, "for innovations of one step each at most");
+        let sigma = one("|sigma*|, lambda_2", drive.sigma_star_bound, unit, "for innovations of at most one count");
         let speeds = drive.top_speed.map(|it| {
-            let at_full = format!("up to which {} A are driven, behind the gear", number(drive.max_current_a));
+            let at_full = format!("up to which {} A flow, behind the gear", number(drive.max_current_a));
             [
-                one("top speed", it.no_load_rad_s, "rad/s", "of the supply without load or friction, behind the gear"),
+                one("top speed", it.no_load_rad_s, "rad/s", "supply limit without load or friction, behind the gear"),
                 one("speed at full current", it.full_current_rad_s, "rad/s", &at_full),
             ]
         });
@@ -437,7 +437,7 @@ fn bounds(experiment: &Experiment) -> Vec<Bound> {
     let found = experiment.spec.as_ref().and_then(|spec| ultimates(&spec.config, &mu));
     let found = found.filter(|(sigma_star, y, _)| sigma_star.is_finite() && y.is_finite());
     found.map_or_else(Vec::new, |(sigma_star, y, _)| {
-        let meaning = "in the end, by the file's disturbances; what a wrong model adds is not in it";
+        let meaning = "ultimate bound for the disturbances of the file, without model errors";
         vec![one("|sigma*|, lambda_2", sigma_star, "", meaning), one("|y|, lambda_3", y, "", meaning)]
     })
 }
@@ -451,15 +451,15 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
         }
     };
     if let Some(phase) = got.margins.and_then(|margins| margins.phase_deg) {
-        limit("phase", LEAST_PHASE_DEG / phase, format!("{LEAST_PHASE_DEG} deg of phase margin shall be left"));
+        limit("phase margin", LEAST_PHASE_DEG / phase, format!("at least {LEAST_PHASE_DEG} deg"));
     }
     if let Some(drive) = &experiment.drive {
         let most = NOISE_SHARE * drive.max_current_a;
         if let Some(noise) = got.noise(at_rest) {
             let is_noisy = at_rest.sensed.iter().any(|sensed| sensed.noise > 0.0);
-            let what = if is_noisy { "steps and noise" } else { "steps" };
-            let meaning = format!("the encoder's {what} may make {} A, 1 % of the limit, in u", number(most));
-            limit("noise", noise / most, meaning);
+            let source = if is_noisy { "quantisation and noise" } else { "quantisation" };
+            let meaning = format!("encoder {source} may cause {} A, 1 % of max_current_a", number(most));
+            limit("current noise", noise / most, meaning);
         }
         let form = drive.designed.form();
         let most = observer_limit(&drive.designed);
@@ -470,80 +470,75 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
                 let [hold, lag, delay] =
                     design.lost_time_s(drive.margin, lag_s, delay_ticks).map(|lost_s| number(1e3 * lost_s));
                 let w = design.bandwidths;
-                // A speed loop has no w_c; its k_l goes with that of the rule.
+                // A speed loop has no w_c; its k_l follows the w_c of the rule.
                 let (whose, own_rad_s) = match (drive.margin, form.follows) {
                     (MotorMargin::Standard, _) => ("w_o", w.observer_rad_s),
                     (MotorMargin::Fast, Follows::Position) => ("w_c", w.surface_rad_s),
                     (MotorMargin::Fast, Follows::Speed) => ("w_c of the rule", w.surface_rad_s),
                 };
-                let what = if drive.margin == MotorMargin::Fast { "hold" } else { "hold and law" };
+                let what = if drive.margin == MotorMargin::Fast { "sampling" } else { "sampling and control law" };
                 let meaning = format!(
-                    "{whose} may be {} rad/s, by {hold} ms of {what} + {lag} of current loop + {delay} of delay",
+                    "{whose} <= {} rad/s for {hold} ms of {what} + {lag} ms of current loop + {delay} ms of \
+                     computation",
                     number(most_rad_s)
                 );
-                limit("lost time", own_rad_s / most_rad_s, meaning);
-                limit("observer", w.observer_rad_s * period_s / most, format!("w_o times the period may be {most}"));
-                limit("reaching law", w.reaching_per_s * period_s, "k_l times the period may be 1".into());
+                limit("loop delay", own_rad_s / most_rad_s, meaning);
+                limit("observer", w.observer_rad_s * period_s / most, format!("w_o period_s <= {most}"));
+                limit("reaching gain", w.reaching_per_s * period_s, "k_l period_s <= 1".into());
             }
             DriveDesign::Joint(DriveOf { design: JointDesign { coupled: Some(_), .. }, .. }) => {}
             DriveDesign::Joint(DriveOf { design: JointDesign { bandwidths: w, .. }, .. }) => {
-                limit(
-                    "motor's observer",
-                    w.motor_rad_s * period_s / most,
-                    format!("its bandwidth times the period may be {most}"),
-                );
-                limit("reaching law", w.reaching_per_s * period_s / 0.3, "k_l times the period may be 0.3".into());
-                limit(
-                    "link's observer",
-                    3.0 * w.surface_rad_s / w.link_rad_s,
-                    "w_c may be a third of its bandwidth".into(),
-                );
+                limit("motor observer", w.motor_rad_s * period_s / most, format!("bandwidth times period_s <= {most}"));
+                limit("reaching gain", w.reaching_per_s * period_s / 0.3, "k_l period_s <= 0.3".into());
+                limit("link observer", 3.0 * w.surface_rad_s / w.link_rad_s, "w_c <= a third of its bandwidth".into());
             }
         }
     } else if let Some(ControllerSpec { config, .. }) = &experiment.spec {
         let poles = config.padded.observers.iter().take(config.n).flatten().flat_map(error_poles);
         let fastest = poles.map(|pole| libm::hypot(pole.re, pole.im)).fold(0.0, f64::max);
-        limit("observer", fastest * period_s / 0.3, "its fastest pole times the period may be 0.3".into());
-        limit("reaching law", config.padded.reaching.k_l * period_s / 0.5, "k_l times the period may be 0.5".into());
+        limit("observer", fastest * period_s / 0.3, "fastest pole times period_s <= 0.3".into());
+        limit("reaching gain", config.padded.reaching.k_l * period_s / 0.5, "k_l period_s <= 0.5".into());
     }
     found.sort_by(|a, b| b.used.total_cmp(&a.used));
     found
 }
 
-/// Why a drive is not for a motor: it is unstable, or is so within what its file says of how well the plant is known;
-/// with what would be stable, and the key that takes it all the same. None of what is no drive.
+/// Returns the reason why a drive must not be exported: it is unstable, or unstable within its declared uncertainty.
+/// The text includes a stable design and the key that accepts the design anyway. Returns `None` for a scenario without
+/// a drive.
 pub fn refused_as_unstable(experiment: &Experiment) -> Option<String> {
     experiment.drive.as_ref().filter(|drive| !drive.accepts_unstable)?;
     let why = warnings(experiment).into_iter().next()?;
     let is_stable = |got: &ClosedLoop| got.margins.is_some() && got.unstable_corners.is_empty();
     let remedy = match design(experiment) {
-        // It is the fast set alone, and the warning has what helps.
+        // Only the high gains are unstable; the warning contains the remedy.
         Ok(design) if is_stable(&design.got) => String::new(),
         Ok(Design { suggested: Some(suggested), .. }) if is_stable(&suggested.got) => {
             let key = |[_, line]: &[String; 2]| format!("drive.{}", line.split("  #").next().unwrap_or(line));
-            format!("take {}; ", suggested.lines.iter().map(key).collect::<Vec<_>>().join(" and "))
+            format!("set {}; ", suggested.lines.iter().map(key).collect::<Vec<_>>().join(" and "))
         }
-        _ => "no gains by rule are stable in every corner, which takes a plant that is known better; ".into(),
+        _ => "no gains by rule are stable in every corner: lower drive.uncertain_percent if the data sheet allows it; "
+            .into(),
     };
-    Some(format!("{why}; {remedy}drive.accept_unstable = true takes it as it is"))
+    Some(format!("{why}; {remedy}drive.accept_unstable = true exports it anyway"))
 }
 
-/// A design that is tried for a drive.
-struct Tried {
-    /// What it is called.
+/// Candidate design of a drive.
+struct Candidate {
+    /// Name of the candidate.
     word: String,
-    /// Its lines in the file.
+    /// Lines of the candidate in the scenario file.
     lines: Vec<String>,
-    /// Is it what the file has?
+    /// Whether it equals the design of the file.
     is_same: bool,
-    /// What limits it, if that is known.
+    /// Limiting factor, if it is known.
     why: Option<String>,
-    /// What comes of it, or why its design is refused.
+    /// Closed loop of the candidate, or the reason why the design is invalid.
     got: Result<ClosedLoop, &'static str>,
 }
 
-/// The first design that has no flaw, with the period of the file or else a shorter one; else that with the least flaw,
-/// if it is better than what the file has.
+/// Returns the first design without a defect, with the period of the file or a shorter one. Without one, returns the
+/// design with the mildest defect if it is better than the file.
 fn suggested(
     experiment: &Experiment,
     at_rest: &AtRest,
@@ -558,7 +553,7 @@ fn suggested(
     }
     let is_noisy = present.is_of_declared_noise(at_rest);
     let share_a = NOISE_SHARE * drive.max_current_a;
-    // A motor's rule has all the noise of steps that there may be, and knows of no other.
+    // The rule of a motor already limits the noise from quantisation, but not other noise.
     let most_noise = match drive.designed {
         DriveDesign::Motor(_) if !is_noisy => f64::INFINITY,
         _ => share_a,
@@ -578,9 +573,9 @@ fn suggested(
             }
             DriveDesign::Joint(joint) => for_joint(joint, drive.coupled, period_s, at_rest, declared)?,
         };
-        // What the next faster one was refused for.
-        let mut refused = String::from("the fastest set that is measured");
-        for Tried { word, lines, is_same, why, got } in tried {
+        // Defect of the next faster design.
+        let mut refused = String::from("the fastest of the measured sets");
+        for Candidate { word, lines, is_same, why, got } in tried {
             let got = match got {
                 Ok(got) => got,
                 Err(why) => {
@@ -592,10 +587,10 @@ fn suggested(
             let lines = period.into_iter().chain(lines).map(|line| ["[drive]".into(), line]).collect();
             let Some(flaw) = got.flaw(at_rest, most_noise) else {
                 let why = match why.unwrap_or(refused) {
-                    why if is_same => format!("as it is; {why}"),
+                    why if is_same => format!("keep this design; {why}"),
                     _ if times > 1 => format!(
-                        "a shorter period; with that of the file {at_this_period}, and `host-sim tune` looks for more \
-                         than these sets"
+                        "a shorter period: at the period of the file {at_this_period}. `host-sim tune` searches beyond \
+                         these sets"
                     ),
                     why => why,
                 };
@@ -604,7 +599,7 @@ fn suggested(
             refused = format!("{word} {flaw}");
             if flaw.weight() < least {
                 least = flaw.weight();
-                let why = format!("nothing is without flaw, but this is better than what the file has; {refused}");
+                let why = format!("better than this file, but not within all limits; {refused}");
                 nearest = Some(Suggested { lines, why, is_same, got });
             }
         }
@@ -615,14 +610,14 @@ fn suggested(
     Ok(nearest)
 }
 
-/// The law that stands still, if it may be, and its loop.
+/// Returns the closed loop of a drive design at rest, or the reason why the design is invalid.
 fn closed(designed: &DriveDesign, at_rest: &AtRest) -> Result<Result<ClosedLoop, &'static str>, MarginsError> {
     let offset_per_s = designed.bandwidths().offset_per_s;
     let closed = |law: DriveAtRest| ClosedLoop::of(at_rest, law.law.as_ref(), designed.period_s(), offset_per_s);
     designed.at_rest().map_or_else(|error| Ok(Err(error.why)), |law| closed(law).map(Ok))
 }
 
-/// The rule, which knows the declared noise.
+/// Designs a motor by rule, with the declared noise.
 pub(crate) fn motor_by_rule(
     design: &MotorDesign,
     (margin, lag_s, delay_ticks): (MotorMargin, f64, u32),
@@ -638,7 +633,7 @@ fn for_motor(
     period_s: f64,
     at_rest: &AtRest,
     declared: Option<f64>,
-) -> Result<Tried, MarginsError> {
+) -> Result<Candidate, MarginsError> {
     let (design, form) = (motor.design, motor.form);
     let delay_ticks = form.delay_ticks as u32;
     let by_rule = motor_by_rule(&MotorDesign { period_s, ..design }, (margin, lag_s, delay_ticks), at_rest);
@@ -661,18 +656,18 @@ fn for_motor(
         declared_in_words(at_rest)
     } else if own < 0.999 * by_noise.min(by_phase) {
         let half = by_noise.min(by_phase).min(own * libm::pow(2.0, 0.4));
-        format!("{}; half of that noise would allow {whose}{} rad/s", declared_in_words(at_rest), number(half))
+        format!("{}; half of this noise allows {whose}{} rad/s", declared_in_words(at_rest), number(half))
     } else if by_noise < 0.999 * by_phase {
         let two_bits = by_phase.min(by_noise * libm::pow(4.0, 0.4));
-        format!("noise binds; two more bits would allow {whose}{} rad/s", number(two_bits))
+        format!("encoder quantisation limits the bandwidth; two more bits allow {whose}{} rad/s", number(two_bits))
     } else {
         let remedy = match late.iter().position(|part| *part == longest) {
             Some(0) => "a shorter period",
             Some(1) => "a faster current loop",
             _ if form.delay_ticks > 1 => "fewer ticks of delay",
-            _ => "no tick of delay",
+            _ => "drive.delay_ticks = 0",
         };
-        format!("lost time binds ({} ms); {remedy} would allow more", number(1e3 * lost_s))
+        format!("loop delay ({} ms) limits the bandwidth; {remedy} allows more", number(1e3 * lost_s))
     };
     let line = format!(
         "surface_rad_s = {}  # then w_o = {}, k_l = {}, alpha = {}",
@@ -688,23 +683,23 @@ fn for_motor(
         .all(|(now, rule)| (now / rule - 1.0).abs() < 1e-3);
     let is_same = period_s == design.period_s && is_near && one_set.is_none();
     let lines = [line].into_iter().chain(one_set).collect();
-    Ok(Tried { word: "the rule".into(), lines, is_same, why: Some(why), got })
+    Ok(Candidate { word: "the rule".into(), lines, is_same, why: Some(why), got })
 }
 
-/// Three digits that are no more than a limit.
+/// Formats a value with three digits, rounded to stay within a limit.
 fn within(value: f64, most: f64) -> String {
     let text = number(value);
     if text.parse::<f64>().is_ok_and(|rounded| rounded <= most) { text } else { number(0.995 * value) }
 }
 
-/// The measured sets, the fastest first.
+/// Returns the measured sets, fastest first.
 fn for_joint(
     joint: &DriveOf<JointDesign, 2>,
     coupled: Option<CoupledBy>,
     period_s: f64,
     at_rest: &AtRest,
     declared: Option<f64>,
-) -> Result<Vec<Tried>, MarginsError> {
+) -> Result<Vec<Candidate>, MarginsError> {
     let (design, form) = (joint.design, joint.form);
     let as_whole = || coupled.map_or(Ok(None), |by| joint_as_whole(joint, by, period_s, at_rest));
     if design.coupled.is_some() {
@@ -725,28 +720,28 @@ fn for_joint(
             number(w.offset_per_s)
         );
         let is_same = period_s == design.period_s && w == design.bandwidths;
-        Ok(Tried { word: format!("{word:?}"), lines: vec![line], is_same, why: None, got })
+        Ok(Candidate { word: format!("{word:?}"), lines: vec![line], is_same, why: None, got })
     });
     let slower = declared.map(|most| slower_joint(joint, period_s, at_rest, most)).transpose()?.flatten();
     let mut tried = tried.into_iter().chain(slower.map(Ok)).collect::<Result<Vec<_>, _>>()?;
-    // Only where none of the sets will do: the search takes longer than all of them.
+    // The search takes longer than all measured sets, so it runs only if none of them is stable.
     if tried.iter().all(|tried| tried.got.as_ref().map_or(true, |got| !got.unstable_corners.is_empty())) {
         tried.extend(as_whole()?);
     }
     Ok(tried)
 }
 
-/// The joint as a whole, by rule; none where the rule refuses it.
+/// Designs the coupled joint by rule; `None` if the rule finds no design.
 fn joint_as_whole(
     joint: &DriveOf<JointDesign, 2>,
     by: CoupledBy,
     period_s: f64,
     at_rest: &AtRest,
-) -> Result<Option<Tried>, MarginsError> {
+) -> Result<Option<Candidate>, MarginsError> {
     let Ok((design, rule)) = by.by_rule(&JointDesign { period_s, ..joint.design }) else { return Ok(None) };
     let w = design.bandwidths;
     let line = format!(
-        "tuning = \"coupled\"  # poles of a rigid shaft {} and {}, observers {} and {}",
+        "tuning = \"coupled\"  # poles of the rigid shaft {} and {}, observers {} and {}",
         number(w.surface_rad_s),
         number(w.reaching_per_s),
         number(w.link_rad_s),
@@ -755,17 +750,17 @@ fn joint_as_whole(
     let got = closed(&DriveDesign::Joint(DriveOf { design, ..*joint }), at_rest)?;
     let is_same =
         design.coupled == joint.design.coupled && w == joint.design.bandwidths && period_s == joint.design.period_s;
-    let why = Some(format!("the joint as a whole: {} binds", rule.binding));
-    Ok(Some(Tried { word: "\"coupled\"".into(), lines: vec![line], is_same, why, got }))
+    let why = Some(format!("coupled design, limited by {}", rule.binding));
+    Ok(Some(Candidate { word: "\"coupled\"".into(), lines: vec![line], is_same, why, got }))
 }
 
-/// The quiet set, slowed until the declared noise makes no more than this.
+/// Slows the set "quiet" until the declared noise meets the limit.
 fn slower_joint(
     joint: &DriveOf<JointDesign, 2>,
     period_s: f64,
     at_rest: &AtRest,
     most_a: f64,
-) -> Result<Option<Tried>, MarginsError> {
+) -> Result<Option<Candidate>, MarginsError> {
     let (design, form, quiet) = (joint.design, joint.form, JointBandwidths::QUIET);
     let with = |surface_rad_s| {
         let bandwidths = quiet.with_surface(surface_rad_s).within(period_s, form.delay_ticks);
@@ -775,7 +770,7 @@ fn slower_joint(
     let designed = with(surface_rad_s);
     let lines = ["tuning = \"quiet\"".to_owned(), format!("surface_rad_s = {}", number(surface_rad_s))];
     let lines = lines.into_iter().chain(one_set(form, &design.switching, period_s, at_rest)).collect();
-    Ok(Some(Tried {
+    Ok(Some(Candidate {
         word: "a slower one".into(),
         lines,
         is_same: false,
@@ -784,8 +779,8 @@ fn slower_joint(
     }))
 }
 
-/// The fastest drive below this bandwidth whose u has no more noise than this, to three digits; none if that has not
-/// more, or the slowest still has.
+/// Returns the fastest bandwidth below this one whose current noise meets the limit, to three digits. Returns `None` if
+/// this bandwidth already meets it or the slowest one does not.
 fn quiet_enough(
     fastest_rad_s: f64,
     most_a: f64,
@@ -799,7 +794,7 @@ fn quiet_enough(
     if is_quiet(fastest_rad_s)? {
         return Ok(None);
     }
-    // Step by step: a joint that is far too slow is not stable, and so is not quiet either.
+    // Small steps: a joint that is far too slow is unstable, and its noise is then infinite.
     let (mut low, mut high) = (fastest_rad_s, fastest_rad_s);
     while !is_quiet(low)? {
         (low, high) = (0.8 * low, low);
@@ -811,12 +806,12 @@ fn quiet_enough(
         let middle = (low * high).sqrt();
         if is_quiet(middle)? { low = middle } else { high = middle }
     }
-    // Rounded down: less is quieter.
+    // Rounded down: a lower bandwidth is quieter.
     Ok(significant(0.995 * low, 3).parse().ok())
 }
 
-/// The line that leaves the fast set out, where noise would call it: it comes in while the smoothed innovation is
-/// beyond calm, and three deviations of that are now and then.
+/// Returns the line that drops the high gains if noise alone schedules them in. They act while the smoothed innovation
+/// exceeds calm; noise reaches three deviations now and then.
 fn one_set(form: Form, switching: &Switching, period_s: f64, at_rest: &AtRest) -> Option<String> {
     let smoothed = 3.0 * (0.5 * period_s / switching.smoothing_s).sqrt();
     let calls = |sensed: &Sensed| smoothed * sensed.noise > switching.calm_steps * sensed.quantum;
@@ -824,7 +819,7 @@ fn one_set(form: Form, switching: &Switching, period_s: f64, at_rest: &AtRest) -
         .then(|| "gain_sets = 1  # noise of this size calls the fast set again and again".to_owned())
 }
 
-/// Why a loop is slow whose encoders shake.
+/// Explains in words that declared noise limits the bandwidth.
 fn declared_in_words(at_rest: &AtRest) -> String {
     let each =
         at_rest.sensed.iter().filter(|sensed| sensed.noise > 0.0).map(|Sensed { name, noise, quantum, .. }| {
@@ -839,9 +834,9 @@ fn declared_in_words(at_rest: &AtRest) -> String {
     format!("the declared noise binds ({}){bits}", each.collect::<Vec<_>>().join("; "))
 }
 
-/// The sliding motion stays as asked for; α, k_l and the observers follow it: half of it, five and four times it, the
-/// observer of the driven channel six times as fast as the others, all within what the period allows. As long as the
-/// loop is not well with them, k_l and the observers are made slower.
+/// Suggests α, k_l and observers for the sliding motion of the file. α is half its slowest root, k_l five times and the
+/// observers four times this root. The observer of the driven channel is six times as fast as the others. All of them
+/// stay within the limits of the period. k_l and the observers are slowed until the loop is acceptable.
 fn for_surface(spec: &ControllerSpec, at_rest: &AtRest, period_s: f64) -> Result<Option<Suggested>, MarginsError> {
     let AnyConfig { n, padded } = spec.config;
     let slowest = surface_roots(&padded.surface.c[..n]).iter().map(|root| -root.re).fold(f64::INFINITY, f64::min);
@@ -884,7 +879,7 @@ fn for_surface(spec: &ControllerSpec, at_rest: &AtRest, period_s: f64) -> Result
     Ok(None)
 }
 
-/// A period as a file would have it.
+/// Formats a period as in a scenario file.
 fn as_toml(period_s: f64) -> String {
     format!("{:?}", significant(period_s, 6).parse().unwrap_or(period_s))
 }

@@ -1,20 +1,20 @@
-//! Errors as data: the key, the cause and the remedy, to be put into the words of any program.
+//! Errors as data: key, cause and remedy, for any program to format.
 
 use std::fmt;
 
 use scenario::ScenarioError;
 use serde::Serialize;
 
-/// Why there is no answer.
+/// Error with key, cause and remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Error {
-    /// The key, file or argument that is wrong; empty if no single one is.
+    /// Invalid key, file or argument; empty if there is no single one.
     pub key: String,
     /// The cause.
     pub what: String,
-    /// The remedy; empty if there is none to suggest.
+    /// Remedy; empty if there is none.
     pub remedy: String,
-    /// True if other input mends it, false if the computation failed.
+    /// True for invalid input, false for a failed computation.
     pub is_input: bool,
 }
 
@@ -67,11 +67,5 @@ impl From<ScenarioError> for Error {
 impl From<&ScenarioError> for Error {
     fn from(error: &ScenarioError) -> Self {
         Self::input(error.to_string())
-    }
-}
-
-impl From<String> for Error {
-    fn from(what: String) -> Self {
-        Self::input(what)
     }
 }

@@ -1,4 +1,4 @@
-//! The numbers of a run: figures of merit, errors of the estimates, noise and status counts, as in run.json.
+//! Numbers of a run as in run.json: metrics, estimation errors, noise and status counts.
 //!
 //! A number is named by its path, `metrics.u_peak` or `design.margins.phase_deg`.
 
@@ -14,26 +14,26 @@ use serde::Serialize;
 
 use crate::{Error, design};
 
-/// What a run came to, in numbers.
+/// Numbers of a run.
 #[derive(Serialize)]
 pub struct Figures {
-    /// Figures of merit.
+    /// Metrics.
     pub metrics: serde_json::Value,
-    /// How far the estimates of the torques on the shafts of a drive are off.
+    /// Errors of the estimated torques on the shafts of a drive.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub torque_errors: Vec<TorqueError>,
-    /// How the reference was followed, if there was one.
+    /// Tracking errors, if there is a reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tracking: Option<Tracking>,
-    /// Noise of u by the steps of the encoders of a drive.
+    /// Current noise from encoder quantisation of a drive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
-    /// Ticks in which the controller told of this trouble.
+    /// Number of ticks with each status flag.
     pub ticks_with: BTreeMap<&'static str, usize>,
 }
 
 impl Figures {
-    /// Returns the numbers of a run that is over.
+    /// Returns the numbers of a finished run.
     pub fn of(experiment: &mut Experiment, trace: &Trace, metrics: &Metrics) -> Self {
         let of_shafts = experiment.drive.as_ref().map(|drive| torque_errors(drive, metrics, trace));
         Self {
@@ -45,7 +45,7 @@ impl Figures {
         }
     }
 
-    /// Of a run that was made beside others.
+    /// Returns the numbers of a run in a vectorised batch.
     pub fn of_lane(experiment: &Experiment, judged: &Judged) -> Self {
         Self {
             metrics: told(&judged.metrics, experiment),
@@ -57,12 +57,12 @@ impl Figures {
     }
 }
 
-/// How far the estimate of a torque is off, load and friction together.
+/// Error of an estimated torque, load and friction together.
 #[derive(Serialize)]
 pub struct TorqueError {
     /// Name of the shaft.
     pub shaft: &'static str,
-    /// Its rms over the window, N m.
+    /// Rms error over the window, N m.
     pub rms_n_m: f64,
 }
 
@@ -76,7 +76,7 @@ pub fn torque_errors(drive: &Drive, metrics: &Metrics, trace: &Trace) -> Vec<Tor
     drive.shafts.iter().map(of).collect()
 }
 
-/// Figures of merit as JSON: of a run along a reference |y - r| is no y, and a number has its unit.
+/// Returns the metrics as JSON: along a reference |y - r| is named an error, and a number has its unit.
 fn told(metrics: &Metrics, experiment: &Experiment) -> serde_json::Value {
     let mut told = serde_json::to_value(metrics).unwrap_or_default();
     if let (Some(_), Some(error)) = (&experiment.drive, told.get("y_ultimate").cloned()) {
@@ -84,7 +84,8 @@ fn told(metrics: &Metrics, experiment: &Experiment) -> serde_json::Value {
         told.as_object_mut().and_then(|told| told.remove("y_ultimate"));
     }
     for error in told["estimation_error_ultimate"].as_array_mut().into_iter().flatten() {
-        // A drive's are those of its shafts; the paper's of a chain in which each state is the slope of the one before.
+        // The estimation errors of a drive belong to its shafts. In the paper they belong to a chain in which each
+        // state is the derivative of the one before.
         let order = if experiment.drive.is_some() { 2 } else { error["channel"].as_u64().unwrap_or_default() };
         if !experiment.output_unit.is_empty() {
             error["unit"] = rad_per_s(order as usize).into();
@@ -93,7 +94,7 @@ fn told(metrics: &Metrics, experiment: &Experiment) -> serde_json::Value {
     told
 }
 
-/// rad, rad/s, rad/s^2, ..
+/// Returns the unit rad, rad/s, rad/s^2, ..
 pub fn rad_per_s(order: usize) -> String {
     match order {
         0 => "rad".into(),
@@ -102,13 +103,13 @@ pub fn rad_per_s(order: usize) -> String {
     }
 }
 
-/// So many times is sigma* an angle per second: of a motor, whose current is no state of the chain, and of a joint, and
-/// of a plant of order n.
+/// Returns the order of the time derivative of an angle that sigma* has. It differs for a motor, whose current is not a
+/// state of the chain, for a joint, and for a plant of order n.
 pub fn order_of_sigma(experiment: &Experiment) -> usize {
     experiment.drive.as_ref().map_or(experiment.plant.order(), |drive| 2 * drive.shafts.len()) - 1
 }
 
-/// The unit of a number of run.json, by its path; empty where it has none or the scenario names none.
+/// Returns the unit of a number of run.json by its path; empty if it has none or the scenario names none.
 pub fn unit_of(path: &str, experiment: &Experiment) -> String {
     let Experiment { output_unit: output, control_unit: control, .. } = *experiment;
     let last = path.rsplit('.').next().unwrap_or_default();
@@ -126,7 +127,7 @@ pub fn unit_of(path: &str, experiment: &Experiment) -> String {
     }
 }
 
-/// What a controller can tell, and its name in JSON.
+/// Status flags of a controller and their names in JSON.
 pub const TROUBLES: [(Health, &str); 10] = [
     (Health::INPUT_REJECTED, "input_rejected"),
     (Health::SATURATED, "saturated"),
@@ -145,10 +146,10 @@ pub fn ticks_with(trace: &Trace, flag: Health) -> usize {
     trace.rows.iter().filter(|row| row.health.contains(flag)).count()
 }
 
-/// Of a design, and not of a run.
+/// Prefix of the numbers of a design, which need no run.
 pub const OF_DESIGN: &str = "design.";
 
-/// The numbers of run.json that a run has, or its design; and whether it came to its end, bounded.
+/// Returns the numbers of run.json for a run or its design, and whether the run finished and stayed bounded.
 fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<(serde_json::Value, bool), Error> {
     let told = |error: serde_json::Error| Error::failed(error.to_string());
     if simulate {
@@ -163,7 +164,7 @@ fn numbers_of(experiment: &mut Experiment, simulate: bool) -> Result<(serde_json
     Ok((serde_json::Map::from_iter([("design".to_owned(), design)]).into(), true))
 }
 
-/// One of them; no number where the run did not come to its end, or the loop has no such margin.
+/// Returns the number at a path; NaN if the run did not finish or the margin does not exist.
 ///
 /// # Errors
 /// The scenario has no design.
@@ -172,7 +173,7 @@ pub fn number_of(path: &str, experiment: &mut Experiment) -> Result<f64, Error> 
     Ok(if has_ended { number_in(&told, path) } else { f64::NAN })
 }
 
-/// All that [`number_of`] knows, by the paths to them.
+/// Returns the paths of all numbers that [`number_of`] accepts.
 ///
 /// # Errors
 /// The scenario has no design.
@@ -184,7 +185,7 @@ pub fn known_numbers(experiment: &mut Experiment) -> Result<Vec<String>, Error> 
     Ok(known)
 }
 
-/// The paths to all numbers of what run.json has, and to those that this run has none of.
+/// Collects the paths of all numbers in run.json, including numbers that this run lacks.
 pub fn collect(value: &serde_json::Value, path: &str, known: &mut Vec<String>) {
     let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
     match value {
@@ -194,13 +195,13 @@ pub fn collect(value: &serde_json::Value, path: &str, known: &mut Vec<String>) {
         serde_json::Value::Array(list) => {
             list.iter().enumerate().for_each(|(k, value)| collect(value, &below(&k.to_string()), known));
         }
-        // A margin that there is none of, in this design.
+        // A margin that this design does not have.
         serde_json::Value::Number(_) | serde_json::Value::Null => known.push(path.into()),
         _ => {}
     }
 }
 
-/// The number at a path; NaN where there is none.
+/// Returns the number at a path; NaN if there is none.
 pub fn number_in(told: &serde_json::Value, path: &str) -> f64 {
     told.pointer(&format!("/{}", path.replace('.', "/"))).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)
 }

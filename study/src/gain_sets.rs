@@ -1,7 +1,7 @@
-//! Each gain set of a drive by itself, as if it stayed, and what another margin would cost.
+//! Gain sets of a drive, each analysed as if it were active all the time, and the price of another margin.
 //!
-//! The fast set comes in while a load pushes and fades after it, so the loop is between the two. A peak Ms of the
-//! sensitivity function leaves at least 2 asin(1/(2 Ms)) of phase and bears Ms/(Ms - 1) times the plant's gain.
+//! The high gains are scheduled in under a load disturbance and fade out after it, so the loop lies between both sets.
+//! A sensitivity peak Ms guarantees a phase margin of 2 asin(1/(2 Ms)) and a gain factor up to Ms/(Ms - 1).
 
 use controller_core::drive::{MotorDesign, MotorMargin};
 use loop_sim::port::drive::{DriveDesign, DriveOf, Follows};
@@ -11,44 +11,44 @@ use serde::Serialize;
 use crate::design::motor_by_rule;
 use crate::margins::{Loop, Margins, MarginsError, noise_of};
 
-/// One gain set of a drive.
+/// Gain set of a drive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GainSet {
-    /// `quiet` or `fast`.
+    /// Name: `quiet` (base gains) or `fast` (high gains).
     pub name: &'static str,
-    /// By the data sheet; none of a loop that is not stable.
+    /// Margins with the data sheet; `None` if the loop is unstable.
     pub margins: Option<Margins>,
-    /// The corner of the data sheet in which |S| has its largest peak; none without corners.
+    /// Corner of the data sheet with the largest peak of |S|; `None` without corners.
     pub worst: Option<WorstCorner>,
 }
 
-/// A corner and its peak.
+/// Corner and its sensitivity peak.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstCorner {
-    /// What is off, and by how much.
+    /// Deviations of the corner.
     pub name: String,
-    /// Largest |S|; none where the loop is not stable.
+    /// Largest |S|; `None` if the loop is unstable.
     pub sensitivity_peak: Option<f64>,
 }
 
-/// A margin that the rule for a motor has, and its figures.
+/// Margin setting of the motor rule, and its metrics.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MarginPrice {
-    /// The value of `drive.margin`; none of the file's own numbers.
+    /// Value of `drive.margin`; `None` for the design of the file.
     pub margin: Option<&'static str>,
-    /// Its gain sets.
+    /// Gain sets of the design.
     pub sets: Vec<GainSet>,
-    /// Rms of u by the steps and the noise of the encoder, A.
+    /// Rms of u from quantisation and noise of the encoder, A.
     pub noise_a: Option<f64>,
-    /// Way that a sudden load of 10 % of the largest torque makes with the last of its gain sets, rad; none of a speed
+    /// Deflection under a sudden load of 10 % of the largest torque with the last gain set, rad; `None` for a speed
     /// loop.
     pub deflection_rad: Option<f64>,
 }
 
-/// The gain sets of this drive, each in the loop at rest and in the corners that the file names.
+/// Returns the gain sets of a drive, each in the loop at rest and in the corners of the file.
 ///
 /// # Errors
-/// When a loop has no finite matrices.
+/// A loop has no finite matrices.
 pub fn gain_sets(designed: &DriveDesign, at_rest: &AtRest) -> Result<Vec<GainSet>, MarginsError> {
     let frozen = [("quiet", Some(*designed)), ("fast", fast(designed))];
     let set = |(name, designed): (&'static str, Option<DriveDesign>)| {
@@ -59,7 +59,8 @@ pub fn gain_sets(designed: &DriveDesign, at_rest: &AtRest) -> Result<Vec<GainSet
             let it = Loop::with(at_rest, plant, law.as_ref(), period_s)?;
             if it.spectral_radius(1.0)? < 1.0 { it.margins().map(Some) } else { Ok(None) }
         };
-        // Of a joint as a whole the rule holds it in corners of ratios; in these it would have to stay, and cannot.
+        // The rule checks the high gains of a coupled joint in corners of ratios. The corners here assume that a set
+        // stays active, but a burst of the high gains is limited in time.
         let is_bounded = designed.is_whole() && name == "fast";
         let corners = if is_bounded { &[][..] } else { &at_rest.corners[..] };
         let corners = corners.iter().map(|Corner { name, plant }| {
@@ -74,7 +75,7 @@ pub fn gain_sets(designed: &DriveDesign, at_rest: &AtRest) -> Result<Vec<GainSet
     frozen.into_iter().filter_map(set).collect()
 }
 
-/// The drive whose quiet set is the fast one of this; none where there is one set.
+/// Returns the drive whose base gains are the high gains of this one; `None` for one gain set.
 pub(crate) fn fast(designed: &DriveDesign) -> Option<DriveDesign> {
     let mut fast = *designed;
     let mut w = fast.bandwidths();
@@ -85,11 +86,11 @@ pub(crate) fn fast(designed: &DriveDesign) -> Option<DriveDesign> {
     (designed.form().gain_sets > 1).then_some(fast)
 }
 
-/// The file's own numbers, whose gain sets are known, and those of both rules, without a rule that is the file's;
-/// nothing of a joint.
+/// Returns the design of the file with its known gain sets, and the designs of both rules without the rule of the file.
+/// A joint has none.
 ///
 /// # Errors
-/// When a loop has no finite matrices.
+/// A loop has no finite matrices.
 pub fn prices(
     designed: &DriveDesign,
     sets: &[GainSet],

@@ -1,29 +1,29 @@
-//! What a flexible joint or a motor really is, from one record of its counts and its current.
+//! Identification of a flexible joint or a motor from one recording of its counts and its current.
 //!
-//! Link $\ddot q = k_1 (q_m - q) - b_1 \dot q - g \sin q + c$, motor $\ddot q_m = k_2 (q - q_m) - b_2 \dot q_m +
-//! B_0 (u - F) + d$. Both have *measured* inputs, so they are found one by one: the link (module `link`) sees no
-//! current and no friction, the motor (module `motor`) no gravity. A motor with a rigid load is the second alone,
-//! without k_2.
+//! Link: $\ddot q = k_1 (q_m - q) - b_1 \dot q - g \sin q + c$. Motor:
+//! $\ddot q_m = k_2 (q - q_m) - b_2 \dot q_m + B_0 (u - F) + d$. All inputs of both equations are *measured*, so each
+//! equation is fitted alone. The link (module `link`) contains neither current nor friction, the motor (module `motor`)
+//! contains no gravity. A motor with a rigid load is the motor equation without k_2.
 //!
 //! | parameter | unit | is | measured error (`commission`, 62 plants at ±50 %) |
 //! |---|---|---|---|
-//! | k_1, b_1, g | 1/s², 1/s, 1/s² | K/J_l, B_l/J_l, W/J_l | see docs/commissioning.md |
+//! | k_1, b_1, g | 1/s², 1/s, 1/s² | K/J_l, B_l/J_l, W/J_l | see docs/evidence/commissioning.md |
 //! | k_2, b_2, B_0 | 1/s², 1/s, rad/(s² A) | K/J_m, B_m/J_m, K_t/J_m | |
 //! | f_c | A | Coulomb friction over K_t | |
 //!
-//! Only ratios can be found, and only they are in the law: the inertia of the link (of a motor: its whole inertia)
-//! stays as the data sheet has it, all else follows.
+//! Only ratios are identifiable, and the controller uses only ratios. The inertia of the link keeps its data sheet
+//! value, and the other parameters follow from it. For a motor the total inertia is kept.
 //!
-//! *Intervals* are not those of a textbook, which do not hold: rounding is no noise, and what is not in the equation
-//! (Stribeck, ripple) is a bias. Of the link ten standard deviations are stated, of the motor at least what friction
-//! and ripple did in the measured plants: 10 % of k_2 and B_0, 20 % of b_2, 15 % of f_c.
+//! *Intervals* are wider than in textbooks, because rounding is not white noise and unmodelled effects (Stribeck,
+//! ripple) cause a bias. A link interval is ten standard deviations. A motor interval is at least the error from
+//! friction and ripple in the measured plants: 10 % of k_2 and B_0, 20 % of b_2, 15 % of f_c.
 //!
-//! A joint whose record lacks the link's count is found from the motor alone (module `alone`): k_1 and b_1 by the
-//! swinging of the link that the current has to answer, all else as above with the link's angle that follows. The
-//! weight stays.
+//! A joint recording without the link count is identified from the motor alone (module `alone`). k_1 and b_1 follow
+//! from the swing of the link, which appears in the current. The other parameters are fitted as above with the computed
+//! link angle. The weight keeps its data sheet value.
 //!
-//! *Refused*, with a reason, is what no drive should be designed from ([`Refusal`]). A cause that is found by trying
-//! (columns swapped, a sign reversed) is named.
+//! A recording that cannot support a design is *refused* with a reason ([`Refusal`]). Swapped columns and reversed
+//! signs are found by trial and named.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -47,99 +47,100 @@ use link::Correction;
 
 pub use refusal::{Equation, Refusal};
 
-/// Above this condition two parameters cannot be told apart.
+/// Condition number above which two parameters cannot be separated.
 pub const MOST_CONDITION: f64 = 30.0;
-/// Residual of the link, steps rms, beyond which its equation is another. Rounding alone leaves 0.289.
+/// Largest residual of the link equation, counts rms. Rounding alone leaves 0.289.
 pub const MOST_RESIDUAL_STEPS: f64 = 0.6;
-/// Residual of the motor, as a share of what the current makes of its motion (rms), that cogging, ripple and friction
-/// may leave besides [`MOST_RESIDUAL_STEPS`]: of good records 0.02 to 0.15. At 0.3, with cogging of 6 % of the largest
-/// torque, b was off by 13 %, beyond what is stated of it.
+/// Largest residual of the motor equation as a share of the motion due to the current, rms, beyond
+/// [`MOST_RESIDUAL_STEPS`]. Cogging, ripple and friction cause it: 0.02 to 0.15 in valid recordings. At 0.3, with
+/// cogging of 6 % of the largest torque, b was off by 13 %, outside its interval.
 pub const MOST_UNEXPLAINED: f64 = 0.2;
-/// Largest residual over the rms of all: of good records 3 to 11, where friction turns round; of a count that jumps,
-/// sticks or is wild, 16 to 37.
+/// Largest ratio of peak to rms residual. Valid recordings have 3 to 11, at friction reversals; recordings with a jump,
+/// a frozen count or an outlier have 16 to 37.
 const MOST_PEAK: f64 = 15.0;
-/// A smaller one does no harm, steps.
+/// Peak residual that is always accepted, counts.
 const LEAST_PEAK_STEPS: f64 = 5.0;
-/// Gauss-Newton steps of a good record: 2 to 5.
+/// Largest number of Gauss-Newton iterations; valid recordings need 2 to 5.
 pub const MOST_STEPS: usize = 15;
-/// Rms of the fast part of the current over friction: with less, k_2 and B_0 were up to 18 % off, b_2 32 %.
+/// Smallest ratio of the fast part of the current (rms) to friction. Below it k_2 and B_0 were up to 18 % off, b_2 32
+/// %.
 const LEAST_SHAKEN: f64 = 2.0;
-/// What is slower is of the move, s.
+/// Window of the mean that separates the move from the excitation, s.
 const SLOW_S: f64 = 0.2;
-/// A shaft that moves by less says nothing, steps.
+/// Smallest usable travel of a shaft, counts.
 const LEAST_TRAVEL_STEPS: f64 = 200.0;
-/// Stated over computed deviation.
+/// Ratio of stated interval to computed standard deviation.
 const WIDENED: f64 = 10.0;
-/// What friction and ripple do to parameters of the motor, as shares: k_2, B_0; b_2; f_c.
+/// Relative error of the motor parameters from friction and ripple: k_2 and B_0; b_2; f_c.
 const BIAS: [f64; 3] = [0.1, 0.2, 0.15];
-/// A parameter that is said less well than this share is of no use: of good records b is said to 10 %, of a motor that
-/// moved without a multisine to 26 % and more, and was off by 43 %.
+/// Largest usable interval as a share of the value. In valid recordings b has 10 %. Without a multisine b of a motor
+/// has 26 % and more, and was off by 43 %.
 const MOST_VAGUE: f64 = 0.2;
-/// Without the link's count: half of the window whose mean is taken off, and the shortest record, s.
+/// Without the link count: half of the window of the subtracted mean, and the shortest recording, s.
 const SLOW_ALONE_S: f64 = 0.5;
 const LEAST_ALONE_S: f64 = 3.0;
-/// What may be left of the current there, as a share (rms): of good records 0.01 to 0.04.
+/// Largest residual of the current without the link count, relative rms; 0.01 to 0.04 in valid recordings.
 const MOST_UNEXPLAINED_ALONE: f64 = 0.1;
-/// k_1 is stated to so many deviations, or times what half the window makes of it, and is of use to this share: of
-/// moves at the link's own frequency it is stated to 1 to 5 %, of slower ones to 4 to 32 %.
+/// Interval of k_1 without the link count in standard deviations, also compared with half the window, and its largest
+/// usable share. Moves at the link frequency give 1 to 5 %, slower moves 4 to 32 %.
 const WIDENED_ALONE: f64 = 5.0;
 const MOST_ALONE: f64 = 0.1;
-/// How far the weight of the data sheet may be off there, as a share.
+/// Assumed relative error of the data sheet weight without the link count.
 const WEIGHT: f64 = 0.5;
-/// At the start of a record the drive itself starts, s.
+/// Start-up time of the drive that is cut from a recording, s.
 const SETTLED_S: f64 = 0.1;
 
-/// Angle of a shaft.
+/// Recorded angle of a shaft.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Angle {
-    /// In each tick, rad, on the link's side of a gear.
+    /// Angle in each tick on the link side of a gear, rad.
     pub rad: Vec<f64>,
-    /// One step of its encoder, rad.
+    /// One count of the encoder, rad.
     pub step_rad: f64,
 }
 
-/// A record: sample k of each angle, and the current that is held from then on.
+/// Recording: sample k of each angle, and the current that is held after this sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {
-    /// Period, s.
+    /// Sampling period, s.
     pub period_s: f64,
-    /// The link; none for a motor with a rigid load.
+    /// Angle of the link; `None` for a motor with a rigid load.
     pub link: Option<Angle>,
-    /// The motor.
+    /// Angle of the motor.
     pub motor: Angle,
     /// Current, A.
     pub held_a: Vec<f64>,
 }
 
-/// What is believed before.
+/// Data sheet of the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sheet {
-    /// Of a flexible joint.
+    /// Data sheet of a flexible joint.
     Joint(Joint),
-    /// Of a motor with a rigid load.
+    /// Data sheet of a motor with a rigid load.
     Motor(Motor),
 }
 
 impl Sheet {
-    /// K_t, N m per A.
+    /// Returns the torque constant K_t, N m per A.
     pub const fn torque_n_m_per_a(&self) -> f64 {
         let (Self::Joint(Joint { torque_n_m_per_a, .. }) | Self::Motor(Motor { torque_n_m_per_a, .. })) = self;
         *torque_n_m_per_a
     }
 
-    /// The current that holds its weight on a way from where it hangs, A.
+    /// Returns the largest current that holds the weight over a travel from the hanging position, A.
     pub(crate) fn lifts_a(&self, way_rad: f64) -> f64 {
         let Self::Joint(joint) = self else { return 0.0 };
         joint.weight_n_m * libm::sin(way_rad.abs().min(FRAC_PI_2)) / joint.torque_n_m_per_a
     }
 
-    /// Of the motor against the link, rad/s; 0 of a motor with a rigid load.
+    /// Returns the resonance of motor against link, rad/s; 0 for a motor with a rigid load.
     pub(crate) fn resonance_rad_s(&self) -> f64 {
         let Self::Joint(joint) = self else { return 0.0 };
         libm::sqrt(joint.stiffness_n_m / joint.motor_inertia_kg_m2 + joint.stiffness_n_m / joint.link_inertia_kg_m2)
     }
 
-    /// The shortest form of a motion within this current: see [`Motion::shortest`].
+    /// Returns the shortest form of a motion within this current: see [`Motion::shortest`].
     pub(crate) fn shortest(&self, motion: &Motion, range: [u32; 2], u_max: f64) -> Option<Motion> {
         match self {
             Self::Joint(joint) => motion.shortest::<4, 5>(range, u_max, |jet| joint.feed_forward(jet)),
@@ -147,7 +148,7 @@ impl Sheet {
         }
     }
 
-    /// The plant that it describes, and what it does not.
+    /// Returns the plant of the data sheet, with imperfections that the data sheet omits.
     pub(crate) fn plant(&self, spring_damping_n_m_s: f64, more: Imperfections) -> Box<dyn Plant> {
         match self {
             Self::Joint(joint) => {
@@ -162,78 +163,78 @@ impl Sheet {
     }
 }
 
-/// What else is known of the plant.
+/// Further data of the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
+pub struct PlantData {
     /// Time constant of the current loop, s.
     pub lag_s: f64,
-    /// Periods of the cogging in a turn behind the gear; none where it is not known.
+    /// Cogging periods per turn behind the gear; `None` if unknown.
     pub cogging_per_turn: Option<f64>,
-    /// How far k_1, k_2 and B_0 may be from the data sheet, as a share.
+    /// Largest relative deviation of k_1, k_2 and B_0 from the data sheet.
     pub tolerance: f64,
-    /// Noise of the encoders besides their rounding, steps rms.
+    /// Noise of the encoders without quantisation, counts rms.
     pub noise_steps: f64,
-    /// Turns of the motor in one behind its gear, as the file has it; 1 without a gear. The data sheet is that behind
-    /// the gear already: this is to name numbers that were read off the other side.
+    /// Gear ratio of the file, motor turns per output turn; 1 without a gear. The data sheet already refers to the
+    /// output. The ratio serves to name numbers that refer to the other side of the gear.
     pub gear: f64,
 }
 
-impl Known {
-    /// A tolerance of 60 %, cogging unknown, no noise, no gear.
+impl PlantData {
+    /// Returns a tolerance of 60 %, unknown cogging, no noise and no gear.
     pub const fn with_lag(lag_s: f64) -> Self {
         Self { lag_s, cogging_per_turn: None, tolerance: 0.6, noise_steps: 0.0, gear: 1.0 }
     }
 }
 
-/// A parameter that was found.
+/// Identified parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Parameter {
-    /// Its letter.
+    /// Symbol of the parameter.
     pub name: &'static str,
-    /// What it is.
+    /// Physical meaning.
     pub meaning: &'static str,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: &'static str,
-    /// Found.
+    /// Identified value.
     pub value: f64,
-    /// The true one is within this of it, as far as could be measured.
+    /// Half width of the interval that contains the true value, from measured plants.
     pub interval: f64,
-    /// Of the data sheet; none where that says nothing.
+    /// Value of the data sheet; `None` if the data sheet does not contain it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sheet: Option<f64>,
 }
 
-/// How well an equation fits the record.
+/// Quality of the fit of one equation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Quality {
-    /// Condition of the scaled Jacobian.
+    /// Condition number of the scaled Jacobian.
     pub condition: f64,
-    /// Rms of what is left, steps of the encoder.
+    /// Rms of the residual, counts.
     pub residual_steps: f64,
-    /// Gauss-Newton steps.
+    /// Number of Gauss-Newton iterations.
     pub steps: usize,
 }
 
-/// What a record says.
+/// Result of an identification.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Identified {
     /// Parameters with their intervals.
     pub parameters: Vec<Parameter>,
-    /// Of the link's equation.
+    /// Fit of the link equation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub link: Option<Quality>,
-    /// Of the motor's equation.
+    /// Fit of the motor equation.
     pub motor: Quality,
-    /// The data sheet as it should be.
+    /// Data sheet with the identified values.
     #[serde(skip)]
     pub sheet: Sheet,
-    /// Residuals for a figure: seconds and steps, link (if there is one) and motor.
+    /// Residuals for a plot: time in s and counts, for the link (if there is one) and the motor.
     #[serde(skip)]
     pub residuals: Vec<Vec<(f64, f64)>>,
-    /// Damping of the spring, N m s/rad: 0 where the record is explained without.
+    /// Damping of the spring, N m s/rad; 0 if the fit does not need it.
     #[serde(skip)]
     pub spring_damping_n_m_s: f64,
-    /// Amplitude of the cogging, A, and its periods in a turn behind the gear; none where those are not known.
+    /// Cogging amplitude, A, and periods per turn behind the gear; `None` if the periods are unknown.
     #[serde(skip)]
     pub cogging: Option<[f64; 2]>,
     /// Constant torque of a load and offset of the encoders, c, rad/s².
@@ -241,11 +242,11 @@ pub struct Identified {
     constant: f64,
 }
 
-/// The parameters of a record, of a joint if it has a link.
+/// Identifies the parameters of a joint from a recording with a link, and otherwise of a motor.
 ///
 /// # Errors
-/// Why nothing is to be designed from it.
-pub fn identify(record: &Record, sheet: &Sheet, known: &Known) -> Result<Identified, Refusal> {
+/// The recording cannot support a design; the [`Refusal`] contains the reason.
+pub fn identify(record: &Record, sheet: &Sheet, known: &PlantData) -> Result<Identified, Refusal> {
     let travel = |angle: &Angle| {
         let (low, high) = angle
             .rad
@@ -270,14 +271,14 @@ pub fn identify(record: &Record, sheet: &Sheet, known: &Known) -> Result<Identif
     found.map_err(|refusal| gear::other_side(record, sheet, known).unwrap_or(refusal))
 }
 
-fn of_sheet(record: &Record, sheet: &Sheet, known: &Known) -> Result<Identified, Refusal> {
+fn of_sheet(record: &Record, sheet: &Sheet, known: &PlantData) -> Result<Identified, Refusal> {
     match sheet {
         Sheet::Joint(joint) => of_joint(record, joint, known),
         Sheet::Motor(motor) => of_motor(record, motor, known),
     }
 }
 
-/// Is a fit one?
+/// Accepts a fit that converged in time, with its quality.
 fn judged(record: &Record, fit: Option<Fit>, equation: Equation, step_rad: f64) -> Result<(Fit, Quality), Refusal> {
     let fit = fit.filter(|fit| fit.steps <= MOST_STEPS);
     let fit = fit.ok_or_else(|| Refusal::Unsolved { equation, shaken_a: shaken_a(record) })?;
@@ -285,20 +286,20 @@ fn judged(record: &Record, fit: Option<Fit>, equation: Equation, step_rad: f64) 
     Ok((fit, quality))
 }
 
-/// How counts of a link with this data sheet correct what is expected of it.
+/// Returns the correction of the predicted link state by a count, for this data sheet.
 fn correction(joint: &Joint, steps: [f64; 2], record: &Record) -> Correction {
     let [k_1, b_1, _] = sheet_of_link(joint);
     Correction::of(k_1, b_1, steps, record.period_s, record.held_a.len() as f64 * record.period_s)
 }
 
-/// The link alone: start, output or prediction error; angles with their steps, rad.
+/// Fits the link alone: start, output or prediction error; angles and their steps in rad.
 fn link_of([q, motor]: [&[f64]; 2], steps: [f64; 2], record: &Record, joint: &Joint, is_damped: bool) -> Option<Fit> {
     let start = link::start(q, motor, record.period_s, Sheet::Joint(*joint).resonance_rad_s())?;
     link::fit(q, motor, record.period_s, &start, correction(joint, steps, record), is_damped)
 }
 
-/// How many times as much the link of the equation is shaken as by rounding of its own count, since the encoder of the
-/// motor is coarser.
+/// Returns the residual of the link relative to the rounding of its own count. It exceeds 1 if the motor encoder is
+/// coarser.
 fn shaken_by_input(record: &Record, link: &Angle, joint: &Joint) -> f64 {
     let by = correction(joint, [link.step_rad, record.motor.step_rad], record);
     if by.spread > 1.0 {
@@ -307,23 +308,23 @@ fn shaken_by_input(record: &Record, link: &Angle, joint: &Joint) -> f64 {
     let seconds = record.held_a.len() as f64 * record.period_s;
     let share = link::noise_share(sheet_of_link(joint), record.period_s, seconds);
     let ratio = record.motor.step_rad / link.step_rad;
-    // Half as much again: of a slow move rounding is not white. What equal steps do is in the bar.
+    // Factor 1.5: in a slow move rounding is not white. The threshold covers equal steps.
     libm::sqrt(1.0 + (1.5 * share).powi(2) * (ratio * ratio - 1.0).max(0.0))
 }
 
-/// Largest residual of the link, steps rms.
-pub fn most_residual_steps(record: &Record, sheet: &Sheet, known: &Known) -> f64 {
+/// Returns the largest acceptable residual of the link, counts rms.
+pub fn most_residual_steps(record: &Record, sheet: &Sheet, known: &PlantData) -> f64 {
     let (Sheet::Joint(joint), Some(link)) = (sheet, &record.link) else { return MOST_RESIDUAL_STEPS };
     MOST_RESIDUAL_STEPS * shaken_by_input(record, link, joint) + known.noise_steps
 }
 
-/// Without the start of the drive.
+/// Returns the angles without the start-up of the drive.
 fn settled(record: &Record, angle: &Angle) -> Vec<f64> {
     let first = (SETTLED_S / record.period_s).round() as usize;
     angle.rad.get(first..).unwrap_or_default().to_vec()
 }
 
-/// What is done wrong most easily, if it explains the link.
+/// Returns the most common wiring error that explains the link, if one does.
 fn cause(record: &Record, link: &Angle, joint: &Joint, most: f64) -> Option<&'static str> {
     let (q, motor) = (settled(record, link), settled(record, &record.motor));
     let against: Vec<f64> = motor.iter().map(|angle| -angle).collect();
@@ -341,22 +342,22 @@ fn cause(record: &Record, link: &Angle, joint: &Joint, most: f64) -> Option<&'st
     }
 }
 
-const REVERSED_CURRENT: &str = "the current has the other sign, or both encoders count down";
+const REVERSED_CURRENT: &str = "the sign of the current is reversed, or both encoders are reversed";
 
-/// What is known of the link before the motor is fitted.
+/// Link parameters before the fit of the motor.
 struct Linked {
     /// k_1, b_1, g, c, d_1.
     values: [f64; 5],
-    /// Those of them that were found.
+    /// Parameters of the link that were fitted.
     parameters: Vec<Parameter>,
-    /// Its angle, measured or seen from the motor, rad.
+    /// Link angle, measured or computed from the motor, rad.
     rad: Vec<f64>,
-    /// Of what was measured.
+    /// Fit of a measured link.
     quality: Option<Quality>,
     residuals: Vec<Vec<(f64, f64)>>,
 }
 
-/// k_1, b_1 and g of a data sheet.
+/// Returns k_1, b_1 and g of a data sheet.
 fn sheet_of_link(joint: &Joint) -> [f64; 3] {
     [joint.stiffness_n_m, joint.link_damping_n_m_s, joint.weight_n_m].map(|it| it / joint.link_inertia_kg_m2)
 }
@@ -367,14 +368,14 @@ fn link_parameter(i: usize, value: f64, interval: f64, joint: &Joint) -> Paramet
         ("k_1", "stiffness / link inertia", "1/s^2", k_1),
         ("b_1", "damping / link inertia", "1/s", b_1),
         ("g", "weight / link inertia", "1/s^2", g),
-        ("c", "load / link inertia, and offset", "rad/s^2", None),
-        ("d_1", "damping of the spring / link inertia, or k_1 times lateness of the motor's count", "1/s", None),
+        ("c", "load / link inertia and encoder offset", "rad/s^2", None),
+        ("d_1", "damping of the spring / link inertia, or k_1 times delay of the motor count", "1/s", None),
     ][i];
     Parameter { name, meaning, unit, value, interval, sheet }
 }
 
-/// The link by its own count.
-fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) -> Result<Linked, Refusal> {
+/// Identifies the link from its own count.
+fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &PlantData) -> Result<Linked, Refusal> {
     let unsolved = |equation| Refusal::Unsolved { equation, shaken_a: shaken_a(record) };
     let (q, motor) = (settled(record, link), settled(record, &record.motor));
     let most = most_residual_steps(record, &Sheet::Joint(*joint), known);
@@ -388,10 +389,10 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
         Some(_) => not_the_joint(f64::INFINITY),
         None => refusal,
     })?;
-    // Rounding of the motor's count is an error of the input, which no residual tells all of.
+    // Rounding of the motor count is an input error that the residual only partly contains.
     let widened = WIDENED * shaken_by_input(record, link, joint);
     let lags = link::lags(record.period_s);
-    // A damping of the spring that cannot be told from none would make the others vaguer.
+    // An insignificant damping of the spring would widen the other intervals.
     let is_told = |(fit, damped): &(Fit, Quality)| {
         let needs_it = quality.residual_steps > most && fit.values[6] > 0.0;
         (needs_it || fit.values[6] > WIDENED * fit.deviations(lags)[6])
@@ -410,8 +411,8 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     let deviations = fit.deviations(lags);
     let spring_damping = fit.values.get(6).copied().unwrap_or(0.0);
     let values = [k_1, b_1, g, c, spring_damping];
-    // A count of the motor that is late looks like a damping of the spring, and takes as much from b_1, to the last
-    // digit. Of a stiff link the integration makes both, too.
+    // A delayed motor count is indistinguishable from damping of the spring and lowers b_1 equally. For a stiff link
+    // the integration causes both effects as well.
     let integrated = link::integrated(k_1, record.period_s);
     let [twist, pull] = link::centre(&q, &motor).map(f64::abs);
     let of_centre = widened * (twist * deviations[0] + pull * deviations[2]);
@@ -427,8 +428,8 @@ fn measured_link(record: &Record, link: &Angle, joint: &Joint, known: &Known) ->
     Ok(Linked { values, parameters, rad: link.rad.clone(), quality: Some(quality), residuals })
 }
 
-/// The link without its count.
-fn link_alone(record: &Record, current: &[f64], joint: &Joint, known: &Known) -> Result<Linked, Refusal> {
+/// Identifies the link without its count.
+fn link_alone(record: &Record, current: &[f64], joint: &Joint, known: &PlantData) -> Result<Linked, Refusal> {
     let [sheet_1, damping, g] = sheet_of_link(joint);
     let seconds = record.held_a.len() as f64 * record.period_s;
     if seconds < LEAST_ALONE_S {
@@ -454,14 +455,14 @@ fn link_alone(record: &Record, current: &[f64], joint: &Joint, known: &Known) ->
     if of_k_1 > MOST_ALONE * k_1.abs() {
         return Err(Refusal::Poor { interval: of_k_1 / k_1.abs(), own_hz });
     }
-    // Where the motor is held, weight looks like stiffness.
+    // While the motor is held, weight looks like stiffness.
     let intervals = [of_k_1 + WEIGHT * g.abs(), WIDENED_ALONE * seen.deviations[1]];
     let values = [k_1, b_1, g, 0.0, 0.0];
     let parameters = (0..2).map(|i| link_parameter(i, values[i], intervals[i], joint)).collect();
     Ok(Linked { values, parameters, rad: seen.link, quality: None, residuals: Vec::new() })
 }
 
-fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified, Refusal> {
+fn of_joint(record: &Record, joint: &Joint, known: &PlantData) -> Result<Identified, Refusal> {
     let unsolved = |equation| Refusal::Unsolved { equation, shaken_a: shaken_a(record) };
     let period_s = record.period_s;
     let linked = match &record.link {
@@ -486,10 +487,10 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     let &[k2, b2_of_all, b0, friction, ..] = motor_fit.values.as_slice() else {
         return Err(unsolved(Equation::MotorOfJoint));
     };
-    // Damping of the spring slows the motor as its own does.
+    // Damping of the spring slows the motor like b_2.
     let b2 = b2_of_all - d1 * k2 / k1;
     let deviations = motor_fit.deviations(recorded.lags());
-    // A sign is told before anything else is.
+    // A wrong sign is reported before any other refusal.
     positive(record, "k_1", k1, 0.0, None)?;
     positive(record, "k_2", k2, deviations[0], None)?;
     positive(record, "B_0", b0, deviations[2], Some(REVERSED_CURRENT))?;
@@ -505,7 +506,7 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     let of_motor_10: Vec<f64> = deviations.iter().map(|it| WIDENED * it).collect();
     let inertia = joint.link_inertia_kg_m2;
     let vaguer = motor::vaguer(k2, period_s);
-    // A lag that is half or twice that of the file looks like so much damping.
+    // A current lag at half or twice the value of the file looks like this much damping.
     let late = known.lag_s * (k1 + k2);
     let biased = |share: usize, value: f64, deviation: f64| (vaguer * BIAS[share] * value.abs()).max(deviation);
     let parameter =
@@ -539,13 +540,13 @@ fn of_joint(record: &Record, joint: &Joint, known: &Known) -> Result<Identified,
     })
 }
 
-/// The data sheet of a link of this inertia with the parameters of link and motor.
+/// Returns the data sheet of a link with this inertia and these parameters of link and motor.
 fn sheet_of(link_inertia_kg_m2: f64, [k1, b1, g]: [f64; 3], [k2, b2, b0]: [f64; 3]) -> Joint {
     let inertia = link_inertia_kg_m2;
     let motor_inertia_kg_m2 = k1 * inertia / k2;
     Joint {
         link_inertia_kg_m2,
-        // What is nothing may come out a little below.
+        // A parameter that is zero may be estimated slightly below zero.
         link_damping_n_m_s: b1.max(0.0) * inertia,
         weight_n_m: g.max(0.0) * inertia,
         stiffness_n_m: k1 * inertia,
@@ -555,13 +556,13 @@ fn sheet_of(link_inertia_kg_m2: f64, [k1, b1, g]: [f64; 3], [k2, b2, b0]: [f64; 
     }
 }
 
-/// Its amplitude, A, and its periods in a turn, where those are known.
-fn cogging(amplitudes: &[f64], known: &Known) -> Option<[f64; 2]> {
+/// Returns the cogging amplitude, A, and the periods per turn, if they are known.
+fn cogging(amplitudes: &[f64], known: &PlantData) -> Option<[f64; 2]> {
     let &[sine, cosine] = amplitudes else { return None };
     Some([libm::hypot(sine, cosine), known.cogging_per_turn?])
 }
 
-fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified, Refusal> {
+fn of_motor(record: &Record, motor: &Motor, known: &PlantData) -> Result<Identified, Refusal> {
     let unsolved = |equation| Refusal::Unsolved { equation, shaken_a: shaken_a(record) };
     let [damping, gain] = [motor.damping_n_m_s, motor.torque_n_m_per_a].map(|it| it / motor.inertia_kg_m2);
     let recorded = motor::Recorded {
@@ -621,7 +622,7 @@ fn of_motor(record: &Record, motor: &Motor, known: &Known) -> Result<Identified,
     })
 }
 
-/// Rms of the current around its mean over 0.2 s, A.
+/// Returns the rms of the current around its mean over 0.2 s, A.
 fn shaken_a(record: &Record) -> f64 {
     let half = ((0.5 * SLOW_S / record.period_s).round() as usize).max(1);
     let held = &record.held_a;
@@ -637,7 +638,7 @@ fn shaken_a(record: &Record) -> f64 {
     libm::sqrt(fast.sum::<f64>() / count as f64)
 }
 
-/// Is there enough in the current beside friction?
+/// Checks that the excitation is large enough compared with friction.
 fn shaken(record: &Record, equation: Equation, friction_a: f64) -> Result<(), Refusal> {
     let shaken_a = shaken_a(record);
     if shaken_a >= LEAST_SHAKEN * friction_a {
@@ -646,18 +647,18 @@ fn shaken(record: &Record, equation: Equation, friction_a: f64) -> Result<(), Re
     Err(Refusal::Weak { equation, shaken_a, friction_a })
 }
 
-/// Is one residual another thing than all the others?
+/// Returns whether the peak residual is an outlier.
 const fn stands_out(peak_steps: f64, rms_steps: f64) -> bool {
     peak_steps > LEAST_PEAK_STEPS.max(MOST_PEAK * rms_steps)
 }
 
-/// Does the motor's equation leave no more than counts do, and what no data sheet says?
+/// Checks that the residual of the motor equation fits quantisation and the usual unmodelled effects.
 fn explained(
     record: &Record,
     recorded: &motor::Recorded<'_>,
     fit: &Fit,
     sheet_k2: f64,
-    known: &Known,
+    known: &PlantData,
 ) -> Result<(), Refusal> {
     let step_rad = record.motor.step_rad;
     let (residual_steps, by_current) = (fit.rms() / step_rad, recorded.by_current(sheet_k2, &fit.values) / step_rad);
@@ -673,7 +674,7 @@ fn explained(
     Err(Refusal::NotTheMotor { residual_steps, most, unexplained, peak_steps, at_s })
 }
 
-/// Is a number above 0, or below it by more than the record says it to?
+/// Checks that a parameter is positive, or negative by no more than its interval.
 fn positive(
     record: &Record,
     name: &'static str,
@@ -691,7 +692,7 @@ fn positive(
     Err(Refusal::NotPositive { name, value, cause })
 }
 
-fn within(record: &Record, name: &'static str, value: f64, sheet: f64, known: &Known) -> Result<(), Refusal> {
+fn within(record: &Record, name: &'static str, value: f64, sheet: f64, known: &PlantData) -> Result<(), Refusal> {
     let change = value / sheet - 1.0;
     if change.abs() <= known.tolerance {
         return Ok(());
@@ -699,7 +700,7 @@ fn within(record: &Record, name: &'static str, value: f64, sheet: f64, known: &K
     Err(Refusal::OutOfTolerance { name, change, tolerance: known.tolerance, shaken_a: shaken_a(record) })
 }
 
-/// Residuals as time and steps; the last of them is of the last sample.
+/// Returns the residuals as time in s and counts. The last residual belongs to the last sample.
 fn timed(fit: &Fit, record: &Record, samples: usize, step_rad: f64, stride: usize) -> Vec<(f64, f64)> {
     let first = samples.saturating_sub(fit.residuals.len() * stride);
     let at = |k: usize| (first + k * stride) as f64 * record.period_s;
@@ -707,13 +708,14 @@ fn timed(fit: &Fit, record: &Record, samples: usize, step_rad: f64, stride: usiz
 }
 
 impl Identified {
-    /// A parameter by its letter.
+    /// Returns the parameter with this symbol.
     pub fn parameter(&self, name: &str) -> Option<&Parameter> {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
 
-    /// What the link's equation leaves of another record with these parameters, steps rms: load and offset of the
-    /// encoders alone are taken anew. `None` of a motor, and of a link that was seen from the motor alone.
+    /// Returns the residual of the link equation for another recording with these parameters, counts rms. Only load and
+    /// encoder offset are fitted again. Returns `None` for a motor and for a link that was identified from the motor
+    /// alone.
     pub fn left_over(&self, record: &Record) -> Option<f64> {
         let (Sheet::Joint(joint), Some(link), Some(_)) = (&self.sheet, &record.link, &self.link) else { return None };
         left_over(record, link, joint, [self.constant, self.spring_damping_n_m_s])
@@ -722,7 +724,7 @@ impl Identified {
 
 #[cfg(test)]
 impl Identified {
-    /// As if a record had said so.
+    /// Builds an identification with this data sheet for tests.
     pub(crate) fn for_test(sheet: Sheet) -> Self {
         let motor = Quality { condition: 1.0, residual_steps: 0.3, steps: 3 };
         Self {
@@ -738,7 +740,7 @@ impl Identified {
     }
 }
 
-/// The same of a data sheet.
+/// Returns the residual of the link of a data sheet, counts rms.
 fn left_over(record: &Record, link: &Angle, joint: &Joint, [constant, spring_damping_n_m_s]: [f64; 2]) -> Option<f64> {
     let inertia = joint.link_inertia_kg_m2;
     let of = [joint.stiffness_n_m, joint.link_damping_n_m_s, joint.weight_n_m].map(|it| it / inertia);

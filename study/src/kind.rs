@@ -1,4 +1,4 @@
-//! What differs between a motor and a joint in these studies, as data: one table for each kind of drive.
+//! Differences between motor and joint in these studies, as one table for each kind of drive.
 
 use controller_core::drive::{JointDesign, MotorDesign};
 use loop_sim::port::drive::{DriveDesign, Form};
@@ -6,38 +6,38 @@ use loop_sim::port::drive::{DriveDesign, Form};
 use crate::commission::{Plan, Swap};
 use crate::compare::{Knob, corners};
 
-/// What is known of a kind of drive.
-pub(crate) struct Kind {
-    /// Number of poles of the error, and what the line of the design says of them.
+/// Data of a kind of drive.
+pub(crate) struct DriveKind {
+    /// Number of poles of the error, and their description in the table of poles.
     pub(crate) error: (usize, &'static str),
-    /// Names of its observers in the table of poles.
+    /// Names of the observers in the table of poles.
     pub(crate) observers: &'static [&'static str],
-    /// What k_l is for, in that table.
+    /// Description of k_l in the table of poles.
     pub(crate) reaching: &'static str,
     /// Unit of σ*.
     pub(crate) sigma_unit: &'static str,
-    /// Most of each observer's bandwidth times the period, if the design has a limit of its own, and of k_l.
+    /// Largest bandwidth times period of each observer, if the design has its own limit, and largest k_l times period.
     pub(crate) most: (&'static [Option<f64>], f64),
-    /// Ratios that a search chooses after the bandwidth of the surface, and those of the fast gain set.
+    /// Ratios that a search tunes after the surface bandwidth, and the ratios of the high gains.
     pub(crate) knobs: [&'static [Ratio]; 2],
-    /// Bandwidths of the textbook laws, over that of the file's surface: observers, cascade.
+    /// Initial bandwidths of the baseline controllers relative to the surface of the file: observers, cascade.
     pub(crate) rivals: [&'static [(&'static str, f64)]; 2],
-    /// What is off in the corners that laws are compared in, and these corners.
+    /// Uncertain parameters in the corners of a comparison, and these corners.
     pub(crate) uncertain: &'static [&'static str],
     pub(crate) corners: fn(f64) -> Vec<corners::Corner>,
-    /// Limits of the noise of u in a comparison, as shares of the largest current.
+    /// Limits of the current noise in a comparison, as shares of the largest current.
     pub(crate) noise_shares: [f64; 3],
-    /// How it is commissioned, its current a share of the largest.
+    /// Commissioning plan, with its currents as shares of the largest current.
     pub(crate) plan: Plan,
-    /// Its instance in the table of cycles.
+    /// Name of the instance in the table of cycles.
     pub(crate) instance: &'static str,
 }
 
-/// A ratio that is chosen: name, low, high, guess.
+/// Tuned ratio: name, low, high, guess.
 type Ratio = (&'static str, f64, f64, f64);
 
-impl Kind {
-    /// The kind of this drive.
+impl DriveKind {
+    /// Returns the kind of this drive.
     pub(crate) const fn of(designed: &DriveDesign) -> &'static Self {
         match designed {
             DriveDesign::Motor(_) => &MOTOR,
@@ -47,7 +47,7 @@ impl Kind {
     }
 }
 
-/// The largest bandwidth of the observer of the driven shaft, times the period, that a design may have.
+/// Returns the largest bandwidth times period of the observer of the driven shaft.
 pub(crate) const fn observer_limit(designed: &DriveDesign) -> f64 {
     let Form { delay_ticks, observer_states, .. } = designed.form();
     match designed {
@@ -56,18 +56,18 @@ pub(crate) const fn observer_limit(designed: &DriveDesign) -> f64 {
     }
 }
 
-/// A ratio as a knob.
+/// Returns a ratio as a tuning parameter.
 pub(crate) const fn knob(&(name, low, high, guess): &Ratio) -> Knob {
     Knob { name, low, high, guess }
 }
 
-/// It is measured and pushed in one place: its noise may be ten times a joint's. Its loop takes most of what shakes it
-/// back, so a record takes all of the current. It is verified by a move as short as its current allows: in one of 1 s
-/// friction is all, and nothing is seen of b.
-static MOTOR: Kind = Kind {
-    error: (1, "the error obeys e' = -w_c e"),
+/// Motor. Sensor and load act on the same shaft, so its noise limit is ten times as high as for a joint. The loop
+/// cancels most of the excitation, so a recording uses all of the current. The verification is the shortest move that
+/// the current allows: in a move of 1 s friction dominates and b has no visible effect.
+static MOTOR: DriveKind = DriveKind {
+    error: (1, "e' = -w_c e"),
     observers: &["observer w_o"],
-    reaching: "sigma*; of a speed loop its bandwidth",
+    reaching: "sigma* to zero; bandwidth of a speed loop",
     sigma_unit: "rad/s",
     most: (&[None], 1.0),
     knobs: [
@@ -95,10 +95,10 @@ static MOTOR: Kind = Kind {
     instance: "motor",
 };
 
-const OF_JOINT: Kind = Kind {
-    error: (3, "the error, three equal poles"),
+const OF_JOINT: DriveKind = DriveKind {
+    error: (3, "three equal poles"),
     observers: &["observer of the link", "observer of the motor"],
-    reaching: "sigma*",
+    reaching: "sigma* to zero",
     sigma_unit: "rad/s^3",
     most: (&[Some(0.25), None], 0.3),
     knobs: [
@@ -126,11 +126,10 @@ const OF_JOINT: Kind = Kind {
     instance: "joint with two encoders",
 };
 
-static JOINT: Kind = OF_JOINT;
+static JOINT: DriveKind = OF_JOINT;
 
-/// A joint that is designed as a whole. Its numbers come of a rule that knows the joint: a search begins with them, and
-/// goes as far to either side as with any other law.
-static WHOLE: Kind = Kind {
+/// Coupled joint. A search starts at the numbers of the rule and has the range of any other controller to either side.
+static WHOLE: DriveKind = DriveKind {
     most: (&[Some(2.0), Some(4.0)], 1.5),
     knobs: [
         &[("link/surface", 0.3, 60.0, 5.0), ("motor/link", 0.1, 50.0, 3.0), ("reaching/surface", 1.0, 100.0, 6.0)],
@@ -140,7 +139,7 @@ static WHOLE: Kind = Kind {
         OF_JOINT.rivals[0],
         &[("kp (1/s)", 0.15), ("kt (1/s)", 0.5), ("kv (1/s)", 3.0), ("ki (1/s)", 0.1), ("filter (rad/s)", 8.0)],
     ],
-    // Its loop takes more back of what shakes it.
+    // This loop cancels more of the excitation.
     plan: Plan { peak_a: 0.5, most_peak_a: 0.8, ..OF_JOINT.plan },
     instance: "joint as a whole",
     ..OF_JOINT

@@ -28,7 +28,7 @@ pub use monte_carlo::trials;
 pub use tune::tune;
 pub use watch::Watch;
 
-/// One size of a test for `DEEP=1`, which the part `shapes` of the deep tier sets, and one for the fast tier.
+/// Returns the size of a test: `full` for `DEEP=1`, which the part `shapes` of the deep tier sets, otherwise `fast`.
 #[cfg(test)]
 fn sized(full: usize, fast: usize) -> usize {
     if std::env::var_os("DEEP").is_some_and(|value| value == "1") { full } else { fast }

@@ -1,16 +1,16 @@
-//! Maps: two keys of a scenario swept over a grid, at each point the loop judged, by its exact matrices.
+//! Maps: two keys of a scenario are swept over a grid, and the exact matrices decide the stability of each point.
 //!
-//! A point is the scenario with two values set. With `z` the eigenvalues of one tick of plant, law and delays at rest
-//! ([`margins`]), the loop is stable where max |z| < 1, and decays with -ln|z|/T of the slowest pole but
-//! the offset's own. With corners, a point is as good as its worst corner: every number of the plant that may be off is
-//! off by so many percent, in all 2^p ways. What a user may promise is the largest rectangle of points that all are
-//! good, around the point that the file has itself.
+//! A point is the scenario with two values set. `z` are the eigenvalues of one tick of plant, controller and delays at
+//! rest ([`margins`]). The loop is stable if max |z| < 1. Its decay rate is -ln|z|/T of the slowest pole except the
+//! pole of the offset. With corners a point is as good as its worst corner. The corners are all 2^p sign combinations
+//! of a deviation, in percent, of every uncertain plant parameter. The guaranteed tolerance is the largest rectangle of
+//! good points around the values of the file.
 //!
-//! [`grows`] asks the same of the plant as it is, not linear, and of the tick itself, by simulation: an independent
-//! way, for whoever does not trust matrices. A loop near its boundary takes long to show which it is, so the two may
-//! differ where |max |z| - 1| is below a thousandth, and nowhere else.
+//! [`grows`] decides stability by simulation of the nonlinear plant and the controller code, independently of the
+//! matrices. A loop near its stability limit needs a long simulation. The two methods may therefore differ, but only
+//! where max |z| is within a thousandth of 1.
 //!
-//! Cost: about a millisecond per point and corner; the simulation of one takes a tenth of a second.
+//! Cost: about a millisecond per point and corner; a simulation takes a tenth of a second.
 
 use std::collections::VecDeque;
 
@@ -28,42 +28,42 @@ use crate::number::typed;
 use crate::{Error, Watch};
 
 mod answer;
-mod asked;
+mod request;
 
 pub use answer::{Map, Promise, Simulated, map};
-pub use asked::{Asked, CORNERS, presets};
+pub use request::{CORNERS, MapRequest, presets};
 
-/// Points along an axis if none are asked for, and the most.
+/// Default and largest number of points along an axis.
 const POINTS: usize = 32;
 const MOST_POINTS: usize = 400;
-/// How an axis is written.
+/// Syntax of an axis.
 const FORM: &str = "expected KEY=FROM..TO, KEY=FROM..TO:log:40 or KEY=A,B,C";
-/// Values between two ends have so many digits, so that they can be read and typed.
+/// Digits of the values between two ends, few enough to read and type.
 const DIGITS: usize = 5;
 
-/// A key and what it is set to, one after the other.
+/// Axis of a map: a key and its values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Axis {
-    /// The key, as in `--set`.
+    /// Key, as in `--set`.
     pub key: String,
-    /// The values, as in `--set`.
+    /// Values, as in `--set`.
     pub values: Vec<String>,
-    /// The same as numbers, growing; none of a list.
+    /// Values as increasing numbers; `None` for a list of other values.
     #[serde(skip)]
     pub numbers: Option<Vec<f64>>,
-    /// Do they grow by a factor instead of a difference?
+    /// Whether the numbers have a constant ratio instead of a constant difference.
     #[serde(skip)]
     pub is_log: bool,
-    /// What is set for each value where that is not the key; the file itself is at 0 then.
+    /// Settings of each value, if they are not `KEY=VALUE`; 0 is then the file itself.
     #[serde(skip)]
     settings: Option<Vec<Vec<String>>>,
 }
 
 impl Axis {
-    /// `KEY=FROM..TO`, then `:log` and `:POINTS` as wished; or `KEY=A,B,C`.
+    /// Parses `KEY=FROM..TO`, optionally with `:log` and `:POINTS`, or `KEY=A,B,C`.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// The text is not an axis.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let wrong = |what: String| Error::input(what).at(format!("{text:?}"));
         let (key, range) = text.split_once('=').ok_or_else(|| wrong(FORM.into()))?;
@@ -78,7 +78,7 @@ impl Axis {
         let (mut is_log, mut points) = (false, POINTS);
         let number = |word: &str| {
             let number = word.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-            number.ok_or_else(|| wrong(format!("{word:?} is no finite number")).with_remedy(FORM))
+            number.ok_or_else(|| wrong(format!("{word:?} is not a finite number")).with_remedy(FORM))
         };
         let (from, to) = (number(from)?, number(words.next().unwrap_or_default())?);
         for word in words {
@@ -101,7 +101,7 @@ impl Axis {
         let value = |k: usize| {
             let share = k as f64 / (points - 1) as f64;
             let exact = if is_log { from * libm::pow(to / from, share) } else { from + share * (to - from) };
-            // An end is what was typed.
+            // The ends are exactly as typed.
             if k == 0 {
                 from
             } else if k + 1 == points {
@@ -113,16 +113,16 @@ impl Axis {
         let values: Vec<String> = (0..points).map(|k| typed(value(k), DIGITS)).collect();
         let numbers: Vec<f64> = values.iter().filter_map(|value| value.parse().ok()).collect();
         if numbers.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return Err(wrong(format!("{points} points are not told apart by {DIGITS} digits")));
+            return Err(wrong(format!("{points} points differ by less than {DIGITS} digits: take fewer points")));
         }
         Ok(Self { key, values, numbers: Some(numbers), is_log, settings: None })
     }
 
-    /// `A,B,C`.
+    /// Parses the values `A,B,C`.
     fn of_values(key: String, range: &str) -> Result<Self, Error> {
         let values = listed(range);
         if let Some(twice) = (1..values.len()).find(|k| values[..*k].contains(&values[*k])) {
-            return Err(Error::input(format!("{} is there twice", values[twice])));
+            return Err(Error::input(format!("duplicate value {}", values[twice])));
         }
         match values.len() {
             0..=MOST_POINTS if values.iter().all(|value| !value.is_empty()) => {
@@ -133,7 +133,7 @@ impl Axis {
         }
     }
 
-    /// The nearest point to a value; none beyond the ends.
+    /// Returns the nearest point to a value; `None` beyond the ends.
     pub fn at(&self, value: f64) -> Option<usize> {
         let numbers = self.numbers.as_ref()?;
         let (first, last) = (numbers.first()?, numbers.last()?);
@@ -141,24 +141,25 @@ impl Axis {
         (first..=last).contains(&&value).then(|| (0..numbers.len()).min_by(|i, j| away(i).total_cmp(&away(j))))?
     }
 
-    /// `KEY=VALUE` of a point.
+    /// Returns the settings `KEY=VALUE` of a point.
     pub fn sets(&self, k: usize) -> Vec<String> {
         let as_it_stands = || vec![format!("{}={}", self.key, self.values[k])];
         self.settings.as_ref().map_or_else(as_it_stands, |settings| settings[k].clone())
     }
 
-    /// Is this key set by it?
+    /// Returns whether the axis sets this key.
     fn sweeps(&self, key: &str) -> bool {
         self.sets(0).iter().any(|set| set.split('=').next() == Some(key))
     }
 
-    /// The number that the file itself has, by the file.
+    /// Returns the value of the file on this axis.
     pub fn own_number(&self, subject: &Subject<'_>) -> Option<f64> {
         if self.settings.is_some() { Some(0.0) } else { subject.number_at(&self.key) }
     }
 
-    /// Of a chain or of equations the relative error of the input gain, b over what the controller believes of it less
-    /// 1: a chain says its b; of equations what is believed is scaled. None of any other plant.
+    /// Returns an axis of the relative error of the input gain: b over the b of the controller, less 1. It exists for
+    /// chains, which state b, and for equations, where the b of the controller is scaled. Returns `None` for any other
+    /// plant.
     pub fn of_input_gain(subject: &Subject<'_>, range: &str) -> Option<Self> {
         let mut axis = Self::parse(&format!("relative error of b={range}")).ok()?;
         let chain = subject.number_at("plant.b");
@@ -181,7 +182,7 @@ impl Axis {
     }
 }
 
-/// At the commas that are not within brackets.
+/// Splits at commas outside of brackets.
 pub(crate) fn listed(text: &str) -> Vec<String> {
     let mut depth = 0_usize;
     let parts = text.split(|c: char| {
@@ -195,39 +196,39 @@ pub(crate) fn listed(text: &str) -> Vec<String> {
     parts.map(|part| part.trim().to_owned()).collect()
 }
 
-/// A number of a plant that may be off.
+/// Uncertain parameter of a plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncertain {
-    /// What it is called.
+    /// Name of the parameter.
     pub name: String,
-    /// What is set for it, all alike.
+    /// Keys that are set to the same deviation.
     pub keys: Vec<String>,
-    /// How the file tells that it is off.
-    pub told: Told,
+    /// How the file states the deviation.
+    pub deviation: Deviation,
 }
 
-/// How a file tells that a number is off.
+/// How a scenario file states a deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Told {
-    /// By a key of its own; so much of it is one percent.
+pub enum Deviation {
+    /// By an error key; the value is one percent in the unit of the key.
     Error(f64),
-    /// By the number itself, which is this in the file.
+    /// By the parameter itself; the value is its number in the file.
     Number(f64),
 }
 
-/// What of a plant may be off.
+/// Uncertain parameters of a plant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MayBeOff {
-    /// Its numbers.
+    /// The parameters.
     pub numbers: Vec<Uncertain>,
-    /// What is set beside them, so that the controller believes what it does in the file.
+    /// Additional settings that keep the model of the controller unchanged.
     pub believed: Vec<String>,
 }
 
-/// Names, keys and what one percent of each is.
+/// Names, keys, and one percent in the unit of the key.
 type Errors = [(&'static str, &'static [&'static str], f64)];
 
-/// Those of the kinds of scenario with a table of errors: the first whose keys a scenario takes is its own.
+/// Error tables of the kinds of scenario. A scenario uses the first table whose keys it accepts.
 const ERRORS: [&Errors; 3] = [
     &[
         ("J_l", &["error.link_inertia_percent"], 1.0),
@@ -251,8 +252,8 @@ const ERRORS: [&Errors; 3] = [
 ];
 
 impl MayBeOff {
-    /// Of a drive and the paper's joint all that their tables of errors have; of a plant by its equations the
-    /// constants, of a chain the coefficients, as far as they are not 0. Nothing of any other.
+    /// Returns the uncertain parameters of a scenario: all error keys of a drive or of the paper's joint, the constants
+    /// of equations, the nonzero coefficients of a chain. Any other plant has none.
     ///
     /// # Errors
     /// The file is not TOML.
@@ -262,17 +263,17 @@ impl MayBeOff {
             let numbers = errors.iter().map(|(name, keys, percent)| Uncertain {
                 name: (*name).into(),
                 keys: keys.iter().map(ToString::to_string).collect(),
-                told: Told::Error(*percent),
+                deviation: Deviation::Error(*percent),
             });
             return Ok(Self { numbers: numbers.collect(), believed: Vec::new() });
         }
         let mut of = Self::default();
         let mut add = |name: String, key: String| {
             if let Some(value) = subject.number_at(&key).filter(|value| *value != 0.0) {
-                of.numbers.push(Uncertain { name, keys: vec![key], told: Told::Number(value) });
+                of.numbers.push(Uncertain { name, keys: vec![key], deviation: Deviation::Number(value) });
             }
         };
-        // Read before: it is TOML.
+        // Never fails: the file was parsed before.
         let file: DocumentMut =
             subject.text.parse().map_err(|error: TomlError| Error::input(error.to_string()).at(subject.file))?;
         let constants = file.get("plant").and_then(|plant| plant.get("constants")).and_then(Item::as_table_like);
@@ -302,28 +303,28 @@ impl MayBeOff {
     }
 }
 
-/// What holds the gain that the controller of a chain believes, where the file says nothing of it.
+/// Returns the setting that keeps the input gain of a chain controller, if the file does not state it.
 fn believed_gain(subject: &Subject<'_>) -> Option<String> {
     let b = subject.number_at("plant.b").filter(|b| *b != 0.0)?;
     subject.number_at("controller.nominal.b").is_none().then(|| format!("controller.nominal.b={b:?}"))
 }
 
-/// A way in which the plant may be off.
+/// Corner of the uncertain parameters.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Corner {
-    /// `J +50 %, K_t -50 %`.
+    /// Name, such as `J +50 %, K_t -50 %`.
     pub name: String,
-    /// The settings that make it so.
+    /// Settings of the corner.
     pub sets: Vec<String>,
 }
 
-/// More numbers make more corners than anyone waits for.
+/// Largest number of uncertain parameters; 2^12 corners are computed in reasonable time.
 const MOST_UNCERTAIN: usize = 12;
 
-/// The corners of a scenario with all that may be off so many percent off, but for what is swept anyway.
+/// Returns the corners of a scenario: every uncertain parameter that is not swept deviates by ±`percent`.
 ///
 /// # Errors
-/// The scenario's own mistakes; or none of its numbers can be said to be off, or too many.
+/// The scenario is invalid, or it has no uncertain parameters or too many.
 pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec<Corner>, Error> {
     subject.with(&[])?;
     let MayBeOff { numbers, believed } = MayBeOff::of(subject)?;
@@ -331,31 +332,30 @@ pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec
     let is_none = numbers.is_empty();
     let numbers: Vec<Uncertain> = numbers.into_iter().filter(|it| !is_swept(&it.keys)).collect();
     if is_none {
-        let what = "no number of its plant is known to be off: corners are for scenarios with [joint], [motor], a \
-                    flexible joint, a chain, or equations with constants as [plant]";
+        let what = "no uncertain parameters: corners need a scenario with [joint], [motor], a flexible joint, a chain, \
+                    or equations with constants as [plant]";
         return Err(Error::input(what).at(subject.file));
     }
     if numbers.len() > MOST_UNCERTAIN {
         let names: Vec<&str> = numbers.iter().map(|it| it.name.as_str()).collect();
         let (count, names) = (names.len(), names.join(", "));
         let what = format!(
-            "{count} numbers of its plant may be off, {names}: that is 2^{count} corners, and 2^{MOST_UNCERTAIN} are \
-             the most"
+            "{count} uncertain parameters, {names}, make 2^{count} corners: at most 2^{MOST_UNCERTAIN} are allowed"
         );
-        let remedy = format!("`host-sim monte-carlo --uncertain {percent}` draws from all of them");
+        let remedy = format!("`host-sim monte-carlo --uncertain {percent}` samples all of them");
         return Err(Error::input(what).at(subject.file).with_remedy(remedy));
     }
     let corner = |corner: usize| {
         let mut sets = believed.clone();
-        let name = numbers.iter().enumerate().map(|(i, Uncertain { name, keys, told })| {
+        let name = numbers.iter().enumerate().map(|(i, Uncertain { name, keys, deviation })| {
             let percent = if corner >> i & 1 == 1 { percent } else { -percent };
-            let value = |key: &String| match told {
-                // On top of what the file, or who asks, says that it is off.
-                Told::Error(unit) => {
+            let value = |key: &String| match deviation {
+                // In addition to the error of the file or of `--set`.
+                Deviation::Error(unit) => {
                     let own = subject.number_at(key).unwrap_or(0.0) / unit;
                     typed((own + percent * (1.0 + 0.01 * own)) * unit, DIGITS)
                 }
-                Told::Number(own) => typed(own * (1.0 + 0.01 * percent), 15),
+                Deviation::Number(own) => typed(own * (1.0 + 0.01 * percent), 15),
             };
             sets.extend(keys.iter().map(|key| format!("{key}={}", value(key))));
             format!("{name} {percent:+} %")
@@ -366,11 +366,10 @@ pub fn corners(subject: &Subject<'_>, percent: f64, axes: &[Axis]) -> Result<Vec
     Ok((0..1_usize << numbers.len()).map(corner).collect())
 }
 
-/// Up to how many whole percent, `most` at most, every number of the plant may be off with the loop stable in all
-/// corners.
+/// Returns the largest deviation in whole percent, up to `most`, at which the loop is stable in all corners.
 ///
 /// # Errors
-/// Those of [`corners`]; or the loop has no matrices.
+/// The errors of [`corners`], or the loop has no matrices.
 pub fn tolerance_percent(subject: &Subject<'_>, most: u32) -> Result<u32, Error> {
     for percent in 1..=most {
         for Corner { sets, .. } in corners(subject, f64::from(percent), &[])? {
@@ -383,35 +382,35 @@ pub fn tolerance_percent(subject: &Subject<'_>, most: u32) -> Result<u32, Error>
     Ok(most)
 }
 
-/// The scenario that is swept.
+/// Scenario that is swept.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
-    /// What messages call its file.
+    /// File name for messages.
     pub file: &'a str,
-    /// The content of the file.
+    /// Content of the file.
     pub text: &'a str,
-    /// Its name if it gives none.
+    /// Default name of the scenario.
     pub name: &'a str,
-    /// `KEY=VALUE`, before those of the point.
+    /// Settings `KEY=VALUE` that precede the settings of a point.
     pub sets: &'a [String],
 }
 
 impl Subject<'_> {
-    /// With these settings on top.
+    /// Parses the scenario with additional settings.
     ///
     /// # Errors
-    /// All that is wrong with it.
+    /// All errors of the scenario.
     pub fn with(&self, more: &[String]) -> Result<Experiment, ScenarioError> {
         let sets = [self.sets, more].concat();
         scenario::parse_own(&Source { file: self.file, text: self.text, sets: &sets }, self.name)
     }
 
-    /// The number at a key without more settings, if it is one.
+    /// Returns the number at a key of the file, if there is one.
     pub fn number_at(&self, key: &str) -> Option<f64> {
         scenario::number_at(&self.source(), key).ok()?
     }
 
-    /// The text there, if it is one.
+    /// Returns the text at a key of the file, if there is one.
     fn text_at(&self, key: &str) -> Option<String> {
         scenario::text_at(&self.source(), key).ok()?
     }
@@ -421,81 +420,82 @@ impl Subject<'_> {
     }
 }
 
-/// A grid to be judged, point by point; [`Question::new`] makes one of what is [`Asked`].
+/// Grid to be computed; [`Question::new`] builds it from [`MapRequest`].
 pub struct Question<'a> {
-    /// The scenario.
+    /// Scenario.
     pub subject: Subject<'a>,
-    /// `KEY=VALUE` that a preset sets at every point.
+    /// Settings `KEY=VALUE` of a preset at every point.
     pub held: Vec<String>,
-    /// Along the first axis, then the second; one axis for a line, none for the corners one by one.
+    /// First axis (columns) and second axis (rows). One axis makes a line; without axes the corners are computed one by
+    /// one.
     pub axes: Vec<Axis>,
-    /// A point is as good as the worst of these; none: only as the scenario says.
+    /// Corners; a point is as good as the worst one. Without corners the scenario is computed as it is.
     pub corners: Vec<Corner>,
-    /// How far off the corners are, percent.
+    /// Deviation in the corners, percent.
     pub percent: Option<f64>,
-    /// Path of a number of run.json beside decay and radius.
+    /// Path of an additional metric in run.json.
     pub figure: Option<String>,
-    /// A point is good only where the figure is at most this.
+    /// Upper limit of the metric at a good point.
     pub at_most: Option<f64>,
-    /// A point is good only where the figure is at least this; the least over the corners is the worst then.
+    /// Lower limit of the metric at a good point; the worst corner is then the smallest value.
     pub at_least: Option<f64>,
-    /// Is every point simulated too?
+    /// Whether every point is also simulated.
     pub simulate: bool,
     /// Name of the scenario.
     scenario: String,
-    /// The drive of the file, if it is one.
+    /// Drive of the file, if there is one.
     designed: Option<DriveDesign>,
 }
 
-/// A point of the grid.
+/// Point of the grid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
-    /// Largest |z|, of the worst corner: below 1 is stable.
+    /// Spectral radius of the worst corner: largest |z|; stable below 1.
     pub spectral_radius: f64,
-    /// -ln|z|/T of the slowest pole but the offset's own, 1/s; negative for a loop that grows.
+    /// Decay rate -ln|z|/T of the slowest pole except the pole of the offset, 1/s; negative if unstable.
     pub decay_per_s: f64,
-    /// The figure that was asked for, at its worst over the corners.
+    /// Metric of the worst corner.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub figure: Option<f64>,
-    /// The corner of the largest |z|.
+    /// Name of the corner with the largest |z|.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub worst: Option<String>,
-    /// How many corners are unstable.
+    /// Number of unstable corners.
     #[serde(skip_serializing_if = "is_zero")]
     pub unstable_corners: usize,
-    /// Did it grow when it was simulated, in the worst corner?
+    /// Whether the simulation of the worst corner grew.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grew: Option<bool>,
 }
 
-/// Leaves a count of 0 out of the JSON.
+/// Returns whether the count is 0 and can be left out of the JSON.
 pub const fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
 impl Point {
-    /// Do all poles decay?
+    /// Returns whether all poles decay.
     pub const fn is_stable(&self) -> bool {
         self.spectral_radius < 1.0
     }
 }
 
-/// A point, or why there is none: no design with these values.
+/// A point, or the error of a design that is impossible with these values.
 pub type Judged = Result<Point, Error>;
 
 impl Question<'_> {
-    /// Points along both axes.
+    /// Returns the number of columns and rows.
     pub fn size(&self) -> [usize; 2] {
         [0, 1].map(|i| self.axes.get(i).map_or(1, |axis| axis.values.len()))
     }
 
-    /// The scenario with what a preset sets, and these on top.
+    /// Parses the scenario with the settings of the preset and these.
     fn experiment(&self, more: &[String]) -> Result<Experiment, ScenarioError> {
         let sets: Vec<String> = self.held.iter().chain(more).cloned().collect();
         self.subject.with(&sets)
     }
 
-    /// The point in this column and row, at its worst over these corners.
+    /// Computes the point in this column and row with its worst corner.
     fn judged(&self, place: [usize; 2], corners: &[Corner]) -> Judged {
         let here: Vec<String> = self.axes.iter().zip(place).flat_map(|(axis, k)| axis.sets(k)).collect();
         let as_it_is = [Corner { name: String::new(), sets: Vec::new() }];
@@ -531,7 +531,7 @@ impl Question<'_> {
         Ok(point)
     }
 
-    /// Judges each corner by itself; `None` if it was stopped. A step of the watch is a corner.
+    /// Computes each corner alone; `None` if stopped. A step of the watch is a corner.
     fn each_corner(&self, watch: Watch<'_>) -> Option<Vec<Judged>> {
         let judged = |corner: &Corner| {
             if watch.is_stopped() {
@@ -544,7 +544,7 @@ impl Question<'_> {
         self.corners.par_iter().map(judged).collect()
     }
 
-    /// Judges all points, row by row from the first; `None` if it was stopped. A step of the watch is a point.
+    /// Computes all points, row by row from the first; `None` if stopped. A step of the watch is a point.
     pub fn answer(&self, watch: Watch<'_>) -> Option<Vec<Judged>> {
         let [columns, rows] = self.size();
         let judged = |k: usize| {
@@ -559,7 +559,7 @@ impl Question<'_> {
     }
 }
 
-/// Largest |z| and the slowest decay of a scenario's loop.
+/// Returns the largest |z| and the slowest decay rate of the loop.
 fn poles(experiment: &Experiment) -> Result<(f64, f64), Error> {
     let at_rest = experiment.at_rest.as_ref()?;
     let found = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s).and_then(|it| {
@@ -571,30 +571,31 @@ fn poles(experiment: &Experiment) -> Result<(f64, f64), Error> {
     Ok(found?)
 }
 
-/// How far from rest a simulation begins, rad or unit of the first state, or how many steps of its encoders if that is
-/// more; and how many times as far nobody would call near.
+/// Start of a simulation, rad or unit of the first state; the start in counts, if that is more; and the factor at which
+/// the loop has left its neighbourhood.
 const START: f64 = 1e-6;
 const START_STEPS: f64 = 10.0;
-/// Within so many steps of its encoders a loop that is stable may swing for ever.
+/// Amplitude in counts within which a stable loop may have a limit cycle.
 const GRAIN_STEPS: f64 = 10.0;
 const AWAY: f64 = 1e4;
-/// Ticks of a third of it.
+/// Ticks of a third of the simulation.
 const THIRD: usize = 10_000;
 
-/// Does the loop at rest, once disturbed a little, go on growing? The plant is the one of the scenario, not linear, and
-/// the law the very tick in f64, over 30 000 ticks, beside another such loop that was not disturbed: what moves both is
-/// no growth. Stable is what in the last third is smaller than in the second, or a hundred times smaller than in the
-/// first, or the grain of the counts. The size of a third is its root mean square: a loop that its limited current
-/// keeps from growing swings without end, and its peaks are now larger and now smaller.
+/// Returns whether a small disturbance of the loop at rest grows. The simulation uses the nonlinear plant and the
+/// controller code in f64 for 30 000 ticks. A second, undisturbed loop is subtracted, so that only the difference
+/// counts. The loop is stable if the rms of the last third is below one of three values: the rms of the second third, a
+/// hundredth of the rms of the first third, or the grain of the counts. The rms is used because the peaks of a limit
+/// cycle at the current limit vary.
 ///
 /// # Errors
-/// When the plant could not be integrated.
+/// The plant cannot be integrated.
 pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
     let step = at_rest.law.steps().into_iter().fold(0.0, f64::max);
     let grain = GRAIN_STEPS * at_rest.sensed.iter().map(|sensed| sensed.quantum).fold(step, f64::max);
     let start = START.max(START_STEPS * step);
     let first = at_rest.sensed.first().map_or(0, |sensed| sensed.state);
-    // Of a joint the motor may shake while its link hardly moves: all angles. Measured states are of many units.
+    // All angles are compared, because the motor of a joint can oscillate while its link hardly moves. Measured states
+    // have different units.
     let angles = at_rest.sensed.iter().filter(|sensed| sensed.quantum > 0.0).map(|sensed| sensed.state);
     let watched: Vec<usize> = angles.filter(|state| *state != first).chain([first]).collect();
     let (mut moved, mut still) = (Run::new(at_rest), Run::new(at_rest));
@@ -605,7 +606,7 @@ pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
             moved.tick(at_rest, period_s)?;
             if !is_still {
                 still.tick(at_rest, period_s)?;
-                // A loop that was not moved by one tick is moved by none.
+                // A loop that does not move in one tick never moves.
                 is_still = still == Run::new(at_rest);
             }
             let square: f64 = watched.iter().map(|state| (moved.x[*state] - still.x[*state]).powi(2)).sum();
@@ -619,7 +620,7 @@ pub fn grows(at_rest: &AtRest, period_s: f64) -> Result<bool, SolverError> {
     Ok(end > 0.9 * middle && end > (0.01 * begin).max(grain))
 }
 
-/// A loop at rest that is run.
+/// Running simulation of a loop at rest.
 #[derive(PartialEq)]
 struct Run {
     x: Vec<f64>,
@@ -654,12 +655,12 @@ fn seen(at_rest: &AtRest, x: &[f64]) -> Vec<f64> {
     at_rest.sensed.iter().map(|sensed| x[sensed.state]).collect()
 }
 
-/// The rectangle of good points around `home` whose sides are furthest from it: the nearest side first, where a side
-/// on the rim of the grid is no limit, then by how many points it has. As its first and last column and row; without a
-/// home the one of most points. None if home is not good, or nothing is.
+/// Returns the rectangle of good points around `home` with the farthest sides. The nearest side counts first, where a
+/// side on the rim of the grid is no limit; then the number of points. The result is the first and last column and row.
+/// Without a home the rectangle with the most points is returned. `None` if home is not good, or no point is.
 pub fn widest_rectangle(good: &[bool], columns: usize, home: [Option<usize>; 2]) -> Option<[usize; 4]> {
     let rows = good.len() / columns.max(1);
-    // From home to the nearer end of a range that is not on the rim.
+    // Distance from home to the nearer end of a range that is not on the rim.
     let room = |home: Option<usize>, first: usize, last: usize, count: usize| {
         let below = home.filter(|_| first > 0).map(|home| home - first);
         let above = home.filter(|_| last + 1 < count).map(|home| last - home);
@@ -667,7 +668,7 @@ pub fn widest_rectangle(good: &[bool], columns: usize, home: [Option<usize>; 2])
     };
     let mut best = None;
     for top in 0..rows {
-        // Of each column, is it good from the top row to this one?
+        // For each column: whether it is good from the top row to this row.
         let mut all = vec![true; columns];
         for bottom in top..rows {
             all.iter_mut().zip(&good[bottom * columns..]).for_each(|(all, good)| *all &= good);

@@ -1,22 +1,21 @@
-//! Poles, margins and noise of a sampled loop that stands still, from its matrices.
+//! Poles, stability margins and noise gain of a sampled loop at rest, from its matrices.
 //!
-//! One tick of plant, law and all delays between them is a linear map ([`loop_sim::linear`]). With v what the plant
-//! feels and u what the actuator holds, the loop broken at the plant's input has the gain L, and closed v = u + w:
+//! One tick of plant, controller and all delays is a linear map ([`loop_sim::linear`]). v is the input of the plant and
+//! u the held output of the actuator. The loop broken at the plant input has the gain L. In the closed loop v = u + w:
 //!
 //! ```text
 //! x(k+1) = A x(k) + B v(k)    u(k) = C x(k)    L(z) = -C (z I - A)^-1 B    S(z) = 1/(1 + L(z))    z = e^(i w T)
 //! ```
 //!
-//! * *Poles* are ln(z)/T of the eigenvalues z of the closed loop, rad/s; it is stable if all |z| < 1.
-//! * *Gain margins*: the loop stays stable as long as the plant's gain is between these factors. They are -1/L where L
-//!   is real and negative, the nearest on either side of 1.
-//! * *Phase margin*: the least phase that makes L = -1 where |L| = 1. *Delay margin*: the least delay that does, exact
-//!   where it is a whole number of ticks.
-//! * *Noise gain*: rms of u for white noise of rms 1 on one sensor, by the sum of A^k B B' A'^k of the closed loop.
+//! * *Poles* are ln(z)/T of the eigenvalues z of the closed loop, rad/s. The loop is stable if all |z| < 1.
+//! * *Gain margins*: the loop is stable while the plant gain is multiplied by a factor between these two. They are -1/L
+//!   where L is real and negative, the nearest on either side of 1.
+//! * *Phase margin*: the smallest phase that makes L = -1 where |L| = 1. *Delay margin*: the smallest delay that makes
+//!   L = -1, exact for a whole number of ticks.
+//! * *Noise gain*: rms of u for white noise of rms 1 on one sensor, from the sum of A^k B B' A'^k of the closed loop.
 //!
-//! Numbers of the law that have no part in u (the gate, say) are no part of the loop. An angle is kept as the distance
-//! from the last count, so that the loop of a speed, which sees no more of it, is not said to be unstable in its angle.
-//! Cost: some milliseconds.
+//! Controller states without an effect on u, such as the innovation gate, are left out of the loop. Angles are stored
+//! relative to the last count. Otherwise a speed loop would appear unstable in its angle. Cost: some milliseconds.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -34,64 +33,64 @@ use serde::Serialize;
 use crate::Error;
 use crate::gain_sets::fast;
 
-/// A root or pole, rad/s.
+/// Root or pole, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Root {
-    /// Real part; negative is stable.
+    /// Real part; negative if stable.
     pub re: f64,
     /// Imaginary part.
     pub im: f64,
 }
 
-/// How far a loop is from instability, at the plant's input.
+/// Stability margins at the plant input.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Margins {
-    /// The highest frequency at which |L| is 1, rad/s; none if it is less everywhere.
+    /// Highest frequency with |L| = 1, rad/s; `None` if |L| < 1 everywhere.
     pub crossover_rad_s: Option<f64>,
-    /// Phase that may be lost where |L| is 1, degrees; none if any.
+    /// Phase margin, degrees; `None` if unlimited.
     pub phase_deg: Option<f64>,
-    /// Delay that may be added, s; none if any.
+    /// Delay margin, s; `None` if unlimited.
     pub delay_s: Option<f64>,
-    /// Factor by which the plant's gain may grow; none if by any.
+    /// Largest factor of the plant gain; `None` if unlimited.
     pub gain_up: Option<f64>,
-    /// Factor to which the plant's gain may fall; 0 if to nothing.
+    /// Smallest factor of the plant gain; 0 if unlimited.
     pub gain_down: f64,
-    /// Largest |S|.
+    /// Sensitivity peak, largest |S|.
     pub sensitivity_peak: f64,
-    /// Where it is, rad/s.
+    /// Frequency of the sensitivity peak, rad/s.
     pub peak_rad_s: f64,
 }
 
-/// A loop as its matrices.
+/// Matrices of a loop.
 #[derive(Clone, Debug)]
 pub struct Loop {
     period_s: f64,
-    /// The closed loop, and the open one from what the plant feels to what is held.
+    /// Matrix of the closed loop, and the open loop from the plant input to the held output.
     closed: DMatrix<f64>,
     open: Response,
-    /// From what is added at the plant's input.
+    /// Input vector of the plant input.
     input: DVector<f64>,
-    /// From noise on each sensor, to the state and to u at once.
+    /// Input of the noise on each sensor: effect on the state and direct effect on u.
     noise: Vec<(DVector<f64>, f64)>,
-    /// To what the actuator holds, and to what the law asks for: the open loop has no other way to u.
+    /// Output rows of the held value and of the controller demand. In the open loop u depends on the state alone.
     held: DVector<f64>,
     asked: DVector<f64>,
 }
 
-/// Why there are no figures.
+/// Reason why a loop has no margins.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MarginsError {
-    /// The plant could not be integrated.
+    /// The plant cannot be integrated.
     Solver(SolverError),
-    /// An entry is not finite.
+    /// A matrix entry is not finite.
     NoNumbers,
     /// The eigenvalues were not found.
     NoPoles,
-    /// These margins and the poles of the same loop cannot both be right.
+    /// The margins contradict the poles of the loop.
     Contradicted(Margins),
 }
 
-/// A factor of the plant's gain that stands for any.
+/// Factor of the plant gain that counts as unlimited.
 const BY_ANY: f64 = 100.0;
 
 impl fmt::Display for MarginsError {
@@ -134,28 +133,28 @@ pub fn margins(experiment: &Experiment) -> Result<Margins, Error> {
     Ok(it.margins()?)
 }
 
-/// What a tick is a map of, in this order in one vector.
+/// One tick as a map of the combined state, in the order of its fields.
 pub(crate) struct Tick<'a> {
     plant: &'a LinearPlant,
     law: &'a LinearTick,
     sensed: Vec<usize>,
     sensor_delay: usize,
     actuator_delay: usize,
-    /// Entries of the law's memory that are angles of the last sample, from the first on.
+    /// Number of leading entries of the controller memory that are angles of the last sample.
     angles: usize,
 }
 
-/// What a tick makes.
+/// Result of a tick.
 pub(crate) struct Stepped {
     pub(crate) next: Vec<f64>,
-    /// u that the law asks for, and that the actuator holds.
+    /// Controller demand and held output of the actuator.
     pub(crate) asked: f64,
     pub(crate) held: f64,
-    /// What else the law tells: [`Ticked::told`](loop_sim::linear::Ticked::told).
+    /// Further outputs of the controller: [`Ticked::told`](loop_sim::linear::Ticked::told).
     pub(crate) told: Vec<f64>,
 }
 
-/// Σ row[j] x[j].
+/// Returns Σ row[j] x[j].
 fn dot(row: &[f64], x: &[f64]) -> f64 {
     row.iter().zip(x).map(|(a, b)| a * b).sum()
 }
@@ -177,12 +176,12 @@ impl<'a> Tick<'a> {
         self.plant.gamma.len() + self.law.c.len() + self.sensed.len() * self.sensor_delay + self.actuator_delay
     }
 
-    /// The state after a tick from rest in which a u of 1 was asked for beside that of the law: it is held, now or
-    /// later, and the law that is told what is held knows it.
+    /// Returns the state after a tick from rest with a demand of 1 in addition to the controller. It is held now or
+    /// after the delay, and the controller receives the held value.
     pub(crate) fn asked_beside(&self) -> Vec<f64> {
         let order = self.order();
         if self.actuator_delay > 0 {
-            // The last of the demands that are under way.
+            // The newest demand in the delay queue.
             return (0..order).map(|i| f64::from(u8::from(i + 1 == order))).collect();
         }
         let mut next = self.step(&vec![0.0; order], 1.0, &vec![0.0; self.sensed.len()], true).next;
@@ -193,7 +192,7 @@ impl<'a> Tick<'a> {
         next
     }
 
-    /// One tick. `v` is felt by the plant instead of what is held, or, in a closed loop, on top of it.
+    /// Computes one tick. `v` replaces the held output at the plant input; in a closed loop `v` is added to it.
     pub(crate) fn step(&self, state: &[f64], v: f64, noise: &[f64], is_closed: bool) -> Stepped {
         let (x, rest) = state.split_at(self.plant.gamma.len());
         let (memory, rest) = rest.split_at(self.law.c.len());
@@ -223,15 +222,15 @@ impl<'a> Tick<'a> {
 }
 
 impl Loop {
-    /// Of a scenario's loop at rest with this law: its own, or another for the same sample.
+    /// Builds the loop of a scenario at rest with this controller, which may be another one for the same sample.
     ///
     /// # Errors
-    /// When it cannot be integrated, or has no finite matrices.
+    /// The plant cannot be integrated, or the loop has no finite matrices.
     pub fn of(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64) -> Result<Self, MarginsError> {
         Self::with(at_rest, at_rest.plant.as_ref(), law, period_s)
     }
 
-    /// The same with another plant.
+    /// Builds the loop with another plant.
     pub(crate) fn with(
         at_rest: &AtRest,
         plant: &dyn Plant,
@@ -280,7 +279,7 @@ impl Loop {
         })
     }
 
-    /// Eigenvalues of the closed loop, the slowest (largest magnitude) first.
+    /// Returns the eigenvalues of the closed loop, slowest (largest magnitude) first.
     ///
     /// # Errors
     /// [`MarginsError::NoNumbers`], [`MarginsError::NoPoles`].
@@ -288,7 +287,7 @@ impl Loop {
         eigenvalues(self.closed.clone())
     }
 
-    /// The largest magnitude of an eigenvalue with the plant's gain this many times as large: below 1 is stable.
+    /// Returns the spectral radius with the plant gain multiplied by `factor`: stable below 1.
     ///
     /// # Errors
     /// [`MarginsError::NoNumbers`], [`MarginsError::NoPoles`].
@@ -297,7 +296,7 @@ impl Loop {
         Ok(eigenvalues(scaled)?.first().map_or(0.0, Normed::norm))
     }
 
-    /// Poles of these eigenvalues without that of the offset, which decays by itself whatever the loop does.
+    /// Returns the poles of these eigenvalues without the pole of the offset, which decays independently of the loop.
     pub fn poles_beside(&self, mut values: Vec<Complex<f64>>, offset_per_s: f64) -> Vec<Root> {
         let offset = libm::exp(-offset_per_s * self.period_s);
         let away = |k: &usize| libm::hypot(values[*k].re - offset, values[*k].im);
@@ -307,19 +306,19 @@ impl Loop {
         values.into_iter().map(|z| self.pole(z)).collect()
     }
 
-    /// ln z/T.
+    /// Returns the continuous pole ln z/T.
     pub fn pole(&self, z: Complex<f64>) -> Root {
         let s = Complex::new(libm::log(z.norm()), libm::atan2(z.im, z.re)) / self.period_s;
         Root { re: s.re, im: s.im }
     }
 
-    /// L at a frequency up to the Nyquist rate, rad/s.
+    /// Returns L at a frequency up to the Nyquist rate, rad/s.
     pub fn gain(&self, omega_rad_s: f64) -> Complex<f64> {
         let phase = omega_rad_s * self.period_s;
         -self.open.at(Complex::new(libm::cos(phase), libm::sin(phase)))
     }
 
-    /// Margins of a loop that is stable.
+    /// Returns the margins of a stable loop.
     ///
     /// # Errors
     /// [`MarginsError::NoNumbers`], [`MarginsError::NoPoles`].
@@ -346,7 +345,7 @@ impl Loop {
                 found.critical(-self.gain(omega).re);
             }
         }
-        // At both ends of the circle L is real: no crossing is to be seen there.
+        // At both ends of the circle L is real, so no sign change shows a crossing.
         for end in [0.0, PI / self.period_s] {
             found.critical(-self.gain(end).re);
         }
@@ -365,7 +364,8 @@ impl Loop {
         Ok(found)
     }
 
-    /// The largest |angle| after a step of 1 at the plant's input, of a stable loop whose first number is an angle.
+    /// Returns the largest |angle| after a step of 1 at the plant input, for a stable loop whose first state is an
+    /// angle.
     pub(crate) fn deflection(&self) -> f64 {
         const MOST: usize = 100_000;
         let (mut state, mut largest) = (DVector::zeros(self.input.len()), 0.0_f64);
@@ -381,15 +381,15 @@ impl Loop {
         largest
     }
 
-    /// What must hold of the margins of any loop that is stable. S is 1 far outside of the circle and has no pole
-    /// there, so that its peak on the circle is no less; with a gain within the margins all poles are inside, beyond
-    /// them one is not. Poles come of the closed loop's matrix, margins of the open one's: where these two disagree,
-    /// the loop is too badly conditioned for f64.
+    /// Checks the margins of a stable loop against its poles. S is 1 far outside of the circle and has no pole there,
+    /// so its peak on the circle is at least 1. Within the gain margins all poles are inside the circle; beyond them
+    /// one is outside. Poles come from the closed-loop matrix and margins from the open-loop matrix. A contradiction
+    /// means that the loop is too badly conditioned for f64.
     fn check(&self, found: &Margins) -> Result<(), MarginsError> {
         const ABOUT: f64 = 1e-6;
         let (low, high) = (found.gain_down, found.gain_up);
         let within = [0.5 * (low + 1.0), high.map_or(BY_ANY, |high| 0.5 * (1.0 + high))];
-        // Of next to nothing an integrator is all that is left.
+        // At a gain close to 0 only the integrator is left.
         let beyond = [Some(0.99 * low).filter(|low| *low > 1e-3), high.map(|high| 1.01 * high)];
         let mut is_right = found.sensitivity_peak > 1.0 - ABOUT;
         for factor in within {
@@ -401,7 +401,7 @@ impl Loop {
         if is_right { Ok(()) } else { Err(MarginsError::Contradicted(*found)) }
     }
 
-    /// Where a function of L changes its sign between two frequencies.
+    /// Returns the frequency between two others at which a function of L changes its sign.
     fn crossing(&self, [mut low, mut high]: [f64; 2], of: impl Fn(Complex<f64>) -> f64) -> f64 {
         let is_above = of(self.gain(low)) > 0.0;
         for _ in 0..50 {
@@ -411,8 +411,8 @@ impl Loop {
         0.5 * (low + high)
     }
 
-    /// A grid up to the Nyquist rate that goes on until below the slowest pole, with more around every pole: a
-    /// resonance is as narrow as its pole is near the circle.
+    /// Returns a frequency grid from below the slowest pole to the Nyquist rate. It is denser around every pole,
+    /// because a resonance is as narrow as its pole is close to the circle.
     fn frequencies(&self) -> Result<Vec<f64>, MarginsError> {
         const SPACED: i32 = 400;
         let nyquist = PI / self.period_s;
@@ -430,12 +430,12 @@ impl Loop {
         Ok(grid)
     }
 
-    /// Rms of u per rms of white noise on each sensor, of a loop that is stable.
+    /// Returns the rms of u per rms of white noise on each sensor, for a stable loop.
     pub fn noise_gains(&self) -> Vec<f64> {
         let gain = |(input, direct): &(DVector<f64>, f64)| {
             let mut sum = input * input.transpose();
             let mut power = self.closed.clone();
-            // Twice as many terms each time; 2^60 of them are all there will ever be.
+            // Every iteration doubles the number of terms; 2^60 terms are always enough.
             for _ in 0..60 {
                 let more = &power * &sum * power.transpose();
                 if more.amax() <= f64::EPSILON * sum.amax() {
@@ -450,18 +450,18 @@ impl Loop {
     }
 }
 
-/// Rms of u that sensors make together, by [`Loop::noise_gains`].
+/// Returns the rms of u from all sensors, by [`Loop::noise_gains`].
 pub(crate) fn noise_of(noise_gains: &[f64], at_rest: &AtRest) -> f64 {
     let parts = noise_gains.iter().zip(&at_rest.sensed).map(|(gain, sensed)| gain * sensed.rms);
     parts.map(|part| part * part).sum::<f64>().sqrt()
 }
 
-/// How fast the slowest of these poles decays, 1/s; negative if one grows.
+/// Returns the decay rate of the slowest of these poles, 1/s; negative if one grows.
 pub fn decay_per_s(poles: &[Root]) -> f64 {
     poles.iter().map(|pole| -pole.re).fold(f64::INFINITY, f64::min)
 }
 
-/// α, with which the offset W of a scenario's law decays, 1/s; 0 of a law that has none.
+/// Returns the decay rate α of the offset W, 1/s; 0 for a controller without an offset.
 pub fn offset_per_s(experiment: &Experiment) -> f64 {
     match (&experiment.drive, &experiment.spec) {
         (Some(drive), _) => drive.designed.bandwidths().offset_per_s,
@@ -470,19 +470,19 @@ pub fn offset_per_s(experiment: &Experiment) -> f64 {
     }
 }
 
-/// A corner of a scenario in which the loop is not stable.
+/// Corner of a scenario with an unstable loop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct UnstableCorner {
-    /// What of the plant is off, and by how much.
+    /// Deviations of the plant in this corner.
     pub name: String,
-    /// The largest magnitude of an eigenvalue of the closed loop there.
+    /// Spectral radius of the closed loop in this corner.
     pub spectral_radius: f64,
 }
 
-/// The corners of a scenario in which its loop with this law is not stable, the worst first.
+/// Returns the corners of a scenario whose loop with this controller is unstable, worst first.
 ///
 /// # Errors
-/// When one cannot be integrated, or has no finite matrices.
+/// A corner cannot be integrated, or has no finite matrices.
 pub fn unstable_corners(
     at_rest: &AtRest,
     law: &dyn LawAtRest,
@@ -499,30 +499,30 @@ pub fn unstable_corners(
     Ok(found)
 }
 
-/// By how much a loop that is unstable grows at rest in a tick, 1 or more; none of one that does not, or has no such
-/// form.
+/// Returns the spectral radius of an unstable loop at rest, 1 or more. Returns `None` for a stable loop and for a loop
+/// without matrices.
 pub fn growth(experiment: &Experiment) -> Option<f64> {
     let at_rest = experiment.at_rest.as_ref().ok()?;
     let at_rest = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s);
     at_rest.and_then(|it| it.spectral_radius(1.0)).ok().filter(|radius| *radius >= 1.0)
 }
 
-/// What to be warned of before this loop is closed on anything: that it is unstable, or is so within what its file
-/// says of how well the plant is known. Nothing of a loop that has no such form.
+/// Returns warnings for this loop: it is unstable, or unstable within its declared uncertainty. A loop without matrices
+/// has no warnings.
 pub fn warnings(experiment: &Experiment) -> Vec<String> {
     let Ok(at_rest) = &experiment.at_rest else { return Vec::new() };
     let (law, period_s) = (at_rest.law.as_ref(), experiment.period_s);
     if let Some(radius) = growth(experiment) {
         return vec![format!(
-            "UNSTABLE: at rest the loop grows by a factor of {radius:.6} in a tick; `host-sim design` tells more"
+            "UNSTABLE: the linearised loop has a spectral radius of {radius:.6} per tick; details: host-sim design"
         )];
     }
     let unstable = unstable_corners(at_rest, law, period_s).unwrap_or_default();
     let Some(worst) = unstable.first() else { return unstable_when_fast(experiment, at_rest).into_iter().collect() };
     let known = if at_rest.inertia_range.is_some() { "the range of the inertia" } else { "drive.uncertain_percent" };
     vec![format!(
-        "unstable in {} of {} corners of what {known} allows, most with {} (a factor of {:.6} in a tick); `host-sim \
-         design` tells more",
+        "unstable in {} of {} corners of {known}, worst with {} (spectral radius {:.6} per tick); details: host-sim \
+         design",
         unstable.len(),
         at_rest.corners.len(),
         worst.name,
@@ -530,7 +530,7 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
     )]
 }
 
-/// Of a motor: its fast gain set, if it stayed, in the worst corner.
+/// Returns a warning if the high gains of a motor are unstable in the worst corner when they stay active.
 fn unstable_when_fast(experiment: &Experiment, at_rest: &AtRest) -> Option<String> {
     let designed = experiment.drive.as_ref().map(|drive| drive.designed)?;
     if !matches!(designed, DriveDesign::Motor(_)) {
@@ -547,9 +547,9 @@ fn unstable_when_fast(experiment: &Experiment, at_rest: &AtRest) -> Option<Strin
 }
 
 impl Margins {
-    /// |L| is 1 here.
+    /// Processes a crossing of |L| = 1.
     fn crosses_one(&mut self, omega: f64, l: Complex<f64>) {
-        // From -180 degrees counter-clockwise: lag up to a whole turn can be borne.
+        // Measured counter-clockwise from -180 degrees: the tolerated lag is up to a whole turn.
         let phase = libm::atan2(-l.im, -l.re);
         let lag = if phase < 0.0 { phase + 2.0 * PI } else { phase };
         let least = |known: Option<f64>, value: f64| Some(known.map_or(value, |known| known.min(value)));
@@ -558,7 +558,7 @@ impl Margins {
         self.delay_s = least(self.delay_s, lag / omega);
     }
 
-    /// L has been at minus this.
+    /// Processes a crossing of the negative real axis at -`size`.
     fn critical(&mut self, size: f64) {
         if size > 0.0 && size < 1.0 {
             let factor = 1.0 / size;
@@ -569,7 +569,7 @@ impl Margins {
     }
 }
 
-/// c (z I - A)^-1 b with A as a Hessenberg matrix, so that each z costs the square of its order.
+/// c (z I - A)^-1 b with A as a Hessenberg matrix, so that the cost per z is quadratic in the order.
 #[derive(Clone, Debug)]
 struct Response {
     a: DMatrix<f64>,
@@ -583,9 +583,9 @@ impl Response {
         if n < 2 {
             return Self { a, b: b.clone(), c: c.clone() };
         }
-        // States are in units of their own: an orthogonal transform would mix large and small ones. Input and output
-        // are balanced with them, or a state that hardly anything within moves, the current of a fast loop, would get
-        // no unit that is any good.
+        // The states have different units, and an orthogonal transform would mix large and small numbers. Input and
+        // output are balanced too. Otherwise a state that is weakly driven from within, such as the current of a fast
+        // loop, gets no useful scale.
         let mut all = DMatrix::zeros(n + 1, n + 1);
         all.view_mut((0, 0), (n, n)).copy_from(&a);
         all.view_mut((0, n), (n, 1)).copy_from(b);
@@ -626,13 +626,13 @@ impl Response {
             x[i] = (rows[i][n] - known) / rows[i][i];
             sum += x[i] * self.c[i];
         }
-        // On a pole, of an integrator at ω = 0 say.
+        // The frequency is a pole, such as an integrator at ω = 0.
         if sum.re.is_finite() && sum.im.is_finite() { sum } else { Complex::new(f64::INFINITY, 0.0) }
     }
 }
 
-/// The numbers of a state of which something is heard: at once, or by way of others, whose next values have these
-/// entries of a matrix.
+/// Returns the states that affect an output, directly or through other states; `entry` is the matrix of the next
+/// values.
 pub(crate) fn heard(order: usize, at_once: impl Fn(usize) -> bool, entry: impl Fn(usize, usize) -> f64) -> Vec<usize> {
     let mut has_part: Vec<bool> = (0..order).map(at_once).collect();
     loop {
@@ -645,7 +645,7 @@ pub(crate) fn heard(order: usize, at_once: impl Fn(usize) -> bool, entry: impl F
     }
 }
 
-/// Eigenvalues of a matrix, the largest magnitude first.
+/// Returns the eigenvalues of a matrix, largest magnitude first.
 pub(crate) fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>, MarginsError> {
     if matrix.nrows() == 0 {
         return Ok(Vec::new());
@@ -653,10 +653,10 @@ pub(crate) fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>,
     if !matrix.iter().all(|entry| entry.is_finite()) {
         return Err(MarginsError::NoNumbers);
     }
-    // States are in units of their own: without balancing the small ones would lose digits.
+    // The states have different units; without balancing the small ones lose digits.
     balance_parlett_reinsch(&mut matrix);
     let schur = |matrix: DMatrix<f64>| Schur::try_new(matrix, f64::EPSILON, 10_000);
-    // A harmless matrix may send the iteration in circles, as rare as one in 10 000: that turned over goes another way.
+    // The QR iteration fails to converge for about one in 10 000 harmless matrices; their transpose then converges.
     let schur = schur(matrix.clone()).or_else(|| schur(matrix.transpose())).ok_or(MarginsError::NoPoles)?;
     let mut found: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
     found.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));

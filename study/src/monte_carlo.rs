@@ -1,12 +1,12 @@
-//! Monte Carlo: a scenario run many times, with some of its keys drawn anew each time.
+//! Monte Carlo: a scenario runs many times with random values of some keys.
 //!
-//! Trial i is the run of the scenario with `KEY=VALUE` set for each parameter p, the value a function of (master seed,
-//! i, p) alone ([`philox`]), or point i of a Sobol sequence ([`sobol`]); the seed of its noise likewise. Nothing else
-//! has a say: threads, shards, order, a run that was killed and resumed give the same numbers, and any trial
-//! can be run again alone, with `host-sim run` and those settings.
+//! Trial i is the run of the scenario with `KEY=VALUE` set for each parameter p. The value depends only on (master
+//! seed, i, p) ([`philox`]), or is point i of a Sobol sequence ([`sobol`]). The noise seed is drawn in the same way.
+//! Threads, shards, order and resumption after an interruption therefore do not change the numbers. Any trial can be
+//! repeated alone by `host-sim run` with its settings.
 //!
-//! Trials are computed on all cores ([`trials`]). What they come to: percentiles by exact
-//! rank, and the largest failure rate that the trials leave open ([`statistics`]).
+//! Trials run on all cores ([`trials`]). The results are percentiles by exact rank and an upper bound of the failure
+//! rate ([`statistics`]).
 
 use loop_sim::philox;
 
@@ -25,29 +25,29 @@ pub use trials::{Columns, ENDED, Rows, Trial, trial, trials};
 
 use vary::Vary;
 
-/// How a trial went.
+/// Outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
-    /// To its end, and bounded.
+    /// The run finished and stayed bounded.
     Finished,
-    /// To its end, but far from where it began.
+    /// The run finished, but far from its start.
     Unbounded,
-    /// To its end, but only the limits of u kept it near: at rest its loop grows.
+    /// The run finished, but only the limits of u kept it bounded: the loop at rest is unstable.
     Unstable,
-    /// The state ran away.
+    /// The state diverged.
     Diverged,
     /// The plant could not be integrated.
     BrokenOff,
-    /// There is no design with what was drawn.
+    /// The drawn values have no valid design.
     Refused,
 }
 
 impl Outcome {
-    /// All there are.
+    /// All outcomes.
     pub const ALL: [Self; 6] =
         [Self::Finished, Self::Unbounded, Self::Unstable, Self::Diverged, Self::BrokenOff, Self::Refused];
 
-    /// As it stands in the file.
+    /// Returns the word in the result file.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Finished => "finished",
@@ -60,32 +60,32 @@ impl Outcome {
     }
 }
 
-/// The parameter number of the seed of a trial's noise.
+/// Parameter number of the noise seed of a trial.
 const NOISE: u32 = u32::MAX;
 
-/// What is drawn for which trial.
+/// Plan of the trials.
 pub struct Plan<'a> {
-    /// The scenario with nothing drawn.
+    /// Scenario without drawn values.
     pub subject: Subject<'a>,
-    /// What differs from trial to trial.
+    /// Parameters that vary from trial to trial.
     pub vary: Vec<Vary>,
     /// Master seed.
     pub seed: u64,
-    /// Does every trial have a noise seed of its own?
+    /// Whether every trial has its own noise seed.
     has_noise: bool,
 }
 
 impl<'a> Plan<'a> {
-    /// Reads what is to vary.
+    /// Reads the parameters to vary.
     ///
     /// # Errors
-    /// What is wrong with it: the text, or a key, or two that draw the same key.
+    /// A text or a key is invalid, or two parameters draw the same key.
     pub fn new(subject: Subject<'a>, vary: &[String], seed: u64) -> Result<Self, Error> {
         let mut dimension = 0;
         let vary: Vec<Vary> =
             vary.iter().map(|text| Vary::parse(text, &subject, &mut dimension)).collect::<Result<_, _>>()?;
         let keys: Vec<&str> = vary.iter().flat_map(Vary::keys).collect();
-        // A table is drawn with all that is in it.
+        // A table is drawn with all its entries.
         let plain = |key: &str| key.split('[').map(|part| part.trim_start_matches('0')).collect::<Vec<_>>().join("[");
         let holds = |outer: &str, key: &str| {
             let (outer, key) = (plain(outer), plain(key));
@@ -93,7 +93,7 @@ impl<'a> Plan<'a> {
         };
         for (k, key) in keys.iter().enumerate() {
             if let Some(before) = keys[..k].iter().find(|before| holds(before, key) || holds(key, before)) {
-                let with = if before == key { String::new() } else { format!(": {before} is too") };
+                let with = if before == key { String::new() } else { format!(": it overlaps {before}") };
                 return Err(Error::input(format!("{key} is drawn twice{with}")).at("--vary"));
             }
         }
@@ -101,19 +101,19 @@ impl<'a> Plan<'a> {
         Ok(Self { subject, vary, seed, has_noise })
     }
 
-    /// The draw of each parameter.
+    /// Returns the draw of each parameter.
     fn draws(&self, trial: u64) -> impl Iterator<Item = (&Vary, f64)> {
         (0..).zip(&self.vary).map(move |(p, vary)| (vary, vary.draw(self.seed, trial, p)))
     }
 
-    /// What a trial's parameters are.
+    /// Returns the parameter values of a trial.
     pub fn drawn(&self, trial: u64) -> Vec<f64> {
         self.draws(trial).map(|(vary, draw)| vary.value(draw)).collect()
     }
 
-    /// `KEY=VALUE` that make the trial of the scenario.
+    /// Returns the settings `KEY=VALUE` of a trial.
     pub fn settings(&self, trial: u64) -> Vec<String> {
-        // A seed of 53 bits is a number to every reader of TOML and JSON.
+        // A seed of 53 bits is exact for every reader of TOML and JSON.
         let noise = self.has_noise.then(|| format!("seed={}", philox::draw(self.seed, trial, NOISE)[0] >> 11));
         self.draws(trial).flat_map(|(vary, draw)| vary.settings(draw)).chain(noise).collect()
     }
@@ -121,7 +121,7 @@ impl<'a> Plan<'a> {
     /// Returns the experiment of a trial.
     ///
     /// # Errors
-    /// There is no design with the values that were drawn.
+    /// The drawn values have no valid design.
     pub fn experiment(&self, trial: u64) -> Result<Experiment, ScenarioError> {
         self.subject.with(&self.settings(trial))
     }

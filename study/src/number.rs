@@ -1,6 +1,6 @@
-//! A number for people: as many digits as say something.
+//! Numbers for people, with a suitable number of digits.
 
-/// `value` with that many significant digits: plain from 1e-4 up to 1e6, in scientific notation beyond.
+/// Formats `value` with this number of significant digits: plain from 1e-4 up to 1e6, scientific notation beyond.
 ///
 /// ```
 /// use study::number::significant;
@@ -14,7 +14,7 @@ pub fn significant(value: f64, digits: usize) -> String {
         // Adding 0 turns -0 into 0.
         return (value + 0.0).to_string();
     }
-    // Rounding first: 9.9996 has the exponent of 10.00.
+    // Rounding comes first: 9.9996 has the exponent of 10.00.
     let after_first = digits.max(1) - 1;
     let rounded = format!("{value:.after_first$e}");
     let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
@@ -28,7 +28,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// A number that somebody typed, or that came of such: up to so many significant digits, and no zeros that say nothing.
+/// Formats a number as typed: up to this number of significant digits, without trailing zeros.
 ///
 /// ```
 /// use study::number::typed;
@@ -37,7 +37,7 @@ pub fn significant(value: f64, digits: usize) -> String {
 #[must_use]
 pub fn typed(value: f64, digits: usize) -> String {
     let text = significant(value, digits);
-    // A whole number of more digits than an i64 has is none to TOML.
+    // TOML does not accept a whole number with more digits than an i64.
     text.parse::<f64>().map_or(text, |it| if it.abs() < 1e15 { it.to_string() } else { format!("{it:e}") })
 }
 

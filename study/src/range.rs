@@ -1,8 +1,8 @@
-//! A loop whose motor has any inertia of a range: where it is stable.
+//! Stability of a loop over a range of motor inertia.
 //!
-//! Every inertia is judged with the torque constant less and more by `drive.uncertain_percent`, and as it is. From the
-//! inertia of the design outwards the range is gone through in steps; the first that is not stable is refined. So an
-//! end that is not reached is told with the inertia up to which all is well.
+//! Every inertia is checked with the nominal torque constant, and with `drive.uncertain_percent` less and more. The
+//! search goes from the design inertia outwards in steps and refines the first unstable step. For an end that is not
+//! covered it returns the last stable inertia.
 
 use scenario::{AtRest, Corner, InertiaRange};
 use serde::Serialize;
@@ -10,39 +10,39 @@ use serde::Serialize;
 use crate::margins::{Loop, Margins, MarginsError};
 use loop_sim::linear::LawAtRest;
 
-/// Steps from the inertia of the design to an end.
+/// Steps from the design inertia to an end.
 const STEPS: u32 = 12;
-/// Halvings of the step in which it ceases to be stable.
+/// Halvings of the first unstable step.
 const HALVINGS: u32 = 8;
 
-/// A range of inertia, and what of it the loop covers.
+/// Range of inertia, and the part of it that the loop covers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Covered {
-    /// What the design is for, kg m²: the geometric mean of the range.
+    /// Design inertia, kg m²: the geometric mean of the range.
     pub designed_for_kg_m2: f64,
-    /// The smallest and the largest.
+    /// Smallest and largest inertia.
     pub ends: [End; 2],
 }
 
-/// An end of a range of inertia.
+/// End of a range of inertia.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct End {
-    /// Inertia there, kg m².
+    /// Inertia at the end, kg m².
     pub inertia_kg_m2: f64,
-    /// The loop is stable from the design to this one, kg m²: the end, if all of it is covered.
+    /// Last inertia with a stable loop from the design outwards, kg m²; equal to the end if all of it is covered.
     pub stable_to_kg_m2: f64,
-    /// Margins at the end, with the torque constant of the data sheet; none where it is not stable.
+    /// Margins at the end with the nominal torque constant; `None` if unstable.
     pub margins: Option<Margins>,
 }
 
 impl End {
-    /// Is the loop stable up to here?
+    /// Returns whether the loop is stable up to this end.
     pub fn is_covered(&self) -> bool {
         self.stable_to_kg_m2 == self.inertia_kg_m2
     }
 }
 
-/// Those of a scenario whose file says a range.
+/// Returns the covered range of a scenario; `None` if its file has no range.
 pub(crate) fn covered(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64) -> Result<Option<Covered>, MarginsError> {
     let Some(InertiaRange { ends_kg_m2, designed_for_kg_m2, plants }) = &at_rest.inertia_range else { return Ok(None) };
     let is_stable = |inertia_kg_m2: f64| {
@@ -68,7 +68,7 @@ pub(crate) fn covered(at_rest: &AtRest, law: &dyn LawAtRest, period_s: f64) -> R
     Ok(Some(Covered { designed_for_kg_m2: *designed_for_kg_m2, ends: [end(low)?, end(high)?] }))
 }
 
-/// The last inertia from the design to this end that is stable with all before it.
+/// Returns the last inertia from the design towards this end before the first unstable one.
 fn stable_to<E>(from: f64, to: f64, is_stable: impl Fn(f64) -> Result<bool, E>) -> Result<f64, E> {
     let at = |share: f64| if share >= 1.0 { to } else { from * libm::pow(to / from, share) };
     let mut good = 0.0;
@@ -111,8 +111,8 @@ mod tests {
         scenario::parse(&source, "a").unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Just within what is told a true motor with this inertia is stable with every torque constant, just beyond not:
-    /// the loop of `[error]`, and not of the corners.
+    /// Just within the covered range a true motor is stable with every torque constant, and just beyond it is not. The
+    /// test uses the loop of `[error]`, independent of the corners.
     #[test]
     fn what_is_not_covered_is_where_the_true_motor_is_unstable() {
         let range = "motor.inertia_kg_m2=[1e-4, 1e-2]";
@@ -137,7 +137,7 @@ mod tests {
         assert_eq!(crate::design(&motor(&[])).expect("a loop").inertia_range, None);
     }
 
-    /// Stable at both ends is not all: what is between counts.
+    /// A gap between two stable ends limits the range.
     #[test]
     fn a_gap_before_the_end_ends_it() {
         let is_stable = |it: f64| Ok::<bool, ()>(!(2.0..4.0).contains(&it));

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Is called as work gets done, and carries the request to stop.
+/// Progress callback and stop request of a computation.
 ///
 /// A computation that is stopped returns `None`.
 #[derive(Clone, Copy)]
@@ -14,7 +14,7 @@ pub struct Watch<'a> {
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl<'a> Watch<'a> {
-    /// Runs to the end, without progress.
+    /// Returns a watch without progress and without a stop request.
     pub const fn none() -> Self {
         Self { stop: &NEVER, done: &|| () }
     }
@@ -24,7 +24,7 @@ impl<'a> Watch<'a> {
         Self { stop, done }
     }
 
-    /// Returns true once the computation shall end.
+    /// Returns whether the computation must stop.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

@@ -1,4 +1,4 @@
-//! Bandwidths by rule have the margin that the rule says, on motors that it was not fitted on one by one.
+//! Bandwidths by rule have the margin of the rule, on motors for which it was not fitted individually.
 
 use rayon::prelude::*;
 use scenario::{Experiment, MOTOR, Source, parse};
@@ -19,8 +19,8 @@ fn designed(sets: &[String]) -> Design {
 
 const STANDARD: &str = "drive.margin=\"standard\"";
 
-/// Data sheet number k: every one another J, T, lag over T, bits and acceleration at full current, evenly over the
-/// logarithms.
+/// Returns data sheet number k. Each has another J, T, ratio of lag to T, resolution and acceleration at full current,
+/// evenly distributed on a logarithmic scale.
 fn sheet(k: usize) -> Vec<String> {
     let share = |step: f64| ((k + 1) as f64 * step).fract();
     let inertia = 1e-7 * 10_f64.powf(6.0 * share(0.819_172_513_4));
@@ -41,7 +41,7 @@ fn sheet(k: usize) -> Vec<String> {
     ]
 }
 
-/// Peaks of |S| of a gain set by the data sheet and in its worst corner; infinite of one that is not stable.
+/// Returns the peaks of |S| of a gain set for the data sheet and in its worst corner; infinite if unstable.
 fn peaks(set: &GainSet) -> [f64; 2] {
     let worst = set.worst.as_ref().and_then(|worst| worst.sensitivity_peak);
     [set.margins.map(|margins| margins.sensitivity_peak), worst].map(|peak| peak.unwrap_or(f64::INFINITY))
@@ -63,7 +63,7 @@ fn found(sets: &[String]) -> Found {
     }
 }
 
-/// The largest of each over these sheets: peaks by the data sheet and in corners, noise.
+/// Returns the largest values over these sheets: peaks for the data sheet and in corners, noise.
 fn worst(count: usize, more: &[&str]) -> Found {
     worst_of(count, more, sheet)
 }
@@ -96,7 +96,7 @@ fn the_standard_rule_has_its_margin_on_every_data_sheet() {
     assert!(quiet[0] <= 1.55 && fast[0] <= 2.0, "{quiet:?} {fast:?}");
     assert!(quiet[1] <= 2.2 && fast[1] <= 2.2, "{quiet:?} {fast:?}");
     assert!(noise_share <= 0.014, "{noise_share}");
-    // The rule is not slower than it must be: some sheet uses all of it.
+    // The rule is not slower than necessary: some sheet reaches the limit.
     assert!(fast[1] >= 2.1, "{fast:?}");
 }
 
@@ -112,8 +112,8 @@ fn delays_and_a_speed_loop_keep_it() {
     assert!(quiet[0] <= 1.6 && fast[0] <= 2.0 && fast[1] <= 2.2, "{quiet:?} {fast:?}");
 }
 
-/// Declared noise of 1e-6 to 0.03 rad, coarser or finer than the steps: u keeps to what it may have of noise, and the
-/// margins are what they are without.
+/// Declared noise of 1e-6 to 0.03 rad, coarser or finer than the quantisation: the current noise stays within its
+/// share, and the margins are unchanged.
 #[test]
 fn declared_noise_keeps_both_rules_within_its_share() {
     let noisy = |k: usize| {
@@ -129,8 +129,8 @@ fn declared_noise_keeps_both_rules_within_its_share() {
     assert!((0.009..0.0105).contains(&noise_share), "{noise_share}");
 }
 
-/// Whatever the rule, the period and the encoder are: in no corner of the data sheet is a gain set unstable. The peaks
-/// are larger with 50 % and with four states of the observer.
+/// For every rule, period and encoder no gain set is unstable in a corner of the data sheet. The peaks are larger with
+/// 50 % and with four observer states.
 #[test]
 fn no_design_by_rule_is_unstable_in_its_corners() {
     let count = if deep() { 2000 } else { 60 };
@@ -142,7 +142,7 @@ fn no_design_by_rule_is_unstable_in_its_corners() {
     }
 }
 
-/// A peak that is asked for is found by the answer to a pulse; here it is judged by the matrices of the loop.
+/// A requested peak is found from the pulse response; this test checks it with the matrices of the loop.
 #[test]
 fn a_peak_that_is_asked_for_is_got() {
     for asked in [1.3, 1.5, 1.7] {
@@ -153,7 +153,7 @@ fn a_peak_that_is_asked_for_is_got() {
             assert!((peak - asked).abs() < 2e-3, "{asked} {more:?}: {peak}");
         }
     }
-    // More than any rule has is the fast one.
+    // A peak above the largest one of any rule gives the fast rule.
     let [most, fast] = ["3.0", "\"fast\""].map(|margin| designed(&[format!("drive.margin={margin}")]));
     let [most, fast] = [most, fast].map(|design| design.got.margins.expect("stable").sensitivity_peak);
     assert!((most / fast - 1.0).abs() < 1e-3, "{most} {fast}");

@@ -1,4 +1,4 @@
-//! Noise that a file declares of an encoder: what it makes of u is what the studies say, and the remedy fits its cause.
+//! Declared encoder noise: its effect on u equals the prediction of the studies, and the remedy fits its cause.
 
 use std::ops::ControlFlow;
 
@@ -7,7 +7,7 @@ use scenario::{Experiment, JOINT, MOTOR, Source, parse};
 use study::compare::{Bench, of_ours};
 use study::design::Suggested;
 
-/// Shakes by a third of a degree; its steps make 0.00044 rad.
+/// Encoder with noise of a third of a degree; its quantisation step is 0.00044 rad rms.
 const SHAKES: [&str; 5] = [
     "encoder.bits=12",
     "encoder.noise_rad=0.006",
@@ -21,7 +21,7 @@ fn with(text: &str, sets: &[&str]) -> Experiment {
     parse(&Source { file: "a.toml", text, sets: &sets }, "a").unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Rms of u over a run at rest that is long against the slowest loop here.
+/// Returns the rms of u over a run at rest that is long compared with the slowest loop here.
 fn simulated_a(text: &str, sets: &[&str]) -> f64 {
     let mut experiment = with(text, &[sets, &["span_s=20"]].concat());
     let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
@@ -30,7 +30,7 @@ fn simulated_a(text: &str, sets: &[&str]) -> f64 {
     (late.iter().map(|row| row.u * row.u).sum::<f64>() / late.len() as f64).sqrt()
 }
 
-/// The lines of a suggestion, as `--set` takes them.
+/// Returns the lines of a suggestion as `--set` arguments.
 fn sets_of(suggested: &Suggested) -> Vec<String> {
     let of = |[table, line]: &[String; 2]| {
         let value = line.split("  #").next().unwrap_or(line).replacen(" = ", "=", 1);
@@ -39,8 +39,8 @@ fn sets_of(suggested: &Suggested) -> Vec<String> {
     suggested.lines.iter().map(of).collect()
 }
 
-/// What the bench of `tune` says of one gain set is no less than what the matrices of the loop say, which know of no
-/// run, and what a long run of the file shows. The bench has the largest of rest and motion, where the loop is open.
+/// For one gain set the noise from the bench of `tune` is at least the noise from the matrices and from a long run. The
+/// matrices are independent of any run. The bench uses the larger value of rest and motion, in which the loop is open.
 #[test]
 fn tune_counts_the_declared_noise() {
     let slow = [&SHAKES[..], &["drive.gain_sets=1", "drive.surface_rad_s=30"]].concat();
@@ -56,19 +56,19 @@ fn tune_counts_the_declared_noise() {
     assert!(told > 0.9 * run && told < 2.5 * run, "{told} A by the bench, {run} A in a run");
     // Too fast for its noise.
     assert!(of_bench(&[&SHAKES[..], &["drive.surface_rad_s=120"]].concat()) > 0.5);
-    // Twice the noise makes twice of it, where it is all there is.
+    // If declared noise dominates, twice the noise gives twice the effect.
     let louder = of_bench(&[&slow[..], &["encoder.noise_rad=0.012"]].concat());
     assert!((louder / told - 2.0).abs() < 0.2, "{told} A, {louder} A");
 }
 
-/// By rule a drive has the bandwidth that its noise allows: u within 1 % of its limit, in runs too, with the fast set
-/// and the band at rest that it has by default. One that is typed faster is slowed by what `design` suggests.
+/// By rule a drive has the bandwidth that its noise allows. u stays within 1 % of its limit, in runs as well, with the
+/// default high gains and rest band. A drive that is set faster gets a slower suggestion from `design`.
 #[test]
 fn the_rule_takes_what_the_declared_noise_allows() {
     let suggested =
         |text: &str, sets: &[&str]| study::design(&with(text, sets)).expect("a loop").suggested.expect("a better one");
     let found = suggested(MOTOR, &SHAKES);
-    assert!(found.is_same && found.why.contains("no more bits help; half of that noise would allow"), "{found:?}");
+    assert!(found.is_same && found.why.contains("no more bits help; half of this noise allows"), "{found:?}");
     for (bits, noise_rad, period_s, margin) in [
         (12, 6e-3, 1e-3, "fast"),
         (12, 6e-3, 1e-3, "standard"),
@@ -87,7 +87,7 @@ fn the_rule_takes_what_the_declared_noise_allows() {
         let matrices = study::design(&with(MOTOR, &keys)).expect("a loop").noise().expect("stable");
         let run = simulated_a(MOTOR, &keys);
         assert!((0.05..=0.1).contains(&matrices), "{matrices} A by matrices, {keys:?}");
-        // The band at rest takes a part of it.
+        // The rest band removes a part of it.
         assert!(run < 0.105 && (0.6..1.1).contains(&(run / matrices)), "{run} A in a run, {matrices}, {keys:?}");
     }
 
@@ -106,7 +106,7 @@ fn the_rule_takes_what_the_declared_noise_allows() {
     assert!(!fine.why.contains("declared"), "{}", fine.why);
 }
 
-/// What shakes within its noise neither hunts nor widens its band at rest.
+/// A noisy encoder causes neither hunting nor a wider rest band.
 #[test]
 fn a_noisy_encoder_rests_in_friction() {
     let move_to = "reference={kind = \"move\", to_rad = 1.0}";

@@ -1,10 +1,10 @@
-//! The functions that a binding calls: do they agree, stop when they are asked to, and explain what is wrong?
+//! Functions for bindings: their results agree, they stop on request, and their errors state cause and remedy.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicBool;
 
 use study::compare::Bench;
-use study::map::{Asked, Axis, Question, Subject};
+use study::map::{Axis, MapRequest, Question, Subject};
 use study::monte_carlo::{Columns, Plan, trial};
 use study::tune::{self, Effort, Limits};
 use study::{Error, Watch};
@@ -27,14 +27,14 @@ fn each_computation_ends_without_an_answer_when_it_is_stopped() {
     let watch = Watch::new(&stop, &|| ());
     let mut experiment = MOTOR.with(&[]).expect("a scenario");
 
-    let asked = Asked { preset: Some("gain"), ..Asked::default() };
-    let question = Question::new(MOTOR, &asked).expect("a question");
+    let request = MapRequest { preset: Some("gain"), ..MapRequest::default() };
+    let question = Question::new(MOTOR, &request).expect("a question");
     assert_eq!(study::map(&question, watch), Ok(None));
 
     let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a drive");
-    let asked = tune::Asked::new(&bench, &Limits::default()).expect("a specification");
+    let specification = tune::Specification::new(&bench, &Limits::default()).expect("a specification");
     let effort = Effort { evaluations: 9, seed: 1, most_cycles: None };
-    assert_eq!(study::tune(&bench, &MOTOR, &asked, effort, watch), Ok(None));
+    assert_eq!(study::tune(&bench, &MOTOR, &specification, effort, watch), Ok(None));
 
     let (trace, _) = experiment.run(&mut |_| ControlFlow::Continue(()));
     assert_eq!(study::bounds(&experiment, &trace, &MOTOR, watch), Ok(None));
@@ -52,7 +52,7 @@ fn an_error_has_key_cause_and_remedy() {
     let Error { key, what, remedy, is_input } = Axis::parse("k=1,,2").expect_err("an empty value");
     assert_eq!((key.as_str(), what.as_str(), is_input), ("\"k=1,,2\"", "a value is empty", true));
     assert!(remedy.starts_with("expected KEY="), "{remedy}");
-    let asked = Asked { corners: Some(150.0), ..Asked::default() };
-    let error = Question::new(MOTOR, &asked).map(|_| ()).expect_err("too much");
+    let request = MapRequest { corners: Some(150.0), ..MapRequest::default() };
+    let error = Question::new(MOTOR, &request).map(|_| ()).expect_err("too much");
     assert_eq!(error.to_string(), "--corners 150: expected a number above 0 and below 100");
 }

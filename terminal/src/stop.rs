@@ -1,10 +1,12 @@
-//! Ctrl-C and the other requests to end: SIGINT, SIGTERM, SIGHUP.
+//! Termination requests: Ctrl-C and the signals SIGINT, SIGTERM and SIGHUP.
 //!
-//! A request ends the program at once, unless it [keeps](keeping) a record that would be lost. Then it sets a flag,
-//! which the loop that [looks](looking) for it must see within [`SEEN_WITHIN`]: else it is blocked, by a reader that
-//! does not read say, and ends the same way; so does what is still there after that time with its record kept. A second
-//! request ends it in any case. A program that ends without a record says so. Files are written whole or not at
-//! all, so nothing is left half done; emulators end with the program.
+//! A request ends the program at once, unless the program [keeps](keeping) a record that would be lost. Then the
+//! request sets a flag. A loop that [looks](looking) for the flag must react within [`SEEN_WITHIN`]. A loop that does
+//! not is blocked, for example by a reader that does not read, and the program ends. The program also ends if it still
+//! runs after that time with its record kept.
+//!
+//! A second request ends the program in any case. A program that ends without a record prints a message. Files are
+//! written whole or not at all, so no partial file remains. Emulators end with the program.
 
 use std::io::{IsTerminal, Write, stderr};
 use std::process::exit;
@@ -14,16 +16,16 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::{sleep, spawn};
 use std::time::Duration;
 
-/// Exit status of a program that was told to end.
+/// Exit status of a program that ends on request.
 pub const STATUS: u8 = 130;
-/// Longest that a loop may go on without seeing that it is to end.
+/// Longest time in which a loop must react to a request.
 pub const SEEN_WITHIN: Duration = Duration::from_secs(5);
 
 static KEEPERS: AtomicUsize = AtomicUsize::new(0);
 static LOOPS: AtomicUsize = AtomicUsize::new(0);
 static LAST_CALLS: Mutex<Vec<fn()>> = Mutex::new(Vec::new());
 
-/// Counts as long as it lives.
+/// Guard that counts while it lives.
 #[must_use]
 pub struct Guard(&'static AtomicUsize);
 
@@ -40,12 +42,12 @@ impl Drop for Guard {
     }
 }
 
-/// While this lives there is a record to be kept, and the first request to end only sets the flag.
+/// Marks a record to be kept. While the guard lives, the first request only sets the flag.
 pub fn keeping() -> Guard {
     Guard::of(&KEEPERS)
 }
 
-/// While this lives the flag is looked at all the time.
+/// Marks a loop that polls the flag while the guard lives.
 pub fn looking() -> Guard {
     Guard::of(&LOOPS)
 }
@@ -58,9 +60,9 @@ pub fn before_exit(last: fn()) {
     }
 }
 
-/// Sets `flag` when the program is told to end, and ends it if nobody looks.
+/// Sets `flag` on a request to end. Ends the program if no loop reacts.
 pub fn on_request(flag: &'static AtomicBool) {
-    // Without a handler a request still ends the program; an emulator dies with it, and only the record is lost.
+    // Without a handler a request still ends the program and its emulator. Only the record is lost.
     let _ = ctrlc::set_handler(|| {
         if flag.swap(true, Ordering::SeqCst) || KEEPERS.load(Ordering::SeqCst) == 0 {
             end();
@@ -75,20 +77,20 @@ pub fn on_request(flag: &'static AtomicBool) {
     });
 }
 
-/// What is said where no record is kept.
-const LOST: &str = "stopped on request; what was not written yet is lost";
-/// Nobody waits longer for a terminal or pipe that takes no more.
+/// Message if no record is kept.
+const LOST: &str = "stopped on request; unwritten results are lost";
+/// Longest wait for a terminal or pipe that accepts no more output.
 const TOLD_WITHIN: Duration = Duration::from_millis(100);
 
 fn end() {
-    // The lock is free before the first call: a call may register another.
+    // The lock is released before the first call, because a call may register another.
     let calls = LAST_CALLS.lock().unwrap_or_else(PoisonError::into_inner).clone();
     for call in calls {
         call();
     }
     let (tell, told) = channel();
     spawn(move || {
-        // A progress bar stands on the line.
+        // The line may hold a progress bar.
         let line = if stderr().is_terminal() { "\n" } else { "" };
         _ = writeln!(stderr(), "{line}{LOST}");
         _ = tell.send(());

@@ -1,13 +1,13 @@
-//! A plain-text table with aligned columns, for the terminal and for golden files.
+//! Plain-text table with aligned columns, for the terminal and for golden files.
 //!
-//! A column whose cells are all numbers is aligned to the right, every other one to the left. Width is counted in
-//! characters; combining marks (the hat of d̂) take none.
+//! A column with numbers in all cells is aligned to the right. Every other column is aligned to the left. The width is
+//! counted in characters. Combining marks (the hat of d̂) have no width.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// A header and rows of as many cells; missing cells are empty.
+/// Table with a header and rows of equal length. Missing cells are empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     header: Vec<String>,
@@ -15,7 +15,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table without rows.
+    /// Returns a table without rows.
     #[must_use]
     pub fn new<S: Into<String>>(header: impl IntoIterator<Item = S>) -> Self {
         Self { header: header.into_iter().map(cell).collect(), rows: Vec::new() }
@@ -26,28 +26,28 @@ impl Table {
         self.rows.push(cells.into_iter().map(cell).collect());
     }
 
-    /// The names of the columns.
+    /// Returns the names of the columns.
     pub fn header(&self) -> &[String] {
         &self.header
     }
 
-    /// The rows, from the top.
+    /// Returns the rows from top to bottom.
     pub fn rows(&self) -> &[Vec<String>] {
         &self.rows
     }
 }
 
-/// A line break inside a cell would tear the table.
+/// Replaces line breaks in a cell, which would break the table.
 fn cell<S: Into<String>>(text: S) -> String {
     text.into().replace(['\n', '\r', '\t'], " ")
 }
 
-/// Columns a text takes on a terminal.
+/// Returns the number of terminal columns of a text.
 fn width(text: &str) -> usize {
     text.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count()
 }
 
-/// A number, or one of the marks that stand for a missing one.
+/// Returns true for a number or a mark for a missing number.
 fn is_numeric(text: &str) -> bool {
     text.is_empty() || text == "-" || text.parse::<f64>().is_ok()
 }

@@ -1,6 +1,6 @@
-//! Boards: a target that behaves well for a while and then in one of 28 bad ways, at the end of a wire in this process.
-//! A run against it ends with an error in words, or, where the talk can heal it, with every bit as it should be; and in
-//! bounded time. Trial K is the way K modulo 28.
+//! Faulty targets on a simulated serial link. A target works for a while and then misbehaves in one of 28 ways. A run
+//! must end in bounded time: with an error message or, if the protocol can recover, with a bit-identical result. Trial
+//! K uses fault K modulo 28.
 
 use integration_tests::strategy::{Rng, Trial};
 use integration_tests::talk::by_hand;
@@ -12,50 +12,50 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// As long as the page of the remote port says for one answer; the factor is for a busy machine.
+/// Time limit of a run: the limit of the remote port's page for one answer, times four for a busy machine.
 const ENDS: Duration = LONGEST_WAIT.saturating_mul(4);
-/// On a wire without time every wait is over at once.
+/// Reply timeout; on a link without delay every wait ends at once.
 const REPLY_WITHIN: Duration = Duration::from_millis(50);
 
 type Frame = [u8; REPLY_LEN];
 
-/// A way to behave.
-struct Way {
+/// Fault of a target.
+struct BoardFault {
     name: &'static str,
     ends: Ends,
-    /// Good replies before it begins, at most and at least.
+    /// Range of the number of good replies before the fault begins.
     after: [usize; 2],
-    /// What is said instead of a reply.
+    /// Output in place of a reply.
     say: fn(&mut Board, &Frame),
 }
 
-/// How a run must end.
+/// Required end of a run.
 #[derive(Clone, Copy, PartialEq)]
 enum Ends {
-    /// With an error.
+    /// The run ends with an error.
     Told,
-    /// As with a good target.
+    /// The run ends as with a good target.
     Well,
 }
 
-/// Within the first word, the load or the ticks.
+/// Start of the fault: anywhere in the identification, the load or the ticks.
 const ANY: [usize; 2] = [0, 80];
-/// It strikes who it is.
+/// Start of the fault: the identification.
 const FIRST: [usize; 2] = [0, 0];
-/// Once it has said who it is.
+/// Start of the fault: after the identification.
 const LOADING: [usize; 2] = [3, 80];
-/// Once a design is announced: a restart before that loses nothing.
+/// Start of the fault: after a design is announced; an earlier restart loses nothing.
 const OPEN: [usize; 2] = [4, 80];
 
-const fn told(name: &'static str, after: [usize; 2], say: fn(&mut Board, &Frame)) -> Way {
-    Way { name, ends: Ends::Told, after, say }
+const fn told(name: &'static str, after: [usize; 2], say: fn(&mut Board, &Frame)) -> BoardFault {
+    BoardFault { name, ends: Ends::Told, after, say }
 }
 
-const fn well(name: &'static str, say: fn(&mut Board, &Frame)) -> Way {
-    Way { name, ends: Ends::Well, after: ANY, say }
+const fn well(name: &'static str, say: fn(&mut Board, &Frame)) -> BoardFault {
+    BoardFault { name, ends: Ends::Well, after: ANY, say }
 }
 
-const WAYS: [Way; 28] = [
+const WAYS: [BoardFault; 28] = [
     told("silent", ANY, |_, _| {}),
     told("garbage for a reply", ANY, |board, _| {
         let bytes = garbage(&mut board.rng);
@@ -73,7 +73,7 @@ const WAYS: [Way; 28] = [
     told("one old reply without end", LOADING, |board, _| board.babble = Some(|board| board.last.to_vec())),
     told("cut replies", ANY, |board, frame| {
         let length = board.rng.integer(0, REPLY_LEN - 1);
-        // Another begins behind it: a cut one never becomes whole.
+        // The next frame follows at once, so a cut frame is never completed.
         board.out.extend(frame[..length].iter().chain(&[0; REPLY_LEN]));
     }),
     told("a bit flipped on the way", ANY, |board, frame| {
@@ -124,7 +124,7 @@ const WAYS: [Way; 28] = [
     }),
     well("late", |board, frame| {
         board.held.push_back(*frame);
-        // Not too late: the host gives up after some twenty repetitions.
+        // The host gives up after some twenty repetitions, so the delay stays shorter.
         if board.held.len() > 3 || board.rng.chance(0.4) {
             let late: Vec<Frame> = board.held.drain(..).collect();
             board.out.extend(late.as_flattened());
@@ -156,17 +156,17 @@ const WAYS: [Way; 28] = [
     told("the wire breaks", ANY, |board, _| board.is_broken = true),
 ];
 
-/// A target in this process and what is wrong with it.
+/// Faulty target in this process.
 struct Board {
     inner: Loopback,
-    way: &'static Way,
+    way: &'static BoardFault,
     rng: Rng,
-    /// Good replies still to come.
+    /// Good replies left before the fault.
     good: usize,
-    /// Is this the first reply that is not?
+    /// True before the first faulty reply.
     is_first: bool,
     out: VecDeque<u8>,
-    /// The last reply as it should have been.
+    /// Last correct reply.
     last: Frame,
     held: VecDeque<Frame>,
     babble: Option<fn(&mut Self) -> Vec<u8>>,
@@ -175,7 +175,7 @@ struct Board {
 }
 
 impl Board {
-    /// Instead of a reply another one to the same request; `None` for the reply as it is.
+    /// Replaces a reply by another reply to the same request; `None` keeps the reply.
     fn says(&mut self, frame: &Frame, other: fn(Option<Ticked>) -> Option<Reply>) {
         let (sequence, read) = Reply::from_frame(frame);
         let ticked = if let Some(Reply::Ticked(ticked)) = read { Some(ticked) } else { None };
@@ -196,7 +196,7 @@ fn reply(reply: &Reply, sequence: u32) -> Vec<u8> {
     reply.to_frame(sequence).to_vec()
 }
 
-/// Of a good target.
+/// Returns the identity of a good target.
 fn identity() -> Identity {
     let hello = Reply::from_frame(&pil_wire::Target::new().hello());
     let (_, Some(Reply::Identity(identity))) = hello else { unreachable!("a target says hello") };
@@ -207,7 +207,7 @@ fn filled(words: &[u32]) -> [u32; 16] {
     std::array::from_fn(|k| words.get(k).copied().unwrap_or(0))
 }
 
-/// Changed, with the checksum that belongs to it.
+/// Returns a changed frame with a matching checksum.
 fn sealed(frame: &Frame, change: impl FnOnce(&mut Frame)) -> Frame {
     let mut frame = *frame;
     change(&mut frame);
@@ -224,7 +224,7 @@ impl Transport for Board {
     fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
         let mut bytes = [0; 16 * REPLY_LEN];
         let count = self.inner.receive(&mut bytes, within)?;
-        // A target answers in whole frames.
+        // A target replies in whole frames.
         for frame in bytes[..count].as_chunks::<REPLY_LEN>().0 {
             if self.good > 0 {
                 self.good -= 1;
@@ -241,7 +241,7 @@ impl Transport for Board {
         if self.out.is_empty()
             && let Some(babble) = self.babble
         {
-            // As fast as a fast port, and the processor is left to others.
+            // Speed of a fast port; the wait leaves the processor to other threads.
             std::thread::sleep(Duration::from_millis(1).min(within));
             let more = babble(self);
             self.out.extend(more);

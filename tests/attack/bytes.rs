@@ -1,6 +1,6 @@
-//! Bytes on the wire: garbage, marks, damaged frames, and whole ones with a right checksum and any content, which no
-//! garbage would ever be. To the target: whatever came before, a design is then loaded and ticks. To the host: what it
-//! can read is what was written, and a whole frame is found behind anything.
+//! Byte streams against the serial protocol: garbage, frame marks, damaged frames, and whole frames with a valid
+//! checksum and arbitrary content. After any input the target must accept a design and tick. The host must read back
+//! every frame unchanged and find a whole frame after any garbage.
 
 use controller_core::drive::Target;
 use integration_tests::strategy::{Rng, Trial};
@@ -16,7 +16,7 @@ pub(super) fn run(_: u64, trial: &mut Trial) -> Result<(), String> {
     if trial.rng.chance(0.5) { to_target(trial) } else { to_host(trial) }
 }
 
-/// A word that some kind of frame might want, or any.
+/// Returns a word: one with a meaning in some frame, or random bits.
 fn word(rng: &mut Rng) -> u32 {
     match rng.integer(0, 3) {
         0 => rng.integer(0, 12) as u32,
@@ -26,7 +26,7 @@ fn word(rng: &mut Rng) -> u32 {
     }
 }
 
-/// Spoils a whole frame, or puts something else in its place.
+/// Damages a whole frame or replaces it.
 fn spoilt(mut frame: Vec<u8>, mark: u8, rng: &mut Rng) -> Vec<u8> {
     let at = rng.integer(0, frame.len() - 1);
     match rng.integer(0, 7) {
@@ -40,7 +40,7 @@ fn spoilt(mut frame: Vec<u8>, mark: u8, rng: &mut Rng) -> Vec<u8> {
     frame
 }
 
-/// The drive of a motor with two gain sets.
+/// Returns a motor drive with two gain sets.
 fn motor() -> Loadable {
     let source = Source { file: "motor.toml", text: scenario::MOTOR, sets: &[] };
     let mut motor = scenario::parse(&source, "motor").expect("the file that `new` writes");
@@ -54,7 +54,7 @@ fn to_target(trial: &mut Trial) -> Result<(), String> {
     let open = Open::new(joint.instance, &joint.words);
     for _ in 0..PIECES {
         let rng = &mut trial.rng;
-        // Mostly the next request, now and then the same, an older or a later one, or any.
+        // Sequence number: usually the next one, sometimes repeated, older, later or random.
         let far = rng.bits() as i32;
         let step = *rng.one_of(&[1, 1, 1, 1, 1, 0, -1, 2, far]);
         host.sequence = host.sequence.wrapping_add_signed(step);
@@ -65,7 +65,7 @@ fn to_target(trial: &mut Trial) -> Result<(), String> {
             2 => Request::Open(open).to_frame(sequence).to_vec(),
             3 => Request::Start.to_frame(sequence).to_vec(),
             4 if rng.chance(0.1) => {
-                // A design that ticks, so that what follows reaches it.
+                // Loads a design that ticks, so that later input reaches the ticks.
                 let design = *rng.one_of(&[&motor, &joint]);
                 trial.tell(|| "loaded".into());
                 answered(&mut host)?;
@@ -104,7 +104,7 @@ fn to_target(trial: &mut Trial) -> Result<(), String> {
     if ticked.u.is_finite() { Ok(()) } else { Err(format!("{ticked:?}")) }
 }
 
-/// What is half received is pushed out. Then the talk begins anew, as a host would begin it.
+/// Flushes a partly received frame, then starts the protocol again as a host does.
 fn answered(host: &mut Host) -> Result<(), String> {
     host.send(&[0; REQUEST_LEN]);
     let replies = host.send(&Request::Identify.to_frame(7));
@@ -121,7 +121,7 @@ fn to_host(trial: &mut Trial) -> Result<(), String> {
     let mut receiver = Receiver::of_replies();
     let read = |frame: &[u8; REPLY_LEN]| {
         let (sequence, reply) = Reply::from_frame(frame);
-        // As it is written it is read: NaN as its bits.
+        // A reply must survive writing and reading; NaN keeps its bits.
         let written = reply.map(|reply| reply.to_frame(sequence));
         match written.map(|written| (written, Reply::from_frame(&written))) {
             Some((once, (again, Some(reply)))) if again == sequence && reply.to_frame(sequence) == once => Ok(()),
@@ -138,7 +138,7 @@ fn to_host(trial: &mut Trial) -> Result<(), String> {
         trial.done += bytes.len() as u64;
         bytes.iter().filter_map(|&byte| receiver.push(byte)).try_for_each(|frame| read(&frame))?;
     }
-    // Pushed out, then found.
+    // Zeros flush the receiver; it must then find the whole frame.
     let good = Reply::Done.to_frame(trial.rng.bits() as u32);
     let found: Vec<_> = [0; REPLY_LEN].iter().chain(&good).filter_map(|&byte| receiver.push(byte)).collect();
     trial.done += 2 * REPLY_LEN as u64;

@@ -1,6 +1,6 @@
-//! Scenario files: every one that is shipped and what `new` writes, with mutations of keys, numbers, lines, characters
-//! and nesting, and `--set` arguments as bad. A refusal names the line or the argument; what is accepted runs. One in
-//! twelve goes through `host-sim` as bytes of a file.
+//! Mutated scenario files: every shipped file and the output of `new`, with changes to keys, numbers, lines, characters
+//! and nesting, and equally mutated `--set` arguments. A rejection must name the line or the argument; an accepted file
+//! must run. One file in twelve goes through `host-sim` as bytes of a file.
 
 use controller_core::MAX_N;
 use integration_tests::program::{Folder, host_sim};
@@ -12,14 +12,14 @@ use std::path::Path;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
-/// For a file to be read and refused, or designed: some milliseconds, thousands of times less than this.
+/// Time limit to read and reject or design a file. The usual time is some milliseconds.
 const READS: Duration = Duration::from_secs(5);
-/// Ticks that an accepted file runs: each takes at most 10 000 steps of the solver.
+/// Ticks that an accepted file runs; each tick takes at most 10 000 solver steps.
 const TICKS: usize = 50;
-/// Bytes of a line of a refusal behind its place.
+/// Maximum length of an error line after its place, bytes.
 const LONGEST: usize = 1000;
 
-/// All shipped files.
+/// Texts of all shipped files.
 static TEXTS: LazyLock<Vec<String>> = LazyLock::new(|| {
     let folders = ["../scenario/scenarios", "../host-sim/scenarios"];
     let files = folders.iter().flat_map(|folder| {
@@ -28,7 +28,7 @@ static TEXTS: LazyLock<Vec<String>> = LazyLock::new(|| {
         entries.map(|entry| entry.expect("a file").path())
     });
     let mut files: Vec<_> = files.collect();
-    // So that a trial draws the same one everywhere.
+    // Sorted, so that a trial draws the same file on every machine.
     files.sort();
     let mut texts: Vec<String> = files.iter().map(|path| fs::read_to_string(path).expect("a scenario")).collect();
     texts.extend(scenario::STARTS.map(|(plant, _)| template("mine", plant).expect("a name and a plant")));
@@ -36,7 +36,7 @@ static TEXTS: LazyLock<Vec<String>> = LazyLock::new(|| {
     texts
 });
 
-/// Keys of the schema, as they stand in a table.
+/// Keys of the schema, as they appear in a table.
 static KEYS: LazyLock<Vec<String>> = LazyLock::new(|| {
     fn collect(schema: &serde_json::Value, keys: &mut Vec<String>) {
         match schema {
@@ -60,7 +60,7 @@ static KEYS: LazyLock<Vec<String>> = LazyLock::new(|| {
 pub(super) fn run(_: u64, trial: &mut Trial) -> Result<(), String> {
     let rng = &mut trial.rng;
     let mut text = rng.one_of(&TEXTS).clone();
-    // Comments are two thirds of the file to start from.
+    // Comments are two thirds of a template.
     if rng.chance(0.7) {
         text = text.lines().filter(|line| !line.starts_with('#')).flat_map(|line| [line, "\n"]).collect();
     }
@@ -87,7 +87,7 @@ fn in_process(text: &str, sets: &[String], trial: &mut Trial) -> Result<(), Stri
             return error.to_string().split('\n').try_for_each(|line| has_a_place(line, sets));
         }
     };
-    // The whole span would only take long.
+    // The full time span would only take long.
     experiment.periods = experiment.periods.min(TICKS);
     let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
     trial.tell(|| format!("accepted, {} ticks, {error:?}", trace.rows.len()));
@@ -109,7 +109,7 @@ fn in_process(text: &str, sets: &[String], trial: &mut Trial) -> Result<(), Stri
     Ok(())
 }
 
-/// `a.toml:3:1: what`, or `--set seed=x: what`, where the argument may be as long as it was given.
+/// Checks that an error line begins with its place: `a.toml:3:1: ..`, or `--set seed=x: ..` with the argument in full.
 fn has_a_place(line: &str, sets: &[String]) -> Result<(), String> {
     let of_file = || {
         let (number, what) = line.strip_prefix("a.toml:")?.split_once(':')?;
@@ -126,7 +126,7 @@ fn has_a_place(line: &str, sets: &[String]) -> Result<(), String> {
     }
 }
 
-/// Bytes of a file, which need be no text at all.
+/// Runs `host-sim` on the bytes of a file, which may be invalid UTF-8.
 fn through_the_program(text: &str, trial: &mut Trial) -> Result<(), String> {
     let rng = &mut trial.rng;
     let mut bytes = text.as_bytes().to_vec();
@@ -154,7 +154,7 @@ fn through_the_program(text: &str, trial: &mut Trial) -> Result<(), String> {
     }
 }
 
-/// A value as it may stand behind a key; lists and tables nest a little.
+/// Returns a random value; lists and tables may nest.
 fn value(rng: &mut Rng, depth: usize) -> String {
     const WORDS: &str = r#"nan inf -inf -0.0 1e300 -1e300 1e-320 9223372036854775807 9223372036854775808 true 0xff
         "" "chain" "benchmark" "flexible_joint" "baseline" "f64" "hold" [] {} ''' 1979-05-27T07:32:00Z"#;
@@ -180,7 +180,7 @@ fn key(rng: &mut Rng) -> String {
     if rng.chance(0.9) { rng.one_of(&KEYS).clone() } else { quoted(rng) }
 }
 
-/// A key path, with positions in lists.
+/// Returns a random key path, with positions in lists.
 fn set_key(rng: &mut Rng) -> String {
     let parts: Vec<String> = (0..rng.integer(1, 4))
         .map(|_| if rng.chance(0.3) { format!("{}[{}]", key(rng), rng.integer(0, 4)) } else { key(rng) })
@@ -188,19 +188,19 @@ fn set_key(rng: &mut Rng) -> String {
     parts.join(".")
 }
 
-/// Characters of every length in UTF-8, those that turn the writing round, and those that are nothing to see.
+/// Returns random characters: every UTF-8 length, changes of the text direction, and invisible characters.
 fn strange(rng: &mut Rng) -> String {
     let all: Vec<char> = "aσ\u{1f600}\u{301}\u{202e}\u{feff}\u{7f}\0\r\n\"\\=[#.".chars().collect();
     let length = *rng.one_of(&[0, 1, 2, 5, 100]);
     (0..length).map(|_| *rng.one_of(&all)).collect()
 }
 
-/// A text of these as TOML writes it.
+/// Returns a random text in the notation of TOML.
 fn quoted(rng: &mut Rng) -> String {
     serde_json::Value::from(strange(rng)).to_string()
 }
 
-/// One change of a text.
+/// Applies one random change to a text.
 fn mutate(text: &mut String, rng: &mut Rng) {
     let mut lines: Vec<String> = text.lines().map(Into::into).collect();
     lines.push(String::new());
@@ -210,7 +210,7 @@ fn mutate(text: &mut String, rng: &mut Rng) {
         0 => drop(lines.remove(at)),
         1 => lines.insert(with, lines[at].clone()),
         2 => lines.swap(at, with),
-        // The value gives way, the key stays; and the other way round.
+        // Replaces the value or the key of a line.
         3..=5 => {
             if let Some((key, _)) = lines[at].split_once('=') {
                 lines[at] = format!("{key}= {}", value(rng, 4));
@@ -222,7 +222,7 @@ fn mutate(text: &mut String, rng: &mut Rng) {
             }
         }
         7 => lines.insert(at, format!("{} = {}", key(rng), value(rng, 4))),
-        // A number that is a little or very much another.
+        // Changes a number slightly or by orders of magnitude.
         8 | 9 => {
             let digits: Vec<usize> = lines[at].match_indices(|c: char| c.is_ascii_digit()).map(|(k, _)| k).collect();
             if !digits.is_empty() {
@@ -244,7 +244,7 @@ fn mutate(text: &mut String, rng: &mut Rng) {
                 rng.one_of(&[format!("[{name}]"), format!("[[{name}]]"), format!("[plant.{name}]")]).clone(),
             );
         }
-        // Deep: lists, tables, keys with dots; or long.
+        // Adds deep nesting (lists, tables, dotted keys) or a long list.
         _ => {
             let count = *rng.one_of(&[3, 30, 300, 3000, 30_000]);
             let name = key(rng);

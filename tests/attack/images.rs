@@ -1,6 +1,6 @@
-//! ELF files against `cycle-bound`: a linked one and some written here, of code drawn from instructions that decide
-//! and of any halfwords, with sections over each other, symbols that lie and bytes and words exchanged. Whatever is
-//! asked of them has an answer or a reason.
+//! Malformed ELF files against `cycle-bound`: a linked file and files written here. Their code consists of branch
+//! instructions and random halfwords. Sections overlap, symbols are wrong, and bytes and words are exchanged. Every
+//! query must end with a result or a reason.
 
 use cycle_bound::image::Image;
 use cycle_bound::{Answer, Options};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 #[path = "../../cycle-bound/src/tests/elf.rs"]
 mod elf;
 
-/// For a file to be read and one function of it: below a millisecond.
+/// Time limit to read a file and analyse one function. The usual time is below a millisecond.
 const READS: Duration = Duration::from_secs(5);
 const SLEW: &[u8] = include_bytes!("../../cycle-bound/tests/slew.elf");
 const NAMES: [&str; 6] = ["f", "leaf", "_ZN4core9panicking5panic17h0123456789abcdefE", "$t", "$d", "__aeabi_dadd"];
@@ -24,7 +24,7 @@ pub(super) fn run(_: u64, trial: &mut Trial) -> Result<(), String> {
     }
     trial.tell(|| {
         file.iter().fold(String::new(), |mut hex, byte| {
-            // A String takes everything.
+            // Writing to a String cannot fail.
             let _ = write!(hex, "{byte:02x}");
             hex
         })
@@ -74,7 +74,7 @@ fn in_time(began: Instant) -> Result<(), String> {
     if began.elapsed() > READS { Err(format!("it took {:?}", began.elapsed())) } else { Ok(()) }
 }
 
-/// One to three sections of code with functions all over them, and the names to ask for.
+/// Returns a file of one to three code sections full of functions, and the names to analyse.
 fn written(rng: &mut Rng) -> (Vec<u8>, Vec<&'static str>) {
     let codes: Vec<Vec<u16>> = (0..rng.integer(1, 3)).map(|_| code(rng)).collect();
     let mut base: u32 = 0x0800_0000;
@@ -82,7 +82,7 @@ fn written(rng: &mut Rng) -> (Vec<u8>, Vec<&'static str>) {
         .iter()
         .map(|code| {
             let at = base;
-            // Behind the one before, at the same place, halfway, or at the end of all addresses.
+            // Position after the previous section, equal to it, overlapping it, or at the end of the address space.
             let length = 2 * code.len() as u32;
             let behind = [base.wrapping_add(length), base, base.wrapping_add(length / 2), 0xffff_ff80];
             base = *rng.one_of(&behind) & !1;
@@ -103,16 +103,16 @@ fn written(rng: &mut Rng) -> (Vec<u8>, Vec<&'static str>) {
     (elf::elf(&sections, &symbols), names)
 }
 
-/// Code of instructions that decide where it goes on, of arithmetic, and of anything.
+/// Returns code of branches, arithmetic and random halfwords.
 fn code(rng: &mut Rng) -> Vec<u16> {
     let mut code = Vec::new();
     for _ in 0..rng.integer(1, 60) {
         let near = rng.integer(0, 15) as u16;
         match rng.integer(0, 15) {
-            // cmp r0, #; b<cond>, on or back
+            // cmp r0, #; b<cond>, forwards or back
             0 | 1 => code.extend([0x2800 | near, 0xd000 | (rng.integer(0, 13) as u16) << 8 | near]),
             2 => code.push(0xd100 | (0xff - near)),
-            // b, on or back
+            // b, forwards or back
             3 => code.push(0xe000 | near),
             4 => code.push(0xe7ff - near),
             // bl, b.w
@@ -141,7 +141,7 @@ fn code(rng: &mut Rng) -> Vec<u16> {
     code
 }
 
-/// One byte, a word, a stretch or the end of a file.
+/// Damages one byte, a word, a range or the end of a file.
 fn spoil(file: &mut Vec<u8>, rng: &mut Rng) {
     if file.len() < 4 {
         return;

@@ -1,24 +1,25 @@
-//! Random campaigns against what takes input from outside, with a seed of their own each time.
+//! Random campaigns against all external inputs. Every run has a seed of its own.
 //!
-//! | campaign | counted | a trial | must |
+//! | campaign | counted | a trial | requirement |
 //! |---|---|---|---|
-//! | [`ticks`] | ticks | samples, damaged states, resets, retunes | u within its limits; two good samples lead into M |
-//! | [`files`] | files | a scenario with mutations | refused in a line with its place, or it runs |
-//! | [`bytes`] | bytes | garbage and frames, to the target or to the host | what is good afterwards is answered |
-//! | [`images`] | files | an ELF file with mutations | an answer or a reason |
-//! | [`boards`] | boards | one of 28 targets that behave badly | an error or the right run, in bounded time |
+//! | [`ticks`] | ticks | samples, damaged states, resets, retunes | u within limits; two valid samples lead into M |
+//! | [`files`] | files | a scenario with mutations | rejected in a line with its place, or it runs |
+//! | [`bytes`] | bytes | garbage and frames, to the target or to the host | later valid input is answered |
+//! | [`images`] | files | an ELF file with mutations | a result or a reason |
+//! | [`boards`] | boards | one of 28 faulty targets | an error or the right run, in bounded time |
 //!
-//! None of them may panic or take longer than [`HANGS`]. Overflow of integers is a panic too: the profile is that of
-//! the tests.
+//! No campaign may panic or take longer than [`HANGS`]. Integer overflow also panics, because the profile is the test
+//! profile.
 //!
 //! ```text
 //! attack [--seed N] [--seconds S] [--only CAMPAIGN] [--trial K] [--names]
 //! ```
 //!
-//! Without `--seconds` each campaign runs to its amount; with it they share that time. A trial draws all that is random
-//! in it from the seed, the campaign and its number K, so that one trial is repeated alone; it then tells what it did.
-//! Counts are of what was done, by whichever thread. Exit status: 0 nothing broke, 1 something did, 2 bad arguments.
-//! What ends the whole program (a stack that overflows) is found with `--names`: each trial is named before it begins.
+//! Without `--seconds` each campaign runs to its amount; with it the campaigns share that time. A trial draws all its
+//! random numbers from the seed, the campaign and its number K, so a single trial can be repeated. A repeated trial
+//! prints its steps. The counts cover all threads. Exit status: 0 nothing broke, 1 a trial broke, 2 bad arguments.
+//! `--names` prints the name of each trial before it begins; use it to find a fault that ends the whole program, such
+//! as a stack overflow.
 
 mod boards;
 mod bytes;
@@ -34,17 +35,17 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// A kind of attack.
+/// Campaign against one kind of input.
 struct Campaign {
     name: &'static str,
     unit: &'static str,
-    /// How much of it without `--seconds`.
+    /// Amount of work without `--seconds`, in `unit`.
     amount: u64,
-    /// Of the time with `--seconds`.
+    /// Share of the time with `--seconds`.
     share: f64,
-    /// At once; those that mostly wait may be many.
+    /// Parallel trials; campaigns that mostly wait may have many.
     threads: usize,
-    /// `Err` with what broke. The number says which of a few kinds it is, if there are such.
+    /// Runs one trial; `Err` describes the failure. The number selects the kind of trial, if there are several.
     run: fn(u64, &mut Trial) -> Result<(), String>,
 }
 
@@ -56,17 +57,17 @@ const CAMPAIGNS: [Campaign; 5] = [
     Campaign { name: "boards", unit: "boards", amount: 28, share: 0.1, threads: 28, run: boards::run },
 ];
 
-/// A trial that takes longer hangs. The longest is a board that never stops talking, some 5 s on an idle machine.
+/// Time limit of a trial. The longest trial is a board that never stops sending, some 5 s on an idle machine.
 const HANGS: Duration = Duration::from_mins(1);
-/// Between two lines of progress.
+/// Time between two progress lines.
 const PROGRESS: Duration = Duration::from_secs(10);
-/// Broken trials of a campaign that are told; all are counted.
+/// Failed trials of a campaign that are printed; all are counted.
 const TOLD: u64 = 3;
-/// Last lines of a broken trial that are shown.
+/// Last log lines of a failed trial that are printed.
 const LINES: usize = 8;
 
 fn main() -> ExitCode {
-    let asked = match Asked::read(std::env::args().skip(1)) {
+    let asked = match Options::read(std::env::args().skip(1)) {
         Ok(asked) => asked,
         Err(message) => {
             eprintln!("error: {message}\nattack [--seed N] [--seconds S] [--only CAMPAIGN] [--trial K] [--names]");
@@ -86,8 +87,8 @@ fn main() -> ExitCode {
     ExitCode::from(u8::from(broken > 0))
 }
 
-/// What the command line says.
-struct Asked {
+/// Options of the command line.
+struct Options {
     seed: u64,
     time: Option<Duration>,
     only: Option<&'static str>,
@@ -95,10 +96,10 @@ struct Asked {
     names: bool,
 }
 
-impl Asked {
+impl Options {
     fn read(mut arguments: impl Iterator<Item = String>) -> Result<Self, String> {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as u64);
-        // Short enough to be typed.
+        // Short enough to type.
         let seed = Rng::new(now).bits() % 1_000_000_000;
         let mut asked = Self { seed, time: None, only: None, trial: None, names: false };
         while let Some(argument) = arguments.next() {
@@ -133,10 +134,10 @@ thread_local! {
     static PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// One trial; what broke, if anything did.
+/// Runs one trial and catches a panic.
 fn tried(campaign: &Campaign, seed: u64, number: u64, is_told: bool) -> (Trial, Result<(), String>) {
     let name = campaign.name.bytes().fold(0, |hash: u64, byte| hash << 8 | u64::from(byte));
-    // Drawn twice: generators of neighbouring seeds would run into each other.
+    // Drawn twice, because generators of neighbouring seeds would run into each other.
     let of_campaign = Rng::new(seed ^ name).bits();
     let mut trial = Trial::new(Rng::new(of_campaign.wrapping_add(number)).bits(), is_told);
     let outcome = catch_unwind(AssertUnwindSafe(|| (campaign.run)(number, &mut trial)));
@@ -144,8 +145,8 @@ fn tried(campaign: &Campaign, seed: u64, number: u64, is_told: bool) -> (Trial, 
     (trial, outcome)
 }
 
-/// One trial alone, with all that it tells.
-fn is_repeated_well(campaign: &Campaign, asked: &Asked, number: u64) -> bool {
+/// Runs one trial alone and prints its log; returns true if it passes.
+fn is_repeated_well(campaign: &Campaign, asked: &Options, number: u64) -> bool {
     let (trial, outcome) = tried(campaign, asked.seed, number, true);
     trial.told().iter().for_each(|line| println!("{line}"));
     match &outcome {
@@ -155,12 +156,12 @@ fn is_repeated_well(campaign: &Campaign, asked: &Asked, number: u64) -> bool {
     outcome.is_ok()
 }
 
-/// A campaign to its end; how many of its trials broke.
-fn run(campaign: &Campaign, asked: &Asked, shares: f64) -> u64 {
+/// Runs a campaign to its end; returns the number of failed trials.
+fn run(campaign: &Campaign, asked: &Options, shares: f64) -> u64 {
     let began = Instant::now();
     let time = asked.time.map(|time| time.mul_f64(campaign.share / shares));
     let [next, done, broken] = [const { AtomicU64::new(0) }; 3];
-    // What each thread is at, and since when.
+    // Current trial of each thread and its start time.
     let at: Vec<Mutex<Option<(u64, Instant)>>> = (0..campaign.threads).map(|_| Mutex::new(None)).collect();
     let set = |slot: &Mutex<Option<(u64, Instant)>>, what| *slot.lock().expect("no holder panics") = what;
     let row = || {
@@ -173,7 +174,8 @@ fn run(campaign: &Campaign, asked: &Asked, shares: f64) -> u64 {
             .iter()
             .map(|slot| {
                 scope.spawn(|| {
-                    // No trial does less than one; and every thread has one, so that every kind of board is met.
+                    // A trial counts at least one unit, and every thread runs at least one trial, so every kind of
+                    // board occurs.
                     let is_enough = |number: u64| match time {
                         Some(time) => number >= campaign.threads as u64 && began.elapsed() >= time,
                         None => number.max(done.load(Ordering::Relaxed)) >= campaign.amount,
@@ -208,7 +210,7 @@ fn run(campaign: &Campaign, asked: &Asked, shares: f64) -> u64 {
             }
             for (number, since) in at.iter().filter_map(|slot| *slot.lock().expect("no holder panics")) {
                 if since.elapsed() > HANGS {
-                    // It cannot be ended but with the program.
+                    // A hanging thread can only be ended together with the program.
                     println!("BROKEN: it takes longer than {HANGS:?}\n  {}", command(campaign, asked.seed, number));
                     std::process::exit(1);
                 }
@@ -219,7 +221,7 @@ fn run(campaign: &Campaign, asked: &Asked, shares: f64) -> u64 {
     broken.load(Ordering::Relaxed)
 }
 
-/// A broken trial once more, so that it tells what it did.
+/// Repeats a failed trial with its log and prints it.
 fn tell(campaign: &Campaign, seed: u64, number: u64, what: &str) {
     let (trial, again) = tried(campaign, seed, number, true);
     let lines = trial.told();
@@ -230,7 +232,7 @@ fn tell(campaign: &Campaign, seed: u64, number: u64, what: &str) {
     println!("BROKEN: {what}\n{text}\n  {}", command(campaign, seed, number));
 }
 
-/// What repeats one trial.
+/// Returns the command that repeats one trial.
 fn command(campaign: &Campaign, seed: u64, number: u64) -> String {
     format!("cargo xtask attack --seed {seed} --only {} --trial {number}", campaign.name)
 }

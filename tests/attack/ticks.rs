@@ -1,5 +1,5 @@
-//! Ticks: designs of six kinds struck where it harms most and driven through everything that a program can do to them;
-//! and designs drawn at random in all 116 shapes, in f32 and f64.
+//! Attacks on the tick: designs of six kinds under the most harmful samples and every operation of the interface, and
+//! random designs in all 116 configurations, in f32 and f64.
 
 use controller_core::Health;
 use integration_tests::oracle::{Spec, power};
@@ -22,13 +22,13 @@ pub(super) fn run(_: u64, trial: &mut Trial) -> Result<(), String> {
     }
 }
 
-/// In proportion to the design, as its plant would be: x_j grows by a tenth of the tick's rate per channel.
+/// Returns a valid sample in proportion to the design: x_j grows by a tenth of the tick's rate per channel.
 fn good(spec: &Spec, rng: &mut Rng) -> Vec<f64> {
     let n = spec.order();
     (0..n).map(|j| rng.within(-10.0, 10.0) * power(10.0 * spec.period_s, n - 1 - j)).collect()
 }
 
-/// Any entry of a sample at all. (Rounded to f32 most of the f64 are infinite or 0, so that both are drawn.)
+/// Returns an arbitrary entry of a sample. Most f64 bit patterns become infinite or 0 in f32, so both ranges are drawn.
 fn entry(rng: &mut Rng) -> f64 {
     match rng.integer(0, 3) {
         0 => f64::from(f32::from_bits(rng.bits() as u32)),
@@ -38,12 +38,12 @@ fn entry(rng: &mut Rng) -> f64 {
     }
 }
 
-/// A design of any shape: samples good, bad and half bad, reports, starts, damaged states.
+/// Attacks a random design with valid and invalid samples, reports, starts and damaged states.
 fn any(trial: &mut Trial) -> Result<(), String> {
     let (n, capacity, mask) = *trial.rng.one_of(SHAPES);
     let precision = if trial.rng.chance(0.5) { Precision::Single } else { Precision::Double };
     let (spec, model) = any_design(&mut trial.rng, n, capacity, mask);
-    // To a design with narrow limits such samples may ask for more than any plant at work would, and are rightly lost.
+    // With narrow limits such samples may exceed the demand of any real plant; rejecting them is then correct.
     let is_narrow = trial.rng.chance(0.5);
     let limit = if is_narrow { trial.rng.spread(1e-3, 1e6) } else { 1e12 };
     let spec = Spec { limit, ..spec };
@@ -53,7 +53,7 @@ fn any(trial: &mut Trial) -> Result<(), String> {
     if !shipped.start(&start) {
         return Err(format!("a good sample refused: {start:?}"));
     }
-    // Since the state was damaged no sample was taken, and so many good ones were lost.
+    // True from the damage until a sample is accepted; number of valid samples rejected since.
     let (mut is_damaged, mut lost) = (false, 0);
     for _ in 0..TICKS {
         let rng = &mut trial.rng;
@@ -72,7 +72,7 @@ fn any(trial: &mut Trial) -> Result<(), String> {
                 if !started {
                     return Err(format!("a good sample refused: {start:?}"));
                 }
-                // A guess may be as bad as damage.
+                // A guess may be as harmful as damage.
                 (is_damaged, lost) = (true, 0);
             }
             1 if shipped.rewrite(&mut |words| damaged(words, rng)) => {
@@ -89,7 +89,7 @@ fn any(trial: &mut Trial) -> Result<(), String> {
         let tick = shipped.tick(&x);
         trial.done += 1;
         trial.tell(|| format!("{x:?} -> {tick:?}"));
-        // The f32 controller's limit is the rounded one.
+        // The f32 controller uses the rounded limit.
         if tick.u.is_nan() || tick.u.abs() > limit * (1.0 + 1e-7) {
             return Err(format!("u = {} beyond {limit}", tick.u));
         }
@@ -102,7 +102,7 @@ fn any(trial: &mut Trial) -> Result<(), String> {
             return Err(format!("taken: {x:?}"));
         }
         if is_damaged {
-            // The sample that came with the damage may be a bad one.
+            // The sample at the tick of the damage may be invalid.
             lost += u32::from(is_rejected && is_good);
             is_damaged = is_rejected;
             if lost > 2 && !is_narrow {

@@ -1,4 +1,4 @@
-/* Counts what holds and says what does not. */
+/* Counts the passed checks and prints the failed ones. */
 #include <stdio.h>
 
 static int checks, failed;

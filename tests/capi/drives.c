@@ -1,6 +1,6 @@
-/* One drive of the archive (NAME, and MOTOR or JOINT) as requests tell it: four designs, between which it is re-tuned
- * in motion, ticks of counts and targets, what the actuator held, restarts. Answers of every request: statuses, output,
- * estimates; before the first the configurations that the rule has made. */
+/* One drive of the static library (NAME, and MOTOR or JOINT), driven by requests: retunes in motion between four
+ * designs, ticks with counts and targets, applied currents, restarts. Each answer has statuses, output and estimates;
+ * the configurations by rule precede the first answer. */
 #include "edo_smc.h"
 
 #define JOIN3(a, b, c) a##b##c
@@ -51,7 +51,7 @@ static uint32_t bits(float number) {
     return both.word;
 }
 
-/* Data sheet, rule, and what differs between the designs. */
+/* Data sheet, rule, and the differences between the designs. */
 static edo_smc_status_t configure(int which) {
     edo_smc_status_t status;
 #ifdef MOTOR
@@ -178,7 +178,7 @@ int main(void) {
             }
             reply[1] = 0;
             if (asks[k].what == TICK || asks[k].what == RETUNE) {
-                /* A tick goes on or starts: both ways to the same bits. */
+                /* A tick continues or starts: both calls give the same bits. */
                 reply[1] = (uint32_t)CALL(go_on)(&designs[running], &state, &sample, &output);
                 if (reply[1] == (uint32_t)EDO_SMC_NOT_STARTED) {
                     reply[1] = (uint32_t)CALL(tick)(&designs[running], &state, &sample, &output);

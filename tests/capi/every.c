@@ -1,4 +1,4 @@
-/* Every instance over the same samples, bad ones among them: one line of bits per tick, for comparison with Rust. */
+/* Runs every instance on equal samples, some of them invalid, and prints one line of bits per tick for Rust. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

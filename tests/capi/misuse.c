@@ -1,4 +1,4 @@
-/* Whatever a caller gets wrong and a call can see: the status, and that nothing was written. C99 and C++. */
+/* Every detectable caller error: checks the status, and that nothing was written. C99 and C++. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -16,7 +16,7 @@ static state_t state;
 static edo_smc_output_t output;
 static const float x[4] = {0.1f, 0.0f, 0.0f, 0.0f};
 
-/* A refusal that leaves state and output as they were. */
+/* Checks that a rejected call leaves state and output unchanged. */
 #define REFUSED(status, call)                                                                                          \
     do {                                                                                                               \
         const state_t state_was = state;                                                                               \
@@ -39,7 +39,7 @@ static edo_smc_status_t redesign(void) {
     return edo_smc_design_n4_r2_c24(&config, sizeof config, &design, sizeof design, NULL);
 }
 
-/* A configuration with one thing wrong, then right again. */
+/* A configuration with one wrong value, then corrected. */
 #define BAD_CONFIG(status, wrong)                                                                                      \
     do {                                                                                                               \
         const config_t right = config;                                                                                 \
@@ -113,7 +113,7 @@ static void designs(void) {
                                                         (uint32_t *)(void *)((char *)&channel + 1)));
 }
 
-/* Memory that two arguments share where one of them would be written; and that nothing has been. */
+/* Two arguments that share memory, where the call would write one of them; nothing may be written. */
 static void overlaps(void) {
     const config_t config_was = config;
     const design_t design_was = design;
@@ -128,7 +128,7 @@ static void overlaps(void) {
     EXPECT(0, memcmp(&config, &config_was, sizeof config) || memcmp(&design, &design_was, sizeof design));
 }
 
-/* Estimates and re-tuning: of a state that has not started, that is of another design, and of designs that cannot. */
+/* Estimates and retunes: a state not yet started, a state of another design, and incompatible designs. */
 static void knows_and_is_retuned(void) {
     float d_hat[4][2] = {{7.0f}};
     static const float bad[4] = {NAN, 0.0f, 0.0f, 0.0f};
@@ -174,7 +174,7 @@ int main(void) {
     designs();
     other_design = design;
 
-    /* Memory that init has not seen: of zeros, and of anything. */
+    /* Memory without init: zeros, and arbitrary bytes. */
     REFUSED(EDO_SMC_NOT_INITIALISED, tick(x));
     REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_report_applied_n4_r2_c24(&state, 1.0f));
     REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_reset_n4_r2_c24(&state));
@@ -195,7 +195,7 @@ int main(void) {
     BAD_DESIGN(EDO_SMC_NOT_FINITE, design.d_hat[3] = NAN);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.u_min = 400.0f);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.hold = 0.5f);
-    /* What no design has, or no longer the one that was designed. */
+    /* Values that no design has, or that differ from the original design. */
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.decay = 3.0f);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.kx[2] *= 1.000001f);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.gamma[1][0] = -design.gamma[1][0]);
@@ -203,7 +203,7 @@ int main(void) {
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.d_hat[3] = 1e9f);
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.check += 1.0f);
 
-    /* Before the first good sample the fallback goes out; the first good one starts. */
+    /* Before the first valid sample the output is the fallback; the first valid sample starts. */
     EXPECT(EDO_SMC_OK, init(&design));
     REFUSED(EDO_SMC_NOT_STARTED, edo_smc_report_applied_n4_r2_c24(&state, 1.0f));
     REFUSED(EDO_SMC_NULL, edo_smc_tick_n4_r2_c24(NULL, &state, x, &output));
@@ -222,13 +222,13 @@ int main(void) {
     REFUSED(EDO_SMC_MISALIGNED, tick((const float *)(const void *)((const char *)x + 2)));
     REFUSED(EDO_SMC_MISALIGNED,
             edo_smc_tick_n4_r2_c24(&design, &state, x, (edo_smc_output_t *)(void *)((char *)&output + 1)));
-    /* Of another instance, by a cast. */
+    /* State of another instance, by a cast. */
     REFUSED(EDO_SMC_NOT_INITIALISED, edo_smc_reset_n4_r2_c34((edo_smc_state_n4_r2_c34_t *)(void *)&state));
     REFUSED(EDO_SMC_NOT_FINITE, edo_smc_report_applied_n4_r2_c24(&state, NAN));
     REFUSED(EDO_SMC_NOT_FINITE, edo_smc_report_applied_n4_r2_c24(&state, 1e13f));
     EXPECT(EDO_SMC_OK, edo_smc_report_applied_n4_r2_c24(&state, 1.0f));
 
-    /* Each word of a state overwritten in turn: an answer, never worse; and a number of words that is refused. */
+    /* Each word of a state overwritten in turn: the call must return; some words must be rejected. */
     const state_t good = state;
     uint32_t words[sizeof state / 4];
     for (size_t i = 0; i < sizeof state / 4; i++) {

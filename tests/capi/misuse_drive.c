@@ -1,4 +1,4 @@
-/* The same of a drive, of its fence, its plans and its profiles. C99 and C++. */
+/* Every detectable caller error with a drive, its fence, its plans and its profiles. C99 and C++. */
 #include <math.h>
 #include <string.h>
 
@@ -17,7 +17,7 @@ static edo_smc_output_t output;
 static edo_smc_estimates_motor_t known;
 static edo_smc_refusal_t refusal;
 
-/* A refusal that leaves all as it was that could have been written. */
+/* Checks that a rejected call leaves all writable memory unchanged. */
 #define REFUSED(status, call)                                                                                          \
     do {                                                                                                               \
         const state_t state_was = state;                                                                               \
@@ -45,14 +45,14 @@ static edo_smc_status_t tick(void) {
     return edo_smc_tick_motor_fast(&design, &state, &sample, &output);
 }
 
-/* No current flows before the counts have agreed with each other. */
+/* The current is 0 until the counts agree with each other. */
 static void believe(void) {
     for (int k = 0; k < 12; k++) {
         (void)tick();
     }
 }
 
-/* A configuration with one number wrong, which the refusal names, then right again. */
+/* A configuration with one wrong number, which the error names, then corrected. */
 #define BAD_NUMBER(name, number)                                                                                       \
     do {                                                                                                               \
         const config_t right = config;                                                                                 \
@@ -117,7 +117,7 @@ static void designs(void) {
         design = right;                                                                                                \
     } while (0)
 
-/* Memory that init has not made, of another size, of another drive; every word of a design and of a state in turn. */
+/* Memory without init, of another size, of another drive; every word of a design and of a state in turn. */
 static void memory(void) {
     char *const odd = (char *)&state + 1;
     REFUSED(EDO_SMC_NOT_INITIALISED, tick());
@@ -139,7 +139,7 @@ static void memory(void) {
            edo_smc_init_motor_late((const edo_smc_design_motor_late_t *)(const void *)&design,
                                    sizeof(edo_smc_design_motor_late_t), &late, sizeof late));
 
-    /* Before the first good sample the fallback goes out. */
+    /* Before the first valid sample the output is the fallback. */
     EXPECT(EDO_SMC_OK, init());
     REFUSED(EDO_SMC_NOT_STARTED, edo_smc_report_applied_motor_fast(&state, 1.0f));
     REFUSED(EDO_SMC_NOT_STARTED, edo_smc_estimates_motor_fast(&design, &state, &known));
@@ -211,7 +211,7 @@ static edo_smc_status_t design_other(void) {
     return edo_smc_design_motor_fast(&config, sizeof config, &other_design, sizeof other_design, NULL);
 }
 
-/* A design that cannot take over leaves the running one. */
+/* An incompatible design leaves the active one unchanged. */
 static void retuned(void) {
     const config_t right = config;
     EXPECT(EDO_SMC_OK, init());
@@ -326,7 +326,7 @@ static void fences(void) {
     FENCE_REFUSED(EDO_SMC_OVERLAP, edo_smc_guard_motor_fast(&design, &state, &fence, &sample,
                                                             (edo_smc_output_t *)(void *)&fence));
 
-    /* Within its limits nothing changes. Too far from its target the bit is set, and the next tick brakes. */
+    /* Within the limits nothing changes. Too far from the target the flag is set, and the next tick brakes. */
     EXPECT(EDO_SMC_OK, tick());
     const edo_smc_output_t output_was = output;
     const state_t state_was = state;
@@ -370,14 +370,14 @@ static void plans(void) {
     PLAN_REFUSED(EDO_SMC_OVERLAP, edo_smc_plan_at_motor(&plan, 0, (edo_smc_target_motor_t *)(void *)&plan));
     PLAN_REFUSED(EDO_SMC_MISALIGNED,
                  edo_smc_plan_at_motor(&plan, 0, (edo_smc_target_motor_t *)(void *)((char *)&target + 1)));
-    /* Zeros are rest at angle 0, and a move from there ends at its goal. */
+    /* All zeros is rest at angle 0, and a move from there ends at its goal. */
     target.r = 7.0f;
     EXPECT(EDO_SMC_OK, edo_smc_plan_at_motor(&plan, 5, &target));
     EXPECT(0, target.turn != 0 || target.r != 0.0f || target.r_dot != 0.0f);
     EXPECT(EDO_SMC_OK, edo_smc_plan_move_motor(&plan, &from, 7, 10, 1e-3, 3, 1.0f));
     EXPECT(EDO_SMC_OK, edo_smc_plan_at_motor(&plan, 17, &target));
     EXPECT(0, target.turn != 3 || target.r != 1.0f || target.r_dot != 0.0f);
-    /* Once it has been gone along it is over, however the ticks wrap. */
+    /* `at` evaluates any tick; once `play` has completed a plan, it stays completed, also after the ticks wrap. */
     EXPECT(EDO_SMC_OK, edo_smc_plan_at_motor(&plan, 8, &target));
     EXPECT(1, target.turn != 3 || target.r != 1.0f || target.r_dot != 0.0f);
     EXPECT(EDO_SMC_NULL, edo_smc_plan_play_motor(NULL, 0, &target));
@@ -402,7 +402,7 @@ static edo_smc_status_t profile_new(double period_s, double speed, double accele
     return edo_smc_profile_new_motor(&profile, sizeof profile, period_s, speed, acceleration, window, &refusal);
 }
 
-/* Memory that `new` has not made is refused by every call, and left as it is. */
+/* Every call rejects memory without `new` and leaves it unchanged. */
 static void no_profile(edo_smc_status_t status) {
     PROFILE_REFUSED(status, edo_smc_profile_limit_motor(&profile, 50.0, 500.0, &refusal));
     PROFILE_REFUSED(status, edo_smc_profile_keep_within_motor(&profile, 0, 0.0, 1, 0.0));
@@ -457,7 +457,7 @@ static void profiles(void) {
     EXPECT(EDO_SMC_OK, profile_new(1e-3, 100.0, 1200.0, 10));
     EXPECT(0, refusal.field[0]);
     EXPECT(1, edo_smc_profile_has_arrived_motor(&profile));
-    /* Another plant's is none of this. */
+    /* A profile of the other plant is rejected. */
     edo_smc_profile_joint_t other;
     memset(&other, 0, sizeof other);
     memcpy(&other, &profile, sizeof profile);
@@ -487,7 +487,7 @@ static void profiles(void) {
     PROFILE_REFUSED(EDO_SMC_MISALIGNED,
                     edo_smc_profile_next_motor(&profile, (edo_smc_target_motor_t *)(void *)((char *)&aim + 1)));
 
-    /* Beyond its range it goes to the end, and rests there. */
+    /* A goal beyond the range moves to the end of the range and rests there. */
     EXPECT(EDO_SMC_OK, edo_smc_profile_keep_within_motor(&profile, -1, 0.0, 2, 1.0));
     EXPECT(EDO_SMC_PROFILE_END, edo_smc_profile_go_to_motor(&profile, 3, 0.0));
     int ticks = 0;
@@ -500,7 +500,7 @@ static void profiles(void) {
     EXPECT(2, aim.turn);
     EXPECT(1, aim.r > 0.99999f && aim.r < 1.00001f);
 
-    /* Every word of one in motion in turn: a call goes on, or refuses. Nothing is read or written out of bounds. */
+    /* Every word of a profile in motion in turn: a call continues or rejects it, within the bounds of memory. */
     EXPECT(EDO_SMC_OK, edo_smc_profile_go_to_motor(&profile, 0, 0.0));
     EXPECT(EDO_SMC_OK, edo_smc_profile_next_motor(&profile, &aim));
     const edo_smc_profile_motor_t good = profile;
@@ -523,7 +523,7 @@ static void profiles(void) {
             EXPECT(EDO_SMC_OK, edo_smc_profile_next_motor(&profile, &aim));
         }
     }
-    /* Acceleration and window must be 1 at least, window and place of the oldest step not too large. */
+    /* Acceleration and window must be at least 1; window and position of the oldest step must not be too large. */
     EXPECT(4, not_made);
     EXPECT(3 + 4 + 3, damaged);
     profile = good;

@@ -1,5 +1,5 @@
-/* Plans of the archive (NAME, and MOTOR or JOINT) as requests tell them: each is made of the last one that was good,
- * and asked for targets. */
+/* Plans of the static library (NAME, and MOTOR or JOINT), driven by requests: each plan starts from the last accepted
+ * one and returns targets. */
 #include "edo_smc.h"
 
 #define JOIN3(a, b, c) a##b##c

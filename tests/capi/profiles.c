@@ -1,5 +1,5 @@
-/* Profiles of the archive (NAME, and MOTOR or JOINT) as requests tell them: goals, ranges, limits, stops, starts, and
- * the targets of the ticks after them. */
+/* Profiles of the static library (NAME, and MOTOR or JOINT), driven by requests: goals, ranges, limits, stops, starts,
+ * and the targets of the following ticks. */
 #include "edo_smc.h"
 
 #define JOIN3(a, b, c) a##b##c
@@ -55,7 +55,7 @@ int main(void) {
             uint32_t sum = 0x811c9dc5u;
             edo_smc_status_t status;
             switch (asks[k].what) {
-            /* One that is refused leaves a profile in motion as it is. */
+            /* A rejected request leaves a profile in motion unchanged. */
             case NEW:
                 status = CALL(new)(&profile, sizeof profile, PERIOD_S, x[0], x[1], asks[k].window, NULL);
                 break;

@@ -1,4 +1,4 @@
-// The part in C++ of a program with a controller of order 2 here and one of order 4 in Rust, two.rs.
+// C++ part of a program with a controller of order 2 here and a controller of order 4 in Rust, two.rs.
 #include <cstdio>
 #include <cstring>
 

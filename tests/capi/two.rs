@@ -1,4 +1,4 @@
-//! A program in Rust and C++ with the archive for C in it, and two controllers of different order that tick in turn.
+//! Program in Rust and C++ with the C library linked in, and two controllers of different order that tick in turn.
 
 use std::ffi::c_void;
 

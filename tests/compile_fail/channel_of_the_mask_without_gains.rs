@@ -1,4 +1,4 @@
-//! Channel 3 is observed in the type, channel 2 in the configuration.
+//! Mismatch of observed channels: channel 3 in the type, channel 2 in the configuration.
 
 use compile_cases::*;
 

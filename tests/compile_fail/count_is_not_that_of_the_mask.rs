@@ -1,4 +1,4 @@
-//! Two channels in MASK, O = 1.
+//! Mismatch of the observer count: two channels in MASK, O = 1.
 
 use compile_cases::*;
 

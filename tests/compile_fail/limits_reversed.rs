@@ -1,4 +1,4 @@
-//! The smallest u above the largest.
+//! Lower limit of u above the upper limit.
 
 use compile_cases::*;
 

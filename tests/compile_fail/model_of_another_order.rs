@@ -1,4 +1,4 @@
-//! The model of a plant of order 4 in a controller of order 3.
+//! Model of a plant of order 4 in a controller of order 3.
 
 use compile_cases::*;
 

@@ -1,4 +1,4 @@
-//! A model that cannot be copied, told at its own line.
+//! Model without `Copy`; the error points at the line of the model.
 
 use compile_cases::*;
 

@@ -1,4 +1,4 @@
-//! A period of 0/0.
+//! Period of 0/0.
 
 use compile_cases::*;
 

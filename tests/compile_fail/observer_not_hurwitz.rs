@@ -1,4 +1,4 @@
-//! Positive gains do not suffice for order 3: l1 l2 > l3 is needed.
+//! Unstable observer of order 3: positive gains do not suffice, l1 l2 > l3 is required.
 
 use compile_cases::*;
 

@@ -1,4 +1,4 @@
-//! A pole of 2000 rad/s at T = 1 ms.
+//! Observer pole of 2000 rad/s at T = 1 ms.
 
 use compile_cases::*;
 

@@ -1,4 +1,4 @@
-//! A complex pole without its partner.
+//! Complex pole without its conjugate.
 
 use compile_cases::*;
 

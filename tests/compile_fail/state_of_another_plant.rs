@@ -1,4 +1,4 @@
-//! A state of the joint, ticked by the controller of a motor.
+//! State of the joint in a tick of a motor's controller.
 
 use compile_cases::*;
 

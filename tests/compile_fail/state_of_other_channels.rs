@@ -1,4 +1,4 @@
-//! A state of observers in channels 2 and 4, ticked by a controller with observers in 3 and 4.
+//! State of observers in channels 2 and 4 in a tick of a controller with observers in 3 and 4.
 
 use compile_cases::*;
 

@@ -1,4 +1,4 @@
-//! A design that runs, but at k_l T = 0.6, where none is let pass that would be warned of.
+//! Design that runs, but would get a warning: k_l T = 0.6. `strict` turns the warning into an error.
 
 use compile_cases::*;
 

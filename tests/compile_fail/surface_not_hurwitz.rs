@@ -1,4 +1,4 @@
-//! A sliding motion that diverges.
+//! Surface with a diverging sliding motion.
 
 use compile_cases::*;
 

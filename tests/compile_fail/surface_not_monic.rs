@@ -1,4 +1,4 @@
-//! Eq. (44) has c_n = 1.
+//! Surface with c_n other than 1; Eq. (44) has c_n = 1.
 
 use compile_cases::*;
 

@@ -1,4 +1,4 @@
-//! A whole design in a `static`: the compiler computes it, it lies in flash.
+//! Complete design in a `static`: the compiler computes it, and it lies in flash.
 
 use compile_cases::*;
 

@@ -1,17 +1,17 @@
-//! A good design, in parts for the cases to spoil. As the library of their package it must compile itself.
+//! Valid design, in parts that the failing cases change. It is the library of their package, so it must compile.
 
 pub use controller_core::*;
 
-/// The flexible joint, observers of order up to R in channels 2 and 4.
+/// Flexible joint with observers of order up to R in channels 2 and 4.
 pub type Joint<const R: usize> = Controller<f32, FlexibleJoint<f32>, 4, R, { channels(4, 2, [2, 4]) }, 2>;
 
 const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
-/// Its model.
+/// Model of the joint.
 pub const MODEL: FlexibleJoint<f32> = FlexibleJoint::<f32>::new(&NOMINAL);
 /// Gains of order 2 as printed.
 pub const GAINS: ObserverGains<2> = ObserverGains::as_printed([100.0, 20.0]);
 
-/// A configuration with nothing wrong in it.
+/// Returns a valid configuration.
 pub const fn good<const R: usize>(gains: ObserverGains<R>) -> Config<4, R> {
     Config {
         period_s: 1e-3,

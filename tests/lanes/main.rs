@@ -1,6 +1,6 @@
-//! Has every lane of every shape the bits of the tick?
+//! Bit-identity of every lane of every configuration with the single tick.
 //!
-//! It takes a minute to compile, so no build makes it unless it is named: `cargo test --workspace --test every_lane`.
+//! The program takes a minute to compile, so it is built by name only: `cargo test --workspace --test every_lane`.
 
 use controller_core::shapes;
 use integration_tests::{lanes, pairs};

@@ -1,4 +1,4 @@
-//! Comparing two signals: the largest difference, told in units of the largest value.
+//! Comparison of two signals: the largest difference relative to the largest value.
 
 /// Largest |a - b| and largest |b| of a run.
 #[derive(Clone, Copy, Debug, Default)]
@@ -10,30 +10,30 @@ pub struct Gap {
 }
 
 impl Gap {
-    /// Takes in one pair; `expected` makes the scale. A NaN on either side makes the gap infinite.
+    /// Adds one pair; `expected` sets the scale. A NaN on either side makes the gap infinite.
     pub fn add(&mut self, actual: f64, expected: f64) {
         let difference = (actual - expected).abs();
         self.difference = if difference.is_nan() { f64::INFINITY } else { self.difference.max(difference) };
         self.scale = self.scale.max(expected.abs());
     }
 
-    /// max |a - b| / max |b|.
+    /// Returns max |a - b| / max |b|.
     pub fn relative(&self) -> f64 {
         if self.difference == 0.0 { 0.0 } else { self.difference / self.scale }
     }
 }
 
-/// |actual/expected - 1|.
+/// Returns |actual/expected - 1|.
 pub fn relative(actual: f64, expected: f64) -> f64 {
     ((actual - expected) / expected).abs()
 }
 
-/// Order of convergence from the errors of two periods, the second `ratio` times shorter.
+/// Returns the order of convergence from the errors at two periods; the second period is `ratio` times shorter.
 pub fn order(error: f64, error_of_shorter: f64, ratio: f64) -> f64 {
     (error / error_of_shorter).ln() / ratio.ln()
 }
 
-/// The value below which the given share of the list lies.
+/// Returns the value below which the given share of the list lies.
 ///
 /// # Panics
 /// On an empty list.

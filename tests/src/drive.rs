@@ -1,4 +1,4 @@
-//! Drives for the suite: recorded counts fed to a law, tick by tick.
+//! Drive fixtures for the suite: replay of recorded counts and simulated motors and joints under a controller.
 
 use std::collections::VecDeque;
 
@@ -6,13 +6,13 @@ use crate::oracle::factorial;
 use controller_core::drive::{Aim, ChainModel, EncoderForm, Joint, JointDrive, MotorDrive, Position, Sample, Target};
 use controller_core::{ControlLaw, Output, Real, Running, Sealed};
 
-/// A scalar whose counts are plain numbers: `f32` and `f64`.
+/// Scalar type whose counts are plain `i32`: `f32` and `f64`.
 pub trait Plain: Real + Sealed<Count = i32> {}
 impl<T: Real + Sealed<Count = i32>> Plain for T {}
 
-/// A drive whose counts the test vouches for.
+/// Drive that starts without waiting for consistent counts.
 pub trait AtOnce<C: ControlLaw> {
-    /// A tick; the first one starts without the wait for counts that agree.
+    /// Runs a tick; the first tick skips the wait for counts that agree.
     fn tick_at_once(&mut self, sample: &C::Sample) -> C::Output;
 }
 
@@ -23,29 +23,31 @@ impl<C: ControlLaw> AtOnce<C> for Running<C> {
     }
 }
 
-/// What is told of a jet (r, r', ..) for an instant: the angle within a turn of 0, as whoever plans in f64 splits it.
+/// Returns the target of a trajectory point (r, r', ..). The angle is reduced to one revolution around 0, as an f64
+/// planner does.
 fn target<T: Plain, A: Aim<T, N>, const N: usize>(mut jet: [f64; N]) -> A::Target {
     let turn = (jet[0] / std::f64::consts::TAU).round();
     jet[0] -= turn * std::f64::consts::TAU;
     A::told(&Target { turn: turn as i32, jet: jet.map(T::from_f64) })
 }
 
-/// One row of a record.
+/// One row of a recording.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<const E: usize, const N: usize> {
-    /// Counts, where they were there.
+    /// Counts per encoder; `None` where the count is missing.
     pub counts: [Option<i32>; E],
-    /// What the oracle asked for.
+    /// Current command that the oracle demands, A.
     pub u_demand: f64,
-    /// What was held.
+    /// Current command that was applied, A.
     pub u_applied: f64,
-    /// The oracle's σ*.
+    /// σ* of the oracle.
     pub sigma_star: f64,
-    /// r, r', .. at the beginning of the tick in which u is held.
+    /// r, r', .. at the beginning of the tick in which u is applied.
     pub jet: [f64; N],
 }
 
-/// Feeds a record to a law without limits; the largest differences of u and σ* from it.
+/// Replays a recording through a controller without limits. Returns the largest differences of u and σ* from the
+/// recording.
 pub fn replay<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     law: &EncoderForm<T, M, A, E, N, S, FAST, LATE>,
     rows: &[Row<E, N>],
@@ -76,8 +78,8 @@ where
     worst
 }
 
-/// A motor that is not the nominal one: friction after Coulomb and Stribeck, cogging, a current loop with lag, load.
-/// J w' = K_t i - B w - friction + cogging - load, i' = (u - i)/lag; Runge-Kutta of fourth order.
+/// Simulated motor with Coulomb and Stribeck friction, cogging, a current-loop lag and a load step. J w' = K_t i - B w
+/// - friction + cogging - load, i' = (u - i)/lag; Runge-Kutta of fourth order.
 #[derive(Clone, Copy, Debug)]
 pub struct Shaft {
     /// Angle rad, speed rad/s, current A.
@@ -90,18 +92,18 @@ pub struct Shaft {
     pub damping: f64,
     /// Static and Coulomb friction, N m.
     pub friction: [f64; 2],
-    /// Amplitude N m, periods per turn.
+    /// Cogging: amplitude N m, periods per revolution.
     pub cogging: [f64; 2],
-    /// Lag of the current loop, s; 0 for none.
+    /// Time constant of the current loop, s; 0 for none.
     pub lag_s: f64,
-    /// From this time on this torque, s and N m.
+    /// Load step: start s, torque N m.
     pub load: [f64; 2],
-    /// What the amplifier gives at most, A.
+    /// Current limit of the amplifier, A.
     pub largest_current: f64,
 }
 
 impl Shaft {
-    /// The one of the acceptance figures: 2e-4 kg m², 0.05 N m/A, all disturbances but the load.
+    /// Motor of the acceptance tests: 2e-4 kg m², 0.05 N m/A, all disturbances except the load.
     pub const ROUGH: Self = Self {
         x: [0.0; 3],
         inertia: 2e-4,
@@ -114,7 +116,7 @@ impl Shaft {
         largest_current: f64::INFINITY,
     };
 
-    /// The same without friction, cogging and lag.
+    /// Motor of the acceptance tests without friction, cogging and lag.
     pub const CLEAN: Self = Self { friction: [0.0; 2], cogging: [0.0, 7.0], lag_s: 0.0, ..Self::ROUGH };
 
     fn rate(&self, t: f64, [q, w, i]: [f64; 3], u: f64) -> [f64; 3] {
@@ -127,7 +129,7 @@ impl Shaft {
         [w, torque / self.inertia, if self.lag_s > 0.0 { (u - i) / self.lag_s } else { 0.0 }]
     }
 
-    /// Holds u from t on for one period.
+    /// Integrates one period from time t with u held.
     pub fn advance(&mut self, t: f64, u: f64, period_s: f64) {
         let u = u.clamp(-self.largest_current, self.largest_current);
         let steps = (period_s / 5e-5 - 1e-9).ceil().max(1.0);
@@ -144,30 +146,30 @@ impl Shaft {
     }
 }
 
-/// What one run of a loop shows, tick by tick.
+/// Signals of one closed-loop run, tick by tick.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// True angle less the reference, rad.
+    /// True angle minus the reference, rad.
     pub error: Vec<f64>,
-    /// True speed less the reference, rad/s.
+    /// True speed minus the reference, rad/s.
     pub speed_error: Vec<f64>,
-    /// u that was asked for within the limits, A.
+    /// Current command within the limits, A.
     pub u: Vec<f64>,
-    /// Estimate of the load, N m.
+    /// Load estimate, N m.
     pub load: Vec<f64>,
 }
 
-/// Largest of the absolute values.
+/// Returns the largest absolute value.
 pub fn peak(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |peak, value| peak.max(value.abs()))
 }
 
-/// Root of the mean square.
+/// Returns the root mean square.
 pub fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// An expression for a number of ticks of delay, 0 to 3, that it has as the constant `$late`.
+/// Evaluates an expression with the delay (0 to 3 ticks) as the constant `$late`.
 #[macro_export]
 macro_rules! with_delay {
     ($delay:expr, $late:ident => $made:expr) => {
@@ -184,20 +186,20 @@ macro_rules! with_delay {
     }};
 }
 
-/// How the loop is run.
+/// Settings of a closed-loop run.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
-    /// Period, s.
+    /// Control period, s.
     pub period_s: f64,
-    /// Bits of the encoder.
+    /// Encoder resolution, bits.
     pub bits: u32,
-    /// Ticks.
+    /// Length of the run, ticks.
     pub ticks: u32,
-    /// Ticks that u takes to the actuator.
+    /// Delay of u to the actuator, ticks.
     pub delay: u32,
 }
 
-/// A motor under its law, on jets of a plan, in f64 apart from the law.
+/// Runs a motor in closed loop on planned trajectory points. Only the controller computes in `T`; the rest is f64.
 pub fn run_motor<T, A, const S: usize, const FAST: usize, const LATE: usize>(
     law: MotorDrive<T, A, FAST, LATE, S>,
     mut shaft: Shaft,
@@ -234,7 +236,7 @@ where
     trace
 }
 
-/// r, r', r'', .. of a step from 0 to 1 over [0, 1] that is smooth to degree 9, as derivatives by its argument.
+/// Returns a step from 0 to 1 over [0, 1], smooth to degree 9, with four derivatives by its argument.
 pub fn smooth_step(s: f64, degree: usize) -> [f64; 5] {
     let powers: &[f64] = match degree {
         3 => &[0.0, 0.0, 3.0, -2.0],
@@ -248,7 +250,7 @@ pub fn smooth_step(s: f64, degree: usize) -> [f64; 5] {
     if s > 0.0 { polynomial(powers, s) } else { [0.0; 5] }
 }
 
-/// A polynomial and four derivatives by its argument.
+/// Returns a polynomial and four derivatives by its argument.
 fn polynomial(powers: &[f64], s: f64) -> [f64; 5] {
     let mut jet = [0.0; 5];
     for (i, power) in powers.iter().enumerate() {
@@ -261,8 +263,8 @@ fn polynomial(powers: &[f64], s: f64) -> [f64; 5] {
     jet
 }
 
-/// From a jet at t = 0 to rest at 0 in `tau`, with the first `m` of the jet continuous there:
-/// (1 - s)^m times a polynomial of degree m - 1, s = t/tau.
+/// Returns the transition from a trajectory point at t = 0 to rest at 0 in `tau`. The first `m` derivatives are
+/// continuous at t = 0. The transition is (1 - s)^m times a polynomial of degree m - 1, s = t/tau.
 pub fn to_rest(present: [f64; 5], tau: f64, m: usize) -> impl Fn(f64) -> [f64; 5] {
     let times = |a: &[f64], b: &[f64]| {
         let mut product = vec![0.0; a.len() + b.len() - 1];
@@ -271,7 +273,7 @@ pub fn to_rest(present: [f64; 5], tau: f64, m: usize) -> impl Fn(f64) -> [f64; 5
         }
         product
     };
-    // What is left of the jet's own polynomial once (1 - s)^m is taken out: 1/(1 - s) is 1 + s + s² + ...
+    // Coefficients of the point's own polynomial divided by (1 - s)^m: 1/(1 - s) is 1 + s + s² + ...
     let mut powers: Vec<f64> = (0..m).map(|j| present[j] * tau.powi(j as i32) / factorial(j)).collect();
     for _ in 0..m {
         (1..m).for_each(|j| powers[j] += powers[j - 1]);
@@ -288,7 +290,8 @@ pub fn to_rest(present: [f64; 5], tau: f64, m: usize) -> impl Fn(f64) -> [f64; 5
     }
 }
 
-/// The shortest such duration for which |u| stays within a limit at 64 instants, upwards by quarters and then refined.
+/// Returns the shortest transition time for which |u| stays within a limit at 64 instants. The search grows by
+/// quarters, then refines.
 pub fn shortest_to_rest(present: [f64; 5], m: usize, limit: f64, u: impl Fn(&[f64; 5]) -> f64) -> f64 {
     let fits = |tau: f64| {
         let plan = to_rest(present, tau, m);
@@ -305,7 +308,7 @@ pub fn shortest_to_rest(present: [f64; 5], m: usize, limit: f64, u: impl Fn(&[f6
     high
 }
 
-/// A move of `distance` from rest to rest between `start` and `start + tau`.
+/// Returns a move of `distance` from rest to rest between `start` and `start + tau`.
 pub fn point_to_point<const J: usize>(distance: f64, start: f64, tau: f64, degree: usize) -> impl Fn(f64) -> [f64; J] {
     move |t| {
         let jet = smooth_step((t - start) / tau, degree);
@@ -321,7 +324,7 @@ const BINOMIAL: [[f64; 5]; 5] = [
     [1.0, 4.0, 6.0, 4.0, 1.0],
 ];
 
-/// A sin ωt, times a step of degree 9 over the first `blend` seconds.
+/// Returns A sin ωt multiplied by a step of degree 9 over the first `blend` seconds.
 pub fn blended_sine<const J: usize>(amplitude: f64, omega: f64, blend: f64) -> impl Fn(f64) -> [f64; J] {
     move |t| {
         let (s, c) = (omega * t).sin_cos();
@@ -332,24 +335,25 @@ pub fn blended_sine<const J: usize>(amplitude: f64, omega: f64, blend: f64) -> i
     }
 }
 
-/// The paper's joint as it truly is: link angle and speed, motor angle times the nominal k_1 and its speed. Errors are
-/// relative, of K_s/J_l, link damping, K_s/J_m, motor damping, K_t/J_m; an unknown v = 1 + sin 2t A works beside u.
+/// True joint of the paper: link angle and speed, motor angle times the nominal k_1 and its speed. Parameter errors are
+/// relative, for K_s/J_l, link damping, K_s/J_m, motor damping and K_t/J_m. An unknown input v = 1 + sin 2t A adds to
+/// u.
 #[derive(Clone, Copy, Debug)]
 pub struct Flexible {
     /// x_1 .. x_4.
     pub x: [f64; 4],
-    /// Errors of the parameters.
+    /// Relative errors of the five parameters.
     pub errors: [f64; 5],
-    /// From this time on this acceleration of the link, s and rad/s².
+    /// Load step: start s, acceleration of the link rad/s².
     pub load: [f64; 2],
-    /// Friction 1.5 A static, 1 A Coulomb, cogging 0.3 A, ripple 2 %?
+    /// True for friction (1.5 A static, 1 A Coulomb), cogging 0.3 A and torque ripple 2 %.
     pub rough: bool,
-    /// What the amplifier gives at most, A.
+    /// Current limit of the amplifier, A.
     pub largest_current: f64,
 }
 
 impl Flexible {
-    /// At rest at 0, as the model has it.
+    /// Joint at rest at 0 that matches the controller's model.
     pub const NOMINAL: Self = Self {
         x: [0.0; 4],
         errors: [0.0; 5],
@@ -376,7 +380,7 @@ impl Flexible {
         [x[1], e1 * twist - b_1 * x[1] - x[0].sin() + load, x[3], Self::K_1 * driven - k_2 * twist - b_2 * x[3]]
     }
 
-    /// Holds u from t on for one period.
+    /// Integrates one period from time t with u held.
     pub fn advance(&mut self, t: f64, u: f64, period_s: f64) {
         let u = u.clamp(-self.largest_current, self.largest_current);
         let steps = (period_s / if self.rough { 5e-5 } else { 5e-4 } - 1e-9).ceil().max(1.0);
@@ -393,7 +397,8 @@ impl Flexible {
     }
 }
 
-/// From rest of link and motor with the spring drawn by so many rad to rest at 0, the shortest within 27 A.
+/// Returns the shortest transition to rest at 0 within 27 A. It starts at rest with the spring deflected by `angle`
+/// rad.
 pub fn recovered(angle: f64) -> impl Fn(f64) -> [f64; 4] {
     let pull = Flexible::K_1 * angle + angle.sin();
     let present = [angle, 0.0, -pull, 0.07 / 0.230 * pull, 0.0];
@@ -405,10 +410,10 @@ pub fn recovered(angle: f64) -> impl Fn(f64) -> [f64; 4] {
     }
 }
 
-/// What the drive of a joint is given.
+/// Input of a joint's drive.
 pub type JointSample<T> = Sample<i32, Target<T, i32, 4>, 2>;
 
-/// A joint under its law, on jets of a plan, in f64 apart from the law.
+/// Runs a joint in closed loop on planned trajectory points. Only the controller computes in `T`; the rest is f64.
 pub fn run_joint<T: Plain, const FAST: usize, const LATE: usize>(
     law: JointDrive<T, Position, FAST, LATE>,
     mut plant: Flexible,
@@ -439,7 +444,7 @@ pub fn run_joint<T: Plain, const FAST: usize, const LATE: usize>(
     trace
 }
 
-/// FNV-1a, as the words of a drive end with it.
+/// Returns the FNV-1a checksum that ends a drive's state snapshot.
 pub fn checksum(words: &[u32]) -> u32 {
     words.iter().fold(0x811c_9dc5, |hash, word| {
         word.to_le_bytes().into_iter().fold(hash, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
@@ -449,17 +454,18 @@ pub fn checksum(words: &[u32]) -> u32 {
 /// Rows of a matrix.
 type Matrix = Vec<Vec<f64>>;
 
-/// A law with one gain set near rest at 0, as the linear map that it is there without the steps of the encoders: from
-/// the angles now, those of the tick before and all that it remembers, to all that it remembers, and u.
+/// Linear map of a controller with one gain set near rest at 0, without encoder quantisation. Its inputs are the
+/// present angles, the angles of the previous tick and the controller's state; its outputs are the next state and u.
 pub struct LinearLaw<const E: usize> {
     rows: Matrix,
 }
 
 impl<const E: usize> LinearLaw<E> {
-    /// By differences of the law itself. Its encoders are of so many rad per count, its gates and limits are far.
+    /// Linearises a controller by finite differences. `unit_rad` is the encoder resolution in rad per count; the
+    /// innovation gates and limits must be out of reach.
     ///
     /// # Panics
-    /// If the words of a drive have another form.
+    /// If the state snapshot of a drive has another layout.
     pub fn of<M: ChainModel<f64, E, N>, const N: usize, const S: usize, const LATE: usize>(
         law: &EncoderForm<f64, M, Position, E, N, S, 0, LATE>,
         unit_rad: f64,
@@ -472,7 +478,8 @@ impl<const E: usize> LinearLaw<E> {
         let mut still = Running::new(*law);
         still.tick_at_once(&sample([0; E]));
         let words: Vec<u32> = still.words().collect();
-        // Fingerprint, started, fresh; count of each encoder, the same since the base, turn; numbers of two words.
+        // Layout: fingerprint, started, fresh; counts, counts relative to the base, revolution; numbers of two words
+        // each.
         let (counts_at, numbers_at, end) = (3, 4 + 2 * E, words.len() - 1);
         let tick = |before: [i32; E], number: Option<usize>, counts: [i32; E]| {
             let mut words = words.clone();
@@ -504,8 +511,8 @@ impl<const E: usize> LinearLaw<E> {
             .map(|(column, step)| column.iter().zip(&rest).map(|(moved, rest)| (moved - rest) / step).collect())
             .collect();
         let mut rows: Matrix = (0..rest.len()).map(|row| columns.iter().map(|column| column[row]).collect()).collect();
-        // What a tick leaves as it is and nothing reads is no part of the loop; nor is the limit of the power stage
-        // with its last report, large numbers before those that are queued.
+        // States that a tick leaves unchanged and never reads are not part of the loop. The power stage's limit and its
+        // last report are not part of it either; both are large numbers ahead of the queued ones.
         let numbers = rest.len() - 1;
         let of_the_stage = numbers - LATE - 2..numbers - LATE;
         for number in 0..numbers {
@@ -521,7 +528,8 @@ impl<const E: usize> LinearLaw<E> {
     const STEP: f64 = 1e-4;
     const COUNTS: i32 = 1000;
 
-    /// Spectral radius of the loop with a plant near 0: its state after a tick in which u was held, and its angles.
+    /// Returns the spectral radius of the loop with a plant near 0. `advance` returns the plant state after one tick
+    /// with u held; `angles` returns the measured angles.
     pub fn spectral_radius<const P: usize>(
         &self,
         delay: usize,
@@ -535,7 +543,7 @@ impl<const E: usize> LinearLaw<E> {
         let own: [[f64; P]; P] = core::array::from_fn(|j| slope(advance(unit(j, H), 0.0)));
         let driven = slope(advance([0.0; P], H));
         let seen: [[f64; E]; P] = core::array::from_fn(|j| angles(unit(j, 1.0)));
-        // Plant, angles of the tick before, what the law remembers, u on its way.
+        // State order: plant, previous angles, controller state, queued u.
         let remembered = self.rows.len() - 1;
         let size = P + E + remembered + delay;
         let step = |from: &[f64]| -> Vec<f64> {
@@ -543,21 +551,22 @@ impl<const E: usize> LinearLaw<E> {
             let known = || theta.iter().chain(&from[P..P + E + remembered]);
             let law: Vec<f64> = self.rows.iter().map(|row| row.iter().zip(known()).map(|(a, b)| a * b).sum()).collect();
             let u = law[remembered];
-            // The oldest goes out, the newest comes last.
+            // Queue order: the oldest u leaves at the front, the newest enters at the end.
             let queued: Vec<f64> = from[size - delay..].iter().copied().chain([u]).collect();
             let held = queued[0];
             let plant = (0..P).map(|i| (0..P).map(|j| own[j][i] * from[j]).sum::<f64>() + driven[i] * held);
             let after = plant.chain(theta).chain(law[..remembered].iter().copied());
             after.chain(queued[1..].iter().copied()).collect()
         };
-        // Transposed: the spectral radius is the same.
+        // The matrix is transposed; its spectral radius is unchanged.
         spectral_radius(
             (0..size).map(|j| step(&(0..size).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>())).collect(),
         )
     }
 }
 
-/// Of a square matrix, by squaring it: the root of order 2^k of the size of its 2^k-th power.
+/// Returns the spectral radius of a square matrix: the 2^k-th root of the norm of its 2^k-th power, by repeated
+/// squaring.
 pub fn spectral_radius(mut m: Matrix) -> f64 {
     let (n, mut log, mut share) = (m.len(), 0.0, 1.0);
     for _ in 0..26 {

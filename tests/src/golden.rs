@@ -1,15 +1,15 @@
-//! Golden tables: small text files of figures that a person can judge. They *indicate* a change; the bars that must
-//! hold are asserted elsewhere.
+//! Golden tables: small text files of results for review by a person. A golden table *indicates* a change; separate
+//! assertions check the thresholds.
 
 use crate::data::path;
 
-/// Set to write the tables anew instead of comparing.
+/// Environment variable that rewrites the tables instead of comparing them.
 pub const REGENERATE: &str = "GOLDEN";
 
-/// Compares a table with the one of a page in docs that stands between `<!-- NAME -->` and `<!-- end -->`.
+/// Compares a table with the table between `<!-- NAME -->` and `<!-- end -->` on a page in docs.
 ///
 /// # Errors
-/// The lines that differ and how to write them anew.
+/// Lists the lines that differ and the command that rewrites the table.
 pub fn in_docs(page: &str, name: &str, table: &str) -> Result<(), String> {
     let file = path("../docs").join(page);
     let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
@@ -28,7 +28,27 @@ pub fn in_docs(page: &str, name: &str, table: &str) -> Result<(), String> {
     ))
 }
 
-/// The lines that one text alone has.
+/// Compares a generated page with its file in docs.
+///
+/// # Errors
+/// Lists the lines that differ and the command that writes the page.
+pub fn whole(page: &str, text: &str) -> Result<(), String> {
+    let file = path("../docs").join(page);
+    if std::env::var_os(REGENERATE).is_some_and(|value| value == "write") {
+        return std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()));
+    }
+    let there = std::fs::read_to_string(&file).unwrap_or_else(|error| format!("(cannot be read: {error})\n"));
+    if there == text {
+        return Ok(());
+    }
+    Err(format!(
+        "docs/{page} differs, - page, + now:\n{}write it with: {REGENERATE}=write cargo test -p integration-tests --test \
+         suite -- reference::",
+        changed(&there, text)
+    ))
+}
+
+/// Returns the lines that only one of the two texts has.
 fn changed(before: &str, now: &str) -> String {
     let only = |of: &str, other: &str, sign: char| -> String {
         let differ = of.lines().filter(|line| !other.lines().any(|kept| kept == *line));
@@ -40,7 +60,7 @@ fn changed(before: &str, now: &str) -> String {
 /// Compares a table with `tests/golden/<name>`.
 ///
 /// # Errors
-/// The lines that differ and how to regenerate the file, where it is another table or there is none.
+/// If the tables differ or the file is missing: lists the lines that differ and the command that regenerates the file.
 pub fn compare(name: &str, table: &str) -> Result<(), String> {
     let file = path("golden").join(name);
     if std::env::var_os(REGENERATE).is_some_and(|value| value == "write") {

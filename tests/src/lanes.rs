@@ -1,7 +1,7 @@
-//! A controller in lanes beside the same controller ticked one by one, of any shape.
+//! Comparison of a vectorised batch of controllers with the single controller, for every configuration.
 //!
-//! A lane of each shape in both precisions takes a minute to compile. The suite takes the shapes of the archive for C.
-//! The test program `every_lane` takes all; the part `shapes` of the deep tier builds it.
+//! The batches of all configurations in both precisions take a minute to compile. The suite covers the configurations
+//! of the C library. The test program `every_lane` covers all of them; the part `shapes` of the deep tier builds it.
 
 use crate::oracle::Model;
 use crate::shape::UnitModel;
@@ -11,10 +11,10 @@ use controller_core::{
     Options, Output, ReachingLaw, Real, State, Surface, Words,
 };
 
-/// Lanes of one test: no power of two, so that a vector loop has a rest.
+/// Batch size of the tests; not a power of two, so that a vector loop has a remainder.
 const L: usize = 11;
 
-/// A design of a shape with all there is: mixed limits, a switching term, a safe u on some.
+/// Returns a configuration with all features: asymmetric limits, a switching term, a safe output for odd masks.
 fn config<const N: usize, const R: usize>(mask: u8) -> Config<N, R> {
     let slow = ObserverGains::from_bandwidth::<R>(30.0 + f64::from(mask));
     Config {
@@ -33,7 +33,7 @@ fn config<const N: usize, const R: usize>(mask: u8) -> Config<N, R> {
     }
 }
 
-/// A number of a sample: good ones, ones that saturate, lost ones, edges.
+/// Returns one entry of a sample: valid, saturating, missing, or an edge case.
 fn number(rng: &mut Rng) -> f64 {
     let edges = [f64::NAN, f64::INFINITY, -1e13, 1e30, 1e35, -1e-40, -0.0, 1e6, -3e11, 1e300];
     match rng.integer(0, 59) {
@@ -45,22 +45,23 @@ fn number(rng: &mut Rng) -> f64 {
 
 /// Samples of all lanes.
 pub type Samples = [[f64; 6]; L];
-/// What a lane answers: u, sigma, sigma* as words, and the health.
+/// Result of one lane: u, sigma, sigma* as words, and the status flags.
 pub type Answer = ([[u32; 2]; 3], Health);
 
-/// A controller in lanes, and L of it alone; of any shape, so that the questions are compiled once.
+/// Batch of L controllers with L single controllers for comparison. The trait hides the configuration, so the checks
+/// compile once.
 pub trait Beside {
-    /// Ticks in lanes.
+    /// Runs a tick of the batch.
     fn together(&mut self, x: &Samples) -> [Answer; L];
-    /// Ticks one by one.
+    /// Runs a tick of each single controller.
     fn alone(&mut self, x: &Samples) -> [Answer; L];
-    /// Something else was really held in this lane.
+    /// Reports another applied u to lane `l`.
     fn report(&mut self, l: usize);
-    /// This lane holds the words of the one alone.
+    /// Returns true if the states of lane `l` and its single controller agree word for word.
     fn same_state(&self, l: usize) -> bool;
 }
 
-/// Name and pair of each shape and precision.
+/// Name and pair of each configuration and precision.
 pub type Pairs = Vec<(&'static str, Box<dyn Beside>)>;
 
 struct Both<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK: u8, const O: usize> {
@@ -111,7 +112,7 @@ impl<T: Real, M: NominalModel<T, N>, const N: usize, const R: usize, const MASK:
     }
 }
 
-/// Adds a shape in both precisions. a(x) bends in all, b(x) varies in every third.
+/// Adds a configuration in both precisions. a(x) is non-linear in all; b(x) varies in every third.
 pub fn add<const N: usize, const R: usize, const MASK: u8, const O: usize>(pairs: &mut Pairs, name: &'static str) {
     let swing = if pairs.len().is_multiple_of(3) { 0.2 } else { 0.0 };
     let model = Model { bend: 0.3, swing, ..Model::linear(&[-0.5; N], 3.0) };
@@ -122,7 +123,7 @@ pub fn add<const N: usize, const R: usize, const MASK: u8, const O: usize>(pairs
     pairs.push((name, both(double)));
 }
 
-/// The pairs of a set of shapes, as in `shapes!(archive => pairs)`.
+/// The pairs of a set of configurations, as in `shapes!(archive => pairs)`.
 #[macro_export]
 macro_rules! pairs {
     ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {{
@@ -132,7 +133,8 @@ macro_rules! pairs {
     }};
 }
 
-/// Holds each lane to the tick alone, on random samples of which some are lost and some saturate.
+/// Checks that each lane is bit-identical to the single controller, on random samples. Some samples are missing and
+/// some saturate.
 ///
 /// # Panics
 /// On a bit that differs.

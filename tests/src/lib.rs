@@ -1,40 +1,40 @@
-//! What the suite measures with. Nothing here comes from the code under test: the tick is transcribed a second time
-//! ([`oracle`]), the continuous law is taken from the print ([`printed`]), linear plants are exact
-//! ([`truth`]). Only where the shipped loop itself is in question do the runs go through `loop-sim` ([`paper`]).
+//! Reference implementations and tools of the test suite. None of the references uses the code under test. The tick is
+//! transcribed a second time ([`oracle`]), the continuous controller follows the print ([`printed`]), and linear plants
+//! are exact ([`truth`]). Runs go through `loop-sim` ([`paper`]) only where the test is about the shipped loop.
 //!
-//! | module | what |
+//! | module | content |
 //! |---|---|
 //! | [`oracle`] | the discrete controller written for reading: unfolded, loops, f64 |
 //! | [`printed`] | the continuous controller, Eq. (44)-(51), as printed |
 //! | [`truth`] | linear plants, exact between ticks; a plain Runge-Kutta |
-//! | [`shape`] | the shipped controller behind one trait, whatever its order, channels and precision |
-//! | [`lanes`] | a controller in lanes beside the same one alone, of any shape |
+//! | [`shape`] | the shipped controller behind one trait, for every order, channel set and precision |
+//! | [`lanes`] | a vectorised batch compared with the single controller |
 //! | [`strategy`] | random designs and chains from a printed seed |
-//! | [`recovery`] | the way back into the set M of a design: what is done to a controller, and the search for it |
-//! | [`talk`] | the host's side of the wire by hand |
-//! | [`close`] | comparing two signals |
+//! | [`recovery`] | recovery into the set M of a design: attacks on a controller, and the search for them |
+//! | [`talk`] | the host's side of the serial protocol, written by hand |
+//! | [`close`] | comparison of two signals |
 //! | [`paper`] | the two examples of the paper, run through `loop-sim` |
 //! | [`program`] | `host-sim` with its stdout, stderr and exit status |
-//! | [`data`] | reading `tests/data` |
-//! | [`golden`] | small tables a person can judge |
+//! | [`data`] | reader of `tests/data` |
+//! | [`golden`] | small tables for review by a person |
 
 /// The page `docs/your-controller.md`, whose code runs as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/your-controller.md")]
 pub struct YourController;
 
-/// True if tests run at their full size: `DEEP=1`, which `cargo xtask test --deep shapes` sets. A long test has two
-/// sizes and chooses by this.
+/// Returns true if tests run at full size: `DEEP=1`, which `cargo xtask test --deep shapes` sets. A long test has two
+/// sizes and chooses by this flag.
 pub fn deep() -> bool {
     std::env::var_os("DEEP").is_some_and(|value| value == "1")
 }
 
-/// All of them in the deep tier, every `n`th in the fast one, the first among them.
+/// Returns all items in the deep tier and every `n`th in the fast tier, starting with the first.
 pub fn sampled<I: IntoIterator>(all: I, n: usize) -> std::iter::StepBy<I::IntoIter> {
     all.into_iter().step_by(if deep() { 1 } else { n })
 }
 
-/// So many ticks in the deep tier, a twentieth in the fast one.
+/// Returns `ticks` in the deep tier and a twentieth of it in the fast tier.
 pub fn sized(ticks: usize) -> usize {
     if deep() { ticks } else { ticks / 20 }
 }
@@ -54,6 +54,11 @@ pub mod shape;
 pub mod strategy;
 pub mod talk;
 pub mod truth;
+
+/// The code of `docs/own-plant.md` compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/own-plant.md")]
+struct OwnPlant;
 
 /// The code of the README compiles.
 #[cfg(doctest)]

@@ -1,5 +1,5 @@
-//! A drive that runs by itself in this process: the chip's side of the talk around a motor, its ticks passing while the
-//! host waits, every u of it recorded.
+//! Simulated target that runs a drive in this process. Its ticks pass while the host waits, and it records u of every
+//! tick.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -12,22 +12,22 @@ use link::remote::Loadable;
 use link::transport::{Transport, TransportError};
 use pil_wire::{Disturbance, Instance, Live, Machine, Model, Row, Seat, halves};
 
-/// The law of it.
+/// Controller of the simulated target.
 pub type Law = MotorDrive<f32, Position, 1>;
-/// Period of its ticks, s.
+/// Control period, s.
 pub const PERIOD_S: f64 = 1e-3;
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
-/// What it begins with.
+/// Design at power-up.
 pub const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(20), Limits::symmetric(10.0));
-/// Rows of its memory.
+/// Rows of the trace buffer.
 const ROWS: usize = 4000;
 /// Ticks that pass while the host waits for a reply.
 const PASSING: usize = 7;
 
-/// A design as it is sent.
+/// Returns a design in the form that the host sends.
 ///
 /// # Panics
-/// On a bad design.
+/// On an invalid design.
 pub fn loadable(design: &MotorDesign) -> Loadable {
     let law = Law::try_design(design).unwrap_or(Law::try_design(&DESIGN).expect("a good design"));
     let bounds = design.bounds(&law, 0.2);
@@ -36,19 +36,19 @@ pub fn loadable(design: &MotorDesign) -> Loadable {
     Loadable { instance, words: numbers.flat_map(halves).collect() }
 }
 
-/// What the interrupt has: axis and plant.
+/// Interrupt side of the target: controller and simulated motor.
 pub struct Chip {
     seat: Seat<Law, 1, 2>,
     x: [f64; 2],
     count: i32,
     disturbance: Disturbance,
-    /// u of every tick.
+    /// Current command of every tick, A.
     pub u: Vec<f32>,
-    /// Its counts, if they were lost too.
+    /// Encoder count of every tick, including missing counts.
     pub counts: Vec<i32>,
-    /// Is there a stand-in that can be disturbed?
+    /// True if the simulated plant accepts disturbances.
     pub is_stand_in: bool,
-    /// Ticks that pass whenever the background comes to the seat.
+    /// Ticks that pass before each access from the background.
     pub ticks_between: usize,
 }
 
@@ -64,24 +64,24 @@ impl Chip {
         self.counts.push(self.count);
         let torque = MOTOR.torque_n_m_per_a * f64::from(output.u) - f64::from(self.disturbance.load_n_m);
         let friction = 0.005 * (self.x[1] / 0.005).tanh();
-        // Ten steps a tick: the friction is steep.
+        // Ten integration steps per tick, because the friction is steep.
         for _ in 0..10 {
             self.x[1] += 0.1 * PERIOD_S * (torque - friction) / MOTOR.inertia_kg_m2;
             self.x[0] += 0.1 * PERIOD_S * self.x[1];
         }
     }
 
-    /// True angle, rad.
+    /// Returns the true angle, rad.
     pub const fn angle_rad(&self) -> f64 {
         self.x[0]
     }
 
-    /// True speed, rad/s.
+    /// Returns the true speed, rad/s.
     pub const fn speed_rad_s(&self) -> f64 {
         self.x[1]
     }
 
-    /// So many ticks pass, whoever asks.
+    /// Runs this many ticks.
     pub fn pass(&mut self, ticks: usize) {
         (0..ticks).for_each(|_| self.tick());
     }
@@ -103,22 +103,22 @@ impl Machine<Law, 1, 2> for Chip {
     }
 }
 
-/// The chip at the end of a wire without time.
+/// Simulated target at the end of a serial link without delay.
 pub struct Bench {
     live: Live<Law, 1, 2>,
-    /// The other side of its interrupt.
+    /// Interrupt side of the target.
     pub chip: Chip,
     sent: VecDeque<u8>,
 }
 
 impl Bench {
-    /// Just powered up, with [`DESIGN`].
+    /// Returns a target just powered up, with [`DESIGN`].
     ///
     /// # Panics
-    /// Never: it is a good design.
+    /// Never: the design is valid.
     pub fn new() -> Self {
         let (live, law) = Live::new(loadable(&DESIGN).words).expect("a good design");
-        // As a chip's memory: there as long as the program.
+        // Leaked, because memory on a chip lasts as long as the program.
         let live = live.recording_in(vec![Row::default(); ROWS].leak());
         let disturbance = Disturbance::default();
         let chip = Chip {
@@ -159,15 +159,15 @@ impl Transport for Bench {
     }
 }
 
-/// One chip at the end of several wires.
+/// One target shared by several serial links.
 #[derive(Clone, Default)]
 pub struct Shared(Arc<Mutex<Bench>>);
 
 impl Shared {
-    /// Does something with it.
+    /// Runs a closure with exclusive access to the target.
     ///
     /// # Panics
-    /// When another has panicked with it.
+    /// If another thread panicked while it held the target.
     pub fn with<R>(&self, work: impl FnOnce(&mut Bench) -> R) -> R {
         work(&mut self.0.lock().expect("no holder panics"))
     }

@@ -1,5 +1,5 @@
-//! The discrete controller a second time, written for reading: the observer's Taylor state S is not folded, sums are
-//! loops over channel numbers, every quantity is f64 and has its own name. Slow, and meant to be.
+//! Second transcription of the discrete controller, written for reading. The observer's Taylor state S is not folded,
+//! sums are loops over channel numbers, every quantity is f64 and has its own name. It is slow on purpose.
 //!
 //! Symbols (i, j, q count from 1 in these formulas, from 0 in the arrays):
 //!
@@ -7,13 +7,13 @@
 //! * t_j = T^j phi_j(-lambda T), phi_j(z) = sum_m z^m/(m+j)!
 //! * w_i: weight of the present x_{i+1} in its mean over the past tick; theta_n for i = n-1, else 1/2
 //!
-//! The design takes other roads than the shipped one wherever there is one: discrete observer gains from the poles by
+//! The oracle uses other methods than the shipped design wherever one exists: discrete observer gains from the poles by
 //! `exp_m1`, phi_j by sums of positive terms, the offset's decay by `exp_m1`.
 
-/// A complex number, (re, im).
+/// Complex number, (re, im).
 pub type Complex = (f64, f64);
 
-/// The gains of one channel's observer.
+/// Gains of one channel's observer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gains {
     /// l_1 .. l_r.
@@ -23,17 +23,17 @@ pub struct Gains {
 }
 
 impl Gains {
-    /// The gains that have these poles.
+    /// Returns the gains that have these poles.
     pub fn from_poles(poles: &[Complex]) -> Self {
         Self { l: monic(poles), poles: poles.to_vec() }
     }
 
-    /// All poles at -omega.
+    /// Returns the gains with all poles at -omega.
     pub fn from_bandwidth(omega_rad_s: f64, order: usize) -> Self {
         Self::from_poles(&vec![(-omega_rad_s, 0.0); order])
     }
 
-    /// Printed gains; the oracle itself needs poles and can use them up to order 2 only.
+    /// Takes printed gains. The oracle itself needs poles, so it uses printed gains up to order 2 only.
     pub fn printed(l: &[f64]) -> Self {
         let poles = match *l {
             [l1] => vec![(-l1, 0.0)],
@@ -43,7 +43,7 @@ impl Gains {
                 if discriminant < 0.0 {
                     vec![(-l1 / 2.0, root / 2.0), (-l1 / 2.0, -root / 2.0)]
                 } else {
-                    // The slow pole from the product: no cancellation.
+                    // The slow pole comes from the product, which avoids cancellation.
                     let fast = -f64::midpoint(l1, root);
                     vec![(fast, 0.0), (l2 / fast, 0.0)]
                 }
@@ -54,34 +54,34 @@ impl Gains {
     }
 }
 
-/// A whole design; the same numbers as `controller_core::Config`, with lengths known at run time only.
+/// Complete design: the numbers of `controller_core::Config` with lengths known only at run time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spec {
-    /// T, s.
+    /// Control period T, s.
     pub period_s: f64,
-    /// c_1 .. c_n.
+    /// Surface coefficients c_1 .. c_n.
     pub c: Vec<f64>,
-    /// alpha, 1/s.
+    /// Decay rate alpha of the offset W, 1/s.
     pub alpha: f64,
-    /// k_l, 1/s.
+    /// Reaching gain k_l, 1/s.
     pub k_l: f64,
-    /// k_s.
+    /// Switching gain k_s.
     pub k_s: f64,
-    /// eps.
+    /// Boundary layer eps.
     pub epsilon: f64,
-    /// da/dx_1 .. da/dx_n as the design knows it.
+    /// da/dx_1 .. da/dx_n in the design.
     pub gradient: Vec<f64>,
-    /// b_0.
+    /// Input gain b_0.
     pub input_gain: f64,
-    /// One entry per channel.
+    /// Observer gains; one entry per channel.
     pub observers: Vec<Option<Gains>>,
-    /// |u| <= limit.
+    /// Limit of |u|.
     pub limit: f64,
 }
 
 impl Spec {
-    /// A chain of order 2 with an observer in the given channel (from 1) only, for tests of the observer: what the law
-    /// makes of it does not matter there.
+    /// Returns a chain of order 2 with an observer in the given channel (from 1) only, for tests of the observer. The
+    /// control law is irrelevant there.
     pub fn observing(channel: usize, gains: Gains, period_s: f64) -> Self {
         let mut observers = vec![None, None];
         observers[channel - 1] = Some(gains);
@@ -99,19 +99,19 @@ impl Spec {
         }
     }
 
-    /// n.
+    /// Returns the order n.
     pub fn order(&self) -> usize {
         self.c.len()
     }
 
-    /// Observed channels, from 0, with their gains.
+    /// Iterates over the observed channels, from 0, with their gains.
     pub fn observed(&self) -> impl Iterator<Item = (usize, &Gains)> {
         self.observers.iter().enumerate().filter_map(|(i, gains)| gains.as_ref().map(|gains| (i, gains)))
     }
 }
 
-/// The nominal a(x) and b(x) of the test plants: a linear row, a bend that a gradient does not know, and a b(x) that
-/// swings around b_0.
+/// Nominal a(x) and b(x) of the test plants: a linear row, a bend that the design's gradient omits, and a b(x) that
+/// varies around b_0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// da/dx of the linear part.
@@ -125,26 +125,26 @@ pub struct Model {
 }
 
 impl Model {
-    /// A linear a(x) with constant b.
+    /// Returns a linear a(x) with constant b.
     pub fn linear(row: &[f64], input_gain: f64) -> Self {
         Self { row: row.to_vec(), bend: 0.0, input_gain, swing: 0.0 }
     }
 
-    /// a(x).
+    /// Returns a(x).
     pub fn a(&self, x: &[f64]) -> f64 {
         self.row.iter().zip(x).map(|(k, x)| k * x).sum::<f64>() + self.bend * x[0] / (1.0 + x[0].abs())
     }
 
-    /// b(x).
+    /// Returns b(x).
     pub fn b(&self, x: &[f64]) -> f64 {
         self.input_gain * (1.0 + self.swing * x[0] / (1.0 + x[0].abs()))
     }
 }
 
-/// What a tick of the oracle returns.
+/// Output of one tick of the oracle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OracleTick {
-    /// Control.
+    /// Control u.
     pub u: f64,
     /// sigma, Eq. (44).
     pub sigma: f64,
@@ -159,7 +159,7 @@ struct Channel {
     gain: [f64; 3],
     theta: f64,
     mu2: f64,
-    /// Rows of the law and of sigma on S.
+    /// Rows of the control law and of sigma on S.
     k_z: [f64; 3],
     g: [f64; 3],
     s: [f64; 3],
@@ -175,15 +175,15 @@ pub struct Oracle {
     channels: Vec<Channel>,
     k_v: f64,
     k_x: Vec<f64>,
-    // State.
+    // State variables.
     offset: f64,
     x_prev: Vec<f64>,
     a_prev: f64,
     b_prev: f64,
-    /// What the actuator held since the last tick.
+    /// Control u that was applied since the last tick.
     pub applied: f64,
     first: bool,
-    /// No last sample to compare with: the estimates stay as they are.
+    /// True if there is no previous sample to compare with; the estimates then stay unchanged.
     resuming: bool,
 }
 
@@ -249,21 +249,21 @@ impl Oracle {
         }
     }
 
-    /// A caller's guess of the disturbances before the first tick.
+    /// Sets a guess of the disturbances before the first tick.
     pub fn guess(&mut self, d_hat: &[f64]) {
         for channel in &mut self.channels {
             channel.s[0] = self.spec.period_s * d_hat[channel.i];
         }
     }
 
-    /// A tick without a sample: time goes on for the offset, the estimates wait, and the next sample, which has no
-    /// predecessor, lets them go on by themselves.
+    /// Runs a tick without a sample. The offset advances and the estimates wait. The next sample has no predecessor, so
+    /// the estimates advance without a correction.
     pub fn lost(&mut self) {
         self.offset += (-self.spec.alpha * self.spec.period_s).exp_m1() * self.offset;
         self.resuming = true;
     }
 
-    /// One tick.
+    /// Runs one tick.
     pub fn tick(&mut self, x: &[f64]) -> OracleTick {
         let (n, period) = (self.spec.order(), self.spec.period_s);
         let (a, b) = (self.model.a(x), self.model.b(x));
@@ -329,7 +329,7 @@ impl Oracle {
         OracleTick { u, sigma, sigma_star }
     }
 
-    /// d_hat^(m) = m! S_m / T^(m+1) of channel i (from 0); zeros where there is no observer.
+    /// Returns d_hat^(m) = m! S_m / T^(m+1) of channel i (from 0); zeros without an observer.
     pub fn estimate(&self, i: usize) -> [f64; 3] {
         let unit = |m: usize| factorial(m) / power(self.spec.period_s, m + 1);
         let channel = self.channels.iter().find(|channel| channel.i == i);
@@ -337,7 +337,8 @@ impl Oracle {
     }
 }
 
-/// gamma_1..gamma_r: coefficients of the monic polynomial with roots e^(pole T) - 1, each to the last digits.
+/// Returns gamma_1..gamma_r, the coefficients of the monic polynomial with roots e^(pole T) - 1, accurate to the last
+/// digits.
 pub fn gammas(poles: &[Complex], period_s: f64) -> Vec<f64> {
     let roots: Vec<Complex> = poles
         .iter()
@@ -350,7 +351,7 @@ pub fn gammas(poles: &[Complex], period_s: f64) -> Vec<f64> {
     monic(&roots)
 }
 
-/// Coefficients a_1.. of the monic polynomial with these roots.
+/// Returns the coefficients a_1.. of the monic polynomial with these roots.
 pub fn monic(roots: &[Complex]) -> Vec<f64> {
     let mut a: Vec<Complex> = vec![(1.0, 0.0)];
     for &(re, im) in roots {
@@ -364,7 +365,7 @@ pub fn monic(roots: &[Complex]) -> Vec<f64> {
     a[1..].iter().map(|coefficient| coefficient.0).collect()
 }
 
-/// L_1..L_3 on the Taylor state from gamma.
+/// Returns L_1..L_3 on the Taylor state from gamma.
 fn taylor_gains(gamma: &[f64], theta: f64, mu2: f64) -> [f64; 3] {
     match *gamma {
         [g1] => [g1, 0.0, 0.0],
@@ -378,8 +379,8 @@ fn taylor_gains(gamma: &[f64], theta: f64, mu2: f64) -> [f64; 3] {
     }
 }
 
-/// phi_j(z) = sum_m z^m/(m+j)!, for z < 0 by Kummer's transformation e^z/(j-1)! sum_m (-z)^m/(m! (j+m)): all terms of
-/// both sums are positive, nothing cancels.
+/// Returns phi_j(z) = sum_m z^m/(m+j)!. For z < 0 it uses Kummer's transformation e^z/(j-1)! sum_m (-z)^m/(m! (j+m)).
+/// All terms of both sums are positive, so there is no cancellation.
 pub fn phi(j: usize, z: f64) -> f64 {
     if j == 0 {
         return z.exp();
@@ -399,12 +400,12 @@ pub fn phi(j: usize, z: f64) -> f64 {
     if z >= 0.0 { sum / factorial(j) } else { z.exp() * sum / factorial(j - 1) }
 }
 
-/// base^exponent.
+/// Returns base^exponent.
 pub fn power(base: f64, exponent: usize) -> f64 {
     (0..exponent).map(|_| base).product()
 }
 
-/// k!
+/// Returns k!.
 pub fn factorial(k: usize) -> f64 {
     (1..=k).map(|factor| factor as f64).product()
 }

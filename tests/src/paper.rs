@@ -1,4 +1,4 @@
-//! The two examples of the paper as runs of `loop-sim`, and the same under the printed continuous law.
+//! The two examples of the paper: as runs of `loop-sim`, and under the printed continuous controller.
 
 use crate::oracle::{Gains, Spec};
 use crate::printed::Printed;
@@ -14,23 +14,23 @@ use loop_sim::sensor::Sensor;
 use loop_sim::trace::{Ending, Trace};
 use loop_sim::{actuator, sensor};
 
-/// A plant, its controller and where it starts.
+/// Plant, controller and initial state of a run.
 pub struct Run<'a> {
     /// The true plant.
     pub plant: &'a dyn Plant,
     /// The controller.
     pub spec: Spec,
-    /// Its nominal a(x).
+    /// Nominal a(x) and b(x) of the controller.
     pub model: Model,
-    /// f32 or f64.
+    /// Precision of the controller: f32 or f64.
     pub precision: Precision,
     /// x(0).
     pub x0: Vec<f64>,
-    /// Length, s.
+    /// Length of the run, s.
     pub span_s: f64,
 }
 
-/// Example 2: k_l = 10 to 100 without switching, gains as printed for r = 2, T = 1 ms.
+/// Returns Example 2: k_l = 10 to 100 without switching, gains as printed for r = 2, T = 1 ms.
 pub fn joint_spec(reading: Reading, k_l: f64) -> Spec {
     let nominal = JointParameters::TABLE_I.chain(reading).nominal();
     let gains = Gains::printed(&[100.0, 20.0]);
@@ -48,10 +48,10 @@ pub fn joint_spec(reading: Reading, k_l: f64) -> Spec {
     }
 }
 
-/// The nominal joint of Example 2.
+/// Nominal joint of Example 2.
 pub const NOMINAL: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 
-/// A design of it with nothing wrong in it: T = 1 ms, k_l = 50, |u| <= 300, the same gains in channels 2 and 4.
+/// Returns a valid design of the joint: T = 1 ms, k_l = 50, |u| <= 300, equal gains in channels 2 and 4.
 pub const fn joint_config<const R: usize>(gains: ObserverGains<R>) -> Config<4, R> {
     Config {
         period_s: 1e-3,
@@ -63,13 +63,13 @@ pub const fn joint_config<const R: usize>(gains: ObserverGains<R>) -> Config<4, 
     }
 }
 
-/// Example 2 of 20 s from 0.1 rad.
+/// Returns a run of Example 2: 20 s from 0.1 rad.
 pub fn joint(plant: &dyn Plant, spec: Spec, precision: Precision) -> Run<'_> {
     let model = Model::Linear(spec.gradient.clone());
     Run { plant, spec, model, precision, x0: vec![0.1, 0.0, 0.0, 0.0], span_s: 20.0 }
 }
 
-/// Example 1 part 2 (c_1 = 5 and alpha = 1 are not in the text): 10 s from x_1 = 1.
+/// Returns a run of Example 1 part 2: 10 s from x_1 = 1. The text does not give c_1 = 5 and alpha = 1.
 pub fn complex_disturbance(plant: &dyn Plant, period_s: f64, precision: Precision) -> Run<'_> {
     let spec = Spec {
         period_s,
@@ -78,7 +78,7 @@ pub fn complex_disturbance(plant: &dyn Plant, period_s: f64, precision: Precisio
         k_l: 50.0,
         k_s: 0.0,
         epsilon: 0.01,
-        // e^x_1 is left to the observer; the slope in x_2 is exact.
+        // The observer estimates e^x_1; the slope in x_2 is exact.
         gradient: vec![0.0, -1.0],
         input_gain: 1.0,
         observers: vec![Some(Gains::printed(&[100.0, 20.0])), None],
@@ -88,15 +88,15 @@ pub fn complex_disturbance(plant: &dyn Plant, period_s: f64, precision: Precisio
 }
 
 impl Run<'_> {
-    /// The sampled loop with ideal sensor and actuator.
+    /// Runs the sampled loop with ideal sensor and actuator.
     pub fn trace(&self) -> Trace {
         self.trace_through(&mut sensor::Ideal, &mut actuator::Ideal)
     }
 
-    /// The sampled loop.
+    /// Runs the sampled loop through a sensor and an actuator.
     ///
     /// # Panics
-    /// If the design is refused or the plant cannot be integrated: not what these tests are about.
+    /// If the design is rejected or the plant cannot be integrated. These tests do not cover either case.
     pub fn trace_through(&self, sensor: &mut dyn Sensor, actuator: &mut dyn Actuator) -> Trace {
         let spec = &self.spec;
         let designed =
@@ -118,7 +118,8 @@ impl Run<'_> {
         trace
     }
 
-    /// Ultimate (|sigma*|, |y|) from `from_s` on under the printed continuous law, by Runge-Kutta with this step.
+    /// Returns the ultimate (|sigma*|, |y|) from `from_s` on under the printed continuous controller, by Runge-Kutta
+    /// with this step.
     pub fn continuous_ultimate(&self, a_b: &dyn Fn(&[f64]) -> (f64, f64), from_s: f64, step_s: f64) -> (f64, f64) {
         let mut printed = Printed::start(&self.spec, a_b, &self.x0);
         let (mut sigma_star, mut y) = (0.0_f64, 0.0_f64);
@@ -136,7 +137,7 @@ impl Run<'_> {
     }
 }
 
-/// Did the run last to its end within reason?
+/// Returns true if the run reached its end with a bounded state.
 pub fn is_bounded(trace: &Trace) -> bool {
     trace.ending == Ending::Finished
 }

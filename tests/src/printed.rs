@@ -1,7 +1,7 @@
-//! The continuous controller as printed: observers in the p-form, Eq. (45)-(50) (Eq. (3)-(6) for n = 2), surface
-//! Eq. (44), (17), law Eq. (51) with sat(sigma*/eps).
+//! Continuous controller as printed: observers in the p-form, Eq. (45)-(50) (Eq. (3)-(6) for n = 2), surface Eq. (44),
+//! (17), law Eq. (51) with sat(sigma*/eps).
 //!
-//! It is integrated together with the plant by Runge-Kutta in small steps; what the sampled loop tends to as T -> 0.
+//! Runge-Kutta in small steps integrates it together with the plant. The sampled loop tends to this loop as T -> 0.
 
 use crate::oracle::{Model, Spec};
 use crate::truth::rk4;
@@ -9,7 +9,7 @@ use crate::truth::rk4;
 /// dx/dt of a plant: (t, x, u, dx).
 pub type Rhs<'a> = dyn Fn(f64, &[f64], f64, &mut [f64]) + 'a;
 
-/// The continuous loop of a plant and the printed controller.
+/// Continuous loop of a plant and the printed controller.
 pub struct Printed<'a> {
     spec: &'a Spec,
     model: &'a dyn Fn(&[f64]) -> (f64, f64),
@@ -19,20 +19,20 @@ pub struct Printed<'a> {
     t_s: f64,
 }
 
-/// What the continuous controller does at one instant.
+/// Signals of the continuous controller at one instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instant {
-    /// Control.
+    /// Control u.
     pub u: f64,
     /// sigma, Eq. (44).
     pub sigma: f64,
     /// sigma*, Eq. (17).
     pub sigma_star: f64,
-    /// d_hat^(m) of every channel; zeros where there is no observer.
+    /// d_hat^(m) of every channel; zeros without an observer.
     pub d_hat: Vec<[f64; 3]>,
 }
 
-/// Eq. (44), (17) and (51) from a state and estimates.
+/// Evaluates Eq. (44), (17) and (51) from a state and estimates.
 pub fn law(spec: &Spec, (a, b): (f64, f64), x: &[f64], d_hat: &[[f64; 3]], offset: f64) -> Instant {
     let last = spec.order() - 1;
     let mut sigma: f64 = (0..=last).map(|i| spec.c[i] * x[i]).sum();
@@ -49,7 +49,7 @@ pub fn law(spec: &Spec, (a, b): (f64, f64), x: &[f64], d_hat: &[[f64; 3]], offse
 }
 
 impl<'a> Printed<'a> {
-    /// At t = 0 with the estimates at zero: p(0) = -l x(0).
+    /// Starts at t = 0 with zero estimates: p(0) = -l x(0).
     pub fn start(spec: &'a Spec, model: &'a dyn Fn(&[f64]) -> (f64, f64), x0: &[f64]) -> Self {
         let mut state = x0.to_vec();
         for (i, gains) in spec.observed() {
@@ -59,12 +59,12 @@ impl<'a> Printed<'a> {
         Self { spec, model, sigma_0, state, t_s: 0.0 }
     }
 
-    /// The plant's state.
+    /// Returns the plant's state.
     pub fn x(&self) -> &[f64] {
         &self.state[..self.spec.order()]
     }
 
-    /// Control and sliding variable now.
+    /// Returns the present control and sliding variable.
     pub fn now(&self) -> Instant {
         self.at(self.t_s, &self.state)
     }
@@ -82,7 +82,7 @@ impl<'a> Printed<'a> {
         law(self.spec, (self.model)(x), x, &d_hat, self.sigma_0 * (-self.spec.alpha * t_s).exp())
     }
 
-    /// Moves plant and observers to `to_s` in `steps` steps.
+    /// Integrates plant and observers to `to_s` in `steps` steps.
     pub fn advance(&mut self, plant: &Rhs<'_>, to_s: f64, steps: usize) {
         let mut state = std::mem::take(&mut self.state);
         let n = self.spec.order();
@@ -106,7 +106,7 @@ impl<'a> Printed<'a> {
     }
 }
 
-/// a(x), b(x) of a model as the closure that [`Printed`] takes.
+/// Returns a(x), b(x) of a model as the closure that [`Printed`] takes.
 pub fn nominal(model: &Model) -> impl Fn(&[f64]) -> (f64, f64) + '_ {
     |x| (model.a(x), model.b(x))
 }

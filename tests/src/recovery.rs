@@ -1,9 +1,9 @@
-//! What is done to a controller, and the way back from it.
+//! Attacks on a controller, and the check of its recovery.
 //!
-//! After a good tick every word of the state lies in the set M of its design (module `design` of the core, "Range"),
-//! and from any state at most two good samples lead there. Random samples find nothing here: what did harm were samples
-//! of 1e27 whose terms cancel to the last bit, so they are searched for along the directions in which the law asks for
-//! nothing. A [`Victim`] is a design with its twin without limits, of six kinds in f32 and f64.
+//! After a valid tick every word of the state lies in the set M of its design (module `design` of the core, "Range").
+//! From any state at most two valid samples lead there. Random samples find no fault here. The harmful samples had
+//! values around 1e27 whose terms cancel to the last bit. The search therefore follows the directions in which the
+//! control law demands nothing. A [`Victim`] is a design with its twin without limits, of six kinds in f32 and f64.
 
 use crate::paper::{NOMINAL, joint_config};
 use crate::strategy::{Rng, Trial};
@@ -13,9 +13,9 @@ use controller_core::{
 };
 use std::collections::HashMap;
 
-/// Where the sums of the law overflow, as a power of two.
+/// Overflow threshold of the sums in the control law, as a power of two.
 pub trait Precision: Real + Send + Sync {
-    /// Numbers end at 2 to this.
+    /// Exponent at which numbers overflow: 2^BITS.
     const BITS: i32;
 }
 impl Precision for f32 {
@@ -25,11 +25,11 @@ impl Precision for f64 {
     const BITS: i32 = 1024;
 }
 
-/// What M is made of.
+/// Parameters of the set M.
 #[derive(Clone, Debug)]
 struct Set {
     lambda: f64,
-    /// Per slot, per A, B, C: the gain of the law.
+    /// Gains of the control law, per observed channel and per entry A, B, C.
     k: Vec<Vec<f64>>,
     kx: Vec<f64>,
     kw: f64,
@@ -38,7 +38,7 @@ struct Set {
     r: usize,
 }
 
-/// A controller of any shape.
+/// Controller of any configuration.
 pub type Law<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize> = Controller<T, M, N, R, MASK, O>;
 
 impl Set {
@@ -56,7 +56,7 @@ impl Set {
             named.insert(name, numbers.by_ref().take(count).collect::<Vec<f64>>());
         }
         let unit = named["unit"][0];
-        // 2^1024 is no f64.
+        // 2^1024 is not an f64.
         let lambda = 2.0 * (2f64.powi(T::BITS - 1) * unit);
         let scaled = |name: &str| named[name].iter().map(|entry| entry * unit).collect::<Vec<f64>>();
         Self {
@@ -70,7 +70,7 @@ impl Set {
         }
     }
 
-    /// What of the state lies outside, after a tick with a sample.
+    /// Lists the words of the state that lie outside M, after a tick with sample `x`.
     fn outside<T: Real>(&self, x: &[T], words: &[f64]) -> Vec<String> {
         let mut found = Vec::new();
         let mut hold = |what: String, value: f64, most: f64| {
@@ -86,7 +86,7 @@ impl Set {
         let (x_prev, rest) = rest.split_at(self.channels.len());
         for (s, &i) in self.channels.iter().enumerate() {
             let of = |letter: char| format!("{letter}{}", i + 1);
-            // A_n stands in the demand itself, which is what is left of the other terms.
+            // A_n enters the demand directly; its size is limited by the remainder of the other terms.
             let a = if i + 1 == self.kx.len() { 20.0 * self.lambda } else { self.lambda / self.kx[i + 1].abs() + size };
             hold(of('A'), z[s * self.r], a);
             for m in 1..self.r {
@@ -102,37 +102,37 @@ impl Set {
         found
     }
 
-    /// Does a u within the limits go out?
+    /// Checks that u lies within the limits.
     fn holds_u<T: Real>(&self, u: T) -> Result<(), String> {
         let u = u.to_f64();
         if self.u[0] <= u && u <= self.u[1] { Ok(()) } else { Err(format!("u = {u} goes out")) }
     }
 }
 
-/// The numbers of a state, without the flag that goes before them.
+/// Returns the numbers of a state, without the flag in front of them.
 fn numbers<T: Real>(state: &impl Words) -> Vec<f64> {
     let words: Vec<u32> = state.words().skip(1).collect();
     words.chunks(T::WORDS).map(|word| T::from_words([word[0], *word.get(1).unwrap_or(&0)]).to_f64()).collect()
 }
 
-/// A design to attack.
+/// Design under attack.
 pub trait Victim: Send + Sync {
-    /// A cancelling sample, a damaged state and one of nothing but NaN, each with the way back; was the sample found,
-    /// and taken?
+    /// Applies a cancelling sample, a damaged state and a state of NaN, each followed by the recovery check. Returns
+    /// true if a cancelling sample was found and accepted.
     ///
     /// # Errors
-    /// What was found outside, and after what.
+    /// Names the value outside M and the attack that caused it.
     fn struck(&self, trial: &mut Trial) -> Result<bool, String>;
 
-    /// So many ticks of a running controller with good samples, any bits, reports, resets, words given out and taken
-    /// in again, and changes to the other design and back; then the way back.
+    /// Runs this many ticks with valid samples, random bits, reports and resets. State snapshots are saved and
+    /// restored, and the design changes to its twin and back. The recovery check follows.
     ///
     /// # Errors
-    /// What went out, or was found outside.
+    /// Names the invalid u or the value outside M.
     fn driven(&self, ticks: usize, trial: &mut Trial) -> Result<(), String>;
 }
 
-/// A design and its twin without limits. `good` is a sample of a plant at work.
+/// Design and its twin without limits. `good` is a sample of an operating plant.
 pub struct Twins<T, M, const N: usize, const R: usize, const MASK: u8, const O: usize>
 where
     T: Precision,
@@ -142,9 +142,9 @@ where
     laws: [Law<T, M, N, R, MASK, O>; 2],
     sets: [Set; 2],
     good: [T; N],
-    /// After a hundred good samples.
+    /// States after a hundred valid samples.
     healthy: [State<T, M, N, R, MASK, O>; 2],
-    /// What one more of each entry of the sample asks for.
+    /// Change in the demand per unit change of each sample entry.
     row: [f64; N],
 }
 
@@ -156,10 +156,10 @@ where
     T: Precision,
     M: NominalModel<T, N>,
 {
-    /// Both at work.
+    /// Creates the pair and runs both for a hundred valid samples.
     ///
     /// # Panics
-    /// When the sample is none to start with.
+    /// If the controllers reject the first sample.
     pub fn new(name: &'static str, laws: [Law<T, M, N, R, MASK, O>; 2], good: [T; N]) -> Self {
         let sets = [0, 1].map(|which: usize| Set::of(&laws[which]));
         let healthy = [0, 1].map(|which: usize| {
@@ -178,15 +178,15 @@ where
         Self { name, laws, sets, good, healthy, row }
     }
 
-    /// The limited one after a hundred good samples.
+    /// Returns the state of the limited design after a hundred valid samples.
     pub fn healthy(&self) -> State<T, M, N, R, MASK, O> {
         self.healthy[0].clone()
     }
 
-    /// Good samples until the state is in M and one is taken; how many were not.
+    /// Feeds valid samples until the state is in M and a sample is accepted. Returns the number of rejected samples.
     ///
     /// # Errors
-    /// What lies outside.
+    /// Names the word that lies outside M.
     pub fn recovered(
         &self,
         which: usize,
@@ -201,7 +201,7 @@ where
             let rejected = output.health.contains(Health::INPUT_REJECTED);
             let outside = set.outside(good, &numbers::<T>(state));
             if lost == 1 || !rejected {
-                // A lost sample leaves x and P as they were; the next good one does not read them.
+                // A rejected sample leaves x and P unchanged; the next valid sample does not read them.
                 let of_estimates = |what: &&String| !what.starts_with('P') && !what.contains("_prev");
                 if let Some(what) = outside.iter().find(|what| !rejected || of_estimates(what)) {
                     return Err(format!("sample {}: {what}", lost + 1));
@@ -214,13 +214,13 @@ where
         Err("three good samples refused".into())
     }
 
-    /// A sample at this scale whose terms cancel: along the directions in which the law asks for nothing, then bit by
-    /// bit.
+    /// Searches for a sample whose terms cancel: first along the directions in which the control law demands nothing,
+    /// then bit by bit.
     fn cancelling(&self, which: usize, trial: &mut Trial) -> Option<[T; N]> {
         let rng = &mut trial.rng;
         let digits = if T::WORDS == 1 { 37.0 } else { 300.0 };
         let scale = 10f64.powf(rng.within(2.0, digits));
-        // Entries of like weight in the demand, the last one what the others leave.
+        // The entries have similar weight in the demand; the last one cancels the sum of the others.
         let shares: [f64; N] = std::array::from_fn(|_| rng.within(-1.0, 1.0));
         let last = rng.integer(0, N - 1);
         let rest: f64 = (0..N).filter(|&j| j != last).map(|j| shares[j]).sum();
@@ -241,7 +241,7 @@ where
         None
     }
 
-    /// An entry of a sample: of a plant at work, or any bits at all.
+    /// Returns an entry of a sample: from an operating plant, or random bits.
     fn entry(rng: &mut Rng, good: T) -> T {
         match rng.integer(0, 7) {
             0 => of_bits(rng.bits()),
@@ -261,7 +261,7 @@ fn of_bits<T: Real>(bits: u64) -> T {
     T::from_words([bits as u32, (bits >> 32) as u32])
 }
 
-/// Bits flipped, words exchanged for any others; the flag before them is one.
+/// Flips bits and replaces words at random; the flag in front of them stays one.
 pub fn damaged(words: &mut [u32], rng: &mut Rng) {
     for _ in 0..rng.integer(1, 8) {
         let at = rng.integer(1, words.len() - 1);
@@ -292,7 +292,7 @@ where
             let back = self.recovered(which, &mut state, &mut trial.done);
             back.map_err(|what| format!("{}, design {which}, from the words {words:x?}: {what}", self.name))?;
         }
-        // What the tick without its guard makes of NaN.
+        // State of the tick without its guard after a NaN sample.
         let mut state = self.healthy[which].clone();
         self.laws[which].tick_unguarded(&mut state, &[T::from_f64(f64::NAN); N]);
         trial.done += 1;
@@ -346,7 +346,7 @@ where
                 return Err(told(which, format!("{x:?} -> {output:?}")));
             }
         }
-        // Its words are a hash, whether it has started, the state and a checksum.
+        // Layout of the words: a hash, the started flag, the state, a checksum.
         let words: Vec<u32> = running.words().collect();
         if words[1] == 1 {
             let state = Words::from_words(&mut words[2..].iter().copied());
@@ -358,13 +358,13 @@ where
     }
 }
 
-/// Designs in one precision: a law, its model, a good sample.
+/// Designs in one precision: a control law, its model, a valid sample.
 macro_rules! victims {
     ($($name:ident: $law:ty = $config:expr, $model:expr, good $good:expr;)*) => {
-        /// All of them.
+        /// Returns all designs under attack.
         ///
         /// # Panics
-        /// Never: they are valid designs.
+        /// Never: the designs are valid.
         pub fn victims() -> Vec<Box<dyn Victim>> {
             vec![$({
                 let config = $config;

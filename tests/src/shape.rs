@@ -1,7 +1,7 @@
-//! The shipped controller behind one trait, whatever its order n, capacity R, observed channels and precision.
+//! The shipped controller behind one trait, for every order n, capacity R, set of observed channels and precision.
 //!
-//! All shapes that Eq. (44) allows are here: an observed channel i < n needs R >= n - i, so that the observed channels
-//! lie within the last R + 1 ones. 116 shapes in all, each in f32 and f64.
+//! All configurations that Eq. (44) allows are here. An observed channel i < n needs R >= n - i, so the observed
+//! channels lie within the last R + 1 ones. There are 116 configurations, each in f32 and f64.
 
 use crate::oracle::{Model, Spec};
 use controller_core::{
@@ -9,34 +9,34 @@ use controller_core::{
     Options, ReachingLaw, Real, Surface, Words, shapes,
 };
 
-/// What a tick returns, in f64 (exact for f32).
+/// Output of a tick, in f64 (exact for f32).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tick {
-    /// Control.
+    /// Control u.
     pub u: f64,
     /// sigma, Eq. (44).
     pub sigma: f64,
     /// sigma*, Eq. (17).
     pub sigma_star: f64,
-    /// Trouble.
+    /// Status flags.
     pub health: Health,
 }
 
-/// A controller that remembers its own state.
+/// Controller that keeps its own state.
 pub trait Shape {
-    /// Starts at `x0` with a guess of the disturbances; false if refused.
+    /// Starts at `x0` with a guess of the disturbances; returns false if rejected.
     fn start_from(&mut self, x0: &[f64], d_hat: &[f64]) -> bool;
-    /// One tick; the sample is rounded to the controller's precision.
+    /// Runs one tick; the sample is rounded to the controller's precision.
     fn tick(&mut self, x: &[f64]) -> Tick;
-    /// What the actuator really holds.
+    /// Reports the u that the actuator applied.
     fn report_applied(&mut self, u: f64);
-    /// d_hat^(m) of every channel.
+    /// Returns d_hat^(m) of every channel.
     fn estimates(&self) -> Vec<[f64; 3]>;
 
-    /// Changes the words of the state; false if what comes out is no state.
+    /// Changes the words of the state; returns false if the result is not a valid state.
     fn rewrite(&mut self, change: &mut dyn FnMut(&mut [u32])) -> bool;
 
-    /// Starts at `x0`.
+    /// Starts at `x0`; returns false if rejected.
     fn start(&mut self, x0: &[f64]) -> bool {
         self.start_from(x0, &vec![0.0; x0.len()])
     }
@@ -45,7 +45,7 @@ pub trait Shape {
 /// Precision of the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
-    /// f32, as on the chip.
+    /// f32, as on the target.
     Single,
     /// f64.
     Double,
@@ -60,7 +60,7 @@ pub struct UnitModel<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> UnitModel<T, N> {
-    /// From the test model.
+    /// Converts the test model.
     pub fn new(model: &Model) -> Self {
         Self {
             row: std::array::from_fn(|j| T::from_f64(model.row[j] / model.input_gain)),
@@ -88,7 +88,7 @@ impl<T: Real, const N: usize> NominalModel<T, N> for UnitModel<T, N> {
     }
 }
 
-/// The configuration that a spec describes.
+/// Returns the configuration that a spec describes.
 ///
 /// # Panics
 /// If the spec has gains of an order that does not fit.
@@ -107,7 +107,7 @@ pub fn config<const N: usize, const R: usize>(spec: &Spec) -> Config<N, R> {
         nominal: Nominal { gradient: padded(&spec.gradient), input_gain: spec.input_gain },
         options: Options::NEUTRAL
             .with_limits(Limits::symmetric(spec.limit))
-            // The poles printed for Example 2 with order 3 (-999.7) and coarse periods are part of the theory's table.
+            // The theory's table contains the printed poles of Example 2 with order 3 (-999.7) at coarse periods.
             .with_observer_pole_limit(100.0),
     };
     if let Ok(symbol) = std::env::var(MUTATION) {
@@ -116,9 +116,9 @@ pub fn config<const N: usize, const R: usize>(spec: &Spec) -> Config<N, R> {
     config
 }
 
-/// Names the symbol that is broken in every design of this crate: what an equation that is wrong there would compute.
-/// `cargo xtask mutate` sets it and wants the tests of the paper map to fail. A name that is not known breaks nothing:
-/// they pass, and that is told.
+/// Environment variable that names a symbol to break in every design of this crate, as a wrong equation would. `cargo
+/// xtask mutate` sets it and requires the tests of the paper map to fail. An unknown name breaks nothing: the tests
+/// pass, and `cargo xtask mutate` reports it.
 pub const MUTATION: &str = "MUTATION";
 
 fn break_symbol<const N: usize, const R: usize>(config: &mut Config<N, R>, symbol: &str) {
@@ -140,12 +140,12 @@ fn halved<const R: usize>(gains: &ObserverGains<R>) -> ObserverGains<R> {
     ObserverGains::new(gains.order(), l).expect("the order that it had")
 }
 
-/// The same with its order as a number.
+/// Returns the configuration of a spec with its order as a run-time number.
 pub fn any_config(spec: &Spec) -> AnyConfig {
     AnyConfig { n: spec.order(), padded: config(spec) }
 }
 
-/// A design and its state apart, so that a test may start it where it likes.
+/// Design and its state kept apart, so that a test can start anywhere.
 struct Apart<C: ControlLaw> {
     controller: C,
     state: Option<C::State>,
@@ -201,7 +201,7 @@ fn rounded<T: Real, const N: usize>(x: &[f64]) -> [T; N] {
     std::array::from_fn(|i| T::from_f64(x[i]))
 }
 
-/// Bit i - 1 for every observed channel i.
+/// Returns the channel mask: bit i - 1 for every observed channel i.
 pub fn mask(spec: &Spec) -> u8 {
     spec.observed().map(|(i, _)| 1 << i).sum()
 }
@@ -217,10 +217,10 @@ shapes!(all => table);
 /// Designs the shipped controller with capacity R = `capacity`.
 ///
 /// # Errors
-/// What the design refuses.
+/// The error of the design.
 ///
 /// # Panics
-/// On a shape that Eq. (44) does not allow.
+/// On a configuration that Eq. (44) does not allow.
 pub fn controller(
     spec: &Spec,
     model: &Model,

@@ -1,20 +1,20 @@
-//! Random designs from a seed. The generator is `SplitMix64`: one line of state, the same everywhere; the seed of a
-//! failing case stands in the test's message.
+//! Random designs from a seed. The generator is `SplitMix64`, with one word of state and identical results on every
+//! platform. A failing test prints its seed.
 
 use crate::oracle::{Complex, Gains, Model, Spec, monic, power};
 use crate::truth::{LinearChain, Term};
 
-/// `SplitMix64`.
+/// `SplitMix64` random number generator.
 #[derive(Clone, Debug)]
 pub struct Rng(u64);
 
 impl Rng {
-    /// From a seed.
+    /// Creates a generator from a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -23,37 +23,37 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [low, high).
+    /// Returns a number uniform in [low, high).
     pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Log-uniform in [low, high), both above 0.
+    /// Returns a number log-uniform in [low, high); both limits above 0.
     pub fn spread(&mut self, low: f64, high: f64) -> f64 {
         self.within(low.ln(), high.ln()).exp()
     }
 
-    /// True with this chance.
+    /// Returns true with this probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.within(0.0, 1.0) < probability
     }
 
-    /// An integer in low..=high.
+    /// Returns an integer in low..=high.
     pub fn integer(&mut self, low: usize, high: usize) -> usize {
         low + (self.bits() % (high - low + 1) as u64) as usize
     }
 
-    /// One of these.
+    /// Returns a random element of the list.
     pub fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
         &all[self.integer(0, all.len() - 1)]
     }
 
-    /// -1 or 1.
+    /// Returns -1 or 1.
     pub fn sign(&mut self) -> f64 {
         if self.chance(0.5) { -1.0 } else { 1.0 }
     }
 
-    /// `count` stable poles of magnitude up to `omega`, none slower than omega/3, damping at least 0.5.
+    /// Returns `count` stable poles: magnitude omega/3 to omega, damping at least 0.5.
     pub fn poles(&mut self, omega: f64, count: usize) -> Vec<Complex> {
         let mut poles = Vec::new();
         while poles.len() < count {
@@ -70,36 +70,36 @@ impl Rng {
     }
 }
 
-/// One trial of a random campaign: its random numbers, how much it has done, and what, if that is to be told.
+/// One trial of a random campaign: its random numbers, its progress, and a log if requested.
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// All that is random in it.
+    /// Source of all randomness of the trial.
     pub rng: Rng,
-    /// What it has done so far, in the unit of its campaign.
+    /// Progress so far, in the unit of the campaign.
     pub done: u64,
     told: Option<Vec<String>>,
 }
 
 impl Trial {
-    /// From a seed; one that is told keeps what [`tell`](Self::tell) is given.
+    /// Creates a trial from a seed; `is_told` keeps the lines of [`tell`](Self::tell).
     pub fn new(seed: u64, is_told: bool) -> Self {
         Self { rng: Rng::new(seed), done: 0, told: is_told.then(Vec::new) }
     }
 
-    /// One more line of what happens to it.
+    /// Adds a line to the log, if the log is kept.
     pub fn tell(&mut self, line: impl FnOnce() -> String) {
         if let Some(told) = &mut self.told {
             told.push(line());
         }
     }
 
-    /// The lines so far.
+    /// Returns the log lines.
     pub fn told(&self) -> &[String] {
         self.told.as_deref().unwrap_or_default()
     }
 }
 
-/// c_1 .. c_n of the surface whose sliding motion has these poles.
+/// Returns c_1 .. c_n of the surface whose sliding motion has these poles.
 pub fn surface(poles: &[Complex]) -> Vec<f64> {
     let mut c = monic(poles);
     c.reverse();
@@ -107,15 +107,16 @@ pub fn surface(poles: &[Complex]) -> Vec<f64> {
     c
 }
 
-/// da/dx_1..da/dx_n of a chain whose poles (u = 0) are these.
+/// Returns da/dx_1..da/dx_n of a chain that has these poles at u = 0.
 pub fn drift_row(poles: &[Complex]) -> Vec<f64> {
     let mut row: Vec<f64> = monic(poles).iter().map(|coefficient| -coefficient).collect();
     row.reverse();
     row
 }
 
-/// A design of the given shape that the shipped `try_design` accepts, nothing else asked of it: gains up to deadbeat,
-/// slopes of either sign, any gradient, b(x) constant or swinging, with or without switching and limits.
+/// Returns a design of the given configuration that the shipped `try_design` accepts; no other property is required.
+/// Gains range up to deadbeat. Slopes have either sign, the gradient is arbitrary, and b(x) is constant or varies.
+/// Switching and the limits are optional.
 pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, Model) {
     let period_s = rng.spread(1e-4, 1e-2);
     let bandwidth = rng.spread(0.01, 0.2) / period_s;
@@ -132,7 +133,7 @@ pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, 
     let slope = rng.within(-0.5, 3.0) / period_s;
     let mut row: Vec<f64> = (0..n).map(|j| rng.within(-1.0, 1.0) * power(bandwidth, n - j)).collect();
     row[n - 1] = -slope;
-    // The design may know less of a than the model says: no gradient, half the slope.
+    // In 30 % of the designs the gradient is zero except for half the slope.
     let mut gradient = row.clone();
     if rng.chance(0.3) {
         gradient.fill(0.0);
@@ -157,23 +158,23 @@ pub fn any_design(rng: &mut Rng, n: usize, capacity: usize, mask: u8) -> (Spec, 
     (spec, Model { row, bend, input_gain, swing })
 }
 
-/// A chain with its controller, everything in proportion to a surface bandwidth: what a designer would reasonably ask
-/// of the scheme. Observer poles T <= 0.3, k_l T <= 0.5, nominal slope T from -0.3 (unstable) to 2 (stiff).
+/// Chain with its controller, all in proportion to a surface bandwidth, within the range of a reasonable design.
+/// Observer poles T <= 0.3, k_l T <= 0.5, nominal slope T from -0.3 (unstable) to 2 (stiff).
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// The controller.
+    /// Controller.
     pub spec: Spec,
-    /// The plant; its nominal part is the design's.
+    /// Plant; its nominal part equals the design's model.
     pub plant: LinearChain,
-    /// x(0).
+    /// Initial state x(0).
     pub x0: Vec<f64>,
-    /// Number of ticks; the second half is the metric window.
+    /// Number of ticks; metrics use the second half.
     pub ticks: usize,
 }
 
-/// Draws a [`Case`]: an observer in the last channel always, in each mismatched channel that Eq. (44) allows with
-/// chance one half; disturbances (sinusoids slower than the surface, a constant, now and then a step) in observed
-/// channels.
+/// Draws a [`Case`]. The last channel always has an observer, each mismatched channel that Eq. (44) allows has one with
+/// probability one half. Disturbances act in observed channels: sinusoids slower than the surface, a constant,
+/// sometimes a step.
 pub fn case(rng: &mut Rng) -> Case {
     let n = rng.integer(2, 6);
     let period_s = [1e-3, 2e-3, 5e-3][rng.integer(0, 2)];

@@ -1,5 +1,5 @@
-//! The host's side of the talk with a target, by the page of `pil-wire`: frames put together by hand, and a host that
-//! sees every reply.
+//! The host's side of the serial protocol, from the page of `pil-wire`: frames assembled by hand, and a host that
+//! records every reply.
 
 use controller_core::{Controller, Linear, ObserverGains, Shape, channels};
 use link::remote::Loadable;
@@ -8,14 +8,14 @@ use pil_wire::{Event, LOAD, MAX_N, Open, REPLY_LEN, Refusal, Reply, Request, Tar
 
 use crate::paper::{NOMINAL, joint_config};
 
-/// CRC-32 as its definition says it, bit by bit: reflected polynomial EDB88320, all ones before and after.
+/// Returns the CRC-32, bit by bit: reflected polynomial EDB88320, initial value and final XOR all ones.
 pub fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, |crc, &byte| {
         (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
     })
 }
 
-/// A frame put together by hand, from the tables of the crate's page.
+/// Assembles a frame by hand, from the tables of the crate's page.
 pub fn by_hand(mark: u8, kind: u8, sequence: u32, words: &[u32]) -> Vec<u8> {
     let mut bytes = vec![0x5A, mark, 4, kind];
     bytes.extend(sequence.to_le_bytes());
@@ -24,7 +24,7 @@ pub fn by_hand(mark: u8, kind: u8, sequence: u32, words: &[u32]) -> Vec<u8> {
     bytes
 }
 
-/// The joint with observers of order 2 in channels 2 and 4, as numbers.
+/// Returns the joint with observers of order 2 in channels 2 and 4, as numbers.
 pub fn joint() -> Download {
     let gains = ObserverGains::as_printed([100.0, 20.0]);
     let model = Linear::<f32, 4>::new(&NOMINAL);
@@ -34,33 +34,33 @@ pub fn joint() -> Download {
     Download { shape: Shape { n: 4, r: 2, mask: channels(4, 2, [2, 4]) }, model: ModelKind::Linear, numbers }
 }
 
-/// A host that does as the page says, and sees every reply.
+/// Host that follows the protocol and exposes every reply.
 #[derive(Default)]
 pub struct Host {
-    /// At the other end, in this process.
+    /// Target in this process.
     pub target: Target,
-    /// Number of the last new request.
+    /// Sequence number of the last new request.
     pub sequence: u32,
     /// Bytes sent so far.
     pub sent: u64,
 }
 
 impl Host {
-    /// With a target that was just powered up.
+    /// Creates a host with a target just powered up.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// All replies to these bytes.
+    /// Sends bytes and returns all replies.
     pub fn send(&mut self, bytes: &[u8]) -> Vec<[u8; REPLY_LEN]> {
         self.sent += bytes.len() as u64;
         bytes.iter().filter_map(|&byte| self.target.receive(byte)).collect()
     }
 
-    /// The reply to a new request.
+    /// Sends a new request and returns its reply.
     ///
     /// # Panics
-    /// When there is none, or none that can be read.
+    /// If no readable reply arrives.
     pub fn ask(&mut self, request: &Request) -> Reply {
         self.sequence = self.sequence.wrapping_add(1);
         let replies = self.send(&request.to_frame(self.sequence));
@@ -70,10 +70,10 @@ impl Host {
         reply.expect("a reply of this version")
     }
 
-    /// Why a new request is refused.
+    /// Sends a new request and returns the reason of its rejection.
     ///
     /// # Panics
-    /// When it is not.
+    /// If the target accepts the request.
     pub fn refused(&mut self, request: &Request) -> Refusal {
         match self.ask(request) {
             Reply::Refused(refusal) => {
@@ -84,19 +84,19 @@ impl Host {
         }
     }
 
-    /// A new request that is to be done.
+    /// Sends a new request and checks that the target executes it.
     ///
     /// # Panics
-    /// When it is not.
+    /// If the target does not execute the request.
     pub fn done(&mut self, request: &Request) {
         let reply = self.ask(request);
         assert!(matches!(reply, Reply::Done), "{reply:?}");
     }
 
-    /// Words of a design, in order.
+    /// Sends the words of a design, in order.
     ///
     /// # Panics
-    /// When they are refused.
+    /// If the target rejects them.
     pub fn load(&mut self, words: &[u32]) {
         for (k, chunk) in words.chunks(LOAD).enumerate() {
             let mut words = [0; LOAD];
@@ -105,10 +105,10 @@ impl Host {
         }
     }
 
-    /// A design, from its announcement to its start.
+    /// Loads and starts a design.
     ///
     /// # Panics
-    /// When it is refused.
+    /// If the target rejects the design.
     pub fn start(&mut self, design: &Loadable) {
         let open = Open::new(design.instance, &design.words);
         self.done(&Request::Open(open));
@@ -117,10 +117,10 @@ impl Host {
         assert_eq!(self.target.take_event(), Some(Event::Started(open)));
     }
 
-    /// One tick.
+    /// Runs one tick on the target.
     ///
     /// # Panics
-    /// When it is refused.
+    /// If the target rejects the request.
     pub fn tick(&mut self, x: [f32; MAX_N], applied: f32) -> Ticked {
         match self.ask(&Request::Tick { x, applied }) {
             Reply::Ticked(ticked) => ticked,

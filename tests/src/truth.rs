@@ -1,10 +1,10 @@
-//! Linear chains that are exact between ticks (matrix exponential), and a plain Runge-Kutta for the rest: other means
-//! than those of `loop-sim`.
+//! Linear chains that are exact between ticks (matrix exponential), and a plain Runge-Kutta for other plants. Both are
+//! independent of `loop-sim`.
 
 /// dx/dt of a closed system: (t, x, dx).
 pub type Rate<'a> = dyn FnMut(f64, &[f64], &mut [f64]) + 'a;
 
-/// Classic Runge-Kutta from `from_s` to `to_s` in `steps` steps.
+/// Integrates with classic Runge-Kutta from `from_s` to `to_s` in `steps` steps.
 pub fn rk4(from_s: f64, to_s: f64, steps: usize, x: &mut [f64], rhs: &mut Rate<'_>) {
     let len = x.len();
     let (mut k1, mut k2, mut k3, mut k4) = ([0.0; 32], [0.0; 32], [0.0; 32], [0.0; 32]);
@@ -18,7 +18,7 @@ pub fn rk4(from_s: f64, to_s: f64, steps: usize, x: &mut [f64], rhs: &mut Rate<'
         (0..len).for_each(|i| middle[i] = x[i] + h / 2.0 * k2[i]);
         rhs(t + h / 2.0, &middle[..len], &mut k3[..len]);
         (0..len).for_each(|i| middle[i] = x[i] + h * k3[i]);
-        // The end of a step belongs to it: a disturbance that jumps there has not jumped yet.
+        // The end of a step belongs to the step: a disturbance that jumps there still has its old value.
         rhs((t + h).next_down(), &middle[..len], &mut k4[..len]);
         (0..len).for_each(|i| x[i] += h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
     }
@@ -27,18 +27,18 @@ pub fn rk4(from_s: f64, to_s: f64, steps: usize, x: &mut [f64], rhs: &mut Rate<'
 /// One term of a disturbance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Term {
-    /// value
+    /// Constant value.
     Const(f64),
-    /// slope t
+    /// Ramp: slope times t.
     Ramp(f64),
-    /// amplitude sin(omega t + phase)
+    /// Sinusoid: amplitude sin(omega t + phase).
     Sin(f64, f64, f64),
-    /// amplitude from t0 on
+    /// Step: amplitude from t0 on.
     Step(f64, f64),
 }
 
 impl Term {
-    /// The value at t.
+    /// Returns the value at time t.
     pub fn at(&self, t_s: f64) -> f64 {
         match *self {
             Self::Const(value) => value,
@@ -55,19 +55,19 @@ impl Term {
     }
 }
 
-/// x_i' = x_{i+1} + d_i(t), x_n' = a.x + b u + d_n(t).
+/// Linear chain x_i' = x_{i+1} + d_i(t), x_n' = a.x + b u + d_n(t).
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearChain {
-    /// a.
+    /// Row a.
     pub a: Vec<f64>,
-    /// b.
+    /// Input gain b.
     pub b: f64,
-    /// d_i.
+    /// Disturbance terms d_i of each channel.
     pub d: Vec<Vec<Term>>,
 }
 
 impl LinearChain {
-    /// dx/dt.
+    /// Computes dx/dt.
     pub fn rhs(&self, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
         let n = self.a.len();
         for i in 0..n {
@@ -91,11 +91,11 @@ pub struct ExactStep {
 }
 
 impl ExactStep {
-    /// Of this chain over this period.
+    /// Computes the step of a chain over one period.
     pub fn new(chain: &LinearChain, period_s: f64) -> Self {
         let n = chain.a.len();
         let (u, one, ramp) = (n, n + 1, n + 2);
-        // Steps enter as `one`, switched on by the caller's clock: one more column per step.
+        // Each step disturbance is a constant in its own column; the caller's clock switches it on.
         let mut sinusoids = Vec::new();
         let mut steps = Vec::new();
         let count = chain.d.iter().flatten().count();
@@ -149,7 +149,7 @@ impl ExactStep {
             (w[self.n + 3 + 2 * s], w[self.n + 4 + 2 * s]) = (omega * t + phase).sin_cos();
         }
         for &(column, t0) in &self.steps {
-            // t0 is a tick instant, k T only nearly so.
+            // t0 is a tick instant, which k T only approximates.
             w[column] = if t > t0 - 0.5 * self.period_s { 1.0 } else { 0.0 };
         }
         for i in 0..self.n {
@@ -158,7 +158,7 @@ impl ExactStep {
     }
 }
 
-/// e^M by halving, a Taylor sum of 24 terms, and squaring.
+/// Returns e^M by scaling, a Taylor sum of 24 terms, and squaring.
 pub fn exponential(m: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let size = m.len();
     let norm = m.iter().map(|row| row.iter().map(|entry| entry.abs()).sum::<f64>()).fold(0.0, f64::max);

@@ -1,8 +1,8 @@
-//! Ten joints that nobody tuned for, stiff and soft, each with the set of bandwidths for its encoders and as a whole by
-//! rule: the table of docs/joints.md.
+//! Ten joints without individual tuning, from soft to stiff. Each one runs with the tuning for its encoders and with
+//! `coupled`, both by rule. The results are the table of docs/joints.md.
 //!
-//! A joint moves by 1 rad, is loaded with 14 % of its motor's torque, and let go again: nominal, and in corners of its
-//! data sheet's ±20 %. It swings in a corner if u does not come to rest there.
+//! A joint moves by 1 rad and then carries and loses a load of 14 % of its motor's torque. It runs nominal and in
+//! corners of its data sheet's ±20 %. It swings in a corner if u does not come to rest there.
 
 use std::ops::ControlFlow;
 
@@ -10,18 +10,18 @@ use integration_tests::{deep, golden};
 use loop_sim::trace::Trace;
 use rayon::prelude::*;
 use scenario::{Experiment, JOINT, Source, parse};
-use study::commission::plants::{Plants, Tried, Variant};
+use study::commission::plants::{PlantResult, Plants, Variant};
 use study::commission::{Outcome, Plan};
-use study::identify::Known;
+use study::identify::PlantData;
 
 struct Sheet {
     name: &'static str,
-    /// N, J_m, K_t, B_m at the shaft of the motor, then J_l, K, B_l, weight behind the gear; lag, largest current.
+    /// N, J_m, K_t, B_m at the motor shaft, then J_l, K, B_l, weight behind the gear; lag, current limit.
     numbers: [f64; 10],
-    /// Counts per turn of both encoders.
+    /// Counts per revolution of both encoders: link, motor.
     counts: [u32; 2],
     period_s: f64,
-    /// Of a move of 1 rad.
+    /// Duration of a move of 1 rad, s.
     move_s: f64,
 }
 
@@ -42,7 +42,8 @@ const SHEETS: [Sheet; 10] = [
     sheet("24 bits, 10 kHz", [1., 0.02, 1., 1e-3, 0.05, 5e3, 0.01, 0., 5e-5, 10.], [1 << 24, 1 << 24], 1e-4, 0.3),
 ];
 
-/// Within a quarter of the last part of a run steps of u stay below this share of its limit.
+/// Limit of the rms change of u per tick at the end of a run, as a share of the current limit. The last quarter of the
+/// last phase counts.
 const CALM: f64 = 0.01;
 
 impl Sheet {
@@ -51,27 +52,27 @@ impl Sheet {
         gear * torque * limit
     }
 
-    /// The set of bandwidths for its encoders.
+    /// Returns the tuning that fits the encoders.
     fn by_bits(&self) -> &'static str {
         let fine = f64::from(1 << 16) / 1.5;
         let [link, motor] = self.counts.map(f64::from);
         if link > fine && motor * self.numbers[0] > fine { "normal" } else { "quiet" }
     }
 
-    /// Of resonance and period.
+    /// Returns the resonance frequency times the period.
     fn resonance(&self) -> f64 {
         let [gear, motor, _, _, link, stiffness, ..] = self.numbers;
         (stiffness / link + stiffness / (gear * gear * motor)).sqrt() * self.period_s
     }
 
-    /// When the move has ended, when the load goes, and the end of the run.
+    /// Returns the end of the move, the removal of the load, and the end of the run, s.
     fn times_s(&self) -> [f64; 3] {
         let pause = self.move_s.max(0.4);
         let moved = 0.1 + self.move_s + 0.3 * pause;
         [moved, moved + 0.7 * pause, moved + 1.7 * pause]
     }
 
-    /// `off`: percent of J_l, J_m, K, K_t and the weight.
+    /// Returns the `--set` arguments. `off`: deviations of J_l, J_m, K, K_t and the weight, %.
     fn sets(&self, off: [f64; 5], more: &[&str]) -> Vec<String> {
         let [gear, motor, torque, motor_drag, link, stiffness, link_drag, weight, lag, limit] = self.numbers;
         let bits = |counts: u32, turns: f64| if turns > 1.0 { 32 } else { counts.trailing_zeros() };
@@ -118,7 +119,7 @@ impl Sheet {
     }
 }
 
-/// Largest error of the move and under the load, rad; rms of the steps of u in the end over its limit.
+/// Largest error in the move and under the load, rad; rms change of u per tick at the end over the current limit.
 #[derive(Clone, Copy)]
 struct Found {
     moved: f64,
@@ -149,7 +150,8 @@ impl Found {
     }
 }
 
-/// The worst of all corners, or of some that differ in every number, and in how many of them it swings.
+/// Returns the worst result of all corners (fast tier: of four that vary every parameter), the number of corners that
+/// swing, and the number of corners.
 fn corners(sheet: &Sheet, more: &[&str]) -> (Found, usize, usize) {
     let all = (0..32_u32).map(|corner| [0, 1, 2, 3, 4].map(|k| if corner >> k & 1 == 1 { 20.0 } else { -20.0 }));
     let some = [0b01100, 0b00110, 0b11001, 0b10011];
@@ -168,7 +170,7 @@ fn corners(sheet: &Sheet, more: &[&str]) -> (Found, usize, usize) {
     (worst, swinging, of)
 }
 
-/// In micro and milli.
+/// Formats an angle in mrad.
 fn shown(rad: f64) -> String {
     match 1e3 * rad {
         milli if milli > 300.0 => "> 300".into(),
@@ -188,7 +190,7 @@ fn joints_of_any_kind_have_gains_by_rule_that_swing_in_no_corner() {
     for sheet in &SHEETS {
         for tuning in [sheet.by_bits(), "coupled"] {
             let is_whole = tuning == "coupled";
-            // Of a set the table alone is made, not the bars.
+            // The tuning for the encoders only appears in the table; no limit applies to it.
             if !is_whole && !deep() {
                 continue;
             }
@@ -223,8 +225,8 @@ fn joints_of_any_kind_have_gains_by_rule_that_swing_in_no_corner() {
     }
 }
 
-/// An interrupt that does not come, and an encoder that slips by some counts: the shafts stay together, and u comes to
-/// rest. A slip is a step of one count, of which the spring knows nothing; it must not be answered by a step back.
+/// Faults: a missed interrupt, and an encoder that slips by some counts. The loop must not swing afterwards. A slip is
+/// a step of one encoder without a spring deflection; the controller must not answer it with a step back.
 #[test]
 fn what_is_missed_or_slips_is_over_at_once() {
     for sheet in [0, 1, 3, 4].map(|k| &SHEETS[k]) {
@@ -241,7 +243,8 @@ fn what_is_missed_or_slips_is_over_at_once() {
     }
 }
 
-/// At twice the period the resonance of two masses lies near the rate. What the refusal says helps does.
+/// At twice the period the resonance of the two masses lies near the sampling rate. The remedy in the error message
+/// works.
 #[test]
 fn a_refused_joint_is_taken_with_the_change_that_is_named() {
     let sheet = Sheet { period_s: 1e-3, ..SHEETS[8] };
@@ -256,9 +259,9 @@ fn a_refused_joint_is_taken_with_the_change_that_is_named() {
     taken(&["drive.period_s=5e-4"]).unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// What makes the error of a sine, one imperfection switched off at a time: the joint with one observer per encoder,
-/// then with encoders of 24 bits, without the lag of the current loop, without weight, without all three, and
-/// with the spring inside the tick.
+/// Sources of the error in a sine, one imperfection removed at a time. The joint has one observer per encoder, then
+/// encoders of 24 bits, no current-loop lag, no weight, none of the three, and finally `coupled`, which models the
+/// spring within the tick.
 #[test]
 fn it_is_the_spring_within_the_tick_that_makes_the_error_of_a_stiff_joint() {
     let mut table = vec![String::from(
@@ -281,7 +284,7 @@ fn it_is_the_spring_within_the_tick_that_makes_the_error_of_a_stiff_joint() {
             let squares: Vec<f64> = late.map(|row| (row.x[0] - row.r).powi(2)).collect();
             (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
         };
-        // Behind a gear no encoder of 24 bits a turn of the link is taken.
+        // Behind a gear the motor encoder cannot have 24 bits per revolution of the link.
         let fine: &[&str] = if sheet.numbers[0] > 1.0 { &fine[..1] } else { &fine };
         let all = if sheet.numbers[0] > 1.0 { [fine, &no_lag, &no_weight].concat() } else { all.clone() };
         let set = format!("drive.tuning={:?}", sheet.by_bits());
@@ -297,8 +300,8 @@ fn it_is_the_spring_within_the_tick_that_makes_the_error_of_a_stiff_joint() {
     golden::in_docs("joints.md", "imperfections", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
 }
 
-/// The same joints, of which the data sheet is wrong by 20 and 50 %, each with friction, cogging, a load and a current
-/// that nobody knows of: they record themselves, are identified, and take over the gains by rule for what was found.
+/// Ten joints with data sheets that are wrong by 20 and 50 %, with friction, cogging, an unknown load and an unknown
+/// current. Each joint records identification data, is identified, and switches to the gains by rule for the result.
 #[test]
 fn joints_of_any_kind_commission_themselves() {
     let mut table = vec![String::from(
@@ -326,7 +329,7 @@ fn joints_of_any_kind_commission_themselves() {
             share: 0.01 * percent,
             random: 0,
             plan: Plan::of(&drive.expect("a drive").designed),
-            known: Known::with_lag(0.0),
+            known: PlantData::with_lag(0.0),
             wrong: [1.0; 2],
         };
         let variants = plants.variants().expect("a joint");
@@ -335,11 +338,11 @@ fn joints_of_any_kind_commission_themselves() {
         for why in tried.iter().filter_map(|tried| tried.as_ref().err()) {
             println!("{} {percent} %: {why}", sheet.name);
         }
-        let found: Vec<&Tried> = tried.iter().flatten().collect();
-        let worst = |of: &dyn Fn(&Tried) -> f64| found.iter().map(|tried| of(tried)).fold(0.0, f64::max);
+        let found: Vec<&PlantResult> = tried.iter().flatten().collect();
+        let worst = |of: &dyn Fn(&PlantResult) -> f64| found.iter().map(|tried| of(tried)).fold(0.0, f64::max);
         let off =
             |name: &str| worst(&|tried| tried.off.iter().find(|(known, _)| *known == name).map_or(0.0, |it| it.1));
-        let taken: Vec<&Tried> =
+        let taken: Vec<&PlantResult> =
             found.iter().copied().filter(|tried| tried.report.outcome == Outcome::Accepted).collect();
         let after = taken.iter().filter_map(|tried| tried.report.verified.true_peak_rad).fold(0.0, f64::max);
         let over = worst(&|tried| tried.over_interval);
@@ -355,7 +358,7 @@ fn joints_of_any_kind_commission_themselves() {
             taken.len(),
             tried.len()
         ));
-        // Of a sheet that is 50 % off some come to no end, and say why.
+        // With a data sheet that is 50 % off, some runs end without a result and report the reason.
         let least = if percent > 20.0 { tried.len() / 3 } else { 3 * tried.len() / 4 };
         if over > 1.25 || taken.len() < least {
             failures.push(format!("{} {percent} %: {} accepted, {over:.2} of what is stated", sheet.name, taken.len()));
@@ -364,6 +367,7 @@ fn joints_of_any_kind_commission_themselves() {
     println!("{}", table.concat());
     assert!(failures.is_empty(), "{failures:#?}");
     if deep() {
-        golden::in_docs("commissioning.md", "stiff", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
+        golden::in_docs("evidence/commissioning.md", "stiff", &table.concat())
+            .unwrap_or_else(|differs| panic!("{differs}"));
     }
 }

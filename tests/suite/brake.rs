@@ -1,5 +1,5 @@
-//! A drive that brakes: what makes it brake and what does not, how far and how long the shaft turns on, where it may
-//! not go, and what takes the current away. Plants are the suite's own, with friction, cogging and a current loop.
+//! Braking drives: triggers of the brake, stopping distance and time, range limits, and the end of the current. The
+//! plants are the suite's own, with friction, cogging and a current loop.
 
 use controller_core::drive::{
     Encoder, Fence, FenceLimits, Joint, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position,
@@ -15,10 +15,10 @@ const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, dampin
 const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
 type Drive = MotorDrive<f32, Position, 1>;
 
-/// r and r' at a time, s.
+/// Reference r and r' at a time, s.
 type Jets<'a> = &'a dyn Fn(f64) -> [f64; 2];
 
-/// A motor on its drive, which is told where to be by a reference.
+/// Motor under its drive, which follows a reference.
 struct Rig<'a> {
     running: Running<Monitored<Drive, 1>>,
     fence: Option<Fence>,
@@ -35,7 +35,7 @@ impl<'a> Rig<'a> {
         Self { running, fence: None, shaft, tick: 0, seen: Health::OK, reference }
     }
 
-    /// One period with the count that `seen` makes of the true one.
+    /// Runs one period; `seen` maps the true count to the measured count.
     fn period(&mut self, seen: impl FnOnce(i32) -> Option<i32>) -> Output<f32> {
         let t = f64::from(self.tick) * PERIOD_S;
         let target = |[r, v]: [f64; 2]| {
@@ -65,7 +65,7 @@ impl<'a> Rig<'a> {
     }
 }
 
-/// From rest to a speed within half a second.
+/// Returns a ramp from rest to a speed within half a second.
 fn ramp(speed: f64) -> impl Fn(f64) -> [f64; 2] {
     move |t| {
         let s = ((t - 0.1) / 0.5).max(0.0);
@@ -73,7 +73,8 @@ fn ramp(speed: f64) -> impl Fn(f64) -> [f64; 2] {
     }
 }
 
-/// The way and the time that physics allows, v²/(2 b u) and v/(b u), and the last part within the limits.
+/// Stopping distance and time near the physical limits v²/(2 b u) and v/(b u), plus the last part, in which u is below
+/// its limit. The drive then switches off the current at rest.
 #[test]
 fn a_motor_brakes_within_the_way_that_its_current_allows_and_lets_go_at_rest() {
     let (most, gain) = (10.0 * MOTOR.input_gain(), 0.5 * DESIGN.bandwidths.surface_rad_s);
@@ -96,7 +97,7 @@ fn a_motor_brakes_within_the_way_that_its_current_allows_and_lets_go_at_rest() {
             assert!(ticks < 1000, "it does not come to rest");
         }
         let way = (rig.shaft.x[0] - from).abs();
-        // Below v = b u/k_v it asks for less than the limit.
+        // Below v = b u/k_v the brake demands less than the current limit.
         let slow = v.min(most / gain);
         let [least, allowed] = [v * v / (2.0 * most), (v * v - slow * slow) / (2.0 * most) + slow / gain];
         let time_s = (v - slow) / most + 8.0 / gain;
@@ -106,13 +107,13 @@ fn a_motor_brakes_within_the_way_that_its_current_allows_and_lets_go_at_rest() {
         );
         assert!(way < 1.05 * allowed + 2e-3 * v && f64::from(ticks) * PERIOD_S < time_s + 0.01, "{way} {allowed}");
         assert!(rig.shaft.x[1].abs() < 0.05, "{} rad/s at the end", rig.shaft.x[1]);
-        // It stays stopped, whatever the target does.
+        // The drive stays stopped, whatever the target does.
         assert_eq!(rig.period(Some).u, 0.0);
     }
 }
 
-/// Of a joint, whose link the spring goes on to carry along: a fifth of its speed is left after 0.8 s, and no more than
-/// weight and load then make of it.
+/// A joint's spring carries the link on after the brake. After 0.8 s a fifth of the link speed is left; after that only
+/// weight and load move the link.
 #[test]
 fn a_joint_brakes_and_its_link_comes_to_rest() {
     let design = JointDesign::new(PERIOD_S, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
@@ -157,7 +158,7 @@ fn a_joint_brakes_and_its_link_comes_to_rest() {
     assert!(speed > 2.0 && (x[0] - from).abs() < 1.0 && x[1].abs() < 0.1, "{x:?}");
 }
 
-/// The target runs past the end: the shaft does not, by more than it is told to be off.
+/// A target that runs past the end of the range stops the shaft near the end; the allowed overrun is stated below.
 #[test]
 fn a_shaft_brakes_ahead_of_the_ends_of_its_range() {
     for speed in [2.0, 30.0, -120.0_f64] {
@@ -178,14 +179,15 @@ fn a_shaft_brakes_ahead_of_the_ends_of_its_range() {
         }
         println!("{speed} rad/s to the end: at most {past:.4} rad past it, {:?}", rig.seen);
         assert!(rig.seen.contains(Health::END_OF_RANGE | Health::BRAKES | Health::STOPPED));
-        // A target that runs through the end without slowing down takes the shaft past it by the way of the brake,
-        // 1/k_v of the speed and the ticks until it acts; friction is part of d and does not shorten it.
+        // A target that runs through the end at full speed takes the shaft past it. The overrun is the brake's delay
+        // distance: 1/k_v of the speed and the ticks until the brake acts. Friction is part of d and does not shorten
+        // it.
         let constant_s = 2.0 / DESIGN.bandwidths.surface_rad_s + 2.0 * PERIOD_S;
         assert!(past < constant_s * speed.abs() && past > -0.02 * speed * speed / 30.0 - 0.5, "{past}");
     }
 }
 
-/// A target within the ends may go up to them and rest there, come from outside, and be typed.
+/// A target within the range may rest at its ends, return from outside, or be typed as a step, without an alarm.
 #[test]
 fn a_shaft_that_follows_its_target_goes_up_to_the_end_and_rests_there() {
     const END: f64 = 1.2;
@@ -217,13 +219,13 @@ fn a_shaft_that_follows_its_target_goes_up_to_the_end_and_rests_there() {
     }
 }
 
-/// Overspeed and following error, each by itself.
+/// Overspeed and following error, each by itself, are reported and brake the drive.
 #[test]
 fn too_fast_and_too_far_from_the_target_are_told_and_braked() {
     let fast = FenceLimits { max_speed_rad_s: 40.0, ..FenceLimits::NONE };
     let far = FenceLimits { following_rad: 0.003, ..FenceLimits::NONE };
     let reference = ramp(60.0);
-    // A load of a quarter of what the motor can make is overcome after a dip.
+    // The motor overcomes a load of a quarter of its largest torque after a dip.
     let hit = Shaft { load: [0.8, 0.12], ..Shaft::ROUGH };
     for (limits, shaft, told) in [(fast, Shaft::ROUGH, Health::OVERSPEED), (far, hit, Health::FOLLOWING_ERROR)] {
         let mut rig = Rig::new(shaft, &reference);
@@ -231,26 +233,26 @@ fn too_fast_and_too_far_from_the_target_are_told_and_braked() {
         rig.healthy(2500);
         println!("{:?}, at {:.3} rad/s in the end", rig.seen, rig.shaft.x[1]);
         assert!(rig.seen.contains(told | Health::BRAKES | Health::STOPPED), "{:?}", rig.seen);
-        // Without the limits nothing stops it.
+        // Without the limits the drive does not stop.
         let mut free = Rig::new(shaft, &reference);
         free.healthy(2500);
         assert!(!free.seen.contains(Health::STOPPED), "{:?}", free.seen);
     }
 }
 
-/// One missed interrupt, a tick without anything, false frames and steps of the target stop nothing.
+/// One missed interrupt, a tick without input, false counts and steps of the target do not stop the drive.
 #[test]
 fn what_passes_stops_no_drive_that_brakes() {
     for speed in [10.0, 20.0, 30.0, 35.0, 60.0, 100.0, 200.0] {
         let reference = ramp(speed);
         let mut rig = Rig::new(Shaft::ROUGH, &reference);
         rig.healthy(1000);
-        // The interrupt does not come.
+        // A missed interrupt.
         let t = f64::from(rig.tick) * PERIOD_S;
         rig.shaft.advance(t, 0.0, PERIOD_S);
         rig.tick += 1;
         rig.healthy(500);
-        // It comes, with neither count nor target.
+        // An interrupt with neither count nor target.
         for _ in 0..20 {
             let t = f64::from(rig.tick) * PERIOD_S;
             let output = rig.running.lost();
@@ -279,20 +281,21 @@ fn what_passes_stops_no_drive_that_brakes() {
     }
 }
 
-/// Enable, move, stop, enable again: a drive that starts counts from within half a counter of 0, so its target is where
-/// its estimates are after the reset, while it still waits, and nothing jumps. The estimates of before are turns away.
+/// Sequence: enable, move, stop, enable again. At a start the drive takes its count within half a counter of 0. Its
+/// target is therefore its estimate after the reset, while it still waits, and nothing jumps. The estimates from before
+/// the reset are several revolutions away.
 #[test]
 fn a_drive_that_stopped_is_enabled_again_where_it_is() {
     let reference = ramp(40.0);
     let mut rig = Rig::new(Shaft::ROUGH, &reference);
-    // Enabled: a mechanical brake may open when the drive no longer waits.
+    // The drive is enabled; a mechanical brake may open when the drive no longer waits.
     let waits = (0..100).take_while(|_| rig.period(Some).health.contains(Health::WAITS)).count();
     assert!(waits <= 12, "{waits} ticks");
     rig.healthy(900);
     rig.running.trip();
     while !rig.period(Some).health.contains(Health::STOPPED) {}
     let before = rig.running.estimates().expect("a drive that has started");
-    // Somebody turns it by hand.
+    // A person turns the shaft by hand.
     rig.shaft.x[0] += 1.0;
     rig.running.reset();
     let (place, turn) = (Cell::new(0.0), Cell::new(0));
@@ -313,8 +316,8 @@ fn a_drive_that_stopped_is_enabled_again_where_it_is() {
     assert!(most < 5e-3 && !rig.seen.intersects(Health::STOPPED | Health::BRAKES), "{most}");
 }
 
-/// Homing against a stop: creep, until the load that the drive estimates says that something holds the shaft, and count
-/// angles from there. And with a switch: trip, and take the place where it closed.
+/// Homing against a stop: creep until the load estimate shows that something holds the shaft, and set the origin there.
+/// Homing with a switch: trip, and take the position at which the switch closed.
 #[test]
 fn a_shaft_is_homed_against_a_stop_and_by_a_switch() {
     const STOP_RAD: f64 = 1.7;
@@ -327,7 +330,7 @@ fn a_shaft_is_homed_against_a_stop_and_by_a_switch() {
             (rig.shaft.x[0], rig.shaft.x[1]) = (STOP_RAD, rig.shaft.x[1].min(0.0));
         }
         let Some(known) = rig.running.estimates() else { continue };
-        // More than friction, for 10 ms; below the bound of the monitors, which is 0.2 N m.
+        // The load must exceed friction for 10 ms; it stays below the monitors' bound of 0.2 N m.
         held = if known.load[0].abs() > 0.08 { held + 1 } else { 0 };
         if held >= 10 {
             found = Some(TAU * f64::from(known.turn) + f64::from(known.position[0]));
@@ -336,7 +339,7 @@ fn a_shaft_is_homed_against_a_stop_and_by_a_switch() {
     }
     let found = found.expect("the stop");
     println!("the stop at {STOP_RAD} is found at {found:.5} rad, {:?}", rig.seen);
-    // The estimate is ahead of the count while the load grows.
+    // The estimate leads the count while the load grows.
     assert!((found - STOP_RAD).abs() < 3e-3);
     assert!(!rig.seen.intersects(Health::BRAKES | Health::STOPPED));
     // The switch closes at 1 rad.
@@ -351,11 +354,11 @@ fn a_shaft_is_homed_against_a_stop_and_by_a_switch() {
     }
     let closed = closed.expect("the switch");
     println!("the switch at 1 rad closes at {closed:.4}, the shaft stops at {:.4}", rig.shaft.x[0]);
-    // A tick at 2 rad/s, and the way of the brake.
+    // Allowance: one tick at 2 rad/s, and the stopping distance.
     assert!((closed - 1.0).abs() < 3e-3 && rig.seen.contains(Health::STOPPED) && rig.shaft.x[0] < 1.04);
 }
 
-/// A brake on plants that are not the one of the design: it ends at rest, or it ends.
+/// Braking on plants other than the design's: the brake ends at rest, or it gives up.
 #[test]
 fn a_brake_ends_at_rest_with_another_inertia_and_under_load() {
     const LOAD: f64 = 0.15;
@@ -375,7 +378,7 @@ fn a_brake_ends_at_rest_with_another_inertia_and_under_load() {
         println!("J x {factor}, load {load} N m: {ticks} ticks, left {:.3} rad/s", rig.shaft.x[1]);
         assert!(rig.shaft.x[1].abs() < most, "J x {factor}, load {load}: {} rad/s", rig.shaft.x[1]);
     }
-    // Six and ten times lighter than its design: the brake makes it faster, and is given up.
+    // The shaft is up to ten times lighter than in the design. The brake accelerates it and then gives up.
     for factor in [0.3, 0.15, 0.1] {
         let reference = ramp(60.0);
         let mut rig = Rig::new(Shaft::ROUGH, &reference);
@@ -393,12 +396,13 @@ fn a_brake_ends_at_rest_with_another_inertia_and_under_load() {
     }
 }
 
-/// Interrupts that are missed while it brakes take no current away.
+/// Interrupts missed while the drive brakes do not switch off the current.
 #[test]
 fn a_brake_goes_on_after_missed_interrupts() {
     for speed in [60.0, 100.0, -200.0_f64] {
         for missed in [1, 2] {
-            // At 200 rad/s two of them are more than the gate takes for a step: the current is switched off later on.
+            // At 200 rad/s two missed interrupts exceed the innovation gate; the drive then switches off the current
+            // later.
             if missed == 2 && speed < 0.0 {
                 continue;
             }

@@ -1,20 +1,19 @@
-//! `host-sim budget` as its user meets it: an ELF file on the disk, what is printed, the exit status.
+//! `host-sim budget` as a user runs it: an ELF file on disk, the output, the exit status.
 //!
-//! The file is written here byte by byte, so that the reader of ELF files is held against its specification and not
-//! against a writer of the same library.
+//! The test writes the file byte by byte. It thereby checks the ELF reader against the specification and not against a
+//! writer of the same library.
 
 use std::path::{Path, PathBuf};
 
 use integration_tests::data::path;
 use integration_tests::golden;
-use integration_tests::program::{Folder, Spoken, host_sim};
+use integration_tests::program::{CommandResult, Folder, host_sim};
 use serde_json::Value as Json;
 
 const BASE: u32 = 0x0800_0000;
 
-/// first: push {r4, lr}; bl second; pop {r4, pc}, and behind it a literal that no one reads
-/// second (mangled): vldr s0, [r0]; vadd.f32 s0, s0, s0; vstr s0, [r0]; bx lr
-/// spins: 1: subs r0, #1; bne 1b; bx lr
+/// first: push {r4, lr}; bl second; pop {r4, pc}, followed by an unused literal second (mangled): vldr s0, [r0];
+/// vadd.f32 s0, s0, s0; vstr s0, [r0]; bx lr spins: 1: subs r0, #1; bne 1b; bx lr
 const CODE: [u16; 18] = [
     0xb510, 0xf000, 0xf803, 0xbd10, 0xffff, 0xffff, // first and its data
     0xed90, 0x0a00, 0xee30, 0x0a00, 0xed80, 0x0a00, 0x4770, // second
@@ -36,10 +35,10 @@ const SYMBOLS: [(&str, u32, u32, u8); 10] = [
     ("merged_b", BASE + 35, 2, 2),
     ("STATE", 0x2000_0000, 48, 1),
 ];
-/// Who made it: the linker, then the compiler.
+/// Versions of the linker and the compiler.
 const COMMENT: &[u8] = b"Linker: LLD 22.1.2\0rustc version 1.96.0 (ac68faa20 2026-05-25)\0";
 
-/// A linked ELF file (`e_type` 2; 1 is not linked) of `CODE` for a machine (40 is ARM).
+/// Returns a linked ELF file (`e_type` 2; 1 is not linked) of `CODE` for a machine (40 is ARM).
 fn elf(e_type: u16, machine: u16) -> Vec<u8> {
     let code: Vec<u8> = CODE.iter().flat_map(|half| half.to_le_bytes()).collect();
     let mut strings = vec![0];
@@ -48,7 +47,7 @@ fn elf(e_type: u16, machine: u16) -> Vec<u8> {
         symbols.extend((strings.len() as u32).to_le_bytes());
         symbols.extend(value.to_le_bytes());
         symbols.extend(size.to_le_bytes());
-        // Global, of that type, in section 1.
+        // Global symbol of this type, in section 1.
         symbols.extend([0x10 | kind, 0, 1, 0]);
         strings.extend(name.bytes().chain([0]));
     }
@@ -79,7 +78,7 @@ fn elf(e_type: u16, machine: u16) -> Vec<u8> {
     file.extend(&body);
     file.extend([0; 40]);
     let sizes = contents.map(|content| content.len() as u32);
-    // Name, type, flags, address, offset, size, link, info, alignment, size of an entry.
+    // Name, type, flags, address, offset, size, link, info, alignment, entry size.
     let sections = [
         [1, 1, 6, BASE, offsets[0], sizes[0], 0, 0, 4, 0],
         [7, 2, 0, 0, offsets[1], sizes[1], 3, 1, 4, 16],
@@ -93,7 +92,7 @@ fn elf(e_type: u16, machine: u16) -> Vec<u8> {
     file
 }
 
-/// A file of one test, gone when the test is over.
+/// Temporary file of one test, removed when the test ends.
 struct File(PathBuf);
 
 impl File {
@@ -110,10 +109,10 @@ impl Drop for File {
     }
 }
 
-/// Exit status, stdout, stderr.
+/// Runs `budget`; returns exit status, stdout, stderr.
 fn spoken(elf: &Path, args: &[&str]) -> (u8, String, String) {
     let elf = elf.display().to_string();
-    let Spoken { status, out, err } = host_sim(&[&["budget", "--elf", &elf], args].concat());
+    let CommandResult { status, out, err } = host_sim(&[&["budget", "--elf", &elf], args].concat());
     (status, out, err)
 }
 
@@ -162,7 +161,7 @@ fn a_failed_check_is_status_1_and_what_is_declined_is_status_2() {
     assert!(err.contains("declined: 0x0800001a (spins+0x0) `subs r0, #1`: a loop begins here"), "{err}");
     assert_eq!(of(&["--symbol", "spins", "--loop", "spins=100", "--max-cycles", "600"]).0, 0);
     let (status, err) = of(&["--symbol", "first", "--core", "cortex-m7", "--max-cycles", "100"]);
-    assert!(status == 2 && err.contains("no table of cycles"), "{err}");
+    assert!(status == 2 && err.contains("no cycle table"), "{err}");
 }
 
 #[test]
@@ -187,7 +186,7 @@ fn a_trace_adds_the_typical_figure() {
     assert_eq!(spoken(&file.0, &["--symbol", "second", "--trace", "/no/such/file"]).0, 2);
 }
 
-/// A file of ceilings beside the image that it speaks of.
+/// Writes a budget file for an image.
 fn ceilings(name: &str, compiler: &str, ceiling: &str) -> (Folder, String) {
     let folder = Folder::new(&format!("ceilings-{name}"));
     let text = format!(
@@ -204,7 +203,7 @@ fn ceilings(name: &str, compiler: &str, ceiling: &str) -> (Folder, String) {
 fn ceilings_are_held_from_above_and_from_below_and_the_place_in_the_file_is_told() {
     let of = |name: &str, compiler: &str, ceiling: &str| {
         let (_folder, file) = ceilings(name, compiler, ceiling);
-        let Spoken { status, out, err } = host_sim(&["budget", "--ceilings", &file]);
+        let CommandResult { status, out, err } = host_sim(&["budget", "--ceilings", &file]);
         (status, out, err.replace(&file, "FILE"))
     };
     let (status, out, err) = of("tight", "rustc 1.96.0", "bound = 10, flash = 14, stack = 0, state = 48");
@@ -238,13 +237,13 @@ fn another_compilers_figures_are_recorded_and_hold_from_then_on() {
     assert!(text.starts_with("compiler = \"rustc 1.96.0\"\n") && text.contains("{ bound = 10, state = 48 }"), "{text}");
     assert_eq!(host_sim(&["budget", "--ceilings", &file]).status, 0);
     let again = host_sim(&["budget", "--ceilings", &file, "--record"]);
-    assert!(again.status == 2 && again.err.contains("of rustc 1.96.0 already"), "{}", again.err);
+    assert!(again.status == 2 && again.err.contains("for rustc 1.96.0 already"), "{}", again.err);
 }
 
 #[test]
 fn ceilings_as_json_are_one_object_and_take_no_other_question() {
     let (folder, file) = ceilings("json", "rustc 1.96.0", "bound = 10");
-    let Spoken { status, out, err } = host_sim(&["budget", "--ceilings", &file, "--json"]);
+    let CommandResult { status, out, err } = host_sim(&["budget", "--ceilings", &file, "--json"]);
     assert_eq!((status, err.as_str(), out.lines().count()), (0, "", 1));
     let json: Json = serde_json::from_str(&out).expect("JSON");
     let row = &json["rows"][0];
@@ -252,15 +251,15 @@ fn ceilings_as_json_are_one_object_and_take_no_other_question() {
     assert_eq!((&json["images"][0]["is_judged"], &json["reasons"]["the second"]), (&true.into(), &"measured".into()));
     for other in [&["--no-call"][..], &["--max-cycles", "10"], &["--elf", &folder.path("fw.elf"), "--symbol", "first"]]
     {
-        let Spoken { status, err, .. } = host_sim(&[&["budget", "--ceilings", &file], other].concat());
+        let CommandResult { status, err, .. } = host_sim(&[&["budget", "--ceilings", &file], other].concat());
         assert!(status == 2 && err.contains("cannot be used with"), "{err}");
     }
     assert_eq!(host_sim(&["budget", "--ceilings", &folder.path("none.toml")]).status, 2);
     assert_eq!(host_sim(&["budget", "--json"]).status, 2);
 }
 
-/// The clamp of the switching term and the limits of u are two uses of one helper, told apart by the line that uses it.
-/// All lines together are the whole call.
+/// The clamp of the switching term and the limits of u use one helper; the calling line distinguishes the two. The sum
+/// over all lines equals the whole call.
 #[test]
 fn every_executed_cycle_belongs_to_one_line_of_source() {
     let image = path("../firmware/target/thumbv7em-none-eabihf/release/budget");
@@ -283,13 +282,13 @@ fn every_executed_cycle_belongs_to_one_line_of_source() {
         });
         of.filter_map(|line| line["instructions"].as_f64()).sum()
     };
-    // Compare, fetch its flags and move, twice.
+    // Compare, fetch the flags and move, twice.
     assert!(selects("limited(-k.lim, k.lim)") >= 6.0, "{out}");
     assert!(selects("demand.limited(k.u_min, k.u_max)") >= 6.0, "{out}");
 }
 
-/// The emulator's log of the image and the stopwatch in it know nothing of each other. What the stopwatch takes beside
-/// the tick is the same for two instances of one type.
+/// Two independent measurements agree: the emulator's log of the image, and the stopwatch in the image. The stopwatch
+/// overhead is equal for two instances of one type, so it cancels.
 #[test]
 fn the_emulator_executes_what_the_stopwatch_in_the_image_counts() {
     let image = path("../firmware/target/thumbv7em-none-eabihf/release/budget");
@@ -323,7 +322,7 @@ fn bad_input_is_one_line_and_status_2() {
     for (name, bytes, reason) in [
         ("object", elf(1, 40), "not linked"),
         ("machine", elf(2, 62), "not for ARM"),
-        ("text", b"hello".to_vec(), "this is no ELF file"),
+        ("text", b"hello".to_vec(), "not an ELF file"),
         ("cut", elf(2, 40)[..60].to_vec(), "ELF"),
     ] {
         let file = File::new(name, &bytes);
@@ -350,7 +349,7 @@ fn no_file_cut_or_spoiled_makes_it_panic() {
     }
 }
 
-/// An interrupt whose bound is above its period may make the next one late. The boards of the images run at 16 MHz.
+/// An interrupt whose bound exceeds its period may delay the next one. The boards of the images run at 16 MHz.
 #[test]
 fn the_bound_of_every_control_interrupt_leaves_a_tenth_of_its_period() {
     let table = |file: &str| {
@@ -371,7 +370,7 @@ fn the_bound_of_every_control_interrupt_leaves_a_tenth_of_its_period() {
         }
         let of = scenarios.iter().find(|(of, ..)| *of == name).unwrap_or_else(|| panic!("no scenario: {name}"));
         let (_, file, source, rate) = of;
-        // What the program asks of its timer is the rate of the design.
+        // The timer rate in the program equals the rate of the design.
         let text = std::fs::read_to_string(path(source)).expect("the program");
         let digits = rate.split(['=', ' ']).next_back().expect("a rate").replace(['_', ';', 'u'], "");
         let period_s = table(file)["drive"]["period_s"].as_float().expect("a period");
@@ -384,7 +383,7 @@ fn the_bound_of_every_control_interrupt_leaves_a_tenth_of_its_period() {
     assert_eq!(held, scenarios.len());
 }
 
-/// What each row of the table is in the file of ceilings.
+/// Table row and the name of its budget in `firmware/budgets.toml`.
 const DRIVES: [(&str, &str); 17] = [
     ("motor", "motor"),
     ("motor, two gain sets", "motor, two sets"),
@@ -408,7 +407,7 @@ const DRIVES: [(&str, &str); 17] = [
     ("motor, two gain sets: the interrupt of `motor`, the same", "interrupt of motor"),
 ];
 
-/// The figures of the page are those that the code is held to.
+/// The page shows the budgets that the tests enforce.
 #[test]
 fn the_table_of_drives_is_that_of_the_ceilings() {
     let text = std::fs::read_to_string(path("../firmware/budgets.toml")).expect("the ceilings");
@@ -427,5 +426,5 @@ fn the_table_of_drives_is_that_of_the_ceilings() {
         let figures = ["typical", "pipelined", "bound", "flash", "state", "coefficients"].map(of).join(" | ");
         table.extend(["| ", row, " | ", &figures, " |\n"]);
     }
-    golden::in_docs("cycles.md", "drives", &table).unwrap_or_else(|error| panic!("{error}"));
+    golden::in_docs("reference/cycles.md", "drives", &table).unwrap_or_else(|error| panic!("{error}"));
 }

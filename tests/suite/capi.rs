@@ -1,8 +1,8 @@
-//! Does the archive for C do what the Rust library does, to the last bit, on this machine and on the chip; is all that
-//! a caller can get wrong answered; and can it be linked with anything?
+//! The static library for C: bit-identity with the Rust library on this machine and on the target, the response to
+//! every caller error, and linking with other libraries.
 //!
-//! These tests need what `cargo xtask capi` builds, the compilers for C and C++ of this machine and of the chip, CMake,
-//! and `qemu-system-arm`. Where one is missing they fail and say so.
+//! These tests need the output of `cargo xtask capi`, C and C++ compilers for this machine and the target, CMake, and
+//! `qemu-system-arm`. If one is missing, they fail and name it.
 
 use controller_core::{
     Coefficients, Config, Controller, Fallback, Health, JointParameters, Limits, Linear, Nominal, ObserverGains,
@@ -23,7 +23,7 @@ use super::export::{self, EDGES, ON_THE_CHIP, Place, answers, other_boards};
 
 const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-Werror", "-pedantic"];
 const CORE: [&str; 4] = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"];
-/// Version, instance.
+/// Words of the header: version, instance.
 const HEAD: usize = 2;
 
 fn root() -> PathBuf {
@@ -56,7 +56,7 @@ pub(super) fn source(name: &str) -> String {
     text(&path("capi").join(name))
 }
 
-/// Runs a program to its end; what it prints, if it succeeds.
+/// Runs a program to its end; returns its output if it succeeds.
 fn run(program: &str, args: &[&str]) -> String {
     let output = Command::new(program)
         .args(args)
@@ -67,7 +67,7 @@ fn run(program: &str, args: &[&str]) -> String {
     out.into_owned()
 }
 
-/// Name, n, r, mask, o of every instance, as the header lists them.
+/// Returns name, n, r, mask, o of every instance, as the header lists them.
 fn instances() -> Vec<(String, [usize; 4])> {
     let number = |text: &str| match text.trim().strip_prefix("0x") {
         Some(hex) => usize::from_str_radix(hex, 16).expect("a mask"),
@@ -85,7 +85,7 @@ fn instances() -> Vec<(String, [usize; 4])> {
         .collect()
 }
 
-/// A design as C sees it: words of its memory.
+/// Returns a design in the memory layout of C, as words.
 fn words<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     controller: &Controller<f32, Linear<f32, N>, N, R, MASK, O>,
     d_hat: &[f32; N],
@@ -95,7 +95,7 @@ fn words<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     let mut words = vec![version, N as u32 | (R as u32) << 8 | u32::from(MASK) << 16];
     words.extend(d_hat.map(f32::to_bits));
     let mut numbers: Vec<u32> = controller.coefficients().numbers().map(f32::to_bits).collect();
-    // Its own check is of the coefficients alone.
+    // The check number of C differs, because it also covers the header; the Rust check covers the coefficients alone.
     numbers.pop();
     words.extend(numbers);
     words.extend(controller.model().row().map(f32::to_bits));
@@ -106,7 +106,7 @@ fn words<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     words
 }
 
-/// The design of every.c and two.cpp.
+/// Returns the design of every.c and two.cpp.
 fn config<const N: usize, const R: usize>(mask: u8) -> Config<N, R> {
     let gains = [&[50.0][..], &[100.0, 2500.0], &[150.0, 7500.0, 125_000.0]][R - 1];
     let gains = ObserverGains::as_printed::<R>(std::array::from_fn(|m| gains[m]));
@@ -139,7 +139,7 @@ impl Noise {
 
 const SIZES: [f32; 4] = [0.01, 0.1, 1.0, 10.0];
 
-/// What every.c prints of one instance.
+/// Returns the expected output of every.c for one instance.
 fn expected<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str) -> String {
     let (controller, d_hat) = designed::<N, R, MASK, O>();
     let mut out = format!("{name}\n");
@@ -186,7 +186,7 @@ fn every_instance_designs_and_ticks_in_c_to_the_bits_of_rust() {
     let args = [&STRICT[..], &["-std=c99", "-O1", "-ffp-contract=off", &include, &here, "-o", &program]].concat();
     run("cc", &[&args[..], &[&source("every.c"), &archive("host"), "-lm"]].concat());
     let said = run(&program, &[]);
-    // The list once more, apart from that of the archive and that of the header.
+    // Third list of the instances, independent of the lists in the library and in the header.
     let expected = [
         expected::<2, 1, 2, 1>("n2_r1_c2"),
         expected::<2, 1, 3, 2>("n2_r1_c12"),
@@ -262,7 +262,7 @@ fn a_program_of_rust_and_c_plus_plus_runs_two_controllers_of_different_order_sid
     assert_eq!(ticks, 1000);
 }
 
-/// Type and name of every symbol of an archive, by `nm`.
+/// Returns type and name of every symbol of a library, by `nm`.
 fn symbols(nm: &str, of: &str) -> Vec<(char, String)> {
     let listed = run(nm, &[&archive(of)]);
     let symbol = |line: &str| {
@@ -275,9 +275,9 @@ fn symbols(nm: &str, of: &str) -> Vec<(char, String)> {
 
 #[test]
 fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
-    // A hosted program has a C library; the archive of a chip needs nothing at all.
+    // A hosted program has a C library; the library for a target needs no other library.
     let chips = ["thumbv7em", "thumbv8m", "thumbv7m", "thumbv6m"].map(|of| ("arm-none-eabi-nm", of, &[][..]));
-    // The fast tier builds the archive of the emulated chip.
+    // The fast tier builds the library for the emulated target only.
     let chips = chips.into_iter().take(if deep() { 4 } else { 1 });
     for (nm, of, may_need) in chips.chain([("nm", "host", &["memcpy", "memset"][..])]) {
         let symbols = symbols(nm, of);
@@ -316,7 +316,8 @@ fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
     }
 }
 
-/// The archive's check of the floating-point modes, with those that a program of this machine can set.
+/// The library detects floating-point modes other than the assumed ones, as far as a program on this machine can set
+/// them.
 #[test]
 fn the_archive_sees_modes_that_are_not_the_assumed_ones() {
     let folder = Folder::new("capi-modes");
@@ -333,7 +334,7 @@ fn the_archive_sees_modes_that_are_not_the_assumed_ones() {
     std::fs::write(&file, code).expect("a temporary file");
     run("cc", &["-std=c11", "-O2", "-frounding-math", &include(), &file, &archive("host"), "-lm", "-o", &program]);
     assert_eq!(run(&program, &[]), "");
-    // What a link with -ffast-math does.
+    // Effect of linking with -ffast-math.
     if cfg!(target_arch = "x86_64") {
         run("cc", &["-O2", "-ffast-math", &include(), &file, &archive("host"), "-lm", "-o", &program]);
         assert!(run(&program, &[]).starts_with("as it starts\n"));
@@ -344,7 +345,7 @@ fn the_archive_sees_modes_that_are_not_the_assumed_ones() {
 fn a_firmware_with_newlib_and_its_own_double_precision_links_without_a_clash() {
     let folder = Folder::new("capi-newlib");
     let (file, program) = (folder.path("newlib.c"), folder.path("newlib.elf"));
-    // What the archive has inside under the same names, and a whole libm, all of it used.
+    // Functions that the library contains under the same names, and a whole libm, all of it used.
     let code = "#include <math.h>\n#include <stdio.h>\n#include <string.h>\n#include \"edo_smc.h\"\n\
         volatile double d = 2.0; volatile float f = 1.0f; char a[64], b[64];\n\
         void rust_begin_unwind(void) {} void __rust_alloc(void) {}\n\
@@ -354,13 +355,13 @@ fn a_firmware_with_newlib_and_its_own_double_precision_links_without_a_clash() {
     std::fs::write(&file, code).expect("a temporary file");
     for specs in [&["--specs=nano.specs", "--specs=nosys.specs"][..], &["--specs=nosys.specs"]] {
         let quiet = ["-Wl,--no-warn-rwx-segments", "-Wl,--no-gc-sections", "-Wl,--fatal-warnings"];
-        // The stubs of nosys warn that they are stubs; that is not what is asked here.
+        // The nosys stubs warn that they are stubs; this test ignores these warnings.
         let args = [&CORE[..], specs, &quiet[..2], &[&include(), &file, &archive("thumbv7em"), "-lm", "-o", &program]];
         run("arm-none-eabi-gcc", &args.concat());
     }
 }
 
-/// The design of the examples in C.
+/// Returns the design of the C examples.
 fn joint() -> (Config<4, 2>, Controller<f32, Linear<f32, 4>, 4, 2, 10, 2>) {
     let observer = Some(ObserverGains::from_bandwidth::<2>(100.0));
     let config = Config {
@@ -378,7 +379,8 @@ fn joint() -> (Config<4, 2>, Controller<f32, Linear<f32, 4>, 4, 2, 10, 2>) {
     (config, Controller::<f32, _, 4, 2, 10, 2>::try_design(&config, model).expect("a good design"))
 }
 
-/// What they compute is held against the library's own design below, on the chip.
+/// The exported files of the examples are up to date. Their results are compared with the library's own design below,
+/// on the target.
 #[test]
 fn the_files_exported_for_the_examples_are_those_of_this_version() {
     for (name, file, form) in [
@@ -395,11 +397,11 @@ fn the_files_exported_for_the_examples_are_those_of_this_version() {
     }
 }
 
-/// For C and for the images in Rust: order 3 is `joint.toml` with this.
+/// Settings that turn `joint.toml` into order 3, for C and for the Rust images.
 const ORDER_3: &str =
     "controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]";
 
-/// The drives as they are measured: `motor.toml` and `drive.toml` with this.
+/// Settings that turn `motor.toml` and `drive.toml` into the measured drives.
 const MEASURED: [&str; 4] = ["--set", "drive.period_s=1e-3", "--set", "drive.gain_sets=1"];
 const MEASURED_JOINT: [&str; 6] =
     [MEASURED[0], MEASURED[1], MEASURED[2], MEASURED[3], "--set", "drive.tuning=\"normal\""];
@@ -414,7 +416,7 @@ fn the_assembly_exported_for_the_examples_is_that_of_this_version() {
         ("firmware/motor.toml", "motor", "firmware/src/assembly/motor.S", false, &MEASURED),
         ("firmware/drive.toml", "joint_drive", "firmware/src/assembly/joint_drive.S", false, &MEASURED_JOINT),
     ];
-    // A search takes many seconds: the fast tier makes the first one.
+    // A search takes many seconds, so the fast tier covers the first file only.
     for (scenario, prefix, shipped, header, set) in files.into_iter().take(if deep() { 5 } else { 1 }) {
         let (scenario, made) = (text(&root().join(scenario)), folder.path("tick.S"));
         let export = ["export", &scenario, "--paper", "--asm", "--prefix", prefix, "-o", &made, "--force"];
@@ -443,7 +445,7 @@ fn a_design_that_the_archive_does_not_carry_is_refused_with_what_carries_it() {
     }
 }
 
-/// The scenario of the design of every.c, order 3 with observers in channels 2 and 3.
+/// Scenario of the design of every.c: order 3 with observers in channels 2 and 3.
 const CHAIN: &str = "
 [plant]
 kind = \"chain\"
@@ -495,7 +497,7 @@ fn an_exported_design_has_the_words_of_the_library_s_and_the_archive_takes_it() 
     }
 }
 
-/// What an image says on USART2 until its last line.
+/// Returns the output of an image on USART2 up to its last line.
 pub(super) fn emulated(image: &str) -> Vec<String> {
     let (process, [_, stream]) = Process::start(Path::new(&built(image)), [false, true], Clock::Instructions, None)
         .unwrap_or_else(|error| panic!("{error}"));
@@ -512,7 +514,7 @@ pub(super) fn emulated(image: &str) -> Vec<String> {
                 }
                 lines.push(whole);
             }
-            // A read that waits has its own limit of time.
+            // A blocking read has its own time limit.
             Ok(_) | Err(_) => {}
         }
     }
@@ -534,7 +536,7 @@ fn the_law_in_c_on_the_chip_gives_every_u_of_the_rust_tick() {
         held = running.tick(&motor).u;
         expected.push(format!("u {:08x}", held.to_bits()));
     }
-    // It holds the joint, rather than ending at a limit or at 0.
+    // The controller holds the joint; it does not end at a limit or at 0.
     assert!(motor[0].abs() < 0.1 && motor.iter().all(|x| x.abs() < 100.0), "{motor:?}");
     let distinct: std::collections::HashSet<&String> = expected.iter().collect();
     assert!(distinct.len() > 900, "{}", distinct.len());
@@ -548,8 +550,8 @@ fn the_law_in_c_on_the_chip_gives_every_u_of_the_rust_tick() {
     }
 }
 
-/// Cortex-M0, M3 and M4 without floats of their own, M7 and M33 with: samples near rest and far from it, and such as
-/// are no numbers.
+/// The library matches the tick on Cortex-M0, M3 and M4 without an FPU, and M7 and M33 with one. Samples lie near rest
+/// and far from it, and some are not numbers.
 #[test]
 fn the_archives_give_the_bits_of_the_tick_on_other_cores() {
     const TICKS: usize = 20_000;

@@ -1,10 +1,10 @@
-//! Do the drives, fences, plans and profiles of the archive for C do what the Rust library does, to the last bit, here
-//! and on the emulated cores?
+//! Bit-identity of the static library's drives, fences, plans and profiles with the Rust library, on this machine and
+//! on the emulated cores.
 //!
-//! A drive runs beside the Rust tick around a simple plant, with all that the exported drives are given (test module
-//! `export_drive`): counts that wrap, go over whole turns, are lost, wild or stuck, targets that jump or are no
-//! numbers, saturation, currents that were held instead, restarts. In motion it takes over two more designs, and must
-//! refuse a third. Needs what `cargo xtask capi` builds.
+//! A drive runs next to the Rust tick around a simple plant, with the inputs of the exported drives (test module
+//! `export_drive`). Counts wrap, exceed whole revolutions, are missing, outliers or frozen. Targets jump or are not
+//! numbers. Currents saturate or differ from the command, and the drive restarts. In motion the drive switches to two
+//! more designs and must reject a third. The tests need the output of `cargo xtask capi`.
 
 use controller_core::drive::{
     BEYOND_CONTROL, BRAKING, Bounds, ChainModel, Encoder, EncoderForm, Fence, FenceLimits, Joint, JointBandwidths,
@@ -22,7 +22,7 @@ use super::export::{
     Board, CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, Place, STM32F405, STRICT, answers, compile, folder,
     other_boards,
 };
-use super::export_drive::{Counters, HEALTHS, Plant, Wanted, assert_exercised, target};
+use super::export_drive::{Counters, HEALTHS, MovingGoal, Plant, assert_exercised, target};
 use super::export_plan::{Goal, Plan, any, is_number, onto};
 use super::export_profile;
 
@@ -46,16 +46,16 @@ fn status_of(error: RetuneError) -> u32 {
     status as u32
 }
 
-/// What was asked, and what is to be answered.
+/// Requests and expected answers.
 struct Run {
     asked: Vec<u8>,
     expected: Vec<u32>,
-    /// Of every answer; before the first stand the words of the configurations.
+    /// Words per answer; the words of the configurations precede the first answer.
     words: usize,
     configurations: usize,
 }
 
-/// Numbers of a configuration as C has them.
+/// Returns the numbers of a configuration in the layout of C.
 fn configuration(numbers: &[f64], lag_or_load: f64, uncertain: f64, stops_at: Health) -> Vec<u32> {
     let all = numbers.iter().copied().chain([lag_or_load, uncertain, f64::from(stops_at.bits())]);
     all.flat_map(|number| [number.to_bits() as u32, (number.to_bits() >> 32) as u32]).collect()
@@ -64,7 +64,7 @@ fn configuration(numbers: &[f64], lag_or_load: f64, uncertain: f64, stops_at: He
 const UNCERTAIN: [f64; 4] = [0.2, 0.2, 0.5, 0.2];
 const STOPS_AT: [Health; 4] = [BRAKING, BRAKING, BEYOND_CONTROL, BRAKING];
 
-/// The designs of `drives.c`, which makes them of the data sheet.
+/// Runs the designs of `drives.c`, which computes them from the data sheet.
 fn motor<const FAST: usize, const LATE: usize>(ticks: usize, within: Option<FenceLimits>) -> Run {
     let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
     let limits = Limits { min: -10.0, max: 8.0 };
@@ -145,14 +145,14 @@ where
     let mut running = Running::new(laws[0]);
     let mounting = [controller_core::drive::Mounting::UPRIGHT; E];
     let (mut wanted, mut counters) =
-        (Wanted { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
+        (MovingGoal { part: if E == 1 { 1.0 } else { 0.2 }, angle: 0.0, speed: 0.0, bad_left: 0 }, Counters::default());
     let mut run =
         Run { asked: Vec::new(), words: 7 + 1 + 4 * E, configurations: configurations.len(), expected: configurations };
     let (mut seen, mut retuned, mut turns_gone, mut stopped, mut done) =
         (vec![0_usize; HEALTHS], [0_usize; 4], 0, false, 0);
     while done < ticks {
         let what = match rng.integer(0, 999) {
-            // Somebody sees that it has stopped.
+            // The operator notices the stop and resets the drive.
             50..=299 if stopped => RESET,
             0 if rng.chance(0.2) => RESET,
             5..=24 => REPORT,
@@ -226,12 +226,12 @@ where
     }
     assert_exercised(name, done, &seen, turns_gone);
     println!("{name}: designs taken over in motion {retuned:?}");
-    // The last one counts by another encoder.
+    // The last design uses another encoder and must be rejected.
     assert!(retuned[..3].iter().all(|&times| times > ticks / 5000), "{name}: {retuned:?}");
     run
 }
 
-/// Every limit is broken, and a drive works within them.
+/// Checks that every limit is exceeded sometimes, and that the drive also works within them.
 fn assert_fenced(name: &str, seen: &[usize]) {
     let with = |flag: Health| -> usize {
         let of = seen.iter().enumerate();
@@ -242,7 +242,7 @@ fn assert_fenced(name: &str, seen: &[usize]) {
     assert!(broken.iter().all(|&ticks| ticks > 5) && seen[0] > 500, "{name}: {broken:?}, {}", seen[0]);
 }
 
-/// A drive of the archive: its name, and so many ticks of it, within limits or without.
+/// Drive of the library: its name, and a run of this many ticks with or without limits.
 type Drive = (&'static str, fn(usize, Option<FenceLimits>) -> Run);
 
 const DRIVES: [Drive; 8] = [
@@ -256,7 +256,7 @@ const DRIVES: [Drive; 8] = [
     ("joint_fast_late", joint::<1, 1>),
 ];
 
-/// Runs a program of `tests/capi` against the archive for a place: the words that it answers.
+/// Runs a program of `tests/capi` with the library for a place; returns the words of its answers.
 fn said(kind: &str, name: &str, program: &str, options: &[&str], asked: &[u8], place: Place) -> Vec<u32> {
     let (machine, of) = match place {
         Place::Here => ("host", "host"),
@@ -274,7 +274,7 @@ fn said(kind: &str, name: &str, program: &str, options: &[&str], asked: &[u8], p
     answered
 }
 
-/// The folder of the archive for a core.
+/// Returns the folder of the library for a core.
 fn archive_for(board: &Board) -> &'static str {
     match board.machine {
         "microbit" => "thumbv6m",
@@ -299,7 +299,7 @@ fn compare(drives: &[Drive], ticks: usize, options: &[&str], place: Place) {
     }
 }
 
-/// The same with limits that are broken now and then.
+/// Compares drives under limits that are exceeded now and then.
 fn compare_fenced(drives: &[Drive], ticks: usize, options: &[&str], place: Place) {
     let limits = FenceLimits { low_rad: f64::NEG_INFINITY, high_rad: 3.0, max_speed_rad_s: 40.0, following_rad: 0.5 };
     let FenceLimits { high_rad, max_speed_rad_s, following_rad, .. } = limits;
@@ -328,7 +328,7 @@ fn every_drive_of_the_archive_designs_ticks_and_is_retuned_to_the_bits_of_rust()
 
 #[test]
 fn a_drive_of_the_archive_gives_its_bits_on_the_emulated_chip() {
-    // Where the requests tune, the compiler's library multiplies.
+    // Retuning requests need a multiplication from the compiler's library.
     compare(&DRIVES, 20_000, &["-O2", "-lgcc"], Place::On(&STM32F405));
 }
 
@@ -354,10 +354,10 @@ const MOVE: u32 = 1;
 const STOP: u32 = 2;
 const SINE: u32 = 3;
 const PLANS: usize = 20_000;
-/// Ticks at which each plan is asked.
+/// Ticks at which each plan is evaluated.
 const ASKED: usize = 5;
 
-/// Plans in flight, taken and refused.
+/// Runs plans, in flight, accepted and rejected.
 fn plans<const M: usize, const N: usize>(period_s: f64) -> Run {
     let mut rng = Rng::new(0x91A5 + M as u64);
     let mut run = Run { asked: Vec::new(), expected: Vec::new(), words: 1 + ASKED * (1 + N), configurations: 0 };
@@ -436,7 +436,7 @@ fn a_plan_of_the_archive_gives_its_bits_on_the_emulated_chip() {
     compare_plans(&["-O2"], Place::On(&STM32F405));
 }
 
-/// Ticks of each average that a profile of the archive has memory for, as the header says.
+/// Ticks of each average that a profile of the library has memory for, as in the header.
 const WINDOW: usize = 128;
 
 fn compare_profiles(options: &[&str], place: Place) {
@@ -469,7 +469,7 @@ fn a_profile_of_the_archive_gives_its_bits_on_other_cores() {
     }
 }
 
-/// The stand-in of `drive.c`, operation by operation.
+/// Simulated plant of `drive.c`, operation by operation.
 #[derive(Default)]
 struct StandIn {
     angle: [f32; 2],
@@ -498,12 +498,12 @@ impl StandIn {
     }
 }
 
-/// Ticks of `drive.c`: until it is tuned, until the encoder of the link breaks, and all.
+/// Ticks of `drive.c`: until the retune, until the link encoder fails, and in total.
 const TUNED: u32 = 5800;
 const BROKEN: u32 = 12_600;
 const LAST: u32 = 13_600;
 
-/// What `drive.c` says at its end; from the archive it is tuned between its moves.
+/// Returns the last lines of `drive.c`. With the library it retunes between its moves.
 fn said_by_drive_c(tuned: bool) -> [String; 3] {
     let joint = Joint {
         link_inertia_kg_m2: 0.23,
@@ -516,7 +516,7 @@ fn said_by_drive_c(tuned: bool) -> [String; 3] {
     };
     let (period_s, load) = (2.5e-4, 1.3);
     let law = |surface_rad_s: f64| {
-        // What the rule makes of the data sheet, then in the same proportions.
+        // Bandwidths by rule from the data sheet, then scaled in proportion.
         let bandwidths = JointBandwidths::DEFAULT.within(period_s, 0).with_surface(surface_rad_s);
         let design = JointDesign {
             fallback: Fallback::Safe(0.0),
@@ -558,7 +558,7 @@ fn said_by_drive_c(tuned: bool) -> [String; 3] {
         sum = (sum ^ output.u.to_bits()).wrapping_mul(0x0100_0193);
         stand_in.advance(output.u);
     }
-    // It follows under load and friction, is tuned without a jump, and ends in nothing else than what is told.
+    // The drive follows under load and friction, retunes without a jump, and ends as reported.
     assert!(worst < 1.7e-3, "{worst} rad");
     assert!(jump < 0.05, "{jump} A");
     assert_eq!(health, Health::STOPPED | Health::SAMPLE_LOST | Health::INPUT_REJECTED | Health::WAITS);
@@ -566,7 +566,7 @@ fn said_by_drive_c(tuned: bool) -> [String; 3] {
     [format!("stopped at tick {stopped}"), format!("health {:08x}", health.bits()), format!("sum {sum:08x}")]
 }
 
-/// Every current of `drive.c`, as a sum over its bits, and where it stops.
+/// Every current of `drive.c`, as a sum over its bits, and the final position.
 #[test]
 fn the_drive_in_c_on_the_chip_has_the_currents_of_rust_and_stops_without_its_encoder() {
     for (image, tuned) in [("drive", true), ("drive-nostdlib", true), ("drive-standalone", false)] {
@@ -577,10 +577,10 @@ fn the_drive_in_c_on_the_chip_has_the_currents_of_rust_and_stops_without_its_enc
     }
 }
 
-/// The program of docs/linking.md, "From C".
+/// The program of docs/c.md, "Static library".
 #[test]
 fn the_drive_of_the_docs_compiles_here_and_for_the_chip_without_a_warning() {
-    let page = fs::read_to_string(path("../docs/linking.md")).expect("the page");
+    let page = fs::read_to_string(path("../docs/c.md")).expect("the page");
     let section = page.split_once("### A drive\n").expect("the section").1;
     let program = section.split_once("```c\n").expect("a program").1.split_once("```").expect("its end").0;
     let (folder, include) = (folder("capi-docs"), include());

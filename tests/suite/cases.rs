@@ -1,5 +1,5 @@
-//! Eight chains with known figures (`tests/data/cases.json`), made by an independent implementation: n = 2..5, slopes
-//! of either sign up to lambda T = 2, observers on every kind of subset, switching, deadbeat, b of either sign.
+//! Eight chains with known results (`tests/data/cases.json`) from an independent implementation: n = 2..5, slopes of
+//! either sign up to lambda T = 2, observers on every kind of subset, switching, deadbeat, b of either sign.
 
 use integration_tests::close::relative;
 use integration_tests::data;
@@ -87,7 +87,7 @@ fn one_case(case: &Value) -> Case {
     }
 }
 
-/// Maxima of |sigma*|, |y|, |u| over the ticks k with 2 k >= K, k <= K.
+/// Returns the maxima of |sigma*|, |y|, |u| over the ticks k with 2 k >= K, k <= K.
 fn sampled(case: &Case, precision: Precision) -> [f64; 3] {
     let model = Model::linear(&case.plant.a, case.plant.b);
     let mut shipped = controller(&case.spec, &model, 3, precision).expect("a valid design");
@@ -132,7 +132,7 @@ fn f32_controller_shows_the_figures_of_the_independent_implementation() {
     check(Precision::Single, 1);
 }
 
-/// The same plants under the printed continuous law: the transcription of the print is the right one, too.
+/// The plants under the printed continuous controller; the test also confirms the transcription of the print.
 #[test]
 fn printed_continuous_law_shows_the_continuous_figures() {
     for case in cases() {
@@ -147,7 +147,7 @@ fn printed_continuous_law_shows_the_continuous_figures() {
                     *maximum = maximum.max(value.abs());
                 }
             }
-            // The fastest case has lambda T = 2, k_l T = 2: steps of 1/20 of that.
+            // The fastest case has lambda T = 2, k_l T = 2; the integration step is 1/20 of that.
             let plant = |t: f64, x: &[f64], u: f64, dx: &mut [f64]| case.plant.rhs(t, x, u, dx);
             printed.advance(&plant, (k + 1) as f64 * case.spec.period_s, 40);
         }

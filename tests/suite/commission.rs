@@ -1,8 +1,8 @@
-//! Does a drive on a chip commission itself: is what it records what went in and out, to the bit, whatever the wire
-//! loses; are its new gains better; and are the old ones back where the new ones are wrong?
+//! Commissioning of a drive on a target. The recorded data must match inputs and outputs bit for bit under any loss on
+//! the serial link. The new gains must be better, and the old gains must return where the new ones are wrong.
 //!
-//! First in this process, where every tick can be seen; then the image `drive` on the emulated chip, which stands in
-//! for two joints, one of which its data sheet is wrong about. Moves and times are those of a user.
+//! The tests first run in this process, where every tick is visible. Then the image `drive` runs on the emulated target
+//! with simulated joints; the data sheet is wrong for some of them. Moves and times are typical of a user.
 
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
@@ -26,7 +26,7 @@ use loop_sim::port::drive::DriveDesign;
 use pil_wire::{Disturbance, Order, Plant};
 use scenario::Source;
 use study::commission::{Leg, Outcome, Plan, Report, Retuned, Shake, Stand, Stopped, Verified, commission, sheet_of};
-use study::identify::{Identified, Known, MOST_RESIDUAL_STEPS, Sheet};
+use study::identify::{Identified, MOST_RESIDUAL_STEPS, PlantData, Sheet};
 
 fn good<V>(result: Result<V, PortError>) -> V {
     result.unwrap_or_else(|error| panic!("{error}"))
@@ -47,12 +47,12 @@ fn bench(seed: Option<u64>) -> LiveDrive<Faulty<Bench>> {
     connect(Faulty::new(Bench::new(), Rates::all(if seed.is_some() { 0.05 } else { 0.0 }), seed.unwrap_or(0)))
 }
 
-/// A current for each row that is nothing but different.
+/// Returns an excitation current that varies from row to row.
 fn shake(rows: usize, peak_a: f32) -> Vec<f32> {
     (0..rows).map(|k| peak_a * ((k * 37 % 101) as f32 / 50.0 - 1.0)).collect()
 }
 
-/// Until the record has ended by itself.
+/// Waits until the recording ends by itself.
 fn ended<T: Transport>(drive: &mut LiveDrive<T>) {
     while good(drive.tracked()).goes_on {}
 }
@@ -62,7 +62,7 @@ fn a_record_is_what_went_in_and_out_to_the_bit_whatever_the_wire_loses() {
     for (seed, every, peak_a) in [(None, 1, 1.0), (None, 3, 2.0), (Some(3), 5, 1.5)] {
         let mut drive = bench(seed);
         let mut wave = shake(200, peak_a);
-        // With that of the law more than the limit: what is held is within it.
+        // Together with the controller's current this exceeds the limit; the applied current stays within it.
         wave[100..102].copy_from_slice(&[10.0, -10.0]);
         good(drive.record(every, &wave));
         good(drive.move_to(1.0, 300));
@@ -80,13 +80,13 @@ fn a_record_is_what_went_in_and_out_to_the_bit_whatever_the_wire_loses() {
             assert_eq!(held.to_bits(), mean.to_bits(), "row {k}: {sent:?}");
             assert!(sent.iter().all(|u| u.abs() <= 10.0), "row {k}: {sent:?}");
         }
-        // It shook, and the law did not know: a still drive holds next to nothing.
+        // The excitation is visible in the applied current; a drive at rest applies almost none.
         let largest = rows.iter().fold(0.0_f32, |most, (_, held)| most.max(held.abs()));
         assert!(largest > 3.0, "{largest} A");
     }
 }
 
-/// The black box runs again to the bit while something shakes: the observers were told what was held.
+/// The trace buffer replays bit for bit during an excitation, because the observers use the applied current.
 #[test]
 fn what_shakes_is_known_to_the_observers_to_the_bit() {
     let mut drive = bench(None);
@@ -113,7 +113,7 @@ fn a_record_ends_where_a_count_is_lost_and_so_does_what_shakes() {
     assert!(is.lost && is.rows > 50 && is.rows < 300, "{is:?}");
     good(drive.disturb(Disturbance::default()));
     assert_eq!(good(drive.rows(|_| ())).len(), is.rows as usize);
-    // All is as before.
+    // The drive works as before.
     good(drive.move_to(0.5, 0));
     while good(drive.observe()).moving {}
     assert!((drive.transport().inner().chip.angle_rad() - 0.5).abs() < 5e-3);
@@ -126,17 +126,17 @@ fn what_no_record_can_be_is_refused_and_changes_nothing() {
         told(drive.rows(|_| ()).and_then(|rows| if rows.is_empty() { drive.order(Order::Record) } else { Ok(()) }))
             .contains("no record")
     );
-    // The last is 61 s.
+    // The last case lasts 61 s.
     for (every, rows) in [(0, 10), (1001, 10), (1, 0), (1, 1 << 20), (1000, 61)] {
         assert!(told(drive.record(every, &vec![0.0; rows])).contains("rows of a record"), "{every} {rows}");
     }
     for current in [f32::NAN, f32::INFINITY, -10.1] {
-        assert!(told(drive.record(1, &[0.0, current])).contains("on top"), "{current}");
+        assert!(told(drive.record(1, &[0.0, current])).contains("an excitation of"), "{current}");
     }
     good(drive.record(1, &shake(2000, 0.5)));
-    assert!(told(drive.record(1, &[0.0])).contains("it ends first"));
-    assert!(told(drive.rows(|_| ())).contains("it ends first"));
-    assert!(told(drive.swap(&loadable(&DESIGN))).contains("it ends first"));
+    assert!(told(drive.record(1, &[0.0])).contains("end it first"));
+    assert!(told(drive.rows(|_| ())).contains("end it first"));
+    assert!(told(drive.swap(&loadable(&DESIGN))).contains("end it first"));
     good(drive.order(Order::EndRecord));
     let is = good(drive.tracked());
     assert!(!is.goes_on && is.rows < 2000, "{is:?}");
@@ -146,7 +146,7 @@ fn what_no_record_can_be_is_refused_and_changes_nothing() {
     good(drive.swap_at_rest(&loadable(&DESIGN.with_surface(0.8 * DESIGN.bandwidths.surface_rad_s))));
 }
 
-/// A `Prepare` that is refused leaves the record that was made.
+/// A rejected `Prepare` keeps the existing recording.
 #[test]
 fn a_record_that_nobody_has_read_stays_when_another_is_refused() {
     let mut drive = bench(None);
@@ -155,18 +155,18 @@ fn a_record_that_nobody_has_read_stays_when_another_is_refused() {
     let rows = good(drive.rows(|_| ()));
     assert!(told(drive.record(0, &[0.0; 10])).contains("rows of a record"));
     assert_eq!(good(drive.rows(|_| ())), rows);
-    // Prepared and refused: the first of them begins.
+    // Prepared, then another one is rejected: the first one begins.
     good(drive.record_while(2, &[1.0; 40], || false).map(|has_begun| assert!(!has_begun)));
     assert!(told(drive.record(1, &vec![0.0; 1 << 20])).contains("rows of a record"));
     good(drive.order(Order::Record));
-    assert!(told(drive.order(Order::Record)).contains("it ends first"));
+    assert!(told(drive.order(Order::Record)).contains("end it first"));
     ended(&mut drive);
     let is = good(drive.tracked());
     assert_eq!((is.rows, is.every), (40, 2));
 }
 
-/// The later of two programs is heard, and the earlier not; and where they count alike neither is told that its request
-/// was done when it was the other's.
+/// A drive serves the later of two programs. If both use the same sequence numbers, neither program takes the other's
+/// acknowledgement for its own.
 #[test]
 fn a_drive_that_two_programs_talk_to_does_not_take_one_for_the_other() {
     let shared = Shared::default();
@@ -184,9 +184,9 @@ fn a_drive_that_two_programs_talk_to_does_not_take_one_for_the_other() {
     assert!(good(one.observe()).frozen);
 }
 
-/// What a host can ask of a drive that runs, in any order, twice, with numbers that nobody would send, on a wire that
-/// loses, damages, doubles and delays: u stays within its limits, nothing runs away, and at the end the drive can be
-/// had back, with the gains that it had.
+/// Random host requests in any order, repeated, with absurd numbers, over a serial link that loses, damages, doubles
+/// and delays frames. u stays within its limits and the motor does not run away. At the end the drive can be recovered
+/// with its old gains.
 #[test]
 fn no_order_of_requests_makes_a_drive_run_away_or_lose_its_gains() {
     let (mut fastest, mut trips, mut done, mut refused) = (0.0_f64, 0, [0; 8], 0);
@@ -202,7 +202,7 @@ fn no_order_of_requests_makes_a_drive_run_away_or_lose_its_gains() {
             let asked = match kind {
                 0 | 1 => {
                     let every = *rng.one_of(&[0, 1, 3, 20, 1000, 1001]) as u32;
-                    // One sign all the time, all that is allowed; as fast as it goes; as much as a user would.
+                    // Waveforms: one sign at the limit, alternating every tick, or a typical amplitude.
                     let most = *rng.one_of(&[10.0_f32, -10.0, 2.0, 11.0, f32::NAN]);
                     let swings = rng.chance(0.5);
                     let count = rows.min(4001);
@@ -231,11 +231,11 @@ fn no_order_of_requests_makes_a_drive_run_away_or_lose_its_gains() {
                 bench.chip.u.clear();
             });
         }
-        // As a person would have it back.
+        // Recovery as an operator does it.
         good(drive.order(Order::EndRecord));
         if !good(drive.observe()).health.is_ok() {
             trips += 1;
-            // Without a current friction ends it.
+            // Without current friction stops the motor.
             let coasted = shared.with(|bench| {
                 (0..300)
                     .take_while(|_| {
@@ -260,7 +260,7 @@ fn no_order_of_requests_makes_a_drive_run_away_or_lose_its_gains() {
     assert!(done.iter().all(|done| *done > 20) && refused > 100, "{done:?} {refused}");
 }
 
-/// The motor of the bench as a scenario, whose data sheet is 25 % off.
+/// The motor of the bench as a scenario with a data sheet that is 25 % off.
 const MOTOR: [&str; 6] = [
     "encoder.bits=20",
     "drive.gain_sets=2",
@@ -270,7 +270,7 @@ const MOTOR: [&str; 6] = [
     "motor.torque_n_m_per_a=0.0625",
 ];
 
-/// The bench commissioned over this wire, told to stop at a look (of all that there are) by `watch`.
+/// Commissions the bench over this link; `watch` may interrupt it at any of its calls.
 fn motor_commissioned<T: Transport>(wire: T, watch: &mut dyn FnMut() -> bool) -> Result<Report, Stopped> {
     let sets = MOTOR.map(str::to_owned);
     let source = Source { file: "motor.toml", text: scenario::MOTOR, sets: &sets };
@@ -279,12 +279,12 @@ fn motor_commissioned<T: Transport>(wire: T, watch: &mut dyn FnMut() -> bool) ->
     let (plan, old) = (Plan::of(&designed), sheet_of(&designed));
     let mut watch = |_| if watch() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
     let mut wired = Wired::new(connect(wire), designed, &mut watch)?;
-    commission(&mut wired, &plan, &Known::with_lag(0.0), |found| {
+    commission(&mut wired, &plan, &PlantData::with_lag(0.0), |found| {
         Retuned::of(&source, &old, found)?.designed("motor.toml")
     })
 }
 
-/// What a commissioning must never leave behind: anything but a drive at rest, with these gains, that moves.
+/// Checks the state after commissioning: a drive at rest, with the old gains, that moves on request.
 fn assert_as_before(shared: &Shared, label: &str) {
     let mut drive = connect(shared.clone());
     assert_eq!(*drive.design(), loadable(&DESIGN), "{label}");
@@ -299,7 +299,7 @@ fn assert_as_before(shared: &Shared, label: &str) {
     assert!(still < 1.0, "{label}: it is still shaken, by {still} A");
     good(drive.move_to(0.5, 0));
     while good(drive.observe()).moving {}
-    // Its counter knows no whole turns: those that it coasted while it was stopped are gone.
+    // The counter does not record whole revolutions; those made while coasting are lost.
     let off = shared.with(|bench| bench.chip.angle_rad() - 0.5);
     let off = off - std::f64::consts::TAU * (off / std::f64::consts::TAU).round();
     assert!(off.abs() < 5e-3, "{label}: {off} rad");
@@ -317,7 +317,7 @@ fn a_motor_commissions_itself_over_a_wire_and_whoever_ends_that_early_has_the_ol
     println!("{:?} {b:?} {:?}; {looks} looks", report.outcome, report.verified);
     assert_eq!(report.outcome, Outcome::Accepted);
     assert!((b.value / (0.05 / 2e-4) - 1.0).abs() < 0.05, "{b:?}");
-    // Everywhere: sending the table, shaking, reading, after the swap, while it verifies, on the way home.
+    // Interruptions in every phase: upload, excitation, download, after the gain switch, verification, return.
     for part in 0..12 {
         let (end, mut seen) = (looks * part / 12 + 1, 0);
         let shared = Shared::default();
@@ -331,7 +331,7 @@ fn a_motor_commissions_itself_over_a_wire_and_whoever_ends_that_early_has_the_ol
     }
 }
 
-/// A wire that is gone after so many frames.
+/// Serial link that breaks after this many frames.
 struct Unplugged<T>(T, usize);
 
 impl<T: Transport> Transport for Unplugged<T> {
@@ -346,7 +346,8 @@ impl<T: Transport> Transport for Unplugged<T> {
     }
 }
 
-/// Wherever the wire breaks: the shaking ends by itself, the drive is well, and the user is told what runs there.
+/// The link breaks at any point: the excitation ends by itself, the drive stays healthy, and the error message states
+/// which gains run.
 #[test]
 fn a_drive_whose_wire_is_unplugged_comes_to_rest_by_itself() {
     for frames in [40, 300, 700, 1200, 1600] {
@@ -356,7 +357,7 @@ fn a_drive_whose_wire_is_unplugged_comes_to_rest_by_itself() {
             Err(stopped @ Stopped::Left { .. }) => stopped.to_string(),
             other => panic!("{frames} frames: {:?}", other.map(|report| report.outcome)),
         };
-        assert!(told.contains("unplugged") && told.contains("NOT BACK"), "{told}");
+        assert!(told.contains("unplugged") && told.contains("NOT RESTORED"), "{told}");
         shared.with(|bench| bench.chip.pass(8000));
         let mut drive = connect(shared.clone());
         let seen = good(drive.observe());
@@ -366,19 +367,19 @@ fn a_drive_whose_wire_is_unplugged_comes_to_rest_by_itself() {
     }
 }
 
-/// An image of the firmware.
+/// Starts an image of the firmware.
 fn image(name: &str) -> LiveDrive<Emulator> {
     let file = path("../firmware/target/thumbv7em-none-eabihf/release").join(name);
     assert!(file.exists(), "{}: there is no such image: `cargo xtask firmware` builds it", file.display());
     connect(Emulator::paced(&file).unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// A joint that stands in.
+/// Simulated joint.
 #[derive(Clone, Copy)]
 struct Case {
-    /// True over believed k_1, b_1, k_2, b_2, B_0.
+    /// True over nominal value of k_1, b_1, k_2, b_2, B_0.
     factors: [f64; 5],
-    /// Of the motor's torque at 30 A.
+    /// Friction as a share of the motor's torque at 30 A.
     friction: f64,
     cogging: f64,
     load_n_m: f32,
@@ -409,13 +410,13 @@ impl Case {
 const NOMINAL: Case = Case { factors: [1.0; 5], friction: 1.0 / 30.0, cogging: 0.0, load_n_m: 0.0 };
 const CORNER: Case = Case { factors: [0.5, 1.5, 1.5, 0.5, 0.5], ..NOMINAL };
 
-/// Drawn once within 50 %, with a load that nobody knows of and cogging.
+/// Factors drawn once within 50 %, with an unknown load and cogging.
 const RANDOM: Case =
     Case { factors: [1.21, 0.68, 0.83, 1.34, 1.42], friction: 1.0 / 30.0, cogging: 0.01, load_n_m: 0.2 };
 
 type Commissioned = (Result<Report, Stopped>, LiveDrive<Emulator>);
 
-/// The same drive, whose link gives no count for a moment on the way back.
+/// Drive whose link encoder misses counts for a moment on the way back.
 struct Losing<'a>(Wired<'a, Emulator>, usize);
 
 impl Stand for Losing<'_> {
@@ -453,10 +454,10 @@ impl Stand for Losing<'_> {
     }
 }
 
-/// The image `drive` with this joint, commissioned from firmware/drive.toml; `change` is made to what was found.
+/// Commissions the image `drive` with this joint from firmware/drive.toml; `change` alters the identified parameters.
 fn commissioned(case: Case, change: impl Fn(&mut Identified), is_losing: bool) -> Commissioned {
     let text = std::fs::read_to_string(Path::new(&path("../firmware/drive.toml"))).expect("the scenario");
-    // A machine that is busy takes long between two requests: what is lost meanwhile must not stop the drive.
+    // On a busy machine two requests may be far apart; missing counts in between must not stop the drive.
     let lost_ticks = if is_losing { "drive.lost_ticks=20000" } else { "drive.lost_ticks=50" };
     let sets = ["drive.uncertain_percent=50", "drive.gain_sets=2", "joint.current_lag_s=0", lost_ticks];
     let sets = sets.map(str::to_owned);
@@ -464,7 +465,7 @@ fn commissioned(case: Case, change: impl Fn(&mut Identified), is_losing: bool) -
     let experiment = scenario::parse(&source, "drive").unwrap_or_else(|error| panic!("{error}"));
     let designed = experiment.drive.expect("a drive").designed;
     let (plan, old) = (Plan::of(&designed), sheet_of(&designed));
-    let known = Known { cogging_per_turn: (case.cogging > 0.0).then_some(24.0), ..Known::with_lag(0.0) };
+    let known = PlantData { cogging_per_turn: (case.cogging > 0.0).then_some(24.0), ..PlantData::with_lag(0.0) };
     let mut drive = image("drive");
     good(drive.replace(case.plant()));
     good(drive.disturb(Disturbance { load_n_m: case.load_n_m, ..Disturbance::default() }));
@@ -482,14 +483,14 @@ fn commissioned(case: Case, change: impl Fn(&mut Identified), is_losing: bool) -
     (commission(&mut wired, &plan, &known, design), wired.into_drive())
 }
 
-/// Relative errors of k_1, b_1, k_2, b_2, B_0.
+/// Returns the relative errors of k_1, b_1, k_2, b_2, B_0.
 fn off(case: &Case, found: &Identified) -> [f64; 5] {
     let believed = study::commission::plants::ratios(&Joint::TABLE_I);
     let names = ["k_1", "b_1", "k_2", "b_2", "B_0"];
     std::array::from_fn(|i| found.parameter(names[i]).expect(names[i]).value / (believed[i] * case.factors[i]) - 1.0)
 }
 
-/// Its last ticks run again here to the bit, with the design that stayed.
+/// Checks that the last ticks replay bit for bit with the design that stayed.
 fn assert_same_bits(drive: &mut LiveDrive<Emulator>, stays: &DriveDesign) {
     assert_eq!(*drive.design(), link::remote::Loadable::try_from(stays).expect("a design"));
     good(drive.order(Order::Freeze));
@@ -497,7 +498,7 @@ fn assert_same_bits(drive: &mut LiveDrive<Emulator>, stays: &DriveDesign) {
     assert!(again.len() >= 256 && again.iter().all(link::black_box::Again::is_same));
 }
 
-/// The fast tier has the wrong link alone, which is the whole way and back.
+/// The fast tier covers the wrong link only, which includes the whole way and back.
 #[test]
 fn the_emulated_chip_commissions_itself_on_three_joints_and_sees_a_wrong_link() {
     let one = |name: &str, case: Case| {
@@ -523,7 +524,7 @@ fn the_emulated_chip_commissions_itself_on_three_joints_and_sees_a_wrong_link() 
         assert!(peak_rad <= 1e-4, "{name}: {peak_rad:e}");
         assert_same_bits(&mut drive, &report.designed);
     };
-    // Side by side; an emulator ends with the thread that began it.
+    // In parallel; an emulator ends with the thread that started it.
     let joints = [("nominal", NOMINAL), ("corner", CORNER), ("random", RANDOM)];
     std::thread::scope(|scope| {
         for (name, case) in joints.into_iter().filter(|_| deep()) {
@@ -533,7 +534,7 @@ fn the_emulated_chip_commissions_itself_on_three_joints_and_sees_a_wrong_link() 
     the_old_gains_are_back_from_a_wrong_link();
 }
 
-/// A spring that is not as stiff as the new gains say.
+/// Checks that a spring softer than the new gains assume brings the old gains back.
 fn the_old_gains_are_back_from_a_wrong_link() {
     let wrong = |found: &mut Identified| {
         let Sheet::Joint(joint) = &mut found.sheet else { panic!("a joint") };
@@ -566,8 +567,9 @@ fn the_emulated_chip_refuses_a_record_with_a_lost_stretch_and_is_as_before() {
     assert!(seen.health.is_ok() && !seen.moving && !good(drive.tracked()).goes_on, "{seen:?}");
 }
 
-/// A motor behind a gear of 9, integrated here in steps of 10 us, along a sine by a loop of its own and shaken by ten
-/// sines: K_t 0.29 N m/A, rotor 1e-3 kg m^2, friction 0.2 N m behind the gear, an encoder of 14 bits at the motor.
+/// Returns a recording of a motor behind a gear of 9, integrated in steps of 10 us along a sine by its own loop, with
+/// an excitation of ten sines. K_t is 0.29 N m/A, the rotor 1e-3 kg m^2. Friction is 0.2 N m behind the gear; the motor
+/// encoder has 14 bits.
 fn record_of_a_geared_motor() -> String {
     let [gear, inertia, torque] = [9.0, 81.0 * 1e-3, 9.0 * 0.29];
     let step_rad = std::f64::consts::TAU / 16384.0 / gear;
@@ -586,7 +588,7 @@ fn record_of_a_geared_motor() -> String {
     text
 }
 
-/// The key is named where the record is read from a file, and where the drive makes it by itself.
+/// `identify` (recording from a file) and `commission` (recording by the drive) both name the wrong key.
 #[test]
 fn a_torque_constant_of_the_gears_output_is_named_by_identify_and_by_commission() {
     let folder = Folder::new("commission-gear");
@@ -598,26 +600,26 @@ fn a_torque_constant_of_the_gears_output_is_named_by_identify_and_by_commission(
             .replace("torque_n_m_per_a = 0.05", &format!("torque_n_m_per_a = {torque}"))
             .replace("max_current_a = 10.0", "max_current_a = 20.0")
     };
-    let named = "which a gear of 9 explains: motor.torque_n_m_per_a is that of the output of the gear, 9 times that of \
-                 the motor: set motor.torque_n_m_per_a = 0.2889";
+    let named = "which a gear of 9 explains: motor.torque_n_m_per_a refers to the output of the gear, 9 times the motor \
+                 value: set motor.torque_n_m_per_a = 0.2889";
     std::fs::write(&file, typed("2.6")).expect("room");
     let said = host_sim(&["identify", &data, &file, "-o", &to, "--out", &out]);
     assert!(said.status == 2 && said.err.contains(named), "{said:?}");
-    // The plant has the ninth of what the file says.
+    // The plant has a ninth of the torque constant in the file.
     let commission = ["commission", &file, "-o", &to, "--out", &out];
     let said = host_sim(&[&commission[..], &["--set", "error.torque_percent=-88.85"]].concat());
-    let told = "or a number of the data sheet is that of the output of the gear of 9: motor.torque_n_m_per_a and \
-                motor.inertia_kg_m2 are of the motor's own shaft";
-    assert!(said.status == 1 && said.err.contains("an alarm") && said.err.contains(told), "{said:?}");
-    // With a gear of 2 the loop lives, and the record is made.
+    let told = "or the data sheet refers to the output of the gear of 9: motor.torque_n_m_per_a and \
+                motor.inertia_kg_m2 belong to the motor shaft";
+    assert!(said.status == 1 && said.err.contains("alarm (") && said.err.contains(told), "{said:?}");
+    // With a gear of 2 the loop is stable, so the recording completes.
     let sets =
         ["motor.gear=[2, 1]", "motor.torque_n_m_per_a=0.1", "error.torque_percent=-50", "drive.uncertain_percent=50"];
     let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
     let said = host_sim(&[&commission[..], &sets, &["--tolerance", "40"]].concat());
-    let named = "which a gear of 2 explains: motor.torque_n_m_per_a is that of the output of the gear, 2 times that of \
-                 the motor: set motor.torque_n_m_per_a = 0.05";
+    let named = "which a gear of 2 explains: motor.torque_n_m_per_a refers to the output of the gear, 2 times the motor \
+                 value: set motor.torque_n_m_per_a = 0.05";
     assert!(said.status == 1 && said.err.contains(named), "{said:?}");
-    // What was asked for is the remedy.
+    // The requested value is the remedy.
     std::fs::write(&file, typed("0.2889")).expect("room");
     let said = host_sim(&["identify", &data, &file, "-o", &to, "--out", &out]);
     assert_eq!(said.status, 0, "{said:?}");

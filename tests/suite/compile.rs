@@ -1,9 +1,9 @@
-//! Is a bad design in a `const` a compile error that says why?
+//! Compile errors for invalid designs in a `const`.
 //!
-//! Every file in `compile_pass/` must compile, every one in `compile_fail/` must not, and the compiler must say each
-//! line of the `.stderr` beside it. Only *our* text is compared, not how this year's compiler frames it, so that a
-//! newer compiler does not break the test. The files are examples of a small package made for the purpose, whose
-//! library is the good design that they spoil; it needs the controller only.
+//! Every file in `compile_pass/` must compile. Every file in `compile_fail/` must fail with each line of its `.stderr`
+//! file. Only the project's own text is compared, not the compiler's framing, so a newer compiler does not break the
+//! test. The files are examples of a small generated package; its library is the valid design that they change. The
+//! package depends on the controller only.
 
 use integration_tests::data::path;
 use std::fmt::Write;
@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-/// The library of the package, in `compile_pass/`.
+/// Library of the package, in `compile_pass/`.
 const GOOD_DESIGN: &str = "good_design";
 
-/// The cases in a folder of this package, by name.
+/// Returns the cases in a folder of this package, by name.
 fn sources(folder: &str) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = fs::read_dir(path(folder))
         .expect("the folder of cases")
@@ -29,7 +29,7 @@ fn stem(file: &Path) -> &str {
     file.file_stem().and_then(|stem| stem.to_str()).expect("a plain name")
 }
 
-/// A package with every case as an example; returns its folder.
+/// Creates a package with every case as an example; returns its folder.
 fn package(files: &[PathBuf]) -> PathBuf {
     let root = path("..").canonicalize().expect("the workspace");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("compile-cases");
@@ -47,12 +47,12 @@ fn package(files: &[PathBuf]) -> PathBuf {
         write!(manifest, "[[example]]\nname = {name:?}\npath = {path:?}\n").expect("a string takes all");
     }
     fs::write(folder.join("Cargo.toml"), manifest).expect("the manifest");
-    // The same versions as in the workspace; cargo drops what is not used.
+    // The lock file of the workspace; cargo drops the unused entries.
     fs::copy(root.join("Cargo.lock"), folder.join("Cargo.lock")).expect("the lock file");
     folder
 }
 
-/// Checks one case; returns success and what the compiler said, white space made even.
+/// Compiles one case; returns success and the compiler output with uniform white space.
 fn check(folder: &Path, name: &str) -> (bool, String) {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)

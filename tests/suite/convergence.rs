@@ -1,4 +1,4 @@
-//! Does it converge?
+//! Order of convergence in the period T.
 //!
 //! The observer alone is of second order in T: its innovation integrates the chain by the trapezium rule. The closed
 //! loop is of first order, since u is held.
@@ -18,13 +18,14 @@ fn disturbance(t: f64) -> f64 {
     (2.0 * t).cos() + 0.3 * t
 }
 
-/// x_1 of x_1' = x_2 + d with x_2 = 5 sin 3t, d = cos 2t + 0.3t.
+/// Returns x_1 of x_1' = x_2 + d with x_2 = 5 sin 3t, d = cos 2t + 0.3t.
 fn measured(t: f64) -> [f64; 2] {
     let x1 = 5.0 / 3.0 * (1.0 - (3.0 * t).cos()) + (2.0 * t).sin() / 2.0 + 0.15 * t * t;
     [x1, 5.0 * (3.0 * t).sin()]
 }
 
-/// Largest |d_hat - continuous d_hat| over 5..10 s; the continuous observer z' = D z + l d by Runge-Kutta.
+/// Returns the largest |d_hat - continuous d_hat| over 5..10 s; Runge-Kutta integrates the continuous observer z' = D z
+/// + l d.
 fn observer_error(gains: &Gains, period_s: f64) -> f64 {
     let (spec, model) = (Spec::observing(1, gains.clone(), period_s), Model::linear(&[0.0, 0.0], 1.0));
     let mut shipped = controller(&spec, &model, 3, Precision::Double).expect("a valid design");
@@ -39,7 +40,7 @@ fn observer_error(gains: &Gains, period_s: f64) -> f64 {
         if 2 * k >= ticks {
             worst = worst.max((shipped.estimates()[0][0] - z[0]).abs());
         }
-        // Pole times step is 0.01 at most: its error is below 1e-12.
+        // Pole times step is at most 0.01, so the integration error is below 1e-12.
         let steps = (period_s * 2e4).ceil() as usize;
         rk4(t, t + period_s, steps, &mut z, &mut |t, z, rate| {
             for m in 0..l.len() {
@@ -52,7 +53,7 @@ fn observer_error(gains: &Gains, period_s: f64) -> f64 {
 
 #[test]
 fn observer_alone_is_of_second_order_in_the_period() {
-    // Well damped: the printed gains of Example 2 have a pole at -0.2 that has not settled after 10 s.
+    // Well damped, because the printed gains of Example 2 have a pole at -0.2 that has not settled after 10 s.
     let well_damped = [
         Gains::from_bandwidth(50.0, 1),
         Gains::from_bandwidth(50.0, 2),
@@ -118,8 +119,8 @@ fn polynomial_disturbance_of_degree_below_the_order_leaves_no_steady_error() {
     }
 }
 
-/// Largest |found - reference| at the rows of a reference trajectory, per column (y, sigma*, u), in units of the
-/// column's maximum; over t >= `from_s`.
+/// Returns the largest |result - reference| at the rows of a reference trajectory, per column (y, sigma*, u), over t >=
+/// `from_s`. The unit is the column's maximum.
 fn distance(trace: &Trace, reference: &[[f64; 4]], from_s: f64) -> [f64; 3] {
     let mut gaps = [Gap::default(); 3];
     for [t, y, sigma_star, u] in reference {
@@ -173,7 +174,7 @@ fn flexible_joint_tends_to_the_reference_trajectories_at_first_order() {
         ("ex2_reconstructed_d0_r3_kl10_ks0.csv", 0.0, 10.0, 0.0, &r3),
         ("ex2_reconstructed_dm50_r2_kl10_ks0.csv", -0.5, 10.0, 0.0, &r2),
     ] {
-        // At k_l = 100 the first-order part nearly cancels in y: it rules at shorter periods only.
+        // At k_l = 100 the first-order part nearly cancels in y; it dominates at shorter periods only.
         let period_s = if k_l == 100.0 { 1e-4 } else { 2e-4 };
         tends_to(name, COLUMNS, period_s, &|period_s| trace(off, k_l, k_s, l, period_s));
     }

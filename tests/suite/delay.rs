@@ -1,7 +1,7 @@
-//! Two and three ticks of delay between computing a current and holding it: does a drive that declares them hold its
-//! reference on a plant that has them, and what does one do that does not?
+//! Two and three ticks of delay between computing a current and applying it. A drive that declares its delay holds its
+//! reference; the tests also cover a drive that does not declare it.
 //!
-//! Plants are the suite's own, the queue between law and plant is that of `integration_tests::drive`.
+//! The plants are the suite's own; `integration_tests::drive` provides the queue between controller and plant.
 
 use controller_core::drive::{
     Encoder, Joint, JointBandwidths, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position,
@@ -30,7 +30,7 @@ fn joint(delay_ticks: usize) -> JointDesign {
         .with_bandwidths(JointBandwidths::DEFAULT.slowed_for(PERIOD_S, delay_ticks).within(PERIOD_S, delay_ticks), 1.3)
 }
 
-/// The nominal motor, and those with J, K_t and B off by 20 %.
+/// Iterates over the nominal motor and motors with J, K_t and B off by 20 %.
 fn shafts() -> impl Iterator<Item = Shaft> {
     let rough = Shaft { largest_current: LARGEST_A, ..Shaft::ROUGH };
     let corners = (0..8_u32).map(move |k| {
@@ -41,14 +41,14 @@ fn shafts() -> impl Iterator<Item = Shaft> {
     [rough].into_iter().chain(corners)
 }
 
-/// The nominal joint, and those with all parameters off by 20 %.
+/// Iterates over the nominal joint and joints with all parameters off by 20 %.
 fn joints() -> impl Iterator<Item = Flexible> {
     let nominal = Flexible { largest_current: 30.0, ..Flexible::NOMINAL };
     let signs = |k: u32| core::array::from_fn(|j| if k >> j & 1 == 0 { 0.2 } else { -0.2 });
     [nominal].into_iter().chain((0..32).map(move |k| Flexible { errors: signs(k), ..nominal }))
 }
 
-/// A motor whose drive declares so many ticks of delay, on a plant that has `real` ones.
+/// Runs a motor whose drive declares this many ticks of delay, on a plant that has `real` ticks.
 fn turned(declared: usize, real: u32, shaft: Shaft, span_s: f64, plan: &dyn Fn(f64) -> [f64; 2]) -> Trace {
     let run = Run { period_s: PERIOD_S, bits: 14, ticks: (span_s / PERIOD_S) as u32, delay: real };
     with_delay!(declared, LATE => {
@@ -65,15 +65,15 @@ fn swung(declared: usize, real: u32, plant: Flexible, span_s: f64, plan: &dyn Fn
     })
 }
 
-/// How far u swings in the last half second.
+/// Returns the peak-to-peak range of u in the last half second.
 fn swing(trace: &Trace) -> f64 {
     let last = &trace.u[trace.u.len() - 500..];
     let [least, most] = last.iter().fold([f64::MAX, f64::MIN], |[least, most], &u| [least.min(u), most.max(u)]);
     most - least
 }
 
-/// Friction, cogging and a current loop of 0.2 ms, J, K_t and B off by ±20 %: a sine of 1 rad and 1 Hz, and a fifth of
-/// the largest torque as a step. u at rest stays within what friction leaves it.
+/// Conditions: friction, cogging and a current loop of 0.2 ms, J, K_t and B off by ±20 %. A sine of 1 rad and 1 Hz, and
+/// a fifth of the largest torque as a load step. u at rest stays within the range that friction leaves.
 #[test]
 fn a_motor_holds_a_sine_and_a_load_with_every_delay_that_it_declares() {
     let mut before = 0.0;
@@ -94,7 +94,7 @@ fn a_motor_holds_a_sine_and_a_load_with_every_delay_that_it_declares() {
     }
 }
 
-/// The same motor with the delay undeclared: u goes from limit to limit.
+/// With the delay undeclared, u of the same motor swings from limit to limit.
 #[test]
 fn a_motor_that_does_not_declare_its_delay_swings_from_limit_to_limit() {
     let loaded = Shaft { load: [0.1, 0.1], largest_current: LARGEST_A, ..Shaft::ROUGH };
@@ -105,8 +105,8 @@ fn a_motor_that_does_not_declare_its_delay_swings_from_limit_to_limit() {
     }
 }
 
-/// `design` asks the exact loop of the file: inertias, stiffness and torque constant off by 20 % each, in every
-/// combination, under a current loop of 0.2 ms.
+/// `design` evaluates the exact loop of the file: inertias, stiffness and torque constant off by 20 % each, in every
+/// combination, with a current loop of 0.2 ms.
 #[test]
 fn all_corners_of_the_templates_are_stable_with_every_delay() {
     for (name, text, corners) in [("motor", scenario::MOTOR, 4), ("joint", scenario::JOINT, 16)] {
@@ -170,7 +170,7 @@ fn a_joint_holds_a_sine_a_move_and_a_load_with_every_delay_that_it_declares() {
     }
 }
 
-/// A joint with one or two ticks more than it declares swings to its limits.
+/// A joint with one or two ticks more delay than declared swings to its limits.
 #[test]
 fn a_joint_that_does_not_declare_its_delay_swings_to_its_limits() {
     let loaded = Flexible { load: [1.0, 0.5 / 0.230], largest_current: 30.0, ..Flexible::NOMINAL };
@@ -183,7 +183,7 @@ fn a_joint_that_does_not_declare_its_delay_swings_to_its_limits() {
     }
 }
 
-/// What is between a law and its plant: the newest at the end.
+/// Queue between a controller and its plant; the newest u is at the end.
 struct Queue(VecDeque<f64>);
 
 impl Queue {
@@ -201,8 +201,9 @@ fn running<L: ControlLaw>(law: L) -> Running<L> {
     Running::new(law)
 }
 
-/// From 60 rad/s: no limit cycle, within 1.5 times the way that the current allows and that of the delay and of the
-/// last part, where the brake fades; then the current is taken away at rest.
+/// Braking from 60 rad/s without a limit cycle. The stopping distance stays within 1.5 times a bound: the distance that
+/// the current allows, the delay, and the last part, where the brake fades. Then the drive switches off the current at
+/// rest.
 #[test]
 fn a_motor_brakes_to_rest_with_every_delay() {
     for late in 0..=3_usize {
@@ -239,7 +240,7 @@ fn a_motor_brakes_to_rest_with_every_delay() {
                     break;
                 }
                 assert!(!output.health.intersects(Health::OSCILLATES | Health::WRONG_WAY), "{output:?}");
-                // The current of a brake goes against the speed, and not to and fro.
+                // The braking current opposes the speed and does not alternate.
                 changes += u32::from(k > 1002 && output.u * last_u < -1.0);
                 last_u = output.u;
                 shaft.advance(t, queue.held(&output), period_s);
@@ -254,7 +255,7 @@ fn a_motor_brakes_to_rest_with_every_delay() {
     }
 }
 
-/// The same of a joint, whose brake is the softer the later it is.
+/// A joint's brake is softer for a longer delay.
 #[test]
 fn a_joint_brakes_to_rest_with_every_delay() {
     for late in 0..=3_usize {
@@ -282,7 +283,7 @@ fn a_joint_brakes_to_rest_with_every_delay() {
                     break;
                 }
                 assert!(!output.health.intersects(Health::OSCILLATES | Health::WRONG_WAY), "{output:?}");
-                // Under the plant's own load and its weight no brake comes to rest: both are taken away.
+                // Under the plant's disturbance and weight a brake never comes to rest, so both are removed.
                 let load = 1.0 + (2.0 * t).sin() - 0.230 / 0.119 * plant.x[0].sin();
                 plant.advance(t, queue.held(&output) - load, PERIOD_S);
             }
@@ -294,7 +295,7 @@ fn a_joint_brakes_to_rest_with_every_delay() {
     }
 }
 
-/// Counts that are lost, interrupts that are missed and a re-tune in motion, with the u that is under way in between.
+/// Missing counts, missed interrupts and a retune in motion, with earlier commands still in the queue.
 #[test]
 fn lost_samples_missed_ticks_and_a_re_tune_leave_a_late_drive_on_its_reference() {
     let plan = blended_sine::<2>(1.0, TAU, 0.25);
@@ -311,7 +312,7 @@ fn lost_samples_missed_ticks_and_a_re_tune_leave_a_late_drive_on_its_reference()
             while k < 3000 {
                 let t = f64::from(k) * PERIOD_S;
                 if k == 1500 {
-                    // Two interrupts do not come: what was commanded last stays.
+                    // Two interrupts are missed; the last command stays applied.
                     for missed in 0..2 {
                         let held = queue.held(&Output { u: last_u, sigma: 0.0, sigma_star: 0.0, health: Health::OK });
                         shaft.advance(t + f64::from(missed) * PERIOD_S, held, PERIOD_S);

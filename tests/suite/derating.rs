@@ -1,5 +1,6 @@
-//! A power stage that gives less than the design supposes: hot, on a low supply, with a full brake resistor. It tells
-//! the law its limit, or the law finds it from reports. Plants are the suite's own.
+//! Derated power stages: a stage that gives less current than the design assumes, because it is hot, on a low supply,
+//! or has a full brake resistor. The stage reports its limit to the controller, or the controller finds it from
+//! reports. The plants are the suite's own.
 
 use controller_core::drive::{
     Encoder, Joint, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position, Sample, Target,
@@ -13,22 +14,23 @@ const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, dampin
 const DESIGN: MotorDesign = MotorDesign::by_rule(PERIOD_S, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));
 type Drive = MotorDrive<f32, Position, 1>;
 
-/// How the law hears of the limit.
+/// Source of the limit in the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Told {
+enum LimitSource {
     Nothing,
     Limit,
     Reports,
 }
 
-/// r and r' as a target.
+/// Converts r and r' to a target.
 fn target([r, v]: [f64; 2]) -> Target<f32, i32, 2> {
     let turn = (r / TAU).round();
     Target { turn: turn as i32, jet: [(r - turn * TAU) as f32, v as f32] }
 }
 
-/// One run of a motor on a stage that gives `most` A at a time: largest |y|, |u|, and |e| from 0.3 s before the end.
-fn run(told: Told, seconds: f64, most: impl Fn(f64) -> f64, reference: impl Fn(f64) -> [f64; 2]) -> [f64; 3] {
+/// Runs a motor on a stage that gives `most` A at a time. Returns the largest |y|, |u|, and |e| from 0.3 s before the
+/// end.
+fn run(told: LimitSource, seconds: f64, most: impl Fn(f64) -> f64, reference: impl Fn(f64) -> [f64; 2]) -> [f64; 3] {
     let law = Drive::design(&DESIGN);
     let mut running = Running::new(law);
     let mut shaft = Shaft { x: [reference(0.0)[0], 0.0, 0.0], ..Shaft::ROUGH };
@@ -37,14 +39,14 @@ fn run(told: Told, seconds: f64, most: impl Fn(f64) -> f64, reference: impl Fn(f
         let t = f64::from(k) * PERIOD_S;
         let count = (shaft.x[0] / DESIGN.encoder.unit_rad()).round() as i32;
         shaft.largest_current = most(t);
-        if told == Told::Limit {
+        if told == LimitSource::Limit {
             running.limit(most(t) as f32);
         }
         let [begin, end] = [t, t + PERIOD_S].map(|t| target(reference(t)));
         let output = running.tick(&Sample { counts: [Some(count)], begin, end });
         let u = f64::from(output.u);
         shaft.advance(t, u, PERIOD_S);
-        if told == Told::Reports {
+        if told == LimitSource::Reports {
             running.report_applied(u.clamp(-most(t), most(t)) as f32);
         }
         if t > 0.3 {
@@ -63,25 +65,25 @@ fn sine(t: f64) -> [f64; 2] {
     [(omega * t).sin(), omega * (omega * t).cos()]
 }
 
-/// 1 rad at 4 Hz needs 2.5 A, and the stage gives 2 A: the shaft stays about as far as it is asked to go. When the
-/// stage is cool again the shaft follows again.
+/// 1 rad at 4 Hz needs 2.5 A, and the stage gives 2 A. The shaft stays near the commanded range. It follows again when
+/// the stage has cooled.
 #[test]
 fn a_shaft_on_a_derated_stage_stays_where_it_is_asked_to_be() {
-    let [_, _, healthy] = run(Told::Nothing, 3.0, |_| 10.0, sine);
-    for told in [Told::Limit, Told::Reports] {
+    let [_, _, healthy] = run(LimitSource::Nothing, 3.0, |_| 10.0, sine);
+    for told in [LimitSource::Limit, LimitSource::Reports] {
         let [y, u, _] = run(told, 3.0, |_| 2.0, sine);
         let [_, _, error] = run(told, 3.0, |t| if t < 1.5 { 2.0 } else { 10.0 }, sine);
         println!("{told:?}: |y| up to {y:.3} rad, |u| up to {u:.2} A; {error:.5} rad off after it has recovered");
-        assert!(y < 1.2 && (told == Told::Reports || u <= 2.0), "{told:?}: {y} {u}");
+        assert!(y < 1.2 && (told == LimitSource::Reports || u <= 2.0), "{told:?}: {y} {u}");
         assert!(error < 1.05 * healthy, "{told:?}: {error} for {healthy}");
     }
 }
 
-/// A stage that is off for a while, and one that gives less and less.
+/// A stage that switches off for a while, and a stage whose limit fades.
 #[test]
 fn a_stage_that_fades_and_comes_back_leaves_no_trace() {
-    let [_, _, healthy] = run(Told::Nothing, 4.0, |_| 10.0, sine);
-    for told in [Told::Limit, Told::Reports] {
+    let [_, _, healthy] = run(LimitSource::Nothing, 4.0, |_| 10.0, sine);
+    for told in [LimitSource::Limit, LimitSource::Reports] {
         let off = |t: f64| if (1.0..1.2).contains(&t) { 0.0 } else { 10.0 };
         let fading = |t: f64| (10.0 - 5.0 * t).clamp(0.5, 10.0) + if t > 2.5 { 9.5 } else { 0.0 };
         for (most, name) in [(&off as &dyn Fn(f64) -> f64, "off for 0.2 s"), (&fading, "fading")] {
@@ -92,11 +94,11 @@ fn a_stage_that_fades_and_comes_back_leaves_no_trace() {
     }
 }
 
-/// A limit that is no less than the design's, and reports of all that was put out, change no bit.
+/// A limit not below the design's, and reports of the full output, change no bit.
 #[test]
 fn a_stage_that_gives_all_changes_nothing() {
-    let plain = run(Told::Nothing, 2.0, |_| 10.0, sine);
-    for told in [Told::Limit, Told::Reports] {
+    let plain = run(LimitSource::Nothing, 2.0, |_| 10.0, sine);
+    for told in [LimitSource::Limit, LimitSource::Reports] {
         assert_eq!(run(told, 2.0, |_| 10.0, sine).map(f64::to_bits), plain.map(f64::to_bits), "{told:?}");
     }
     let mut running = Running::new(Drive::design(&DESIGN));
@@ -107,8 +109,8 @@ fn a_stage_that_gives_all_changes_nothing() {
     assert!(!running.limit(-1.0) && !running.limit(f32::NAN));
 }
 
-/// From any distance and speed to a target at rest, under all the current and a fifth of it: no swings. Only a shaft
-/// that starts too fast to be stopped before the target passes it, once.
+/// A saturated shaft reaches a target at rest without swings, from any distance and speed, with the full current and a
+/// fifth of it. A shaft that is too fast to stop before the target may pass it once.
 #[test]
 fn a_saturated_shaft_comes_to_its_target_without_swings() {
     let mut seed = 7_u64;
@@ -125,7 +127,7 @@ fn a_saturated_shaft_comes_to_its_target_without_swings() {
         let mut running = Running::new(law);
         let mut shaft = Shaft { x: [0.0, speed, 0.0], inertia: 2e-4 * factor, ..Shaft::ROUGH };
         shaft.largest_current = most;
-        // Way to a stop at the whole current, from the beginning.
+        // Stopping distance at the full current, from the start.
         let stop = speed * speed.abs() / (2.0 * most * 0.05 / shaft.inertia);
         let mut goal = None;
         let (mut side, mut passes, mut past) = (0.0, 0, 0.0_f64);
@@ -138,7 +140,7 @@ fn a_saturated_shaft_comes_to_its_target_without_swings() {
             let output = running.tick(&Sample { counts: [Some(count)], begin: rest, end: rest });
             shaft.advance(t, f64::from(output.u), PERIOD_S);
             let left = place - shaft.x[0];
-            // Within the linear band its own small swings are not the matter.
+            // Small swings within the linear band do not count.
             if left.abs() > 0.02 {
                 if side * left < 0.0 {
                     passes += 1;
@@ -148,7 +150,7 @@ fn a_saturated_shaft_comes_to_its_target_without_swings() {
                 past = past.max(left.abs());
             }
         }
-        // One pass is due where it starts too fast to stop before the target, after 12 ms without a current.
+        // One pass is allowed if the shaft is too fast to stop before the target after 12 ms without current.
         let due = distance * stop > 0.0 && stop.abs() + 0.012 * speed.abs() > 0.9 * distance.abs();
         if passes > u32::from(due) {
             twice += 1;
@@ -161,7 +163,7 @@ fn a_saturated_shaft_comes_to_its_target_without_swings() {
     assert!(twice == 0, "{twice} swing, by {worst} rad at most");
 }
 
-/// A brake keeps to the limit as well.
+/// A brake also respects the present limit.
 #[test]
 fn a_brake_keeps_to_the_present_limit() {
     let law = Drive::design(&DESIGN);
@@ -188,7 +190,7 @@ fn a_brake_keeps_to_the_present_limit() {
     panic!("it does not stop: {shaft:?}");
 }
 
-/// The link of Table I on a stage that gives a third of what its sine needs.
+/// The link of Table I on a stage that gives a third of the current that its sine needs.
 #[test]
 fn a_joint_on_a_derated_stage_stays_bounded() {
     let design = JointDesign::new(PERIOD_S, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);

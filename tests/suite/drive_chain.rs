@@ -1,8 +1,8 @@
-//! The law over a measured state along a reference, held against whole runs of an independent implementation (f64,
-//! constants by matrix exponentials) and against its figures.
+//! Controller on a measured state along a reference, compared with whole runs of an independent implementation (f64,
+//! constants by matrix exponentials) and with its published results.
 //!
-//! The plant is the paper's joint in its two readings, with v = 1 + sin 2t A beside u. The map of the reading that is
-//! no real joint is written here, as that of a user's own plant would be.
+//! The plant is the paper's joint in its two readings, with an input disturbance v = 1 + sin 2t A. One reading is not a
+//! physical joint; this file defines its map, as a user defines the map of an own plant.
 
 use controller_core::drive::{
     ChainModel, FullState, Joined, Joint, JointModel, Measured, Position, Reference, Target, gap, map_error,
@@ -19,7 +19,7 @@ type Law<T, M, const LATE: usize> = FullState<T, M, Position, 2, 4, 2, OBSERVED,
 /// K_s/J_l, link damping, K_s/J_m, motor damping, K_t/J_m of Table I.
 const TABLE: [f64; 5] = [9.0 / 0.230, 0.07 / 0.230, 9.0 / 931e-6, 0.07 / 931e-6, 0.119 / 931e-6];
 
-/// The reading whose motor feels the link as if k_1 were 1: a chain for the paper's figures, no joint.
+/// Reading whose motor feels the link as if k_1 were 1: a chain for the paper's figures, not a physical joint.
 #[derive(Clone, Copy, Debug)]
 struct Reconstructed;
 
@@ -78,10 +78,10 @@ impl ChainModel<f64, 2, 4> for Reconstructed {
 }
 
 impl Reconstructed {
-    /// By differences of its own a_z at 0, as anybody could.
+    /// Computes the nominal model by differences of its own a_z at 0.
     fn nominal(self) -> Nominal<4> {
         let [k1, b1, ..] = TABLE;
-        // x on the way back from z, near 0.
+        // Inverse map from z to x, near 0.
         let a_z = |z: [f64; 4]| {
             let x3 = z[2] + (k1 + 1.0) * z[0] + b1 * z[1];
             let x = [z[0], z[1], x3, z[3] + (k1 + 1.0) * z[1] + b1 * z[2]];
@@ -97,7 +97,8 @@ impl Reconstructed {
     }
 }
 
-/// Rates of the true joint; `coupled` is k_1, or 1 in the other reading; `off` the error of every parameter.
+/// Returns the rates of the true joint. `coupled` is k_1, or 1 in the other reading; `off` is the relative error of
+/// every parameter.
 fn rate(t: f64, x: [f64; 4], u: f64, coupled: f64, off: f64) -> [f64; 4] {
     let [k1, b1, k2, b2, b] = TABLE;
     let more = 1.0 + off;
@@ -105,7 +106,7 @@ fn rate(t: f64, x: [f64; 4], u: f64, coupled: f64, off: f64) -> [f64; 4] {
     [x[1], more * (x[2] - k1 * x[0]) - more * b1 * x[1] - x[0].sin(), x[3], more * motor]
 }
 
-/// 0.5 sin t, every derivative of it by closed form.
+/// Reference 0.5 sin t, with every derivative in closed form.
 #[derive(Clone, Copy)]
 struct HalfSine;
 
@@ -116,7 +117,7 @@ impl<const J: usize> Reference<f64, J> for HalfSine {
     }
 }
 
-/// Onto it from rest at 0 in 1 s, degree 9.
+/// Returns the transition onto the sine from rest at 0 in 1 s, degree 9.
 fn onto() -> Joined<f64, HalfSine, 5> {
     let rest = Target { turn: 0, jet: [0.0; 5] };
     Joined::new(HalfSine, gap(&rest, &HalfSine.at(0)), 0, 1000, 1e-3)
@@ -129,7 +130,7 @@ struct Setting {
     delay: bool,
 }
 
-/// Rows t, y - r, u asked for, σ*, of 20 s.
+/// Returns rows t, y - r, demanded u, σ*, over 20 s.
 fn run<T: Plain, M: ChainModel<T, 2, 4>, const LATE: usize>(
     law: Law<T, M, LATE>,
     setting: &Setting,
@@ -192,7 +193,7 @@ fn sup(rows: &[[f64; 4]]) -> f64 {
     rows.iter().fold(0.0, |sup, row| sup.max(row[1].abs()))
 }
 
-/// Largest difference from the record, of y, and of u over its largest.
+/// Returns the largest difference from the recording: of y, and of u relative to its maximum.
 fn apart(name: &str, rows: &[[f64; 4]]) -> [f64; 2] {
     let record = data::columns(&format!("chain_{name}_loop.csv"), ["t", "r", "y", "u_demand"]);
     let largest = record.iter().fold(0.0, |largest: f64, row| largest.max(row[3].abs()));
@@ -220,7 +221,8 @@ fn the_map_of_the_other_reading_is_one() {
     }
 }
 
-/// The gains as printed, on the reading of the paper's figures: from [10, 20] s on 1.66e-3 and 1.70e-4 rad.
+/// The printed gains, on the reading of the paper's figures, follow a sine that the paper does not contain. The errors
+/// over [10, 20] s are 1.66e-3 and 1.70e-4 rad.
 #[test]
 fn gains_as_printed_follow_a_sine_that_the_paper_did_not_ask_for() {
     let printed = ObserverGains::as_printed([100.0, 20.0]);
@@ -250,7 +252,8 @@ fn default_gains_follow_a_joined_sine_on_the_joint_as_it_is_and_half_of_it() {
     assert!(found[0] <= 3e-6 && found[1] <= 5e-5 && found[2] <= 1e-5 && found[3] <= 3e-6, "{found:?}");
 }
 
-/// With k_l 100 on the real joint, and what comes of it if the law is not evaluated ahead.
+/// One tick of delay with k_l 10 and 100 on the real joint. The output also shows the error without the evaluation one
+/// tick ahead.
 #[test]
 fn one_tick_of_delay_is_looked_ahead_over() {
     let (slow, fast) = (ObserverGains::from_bandwidth::<2>(20.0), ObserverGains::from_bandwidth::<2>(200.0));
@@ -271,7 +274,7 @@ fn one_tick_of_delay_is_looked_ahead_over() {
     }
 }
 
-/// Without the feed-forward of the reference the error is many times as large: it does something.
+/// Without the feed-forward of the reference the error is more than 1000 times as large.
 #[test]
 fn a_reference_that_is_told_late_is_followed_badly() {
     struct Late;
@@ -289,7 +292,7 @@ fn a_reference_that_is_told_late_is_followed_badly() {
     assert!(bare > 1000.0 * told, "{told:e} {bare:e}");
 }
 
-/// In motion, to faster gains: u goes on where it was, and the state comes back from its words.
+/// A retune in motion to faster gains: u continues without a jump, and the state survives its snapshot.
 #[test]
 fn a_retune_in_motion_does_not_jump_and_a_state_survives_its_words() {
     let map = Joint::TABLE_I.model();

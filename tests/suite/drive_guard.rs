@@ -1,4 +1,4 @@
-//! Does anything that comes into a drive get out of it, and does it find back from anything?
+//! Robustness of drives: arbitrary input never leads to an invalid output, and a drive recovers from any state.
 
 use controller_core::drive::{
     Encoder, EncoderForm, Joint, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive, Position, Sample, Speed,
@@ -15,7 +15,7 @@ const MOTOR_DESIGN: MotorDesign =
 const JOINT_DESIGN: JointDesign =
     JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits { min: -30.0, max: 25.0 }, 1.3);
 
-/// Numbers as nobody would give them.
+/// Returns an extreme number.
 fn wild(rng: &mut Rng) -> f32 {
     match rng.integer(0, 7) {
         0 => f32::NAN,
@@ -35,7 +35,7 @@ fn wild_sample<const E: usize, const N: usize>(rng: &mut Rng) -> Sample<i32, Tar
     Sample { counts, begin, end }
 }
 
-/// A million wild ticks, after wild reports and re-tunes.
+/// Runs a million ticks with arbitrary samples, after arbitrary reports and retunes, and checks the limits of u.
 fn stays_within<M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     law: EncoderForm<f32, M, Position, E, N, S, FAST, LATE>,
     [min, max]: [f32; 2],
@@ -71,8 +71,8 @@ fn count(shaft: &Shaft) -> i32 {
     ((shaft.x[0] / TAU * 16384.0 + 0.5).floor() as i64).rem_euclid(16384) as i32
 }
 
-/// Every number of the state, but not where it stands, becomes anything that a word can be; a moment later the motor is
-/// back where the reference is, whole turns aside.
+/// Half of the state's numbers, except the position words, get arbitrary values. Within the run the motor is back at
+/// the reference, up to whole revolutions.
 #[test]
 fn from_any_numbers_in_its_state_the_loop_finds_back() {
     let law = MotorDrive::<f32, Position, 1>::design(&MOTOR_DESIGN);
@@ -84,16 +84,16 @@ fn from_any_numbers_in_its_state_the_loop_finds_back() {
         let mut back = None;
         for k in 0..6000_u32 {
             if k == 100 {
-                // Head: fingerprint, started, fresh, last, at, turn; then p v d, two of the switching, reach, missed,
-                // off, doubt, offset, held; the checksum is made anew.
+                // Head: fingerprint, started, fresh, last, at, turn; then p v d, two for the gain switch, reach,
+                // missed, off, doubt, offset, held. The checksum is recomputed.
                 let mut words: Vec<u32> = running.words().collect();
                 let last = words.len() - 1;
                 assert_eq!(last, 19);
-                // The last two are the limit of the stage, which no sensor tells.
+                // The last two are the limit of the stage, which no sensor measures.
                 for word in &mut words[6..last - 2] {
                     if rng.chance(0.5) {
                         let number = if case % 2 == 0 { wild(&mut rng) } else { rng.spread(1e-3, 1e30) as f32 };
-                        // What is not finite is not let in here.
+                        // `from_words` rejects values that are not finite.
                         *word = if number.is_finite() { number } else { f32::MAX }.to_bits();
                     }
                 }
@@ -106,7 +106,7 @@ fn from_any_numbers_in_its_state_the_loop_finds_back() {
             shaft.advance(f64::from(k) * 1e-3, f64::from(output.u), 1e-3);
             if k > 100 {
                 farthest = farthest.max(shaft.x[0].abs());
-                // A speed that is no speed counts turns that nobody made, and no sensor tells them.
+                // A wrong speed may add whole revolutions to the count, which no sensor measures.
                 let off = shaft.x[0] - TAU * (shaft.x[0] / TAU).round();
                 back = if off.abs() > 0.02 || shaft.x[1].abs() > 1.0 { None } else { back.or(Some(k)) };
             }
@@ -116,8 +116,8 @@ fn from_any_numbers_in_its_state_the_loop_finds_back() {
     println!("at most {farthest:.2} rad away, back after {slowest} ms");
 }
 
-/// An offset that nothing has left asks for more than 256 times the span of the limits: it becomes σ at once, as at the
-/// start, and is not given the time to decay.
+/// A damaged offset that demands more than 256 times the span of the limits is replaced: W becomes σ at once, as at the
+/// start, instead of decaying.
 #[test]
 fn an_offset_that_asks_for_too_much_is_replaced() {
     let law = MotorDrive::<f32, Position>::design(&MOTOR_DESIGN);
@@ -130,7 +130,7 @@ fn an_offset_that_asks_for_too_much_is_replaced() {
     let calm = running.clone().tick_at_once(&sample);
     let mut words: Vec<u32> = running.words().collect();
     let last = words.len() - 1;
-    // Before the held u, the limit of the stage with its last report, and the checksum.
+    // Layout of the end: offset, held u, limit of the stage, last report, checksum.
     words[last - 4] = 1e9_f32.to_bits();
     words[last] = checksum(&words[..last]);
     let mut spoilt = Running::from_words(law, words).expect("finite words");
@@ -139,7 +139,7 @@ fn an_offset_that_asks_for_too_much_is_replaced() {
     assert!(output.u.abs() < 1.0 && spoilt.tick_at_once(&sample).sigma_star.abs() < 1.0, "{output:?}");
 }
 
-/// Targets that are no numbers cost their ticks; the observers go on meanwhile.
+/// Targets that are not numbers cost only their own ticks; the observers continue.
 #[test]
 fn targets_that_are_no_numbers_cost_their_ticks_and_nothing_else() {
     let law = MotorDrive::<f32, Position>::design(&MOTOR_DESIGN);
@@ -157,8 +157,8 @@ fn targets_that_are_no_numbers_cost_their_ticks_and_nothing_else() {
     }
 }
 
-/// One wild count is one lost sample, which moves the peak by less than a tenth. Without a gate it throws the current
-/// about.
+/// One outlier is one missing sample, which changes the peak by less than a tenth. Without the innovation gate it
+/// disturbs the current strongly.
 #[test]
 fn a_gate_leaves_no_trace_of_a_wild_count() {
     let design = MotorDesign { limits: Limits::symmetric(10.0), ..MOTOR_DESIGN };
@@ -191,8 +191,8 @@ fn a_gate_leaves_no_trace_of_a_wild_count() {
     assert!(lost == 0 && thrown > 10.0 * without, "{thrown}, {lost}");
 }
 
-/// Bits of the counter above its own are not read, and it may begin anywhere: a counter of k bits on its way through
-/// the wrap, both ways, gives the same bits as one that does not wrap.
+/// Bits above the counter's own are ignored, and the counter may begin anywhere. A counter of k bits that wraps in both
+/// directions gives the same bits as a counter that does not wrap.
 #[test]
 fn a_wrap_of_the_counter_changes_no_bit() {
     for (bits, ticks) in [(12, 4000), (16, 4000), (24, 4000)] {
@@ -201,14 +201,14 @@ fn a_wrap_of_the_counter_changes_no_bit() {
             ..MOTOR_DESIGN
         };
         let [wrapping, wide] = [bits, 32].map(design).map(|design| {
-            // The gate of neither may depend on its counter.
+            // The innovation gate must not depend on the counter width.
             MotorDrive::<f32, Speed>::try_design(&design).expect("a good design")
         });
         let (mut wrapping, mut wide) = (Running::new(wrapping), Running::new(wide));
         let mut rng = Rng::new(7);
         let mut position = 0_i32;
         for k in 0..ticks {
-            // Five turns there and back, jerkily.
+            // Five revolutions there and back, with a jerky motion.
             let speed = if k < ticks / 2 { 10 } else { -10 };
             position += speed + rng.integer(0, 4) as i32 - 2;
             let at = if k < ticks / 2 { 15.0 } else { -15.0 };
@@ -223,7 +223,7 @@ fn a_wrap_of_the_counter_changes_no_bit() {
     }
 }
 
-/// After more lost samples than may be missing the fallback goes out, and with the next good one the loop is back.
+/// If more samples are missing than allowed, the output is the fallback. The next valid sample restores the loop.
 #[test]
 fn a_sensor_that_is_gone_ends_in_the_fallback_and_a_new_start() {
     let law = JointDrive::<f32, Position, 1>::design(&JOINT_DESIGN);
@@ -236,7 +236,8 @@ fn a_sensor_that_is_gone_ends_in_the_fallback_and_a_new_start() {
         healths.push(running.tick_at_once(&sample).health);
     }
     let rejected: Vec<usize> = (0..200).filter(|&k| healths[k].contains(Health::INPUT_REJECTED)).collect();
-    // 50 are bridged; then every tick without it. Its next count is where the prediction has it, and is believed.
+    // 50 missing samples are bridged; after that every tick without a sample is rejected. The next count lies where the
+    // prediction puts it, and is accepted.
     assert_eq!(rejected, (110..150).collect::<Vec<_>>());
     assert!(healths[60..150].iter().all(|health| health.contains(Health::SAMPLE_LOST)));
     assert!(healths[152..].iter().all(|health| !health.contains(Health::SAMPLE_LOST)));
@@ -271,8 +272,9 @@ fn words_bring_a_drive_back_to_the_bit_and_another_design_refuses_them() {
     }
 }
 
-/// Behind a gear of 37 : 10 the base moves on by five turns of the shaft, whole counts each; sixty turns there and back
-/// are followed as one is, and end where they began.
+/// A gear of 37 : 10 never aligns with its encoder within one revolution. The base moves on by five shaft revolutions,
+/// a whole number of counts. The shaft follows sixty revolutions there and back as accurately as one, and ends where it
+/// began.
 #[test]
 fn a_gear_that_never_meets_its_encoder_in_one_turn_is_followed() {
     let encoder = Encoder::absolute(12).geared(37, 10);
@@ -300,7 +302,7 @@ fn a_gear_that_never_meets_its_encoder_in_one_turn_is_followed() {
         turns = turns.max(known.turn);
         let angle = f64::from(known.turn) * TAU + f64::from(known.position[0]);
         assert!(known.position[0].abs() < 5.0 * 7.0, "tick {k}: {known:?}");
-        // The estimate is that of the tick's beginning: a tick of travel later the shaft is elsewhere.
+        // The estimate belongs to the beginning of the tick; one tick of travel later the shaft is elsewhere.
         assert!((angle - plan(t.min(5.0))[0]).abs() < 0.05, "tick {k}: {angle}");
     }
     println!("at most {worst:.1e} rad off");
@@ -308,7 +310,7 @@ fn a_gear_that_never_meets_its_encoder_in_one_turn_is_followed() {
     assert!(shaft.x[0].abs() < 1e-3, "{}", shaft.x[0]);
 }
 
-/// At rest under a model that was far off the offset is left out: what is frozen into W by the other rule is not there.
+/// A retune at rest leaves no offset; the bumpless retune freezes an offset into W.
 #[test]
 fn a_re_tune_at_rest_leaves_no_offset() {
     let law = MotorDrive::<f32, Position>::design(&MOTOR_DESIGN);
@@ -326,21 +328,22 @@ fn a_re_tune_at_rest_leaves_no_offset() {
     assert_eq!(offset(rest.tick_at_once(&sample(1))), 0.0);
     let kept = offset(bumpless.tick_at_once(&sample(1)));
     assert!(kept.abs() > 1e-3, "{kept}");
-    // Another encoder counts otherwise.
+    // Another encoder has another count.
     let other = MotorDesign { encoder: Encoder::absolute(16), ..MOTOR_DESIGN };
     let other = MotorDrive::<f32, Position>::design(&other);
     assert_eq!(running.retune(other, &sample(1)), Err(controller_core::RetuneError::OtherEncoder));
-    // W has no say in u where α is k_l.
+    // W has no influence on u where α is k_l.
     let mut flat = MOTOR_DESIGN;
     (flat.bandwidths.offset_per_s, flat.bandwidths.reaching_per_s) = (400.0, 350.0);
     let flat = MotorDrive::<f32, Position>::design(&flat);
     assert_eq!(running.retune(flat, &sample(1)), Err(controller_core::RetuneError::GainNearDecay));
 }
 
-/// A field and how it is set.
+/// A field and the function that sets it.
 type Change = (&'static str, fn(&mut MotorDesign, f64));
 
-/// Every number out of its range is refused by name, with the nearest that is allowed; the nearest is accepted.
+/// Every number out of its range is rejected by name, with the nearest valid value; the nearest valid value is
+/// accepted.
 #[test]
 fn a_design_out_of_range_is_refused_by_name_with_the_nearest_that_is_not() {
     let good = MOTOR_DESIGN;
@@ -370,13 +373,13 @@ fn a_design_out_of_range_is_refused_by_name_with_the_nearest_that_is_not() {
             assert!(error.low <= error.nearest() && error.nearest() <= error.high, "{told}");
         }
     }
-    // What is allowed with u held at once is too fast one tick late.
+    // A bandwidth that is allowed without delay is too fast with one tick of delay.
     let mut fast = good;
     fast.bandwidths.observer_rad_s = 700.0;
     assert!(MotorDrive::<f32>::try_design(&fast).is_ok());
     let late = MotorDrive::<f32, Position, 0, 1>::try_design(&fast).expect_err("too fast for a delay");
     assert_eq!((late.field, late.high), ("bandwidths.observer_rad_s", 0.5));
-    // The joint: bandwidths stand in proportion, and its base is one turn.
+    // The joint: bandwidths keep their proportions, and its base is one revolution.
     let mut joint = JOINT_DESIGN;
     joint.bandwidths.link_rad_s = 50.0;
     assert_eq!(JointDrive::<f32>::try_design(&joint).expect_err("too near the surface").field, "bandwidths.link_rad_s");
@@ -385,10 +388,10 @@ fn a_design_out_of_range_is_refused_by_name_with_the_nearest_that_is_not() {
     assert_eq!(JointDrive::<f32>::try_design(&joint).expect_err("no whole turn").field, "encoders[1]");
 }
 
-/// 3.2 rad of turn 0 is 3.2 - 2π of turn 1, for the error and for the change of the reference alike.
+/// 3.2 rad of revolution 0 equals 3.2 - 2π of revolution 1, for the error and for the change of the reference.
 #[test]
 fn how_an_angle_is_split_into_turns_changes_nothing() {
-    // Nothing obeys u here: without limits that would hide it.
+    // The counts ignore u, so u grows; limits would hide a difference.
     let design = JointDesign { limits: Limits::symmetric(1e6), ..JOINT_DESIGN };
     let law = JointDrive::<f64, Position>::design(&design);
     let (mut one, mut other) = (Running::new(law), Running::new(law));

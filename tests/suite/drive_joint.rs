@@ -1,7 +1,7 @@
-//! Does the drive of a flexible joint do on the paper's joint what is said of it, with the bandwidths as they come?
+//! Drive of a flexible joint on the paper's joint with its default bandwidths.
 //!
-//! The bars are some 1.5 times what another implementation of the same law showed on another implementation of the same
-//! plant; where that recorded whole runs, they are held beside these.
+//! The thresholds are some 1.5 times the results of another implementation of the controller and the plant. Where that
+//! implementation recorded whole runs, the tests compare them.
 
 use controller_core::drive::{
     Encoder, Joined, Joint, JointBandwidths, JointDesign, JointDrive, Position, Reference, Rest, Sample, Switching,
@@ -35,24 +35,24 @@ fn second_half(values: &[f64]) -> &[f64] {
     &values[values.len() / 2..]
 }
 
-/// rms of the second half of 0.5 sin t over 6 s.
+/// Returns the rms error of the second half of 0.5 sin t over 6 s.
 fn sine<const FAST: usize>(design: &JointDesign, plant: Flexible) -> f64 {
     rms(second_half(&run::<FAST>(design, plant, 6.0, &blended_sine(0.5, 1.0, 2.0)).error))
 }
 
-/// Peak on a move of 1 rad in 1 s, from its begin on: at 0 v is not known yet.
+/// Returns the peak error on a move of 1 rad in 1 s, from the start of the move; at t = 0 v is not yet estimated.
 fn moved<const FAST: usize>(design: &JointDesign, plant: Flexible, degree: usize) -> f64 {
     let trace = run::<FAST>(design, plant, 2.0, &point_to_point(1.0, 0.2, 1.0, degree));
     peak(&trace.error[trace.error.len() / 10..])
 }
 
-/// Peak after a load of 0.5 N m.
+/// Returns the peak error after a load of 0.5 N m.
 fn load<const FAST: usize>(design: &JointDesign, plant: Flexible) -> f64 {
     let loaded = Flexible { load: [1.0, 0.5 / 0.230], ..plant };
     peak(&run::<FAST>(design, loaded, 2.0, &|_| [0.0; 4]).error[990..])
 }
 
-/// Sample by sample.
+/// Returns the difference sample by sample.
 fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
@@ -111,9 +111,9 @@ fn figures_of_a_wrong_model() {
     }
 }
 
-/// 1 kHz with a tick of delay, and 500 Hz, are too slow for these four corners of ±50 %: spring over link inertia and
-/// damping of the motor +50 %, K_t/J_m -50 %. From the first step of an encoder on they swing up, within a second or in
-/// a few, to some 5e-3 rad. The other implementation of the same law does so too; its text claims all 32 corners.
+/// Unstable corners of ±50 %: spring over link inertia and damping of the motor +50 %, K_t/J_m -50 %. 1 kHz with a tick
+/// of delay, and 500 Hz, are too slow for them. From the first encoder count on they oscillate, within a second or a
+/// few, up to some 5e-3 rad. The other implementation also oscillates there; its text claims all 32 corners.
 const LOST_CORNERS: [[f64; 5]; 4] = [
     [0.5, 0.5, 0.5, 0.5, -0.5],
     [0.5, -0.5, 0.5, 0.5, -0.5],
@@ -127,7 +127,8 @@ fn random(seed: u64, count: usize) -> Vec<Flexible> {
     (0..count).map(|_| Flexible { errors: errors(), ..Flexible::NOMINAL }).collect()
 }
 
-/// Which of these plants have a sampled loop near rest, with one gain set, of spectral radius 1 and more; the largest.
+/// Returns the plants whose sampled loop near rest, with one gain set, has a spectral radius of 1 or more, and the
+/// largest radius.
 fn unstable<const LATE: usize>(design: &JointDesign, plants: &[Flexible]) -> (Vec<[f64; 5]>, f64) {
     let limits = Limits::symmetric(1e9);
     let encoders = [Encoder::absolute(24); 2];
@@ -150,7 +151,7 @@ fn unstable<const LATE: usize>(design: &JointDesign, plants: &[Flexible]) -> (Ve
     (found, largest)
 }
 
-/// 32 corners of ±20 %, 32 of ±50 %, 60 random errors within ±50 %, 200 more for the bandwidths as they come.
+/// 32 corners of ±20 %, 32 of ±50 %, 60 random errors within ±50 %, 200 more for the default bandwidths.
 #[test]
 fn near_rest_nothing_grows_but_four_corners_of_slow_loops() {
     let (known, held_out) = (random(0x9A11, 60), random(0x9A12, 200));
@@ -174,8 +175,8 @@ fn near_rest_nothing_grows_but_four_corners_of_slow_loops() {
     }
 }
 
-/// 32 corners of ±20 %, the measured sets at 1, 0.5 and 0.2 ms as the rule slows them down, and the fastest bandwidths
-/// that a design may have, whose k_l is 5 times w_c. At ±50 % of 1 ms some corners are lost.
+/// 32 corners of ±20 %: the measured sets at 1, 0.5 and 0.2 ms, slowed by the rule, and the fastest bandwidths that a
+/// design accepts, whose k_l is 5 times w_c. At ±50 % some corners at 1 ms are unstable.
 #[test]
 fn with_two_and_three_ticks_of_delay_a_joint_is_stable_within_20_percent() {
     let [near, far] = [0.2, 0.5].map(|size| corners(size).collect::<Vec<_>>());
@@ -216,7 +217,7 @@ fn with_two_and_three_ticks_of_delay_a_joint_is_stable_within_20_percent() {
     }
 }
 
-/// The same in f32 with encoders: a start off the reference dies away, and nothing grows in 8 s.
+/// Corners in f32 with encoders: a start off the reference decays, and nothing grows in 8 s.
 #[test]
 fn corners_of_the_joint_are_stable() {
     let plants: Vec<Flexible> = corners(0.5).chain(corners(0.2)).chain(random(0x9A11, 60)).collect();
@@ -256,13 +257,13 @@ fn corners_of_the_joint_are_stable() {
     }
 }
 
-/// What the steps of the encoders do to u, rms over the second half of a sine: along one run a second law is shown the
-/// same motion by encoders of 24 bits.
+/// Returns the current noise from encoder quantisation, rms over the second half of a sine. A second controller sees
+/// the same motion through encoders of 24 bits.
 fn noise(period_s: f64, bits: u32, bandwidths: JointBandwidths) -> f64 {
     const FINE: u32 = 24;
     let open = |bits| JointDesign { gate_steps: [f64::INFINITY; 2], ..design(period_s, bits, bandwidths) };
     let (coarse, fine) = (open(bits), open(FINE));
-    // The second gain set comes in at the same angles.
+    // The high gains are scheduled in at equal angles.
     let times = f64::from(1 << (FINE - bits));
     let Switching { calm_steps, alert_steps, .. } = coarse.switching;
     let switching = Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, ..coarse.switching };
@@ -296,7 +297,7 @@ fn the_steps_of_the_encoders_make_no_more_noise_than_said() {
         ("0.2 ms", noise(2e-4, 20, DEFAULT), 0.008),
         ("16 bits", noise(1e-3, 16, DEFAULT), 0.25),
         ("12 bits, quiet", noise(1e-3, 12, JointBandwidths::QUIET), 0.45),
-        // Two encoders of which one has steps half as large differ by √5 times the noise of that one.
+        // Two encoders, one with half the count size, differ by √5 times the noise of the finer one.
         ("24 bits", noise(1e-3, 23, DEFAULT) / 5.0_f64.sqrt(), 2e-3),
     ];
     for (name, found, bar) in found {
@@ -307,7 +308,7 @@ fn the_steps_of_the_encoders_make_no_more_noise_than_said() {
     }
 }
 
-/// A hundred turns away every figure is what it is at home, at the same time under the same disturbance.
+/// A hundred revolutions away every result equals the result at 0, at the same time under the same disturbance.
 #[test]
 fn a_hundred_turns_away_nothing_is_different() {
     let away = 100.0 * std::f64::consts::TAU;
@@ -331,7 +332,7 @@ fn a_hundred_turns_away_nothing_is_different() {
     }
 }
 
-/// A joined recovery from rest at 0.1 rad with the motor at 0 within 27 A, as planned by the search for the shortest.
+/// Returns a recovery by a polynomial transition from rest at 0.1 rad with the motor at 0, the shortest within 27 A.
 fn recovery(angle: f64, motor: f64) -> impl Fn(f64) -> [f64; 4] {
     let (k_1, b_1) = (9.0 / 0.23, 0.07 / 0.23);
     let pull = k_1 * (angle - motor) + angle.sin();
@@ -365,8 +366,8 @@ fn a_planned_recovery_settles_as_planned() {
     }
 }
 
-/// From rest on a move of 1 rad of degree 9; after 0.7 s, in full motion, on to -0.3 rad by a joined plan of degree 9,
-/// the shortest within 27 A.
+/// Returns a move of 1 rad of degree 9 from rest. After 0.7 s, in full motion, a polynomial transition of degree 9
+/// leads to -0.3 rad, the shortest within 27 A.
 fn retargeted() -> impl Fn(f64) -> [f64; 4] {
     const AT_S: f64 = 0.7;
     let first = point_to_point::<5>(1.0, 0.2, 1.0, 9);
@@ -391,8 +392,8 @@ fn a_target_that_changes_in_flight_is_followed() {
     assert!(off <= 2e-5, "{off:e}");
 }
 
-/// Let go at rest at 0.8 rad the drive is at its limit for a long time; it settles because the observers know what was
-/// held. Told what it asked for instead, it never does.
+/// Released at rest at 0.8 rad, the drive saturates for a long time. It settles because the observers use the applied
+/// current. With the demanded current in its place the loop never settles.
 #[test]
 fn an_unplanned_start_settles_because_the_applied_u_is_known() {
     let default = design(1e-3, 20, DEFAULT);
@@ -416,8 +417,8 @@ fn an_unplanned_start_settles_because_the_applied_u_is_known() {
     }
 }
 
-/// f32 beside f64, each in its own loop, with the finest encoders that there are. With 30 bits another implementation
-/// had 6e-5 and 2.3e-4 A between them; 24 end there: a rounding turns a count now and then, and u differs by the noise
+/// f32 and f64, each in its own loop, with the finest encoders. With 30 bits another implementation had differences of
+/// 6e-5 and 2.3e-4 A; here encoders end at 24 bits. A rounding now and then changes a count, and u differs by the noise
 /// of two encoders (8e-4 A each).
 #[test]
 fn a_law_in_f32_runs_as_in_f64() {
@@ -435,7 +436,7 @@ fn a_law_in_f32_runs_as_in_f64() {
     }
 }
 
-/// Feed-forward of differences and the prediction under a tick of delay are worth what is said of them.
+/// Effect of the feed-forward of differences, and of the prediction under a tick of delay.
 #[test]
 fn what_is_taken_away_is_missed() {
     let default = design(1e-3, 20, DEFAULT);
@@ -443,7 +444,7 @@ fn what_is_taken_away_is_missed() {
     let law = JointDrive::<f32, Position, 1>::try_design(&default).expect("a good design");
     let plan = point_to_point(1.0, 0.2, 1.0, 9);
     let once = Run { period_s: 1e-3, bits: 20, ticks: 2000, delay: 0 };
-    // Δ = 0 and the same errors: the feed-forward is gone, nothing else.
+    // Δ = 0 at equal errors removes the feed-forward and nothing else.
     let without = run_joint(law, Flexible::NOMINAL, once, &plan, |_, sample, _| sample.end = sample.begin);
     let without = peak(&without.error);
     println!("degree 9: {with:.1e}, without feed-forward {without:.1e}");
@@ -453,7 +454,7 @@ fn what_is_taken_away_is_missed() {
     let late = Run { delay: 1, ..once };
     let knows = JointDrive::<f32, Position, 1, 1>::try_design(&default).expect("a good design");
     let predicted = peak(&run_joint(knows, Flexible::NOMINAL, late, &jerk, |_, _, _| ()).error);
-    // The law without prediction on targets of its own tick, the observers told what was held.
+    // Controller without prediction on targets of its own tick; the observers use the applied current.
     let mut held = [0.0_f32; 2];
     let blind = run_joint(law, Flexible::NOMINAL, late, &jerk, |k, sample, running| {
         let at = |more: u32| {
@@ -470,7 +471,7 @@ fn what_is_taken_away_is_missed() {
     assert!(blind >= 4.0 * predicted && predicted <= 6e-5, "{blind:e}, {predicted:e}");
 }
 
-/// Beside a whole run of the other implementation: largest difference of the true angle and of the held u.
+/// Compares with a whole run of the other implementation: largest difference of the true angle and of the applied u.
 fn beside<const LATE: usize>(
     name: &str,
     plant: Flexible,
@@ -496,14 +497,14 @@ fn beside<const LATE: usize>(
     assert!(worst[0] <= bars[0] && worst[1] <= bars[1], "{name}: {worst:?}");
 }
 
-/// Whole runs of the other implementation: true angle and held u, tick by tick.
+/// Whole runs of the other implementation: true angle and applied u, tick by tick.
 #[test]
 fn runs_are_those_of_the_other_implementation() {
     let open = |design: JointDesign| JointDesign { gate_steps: [f64::INFINITY; 2], ..design };
     let default = open(design(1e-3, 20, DEFAULT));
     let nominal = Flexible::NOMINAL;
     let wrong = Flexible { errors: [0.5; 5], ..nominal };
-    // A rounding turns a count now and then: that is a step of y, two at a start in saturation, and the noise of u.
+    // A rounding changes a count now and then: that is a count in y, two at a start in saturation, and the noise of u.
     let bars = [6e-6, 0.1];
     let (sine, early) = (blended_sine(0.5, 1.0, 2.0), blended_sine(0.5, 1.0, 0.5));
     beside::<0>("sine", nominal, &default, &sine, bars, |_, _, _| ());
@@ -541,14 +542,14 @@ fn runs_are_those_of_the_other_implementation() {
     });
 }
 
-/// Bandwidths, model and period of a joint in motion are changed; u goes on where it was and the error stays small.
+/// A change of bandwidths, model and period of a joint in motion. u continues, and the error stays small.
 #[test]
 fn a_re_tune_in_motion_does_not_move_u() {
     let mut rng = Rng::new(0x2E70);
     let (mut jump, mut error) = (0.0_f64, 0.0_f64);
     let plan = blended_sine(0.5, 1.0, 0.5);
     for case in 0..26 {
-        // Of the last two the period alone changes.
+        // The last two cases change the period alone.
         let (old_s, new_s) = match case {
             25 => (5e-4, 1e-3),
             _ if case % 4 == 3 || case == 24 => (1e-3, 5e-4),
@@ -599,8 +600,8 @@ fn a_re_tune_in_motion_does_not_move_u() {
     assert!(jump <= 0.05 && error <= 5e-5, "{jump} A, {error:e} rad");
 }
 
-/// In the middle of a fast move the period is halved: the old law is asked for the same pace of the reference, so that
-/// the feed-forward of the tick that is twice as long is not taken for one of the other.
+/// The period is halved in the middle of a fast move. The old controller gets the reference at the new pace, so the
+/// feed-forward of the longer tick is not mistaken for the shorter one.
 #[test]
 fn a_change_of_the_period_on_a_fast_move_does_not_move_u() {
     let plan = point_to_point::<4>(1.0, 0.1, 0.8, 9);
@@ -626,7 +627,7 @@ fn a_change_of_the_period_on_a_fast_move_does_not_move_u() {
             plant.advance(t, u[2], period_s);
             t += period_s;
         }
-        // How far it lies off the line through the last two.
+        // Distance of u from the line through the last two values.
         worst = worst.max((u[2] - 2.0 * u[1] + u[0]).abs());
     }
     println!("u bends by {worst:.1e} A at the swap");

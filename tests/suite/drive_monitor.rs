@@ -1,4 +1,4 @@
-//! Do the monitors of a drive see what they are for, in time, and nothing else?
+//! Monitors of a drive: they detect their faults in time and raise no false alarms.
 
 use controller_core::drive::{
     ALARMS, BEYOND_CONTROL, Bounds, Encoder, Joint, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive,
@@ -10,15 +10,15 @@ use std::f64::consts::TAU;
 
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 type Drive = MotorDrive<f32, Position, 1>;
-/// What a run of a motor shows, with the count held from a tick on.
+/// Results of a motor run whose count freezes at a given tick.
 #[derive(Clone, Copy, Debug, Default)]
 struct Shown {
-    /// Ticks from there to the first alarm of the disturbance, and the error then.
+    /// Ticks from the freeze to the first disturbance alarm, and the error at the alarm.
     alarm: Option<u32>,
     at_alarm: f64,
-    /// Largest error until it is stopped: how far it rolls then is a matter of its friction.
+    /// Largest error until the drive stops; the roll-out after that depends on friction.
     largest: f64,
-    /// Largest innovation in steps, |d/b| in A and, while u is within its limits, |σ*|.
+    /// Largest innovation in counts, |d/b| in A and, while u is within its limits, |σ*|.
     seen: [f64; 3],
     lost: bool,
 }
@@ -62,7 +62,7 @@ fn run<const FAST: usize>(
         }
         shown.lost |= output.health.contains(Health::SAMPLE_LOST);
         let u = f64::from(output.u);
-        // Where the shaft will be as the law knows it: with a constant d, up to the viscous friction within a tick.
+        // Predicted position of the shaft: constant d, up to the viscous friction within a tick.
         let known = running.estimates().expect("started");
         let [q, v, d] = [known.position[0], known.speed[0], known.disturbance[0]].map(f64::from);
         let off = foreseen.map_or(0.0, |foreseen| (f64::from(held) * unit - foreseen) / unit);
@@ -79,7 +79,7 @@ fn by_rule(period_s: f64, bits: u32) -> MotorDesign {
     MotorDesign::by_rule(period_s, MOTOR, Encoder::absolute(bits), Limits::symmetric(10.0))
 }
 
-/// Ticks to the alarm as another implementation had them, times 1.5.
+/// Ticks to the alarm: at most 1.5 times the result of another implementation.
 #[test]
 fn a_count_that_sticks_is_seen_in_time_at_full_speed_and_at_the_turning_point() {
     let sine = blended_sine::<2>(1.0, TAU, 0.25);
@@ -104,8 +104,9 @@ fn a_count_that_sticks_is_seen_in_time_at_full_speed_and_at_the_turning_point() 
     }
 }
 
-/// On a sine and on a move, both meeting 0.1 N m: as it is and at the corners of ±20 % within 4 A with two sets; at
-/// those of ±50 % within 9 A with one. What was largest, beside what another implementation saw.
+/// A sine and a move, both with a load of 0.1 N m. With two gain sets the motor runs nominal and in the corners of ±20
+/// %, with a bound of 4 A. With one gain set it runs in the corners of ±50 %, with a bound of 9 A. The output compares
+/// the largest values with another implementation.
 #[test]
 fn healthy_motors_raise_no_alarm() {
     let sine = blended_sine::<2>(1.0, TAU, 0.25);
@@ -152,13 +153,13 @@ const JOINT: JointDesign =
     JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
 const STEP_RAD: f64 = TAU / 1_048_576.0;
 
-/// What the monitors of a joint see of one run, nobody reacting.
+/// Values seen by the monitors of a joint in one run, without a reaction.
 #[derive(Clone, Debug, Default)]
 struct Seen {
-    /// First tick with an alarm, with a count that was not believed.
+    /// First tick with an alarm, and first tick with a rejected count.
     alarm: Option<usize>,
     lost: Option<usize>,
-    /// Largest innovation of link and motor, steps.
+    /// Largest innovation of link and motor, counts.
     innovation: [f64; 2],
     /// Largest |d| of link, rad/s², and of motor, A.
     disturbance: [f64; 2],
@@ -181,7 +182,7 @@ fn watch(
     watch_within(true, design, plant, plan, ticks, fault)
 }
 
-/// The same, with bounds or without: what runs away is stopped by the bounds.
+/// Runs a joint with or without bounds; the bounds stop a runaway.
 fn watch_within(
     is_bounded: bool,
     design: &JointDesign,
@@ -206,7 +207,7 @@ fn watch_within(
             let off = foreseen.map_or(0.0, |foreseen| f64::from(counts[i]) - foreseen[i] / STEP_RAD);
             seen.innovation[i] = seen.innovation[i].max(off.abs());
         }
-        // Where the shafts will be as the law knows them, by other means: Runge-Kutta on the nominal joint.
+        // Predicted positions of the shafts by other means: Runge-Kutta on the nominal joint.
         let known = running.estimates().expect("started");
         let [link, motor] = known.disturbance.map(f64::from);
         let [[q, q_m], [v, v_m]] = [known.position, known.speed].map(|pair| pair.map(f64::from));
@@ -232,9 +233,9 @@ fn watch_within(
     seen
 }
 
-/// A sine, a move and a recovery within 27 A that meets a load of 0.5 N m, of the joint as it is, of every corner of
-/// ±20 % and with friction, cogging and ripple: 102 runs of 4 to 6 s. What was largest, beside what the monitors allow
-/// and what another implementation saw.
+/// A sine, a move and a recovery within 27 A that meets a load of 0.5 N m: for the nominal joint, for every corner of
+/// ±20 %, and with friction, cogging and ripple. These are 102 runs of 4 to 6 s. The output compares the largest values
+/// with the bounds of the monitors and with another implementation.
 #[test]
 fn healthy_joints_raise_no_alarm() {
     let law = JointDrive::<f32, Position, 1>::try_design(&JOINT).expect("a good design");
@@ -277,9 +278,9 @@ fn healthy_joints_raise_no_alarm() {
     }
 }
 
-/// On a sine of 0.5 rad, at full speed (2π s) and where it turns (3/2 π s). The bars are 1.5 times what another
-/// implementation had: ticks to the first sign, and the error then; an alarm comes 8 ms after its bound was passed.
-/// Without gate and reaction it runs away.
+/// A frozen count on a sine of 0.5 rad, at full speed (2π s) and at the turning point (3/2 π s). The thresholds are 1.5
+/// times the results of another implementation: ticks to the first sign, and the error then. An alarm comes 8 ms after
+/// its bound is exceeded. Without innovation gate and reaction the joint runs away.
 #[test]
 fn a_stuck_count_of_a_joint_is_seen_before_it_does_harm() {
     let plan = blended_sine::<4>(0.5, 1.0, 2.0);
@@ -304,7 +305,7 @@ fn a_stuck_count_of_a_joint_is_seen_before_it_does_harm() {
         let (after, at, blind) = (first - from, seen.error[first].abs(), peak(&blind.error[from..]));
         println!("{name}: after {after} ticks (alarm {:?}) at {at:.1e} rad; unwatched {blind:.1e}", seen.alarm);
         assert!(2 * after <= 3 * ticks && at <= 1.5 * error, "{name}: {after} ticks, {at:e} rad");
-        // Where the gate refuses it no alarm is far: too many samples are lost.
+        // Where the innovation gate rejects the count, an alarm follows soon: too many samples are missing.
         assert!(seen.alarm.is_some_and(|alarm| alarm <= from + 197), "{name}: {:?}", seen.alarm);
         assert!(blind >= runaway, "{name}: {blind} rad");
     }
@@ -312,7 +313,7 @@ fn a_stuck_count_of_a_joint_is_seen_before_it_does_harm() {
 
 const GATELESS: JointDesign = JointDesign { gate_steps: [f64::INFINITY; 2], ..JOINT };
 
-/// When the wild sample comes.
+/// Tick of the outlier.
 const AT: usize = 6283;
 
 #[test]
@@ -337,7 +338,7 @@ fn a_wild_sample_leaves_no_trace_behind_the_gate() {
         assert!(error <= 1.1 * clean[0] && u <= 1.1 * clean[1], "{error:e} rad, {u} A");
         assert!(blind[1] > 25.0, "{blind:?}");
     }
-    // Below the gate it is taken, and does little.
+    // An outlier below the innovation gate is accepted and has little effect.
     let seen = with(&JOINT, 0, 15);
     let [error, u] = after(&seen);
     println!("15 counts of the link: {error:.1e} rad, {u:.1} A");
@@ -345,8 +346,8 @@ fn a_wild_sample_leaves_no_trace_behind_the_gate() {
     assert!(error <= 5.3e-5 && u <= 15.0, "{error:e} rad, {u} A");
 }
 
-/// λ_2 as it was found elsewhere: by step of link and motor .91, .13 (quiet), 25.9, .21 (fast) of σ; a motor by rule
-/// .044 and .114 at 14 bits and 1 ms.
+/// Published values of λ_2, in σ per count of link and motor: .91, .13 (one gain set), 25.9, .21 (two). A motor by rule
+/// has .044 and .114 at 14 bits and 1 ms.
 #[test]
 fn the_bound_of_sigma_star_is_the_known_one() {
     let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
@@ -364,7 +365,7 @@ fn the_bound_of_sigma_star_is_the_known_one() {
         motor.sigma_star_bound([1.0]),
     ];
     println!("{found:.3?}");
-    // They are printed with two and three digits.
+    // The published values have two and three digits.
     let printed = [(0.91, 5e-3), (0.13, 5e-3), (25.9, 0.05), (0.21, 5e-3), (0.044, 5e-4), (0.114, 5e-4)];
     for (found, (expected, digit)) in found.into_iter().zip(printed) {
         assert!((found - expected).abs() <= digit, "{found} for {expected}");
@@ -372,7 +373,7 @@ fn the_bound_of_sigma_star_is_the_known_one() {
     assert!((two.sigma_star_bound([6.0, 110.0]) / 1800.0 - 1.0).abs() < 0.03);
 }
 
-/// u at a limit while the error grows: the shaft is held fast.
+/// u at a limit while the error grows: the shaft is blocked.
 #[test]
 fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
     let law = Drive::try_design(&by_rule(1e-3, 14)).expect("a good design");
@@ -406,8 +407,8 @@ fn a_shaft_that_is_held_fast_is_seen_and_the_drive_stays_stopped() {
     assert!(running.tick_at_once(&Sample { counts: [Some(0)], begin: at, end: at }).health.is_ok());
 }
 
-/// A loop that swings between the limits: σ falls half of the time, and yet it is seen; and a drive whose other alarms
-/// are answered by a planned stop stops by itself at this one.
+/// A loop that swings between the limits is detected, although σ falls half of the time. A drive that answers other
+/// alarms with a planned stop stops by itself at this alarm.
 #[test]
 fn a_drive_that_swings_from_limit_to_limit_is_seen() {
     let law = Drive::try_design(&by_rule(1e-3, 14)).expect("a good design");
@@ -425,7 +426,7 @@ fn a_drive_that_swings_from_limit_to_limit_is_seen() {
     let still = Target { turn: 0, jet: [0.0; 2] };
     let (mut seen, mut stopped, mut saturated) = (None, None, 0);
     for k in 0..6000_u32 {
-        // 1 rad to and fro at 4 Hz, and nothing that u does changes it.
+        // 1 rad to and fro at 4 Hz, independent of u.
         let count = (16384.0 / TAU * (TAU * 4e-3 * f64::from(k)).sin()) as i32;
         let sample = Sample { counts: [Some(count)], begin: still, end: still };
         let output = running.tick_at_once(&sample);

@@ -1,8 +1,6 @@
-//! Does the drive of a motor do on a motor with friction, cogging and a lagging current loop what is said of it, with
-//! bandwidths by rule and nothing tuned?
+//! Drive of a motor with friction, cogging and a lagging current loop, with bandwidths by rule and without tuning.
 //!
-//! The bars are 1.5 times (noise: twice) what another implementation of the same law showed on another implementation
-//! of the same plant.
+//! The thresholds are 1.5 times (noise: twice) the results of another implementation of the controller and the plant.
 
 use controller_core::drive::{
     DriveEstimates, Encoder, Hold, Motor, MotorBandwidths, MotorDesign, MotorDrive, Position, Sample, Speed, Target,
@@ -23,7 +21,7 @@ fn by_rule(period_s: f64, bits: u32) -> MotorDesign {
     MotorDesign::by_rule(period_s, MOTOR, Encoder::absolute(bits), Limits::symmetric(10.0))
 }
 
-/// A plant with errors of J, K_t, B.
+/// Returns a plant with relative errors of J, K_t, B.
 fn off(shaft: Shaft, [inertia, torque, damping]: [f64; 3]) -> Shaft {
     Shaft {
         inertia: shaft.inertia * (1.0 + inertia),
@@ -33,8 +31,8 @@ fn off(shaft: Shaft, [inertia, torque, damping]: [f64; 3]) -> Shaft {
     }
 }
 
-/// A counter may be anywhere when a drive starts, and when counts come again after a gap: many turns away, on both
-/// sides, and up to its half.
+/// The counter may be anywhere at a start, and when counts return after a gap: many revolutions away, on both sides,
+/// and up to its half range.
 #[test]
 fn a_drive_starts_where_its_counter_is() {
     let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
@@ -60,7 +58,7 @@ fn a_drive_starts_where_its_counter_is() {
                     "{encoder:?} at {count}, tick {tick}: {off}, {output:?}"
                 );
             }
-            // Lost for longer than it is believed, and then elsewhere.
+            // The gap is longer than the drive bridges, and the shaft is elsewhere afterwards.
             for _ in 0..200 {
                 running.lost();
             }
@@ -70,13 +68,13 @@ fn a_drive_starts_where_its_counter_is() {
                 running.tick_at_once(&sample([Some(away)]));
                 counted = reckoned(&running) - there;
             }
-            // It drives back meanwhile; a base is 1.5 rad or more.
+            // Meanwhile the drive moves back; a base is 1.5 rad or more.
             assert!(counted.abs() < 1e-2, "{encoder:?} at {away} after a gap: {counted}");
         }
     }
 }
 
-/// The drive in question, on counts of its encoder, for so many seconds.
+/// Runs the drive on the counts of its encoder for `span_s` seconds.
 fn run<const FAST: usize>(design: &MotorDesign, shaft: Shaft, span_s: f64, plan: &dyn Fn(f64) -> [f64; 2]) -> Trace {
     let law = MotorDrive::<f32, Position, FAST>::try_design(design).expect("a good design");
     let (period_s, bits) = (design.period_s, design.encoder.bits);
@@ -88,7 +86,8 @@ fn second_half(values: &[f64]) -> &[f64] {
     &values[values.len() / 2..]
 }
 
-/// Sine of 1 rad and 1 Hz: rms of the second half, peak. A move of 1 rad, degree 7, in 0.1 s: peak. A load of 0.1 N m.
+/// Returns four errors. Sine of 1 rad and 1 Hz: rms of the second half, and peak. Move of 1 rad, degree 7, in 0.1 s:
+/// peak. Load of 0.1 N m: peak.
 fn figures<const FAST: usize>(design: &MotorDesign, shaft: Shaft) -> [f64; 4] {
     let sine = run::<FAST>(design, shaft, 2.0, &blended_sine(1.0, TAU, 0.25));
     let moved = run::<FAST>(design, shaft, 0.3, &point_to_point(1.0, 0.05, 0.1, 7));
@@ -106,7 +105,7 @@ fn corners(size: f64) -> Vec<[f64; 3]> {
     (0..8).map(signs).collect()
 }
 
-/// Bits, T, and figures.
+/// Bits, T, and results.
 type Line = (u32, f64, [f64; 4], [f64; 3], [f64; 3]);
 
 /// (bits, T): values of S rms, S peak, M, L with two sets; S rms, M, L at ±20 %; the same at ±50 % with one set.
@@ -155,7 +154,7 @@ impl std::fmt::Debug for Sci {
     }
 }
 
-/// The difference between u from counts and u from positions of 24 bits, with the same thresholds in rad.
+/// Current noise: the difference between u from counts and u from positions of 24 bits, with equal thresholds in rad.
 #[test]
 fn noise_of_the_current_is_what_the_rule_allows() {
     for (bits, period_s, moving, rest) in
@@ -172,12 +171,12 @@ fn noise_of_the_current_is_what_the_rule_allows() {
         let noise = rms(&second_half(&a).iter().zip(second_half(&b)).map(|(a, b)| a - b).collect::<Vec<_>>());
         let mut hunting = 0.0_f64;
         for target in [0.1, 0.3, 0.5, 0.7, 1.0] {
-            // Between two counts it would go to and fro: the loop integrates, and friction holds what it has.
+            // Between two counts the shaft would oscillate: the loop integrates, and friction holds the shaft.
             let unit = coarse.encoder.unit_rad();
             let target = (target / unit).round() * unit;
             let still = run::<1>(&coarse, Shaft::ROUGH, 2.0, &point_to_point(target, 0.05, 0.1, 7));
             let late = second_half(&still.u);
-            // It creeps in the friction; noise is what a tick adds.
+            // The shaft creeps in the friction; noise is the change per tick.
             let one = rms(&late.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>()) / 2.0_f64.sqrt();
             hunting = hunting.max(one);
         }
@@ -186,8 +185,8 @@ fn noise_of_the_current_is_what_the_rule_allows() {
     }
 }
 
-/// J, K_t, B at ±50 % and between, with 0 to 3 ticks of delay, one set: an offset of 0.01 rad has gone after
-/// 150 time constants of the surface (with a third of the gain the loop is slow).
+/// J, K_t, B at ±50 % and between, with 0 to 3 ticks of delay and one gain set. An offset of 0.01 rad decays within 150
+/// time constants of the surface (with a third of the gain the loop is slow).
 #[test]
 fn corners_of_the_motor_are_stable() {
     let mut rng = Rng::new(0x50C);
@@ -219,7 +218,8 @@ fn corners_of_the_motor_are_stable() {
     println!("at most {worst:.1e} rad are left of 0.01");
 }
 
-/// Errors of J, K_t, B whose sampled loop, with one gain set, has a spectral radius of 1 and more; the largest of all.
+/// Counts the errors of J, K_t, B whose sampled loop with one gain set has a spectral radius of 1 or more. Also returns
+/// the largest radius.
 fn unstable<const LATE: usize, const S: usize>(design: &MotorDesign, lag_s: f64, errors: &[[f64; 3]]) -> (usize, f64) {
     let encoder = Encoder::absolute(24);
     let design = MotorDesign { gate_steps: f64::INFINITY, limits: Limits::symmetric(1e9), encoder, ..*design };
@@ -229,7 +229,7 @@ fn unstable<const LATE: usize, const S: usize>(design: &MotorDesign, lag_s: f64,
         let advance = |x, u| {
             let mut shaft = Shaft { x, lag_s, ..off(Shaft::CLEAN, errors) };
             shaft.advance(0.0, u, design.period_s);
-            // Without a lag the current is no state.
+            // Without a lag the current is not a state.
             if lag_s > 0.0 { shaft.x } else { [shaft.x[0], shaft.x[1], 0.0] }
         };
         law.spectral_radius(LATE, advance, |x| [x[0]])
@@ -237,7 +237,7 @@ fn unstable<const LATE: usize, const S: usize>(design: &MotorDesign, lag_s: f64,
     radii.fold((0, 0.0), |(count, largest), radius| (count + usize::from(radius >= 1.0), f64::max(largest, radius)))
 }
 
-/// w_c as the rule gives it: 94 and 125 rad/s with 12, and 14 bits and more, at 1 ms; 182 at 0.5 ms; 286 at 0.1 ms.
+/// w_c of the rule: at 1 ms 94 rad/s with 12 bits and 125 rad/s with 14 bits and more; 182 at 0.5 ms; 286 at 0.1 ms.
 #[test]
 fn bandwidths_by_rule_are_the_known_ones() {
     for (bits, period_s, known) in [
@@ -253,9 +253,10 @@ fn bandwidths_by_rule_are_the_known_ones() {
     }
 }
 
-/// 12 to 20 bits, 1, 0.5 and 0.1 ms, no lag and 0.2 ms, with and without a tick of delay: with one set every loop near
-/// rest dies away, at J and K_t off by ±50 % (nine points) and at random; with the fast set alone at ±20 %. That it
-/// must not be had at ±50 %, nor a fourth state at a third of the gain, is true as well.
+/// 12 to 20 bits, 1, 0.5 and 0.1 ms, with no lag and 0.2 ms, with and without a tick of delay. With one gain set every
+/// loop near rest is stable, at J and K_t off by ±50 % (nine points) and at random errors. The high gains alone are
+/// stable at ±20 %. The test also confirms two limitations. The high gains are not stable at ±50 %, and a fourth
+/// observer state is not stable at a third of the gain.
 #[test]
 fn the_rule_is_stable_in_all_48_combinations() {
     let mut rng = Rng::new(0x48);
@@ -297,8 +298,8 @@ fn the_rule_is_stable_in_all_48_combinations() {
     assert!(fast_at_50 > 22, "{fast_at_50}");
 }
 
-/// The same with two and three ticks of delay: every loop near rest dies away, at J and K_t off by ±50 % with one set,
-/// with the fast set alone and with four states at ±20 %.
+/// Two and three ticks of delay: every loop near rest is stable, at J and K_t off by ±50 % with one gain set. The high
+/// gains alone and four states are stable at ±20 %.
 #[test]
 fn the_rule_is_stable_with_two_and_three_ticks_of_delay() {
     let mut largest = [[0.0_f64; 3]; 2];
@@ -321,14 +322,15 @@ fn the_rule_is_stable_with_two_and_three_ticks_of_delay() {
     println!("largest radius at 50 %, of the fast set and of four states at 20 %, with 2 and 3 ticks: {largest:.5?}");
 }
 
-/// J and K_t off by a share, on a grid of nine points.
+/// Returns relative errors of J and K_t on a grid of nine points.
 fn grid(size: f64) -> Vec<[f64; 3]> {
     let steps = [-size, 0.0, size];
     steps.into_iter().flat_map(|inertia| steps.map(|torque| [inertia, torque, 0.0])).collect()
 }
 
-/// Bandwidths of one's own, up to the limits that a design is held to: stable within ±20 % with an immediate current.
-/// With four states and one tick of delay the limit is older than this, and higher than what is stable.
+/// Custom bandwidths, up to the limits of a design, are stable within ±20 % without a current-loop lag, for 0 to 3
+/// ticks of delay. With four states and one tick of delay the limit of a design is higher than the stable range; the
+/// test stops at 0.3 there.
 #[test]
 fn up_to_the_limits_the_motor_is_stable() {
     let errors = grid(0.2);
@@ -365,22 +367,22 @@ fn up_to_the_limits_the_motor_is_stable() {
     assert_eq!((error.field, error.nearest()), ("delay_ticks", 3.0));
 }
 
-/// From 3 rad without a plan: u is at its limit for many ticks, the observers know what was held, and the loop settles.
-/// Told the u that it asked for instead, it does not.
+/// From 3 rad without a plan, u saturates for many ticks. The loop settles because the observers use the applied
+/// current. With the demanded current in its place the loop does not settle.
 #[test]
 fn an_unplanned_start_settles_because_the_applied_u_is_known() {
     let design = by_rule(1e-3, 14);
     let shaft = Shaft { x: [3.0, 0.0, 0.0], largest_current: 10.0, ..Shaft::ROUGH };
     let known = run::<0>(&design, shaft, 0.6, &|_| [0.0; 2]);
     let settled = known.error.iter().rposition(|error| error.abs() > 0.01).expect("it began at 3 rad") + 1;
-    // Without limits of its own the law believes that what it asks for is held.
+    // Without limits of its own the controller assumes that its demand is applied.
     let boundless = MotorDesign { limits: Limits::symmetric(1e9), gate_steps: f64::INFINITY, ..design };
     let last = peak(&run::<0>(&boundless, shaft, 0.6, &|_| [0.0; 2]).error[400..]);
     println!("settled after {settled} ms; told the u asked for: {last:.2} rad after 0.4 s");
     assert!(settled <= 210 && last > 0.1, "{settled} ms, {last} rad");
 }
 
-/// 100 turns from where it started every figure is what it was there.
+/// 100 revolutions away every result equals the result at the start.
 #[test]
 fn a_hundred_turns_away_nothing_is_worse() {
     for (bits, period_s) in [(14, 1e-3), (20, 1e-3), (20, 1e-4)] {
@@ -407,7 +409,7 @@ fn a_hundred_turns_away_nothing_is_worse() {
     }
 }
 
-/// At 20 rad/s a load of 0.1 N m: how far the speed dips, and what is known of the load.
+/// A load of 0.1 N m at 20 rad/s: dip of the speed, and accuracy of the load estimate.
 #[test]
 fn the_speed_loop_dips_and_recovers_as_said_and_knows_the_load() {
     for (bits, period_s, dip, back_ms) in [(14, 1e-3, 2.5, 28.0), (16, 1e-4, 1.2, 10.0)] {
@@ -421,7 +423,7 @@ fn the_speed_loop_dips_and_recovers_as_said_and_knows_the_load() {
         let found = peak(&trace.speed_error[after..]);
         let back = trace.speed_error[after..].iter().rposition(|error| error.abs() > 0.2).map_or(0, |k| k + 1);
         let back = back as f64 * period_s * 1e3;
-        // Friction at 20 rad/s is 0.005 N m and viscous 2e-4.
+        // At 20 rad/s the Coulomb friction is 0.005 N m and the viscous coefficient 2e-4 N m s/rad.
         let (quiet, loaded) = (trace.load[after - 1], trace.load.last().expect("ticks"));
         println!("{bits} bits: dip {found:.2} rad/s, back after {back:.0} ms, load {quiet:.4} then {loaded:.4} N m");
         assert!(found <= 1.5 * dip && back <= 1.5 * back_ms, "{bits} bits: {found} rad/s, {back} ms");
@@ -429,7 +431,8 @@ fn the_speed_loop_dips_and_recovers_as_said_and_knows_the_load() {
     }
 }
 
-/// One tick late at 1 ms the rule is slower, and that is the price; looking ahead is not dearer than not.
+/// With one tick of delay at 1 ms the rule is slower; that is the price. Looking ahead costs no more than not looking
+/// ahead.
 #[test]
 fn a_tick_of_delay_costs_what_is_said() {
     let design = by_rule(1e-3, 14).with_lag(2e-4, 1);
@@ -444,8 +447,9 @@ fn a_tick_of_delay_costs_what_is_said() {
     assert!(moved <= 1.5 * 6.0e-3 && load <= 1.5 * 0.097, "{moved:e}, {load:e}");
 }
 
-/// A move of 1 rad in 0.1 s by polynomials of degree 3 to 9; the same without the lag of the current loop (M falls by
-/// 18 to 36 %, L by 2 to 11 %); 0.5 rad in 0.06 s: when it is inside 5e-3 and 5e-4 rad; creeping at 0.05 rad/s.
+/// Four cases. A move of 1 rad in 0.1 s by polynomials of degree 3 to 9. This move without the lag of the current loop
+/// (M falls by 18 to 36 %, L by 2 to 11 %). A move of 0.5 rad in 0.06 s, with the time to settle within 5e-3 and 5e-4
+/// rad. Creeping at 0.05 rad/s.
 #[test]
 fn moves_of_any_degree_short_moves_and_creeping() {
     for (bits, period_s, degrees, inside_ms, creeping) in [
@@ -478,8 +482,9 @@ fn moves_of_any_degree_short_moves_and_creeping() {
     }
 }
 
-/// Without samples for a time on the sine, begun at every 20 ms of a period. Where friction does not reverse the peak
-/// stays within 4 % (which elsewhere is said of the whole sine). Unseen, 0.016 N m of it are 80 rad/s² for so long.
+/// Gaps without samples on a sine, starting at every 20 ms of a period. Where friction does not reverse, the peak stays
+/// within 4 % (the source claims this for the whole sine). An unobserved 0.016 N m is 80 rad/s² for the length of the
+/// gap.
 #[test]
 fn lost_samples_are_bridged() {
     let design = by_rule(1e-3, 14);
@@ -505,8 +510,8 @@ fn lost_samples_are_bridged() {
     }
 }
 
-/// The estimate of the speed on the sine, beside the difference of two counts. That of a load of 0.1 N m: when it is
-/// known to 90 %, and its noise where there is no cogging, which is a load too.
+/// Accuracy of the speed estimate on a sine, compared with the difference of two counts. For a load of 0.1 N m: time to
+/// 90 % of the load estimate, and its noise without cogging, which also counts as a load.
 #[test]
 fn speed_and_load_are_known_as_well_as_said() {
     for (bits, period_s, speed, load_ms, noise) in [(14, 1e-3, 0.037, 22.0, 2.4e-4), (16, 1e-4, 0.011, 10.0, 3.1e-4)] {
@@ -516,7 +521,7 @@ fn speed_and_load_are_known_as_well_as_said() {
         let (mut known, mut counts) = (Vec::new(), Vec::new());
         let sine = blended_sine(1.0, TAU, 0.25);
         let trace = run_motor(law, Shaft::ROUGH, run, &sine, |_, sample, running| {
-            // Of the tick before.
+            // Estimate of the previous tick.
             known.push(running.estimates().map_or(0.0, |known| f64::from(known.speed[0])));
             counts.push(sample.counts[0].expect("none is lost"));
         });
@@ -572,8 +577,8 @@ fn a_shaft_that_keeps_step_gets_its_angle_back() {
     }
 }
 
-/// 100 turns away nothing is worse because the base follows. A gear of 1 : 181 under an encoder of 2^24 counts has a
-/// base of 181 turns, which does not: 90 turns away f32 has lost so many digits that u steps.
+/// A base that does not follow costs accuracy. A gear of 1 : 181 with an encoder of 2^24 counts has a base of 181
+/// revolutions, so the base does not follow. 90 revolutions away f32 has lost so many digits that u moves in steps.
 #[test]
 fn a_base_that_does_not_follow_is_missed() {
     let far = 90.0 * TAU;
@@ -603,7 +608,7 @@ fn a_base_that_does_not_follow_is_missed() {
     }
 }
 
-/// Whole runs of another implementation: counts and held u, tick by tick.
+/// Whole runs of another implementation: counts and applied u, tick by tick.
 #[test]
 fn runs_are_those_of_the_other_implementation() {
     let open = |period_s, bits, w_c| {
@@ -627,7 +632,7 @@ fn runs_are_those_of_the_other_implementation() {
             });
             for (k, [count, u]) in rows.into_iter().enumerate() {
                 assert!(counts[k] == count, "{}, tick {k}: {} for {count}", $name, counts[k]);
-                // The records have ten digits.
+                // The recordings have ten digits.
                 let off = (trace.u[k] - u.clamp(-10.0, 10.0)).abs();
                 assert!(off <= 1e-8, "{}, tick {k}: {off:e} A", $name);
             }
@@ -651,7 +656,7 @@ fn runs_are_those_of_the_other_implementation() {
     beside!("speed_loop_fine_16bit", open(1e-4, 16, 286.0), heavy, ramp, none, Speed);
 }
 
-/// f32 beside f64, each in its own loop, with the finest encoders that there are (24 bits; the bars are for 30).
+/// f32 and f64, each in its own loop, with the finest encoders (24 bits; the thresholds are for 30).
 #[test]
 fn a_law_in_f32_runs_as_in_f64() {
     for period_s in [1e-3, 1e-4] {
@@ -669,13 +674,13 @@ fn a_law_in_f32_runs_as_in_f64() {
     }
 }
 
-/// 3 s² - 2 s³.
+/// Returns 3 s² - 2 s³.
 fn integral_free_step(s: f64) -> f64 {
     let s = s.clamp(0.0, 1.0);
     s * s * (3.0 - 2.0 * s)
 }
 
-/// Without a reference the law is the one with targets of 0, to the bit.
+/// Without a reference the controller is bit-identical to the controller with targets of 0.
 #[test]
 fn holding_is_following_zero() {
     let design = by_rule(1e-3, 14);

@@ -1,7 +1,7 @@
-//! Does a drive compute what an independent implementation computes from the same counts, targets and held currents?
+//! Comparison of a drive with an independent implementation on equal counts, targets and applied currents.
 //!
-//! The records are closed loops of that implementation: f64, constants by matrix exponentials, on plants with friction
-//! and cogging. Every tick of them is fed to the law.
+//! The recordings are closed loops of that implementation: f64, constants by matrix exponentials, on plants with
+//! friction and cogging. Every recorded tick is fed to the controller.
 
 use controller_core::Limits;
 use controller_core::drive::{
@@ -11,7 +11,7 @@ use controller_core::drive::{
 use integration_tests::data;
 use integration_tests::drive::{Row, replay};
 
-/// Of the motor of the records.
+/// Motor of the recordings.
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 
 fn motor_rows(name: &str) -> Vec<Row<1, 2>> {
@@ -30,11 +30,12 @@ fn motor_rows(name: &str) -> Vec<Row<1, 2>> {
 fn motor(period_s: f64, bits: u32, w_c: f64) -> MotorDesign {
     let design =
         MotorDesign::by_rule(period_s, MOTOR, Encoder::absolute(bits), Limits::symmetric(1e6)).with_surface(w_c);
-    // The records are without a gate.
+    // The recordings have no innovation gate.
     MotorDesign { gate_steps: f64::INFINITY, ..design }
 }
 
-/// The records have ten digits; what is left of u in f64 comes from that (the oracle fed with its own files: 1.4e-6 A).
+/// Checks the replay of a recording. The recordings have ten digits, which explains the remaining f64 difference in u.
+/// The oracle fed with its own files differs by 1.4e-6 A.
 fn check(name: &str, double: [f64; 2], single: [f64; 2], bars: [f64; 2]) {
     println!(
         "{name}: f64 u {:.1e} A, sigma* {:.1e}; f32 u {:.1e} A, sigma* {:.1e}",
@@ -76,7 +77,7 @@ fn a_speed_loop_at_a_tenth_of_a_millisecond() {
     motor_replay!("speed_loop_fine_16bit", motor(1e-4, 16, 286.0), Speed);
 }
 
-/// A count that is not there, in the records of the joint.
+/// Marker of a missing count in the recordings of the joint.
 const LOST: f64 = -1e6;
 
 fn joint_rows(name: &str) -> Vec<Row<2, 4>> {
@@ -94,11 +95,11 @@ fn joint_rows(name: &str) -> Vec<Row<2, 4>> {
 
 fn joint() -> JointDesign {
     let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(1e6), 1.3);
-    // The records are without a gate.
+    // The recordings have no innovation gate.
     JointDesign { gate_steps: [f64::INFINITY; 2], ..design }
 }
 
-/// What the oracle's own implementation leaves: f64 u 3e-8 A, σ* 1e-6; f32 u 1.6e-4 A, with lost samples 1.8e-3 A.
+/// Remainders of the oracle's own implementation: f64 u 3e-8 A, σ* 1e-6; f32 u 1.6e-4 A, with missing samples 1.8e-3 A.
 macro_rules! joint_replay {
     ($name:literal, $single:literal, $late:literal) => {{
         let (design, rows) = (joint(), joint_rows($name));
@@ -124,7 +125,7 @@ fn a_joint_bridges_lost_samples_of_link_and_motor() {
     joint_replay!("lost_samples", 5e-3, 0);
 }
 
-/// Before tick 500 all bandwidths change.
+/// All bandwidths change before tick 500.
 #[test]
 fn a_joint_is_tuned_anew_in_motion() {
     let (design, rows) = (joint(), joint_rows("retune"));

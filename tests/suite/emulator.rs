@@ -1,14 +1,13 @@
-//! Does the image on the emulated chip give the numbers of this process, to the last bit, and is all trouble on the way
-//! told in words?
+//! Bit-identity of the image on the emulated target with this process, and clear messages for every failure on the way.
 //!
-//! These tests need `qemu-system-arm` and the images. Where one is missing they fail and say what to run.
+//! These tests need `qemu-system-arm` and the images. If one is missing, they fail and name the command to run.
 
 use cycle_bound::log::{Log, Messages};
 use cycle_bound::qemu::START_WITHIN;
 use host_sim::cli::{self, Console};
 use host_sim::figures::CATALOGUE;
 use integration_tests::data::{path, scenario_file};
-use integration_tests::program::{Folder, Spoken, host_sim, host_sim_until};
+use integration_tests::program::{CommandResult, Folder, host_sim, host_sim_until};
 use integration_tests::{deep, sampled};
 use link::remote::{LONGEST_WAIT, Remote, for_target};
 use link::transport::{BAUD, Emulator, Serial, Transport};
@@ -36,20 +35,20 @@ fn scenario(file: &str) -> String {
     scenario_file(file).display().to_string()
 }
 
-fn json(spoken: &Spoken) -> Json {
+fn json(spoken: &CommandResult) -> Json {
     serde_json::from_str(&spoken.out).unwrap_or_else(|error| panic!("{error}: {spoken:?}"))
 }
 
-/// Runs a scenario on the emulated chip.
-fn pil(folder: &Folder, args: &[&str]) -> Spoken {
+/// Runs a scenario on the emulated target.
+fn pil(folder: &Folder, args: &[&str]) -> CommandResult {
     let (image, out) = (image_text("pil"), folder.path("pil"));
-    // What another scenario has left there would be refused.
+    // Results of another scenario in this folder would be rejected.
     let _ = std::fs::remove_dir_all(&out);
     host_sim(&[&["pil", "--json", "--image", &image, "--out", &out], args].concat())
 }
 
-/// All of so many ticks, and not one bit; returns what was said.
-fn assert_same(spoken: &Spoken, ticks: u64, label: &str) -> Json {
+/// Checks that all ticks ran without a different bit; returns the run data.
+fn assert_same(spoken: &CommandResult, ticks: u64, label: &str) -> Json {
     assert_eq!(spoken.status, 0, "{label}: {spoken:?}");
     let json = json(spoken);
     let target = &json["target"];
@@ -65,7 +64,7 @@ fn twenty_seconds_of_the_default_scenario_on_the_chip_are_those_of_this_process(
     let (sets, ticks) = if deep() { (&[][..], 20_001) } else { (&short[..], 1_001) };
     let on_the_chip = assert_same(&pil(&folder, sets), ticks, "default");
     let here = json(&host_sim(&[&["--json", "--out", &folder.path("here")], sets].concat()));
-    // Not nearly: the same numbers, and the same bytes in every file.
+    // Exact equality: the same numbers, and the same bytes in every file.
     assert_eq!(on_the_chip["metrics"], here["metrics"]);
     for file in ["trace.csv", "response.svg", "estimates.svg"] {
         let bytes = |of: &str| std::fs::read(folder.path(of).clone() + "/" + file).expect("a file");
@@ -73,8 +72,8 @@ fn twenty_seconds_of_the_default_scenario_on_the_chip_are_those_of_this_process(
     }
 }
 
-/// The first 1001 ticks of each; over a wire without time, `wire` runs them to their end. The fast tier takes 301 ticks
-/// of every ninth case.
+/// The first 1001 ticks of each case; `wire` runs them to their end over a link without delay. The fast tier takes 301
+/// ticks of every ninth case.
 #[test]
 fn every_case_of_every_figure_has_the_same_bits_on_the_chip() {
     let (mut compared, mut passed_over) = (0, 0);
@@ -128,7 +127,7 @@ fn every_kind_of_design_and_of_trouble_has_the_same_bits_on_the_chip() {
     }
 }
 
-/// The chip designs them itself. Longer runs, and more forms: `wire`.
+/// The target designs the drives itself. `wire` has longer runs and more forms.
 #[test]
 fn drives_have_the_same_bits_on_the_chip_on_a_bad_wire_too() {
     let folder = Folder::new("pil-drives");
@@ -171,8 +170,9 @@ fn a_run_on_the_chip_speaks_as_a_run_here_and_ends_with_the_comparison_and_shows
     let here = host_sim(&short);
     assert_eq!((there.status, here.status), (0, 0), "{there:?}");
     let comparison = there.out.lines().find(|line| line.contains(" round trips/s")).expect("a line");
-    assert!(comparison.starts_with("201 ticks, 0 bits differ ("), "{comparison}");
-    assert_eq!(there.out.replace(&format!("{comparison}\n"), ""), here.out);
+    let (verdict, bits) = comparison.split_once("; ").expect("a verdict and a comparison");
+    assert!(verdict.starts_with("result: finished") && bits.starts_with("201 ticks, 0 bits differ ("), "{comparison}");
+    assert_eq!(there.out.replace(comparison, verdict), here.out);
     assert!(there.err.lines().any(|line| line.starts_with("log: info  hello: wire 4, ")), "{}", there.err);
     assert!(there.err.contains("n: 4, r: 2, mask: 10"), "{}", there.err);
 }
@@ -191,7 +191,7 @@ fn ctrl_c_in_a_run_on_the_chip_keeps_what_was_recorded() {
     });
     assert_eq!(spoken.status, 130, "{spoken:?}");
     let rows = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace").lines().count() - 1;
-    assert!(spoken.out.contains(&format!("\n{rows} ticks, 0 bits differ (")), "{rows}: {spoken:?}");
+    assert!(spoken.out.contains(&format!("; {rows} ticks, 0 bits differ (")), "{rows}: {spoken:?}");
 }
 
 #[test]
@@ -215,18 +215,19 @@ fn an_image_that_is_missing_or_none_or_the_wrong_one_is_told_with_the_remedy() {
         (
             PathBuf::from(&absent),
             format!(
-                "{absent}: there is no such file; --image FILE names one, `cargo xtask firmware` in the repository \
-                 builds it\n"
+                "{absent}: there is no such file; give --image FILE, or build the example firmware with `cargo xtask \
+                 firmware` in the repository\n"
             ),
         ),
-        (readme.clone(), format!("{}: this is no ELF file\n", readme.display())),
-        (silent.clone(), format!("; is {} the image `pil`, and of this version?\n", silent.display())),
-        (image("drive"), "the target does not know request 4: it runs another image, or an older one\n".into()),
+        (readme.clone(), format!("{}: not an ELF file\n", readme.display())),
+        (silent.clone(), format!("; check that {} is the firmware `pil` of this version\n", silent.display())),
+        (image("drive"), "the target does not support request 4: its firmware is another or older\n".into()),
     ];
-    // Each wait for an answer is 5 s of a busy emulator: the fast tier has another test of it.
+    // Each wait for an answer is 5 s of a busy emulator; the fast tier has another test of it.
     for (image, ending) in cases.into_iter().filter(|(image, _)| deep() || *image != silent) {
         let began = Instant::now();
-        let Spoken { status, out, err } = host_sim(&["pil", "--image", &image.display().to_string(), "--out", &out]);
+        let CommandResult { status, out, err } =
+            host_sim(&["pil", "--image", &image.display().to_string(), "--out", &out]);
         assert_eq!((status, out.as_str()), (1, ""), "{err}");
         assert!(err.starts_with("error: ") && err.ends_with(&ending) && err.lines().count() == 1, "{err}");
         assert!(began.elapsed() < LONGEST_WAIT + START_WITHIN, "{:?}", began.elapsed());
@@ -248,7 +249,7 @@ fn garbage_before_the_talk_is_skipped_and_a_fault_on_the_chip_brings_the_black_b
     let (mut emulator, log) = Emulator::start(&image("pil"), true).unwrap_or_else(|error| panic!("{error}"));
     let messages = Messages::of(&image("pil")).unwrap_or_else(|error| panic!("{error}"));
     let log = Log::follow(log.expect("the log"), messages);
-    // Marks, halves of marks, and a frame cut short.
+    // Frame marks, halves of marks, and a truncated frame.
     emulator
         .send(&[0x5A, 0x5A, 0xE5, 0xFF, 0x00, 0x5A, 0xE5, 0x01, 0x05, 0x5A])
         .unwrap_or_else(|error| panic!("{error}"));
@@ -281,27 +282,29 @@ fn garbage_before_the_talk_is_skipped_and_a_fault_on_the_chip_brings_the_black_b
 
 #[test]
 fn the_other_images_run_in_the_emulator_and_their_logs_are_printed() {
-    let Spoken { status, out, err } = host_sim(&["emulate", "--image", &image_text("budget"), "--seconds", "60"]);
+    let CommandResult { status, out, err } =
+        host_sim(&["emulate", "--image", &image_text("budget"), "--seconds", "60"]);
     assert_eq!((status, err.as_str()), (0, ""));
     assert!(out.starts_with("budget in Instructions\n") && out.ends_with("\nbudget ends\n"), "{out}");
-    let Spoken { status, out, err } = host_sim(&["emulate", "--image", &image_text("drive"), "--seconds", "4"]);
+    let CommandResult { status, out, err } = host_sim(&["emulate", "--image", &image_text("drive"), "--seconds", "4"]);
     assert_eq!((status, err.as_str()), (0, ""));
     assert!(out.starts_with("drive: 3200 Hz, ") && out.contains("headroom"), "{out}");
     assert!(out.lines().skip(1).all(|line| line.contains("Health(0)") && line.ends_with(", 0 ticks missed")), "{out}");
 }
 
-/// In a program of Rust, on the chip itself; C beside it is the business of `capi`. The fast tier has no such image:
-/// tests of `tick-assembly` hold assembly of every kind to its record, on the chip too.
+/// Assembly in a Rust program on the target; module `capi` covers it next to C. The fast tier has no such image: tests
+/// of `tick-assembly` compare assembly of every kind with its operation trace, also on the target.
 #[test]
 fn the_tick_as_assembly_gives_every_bit_of_the_rust_tick_for_a_million_ticks() {
     if !deep() {
         return;
     }
-    let Spoken { status, out, err } = host_sim(&["emulate", "--image", &image_text("assembly"), "--seconds", "600"]);
+    let CommandResult { status, out, err } =
+        host_sim(&["emulate", "--image", &image_text("assembly"), "--seconds", "600"]);
     assert_eq!((status, err.as_str()), (0, ""), "{out}");
     let lines: Vec<&str> = out.lines().collect();
     assert!(lines.len() == 5 && lines[4] == "assembly ends", "{out}");
-    // Every way through a tick was gone often.
+    // Every code path of a tick ran often.
     for (line, (law, least)) in lines.iter().zip([
         ("order 2", [10_000, 100_000, 100_000, 1000]),
         ("order 3", [10_000, 100_000, 100_000, 1000]),
@@ -316,7 +319,7 @@ fn the_tick_as_assembly_gives_every_bit_of_the_rust_tick_for_a_million_ticks() {
     }
 }
 
-/// An image in an emulator that is nobody's child but ours, behind pseudo-terminals as a board is behind its ports.
+/// Image in an emulator that `host-sim` does not start, behind pseudo-terminals like a board behind its ports.
 struct Board {
     child: Child,
     port: String,
@@ -326,7 +329,7 @@ struct Board {
 impl Board {
     fn of(name: &str) -> Self {
         let line = "-M netduinoplus2 -nographic -monitor none -serial pty -serial pty";
-        // By the clock of a busy machine the 3.2 kHz of `drive` leave its main loop no time to speak.
+        // On a busy machine the 3.2 kHz interrupt of `drive` would leave its main loop no time for the serial port.
         let clock = if name == "drive" { "-icount shift=0,sleep=off" } else { "" };
         let mut child = Command::new("qemu-system-arm")
             .args(line.split_whitespace().chain(clock.split_whitespace()))
@@ -369,11 +372,11 @@ fn a_board_at_a_serial_port_has_the_same_bits_and_its_log_is_shown() {
     let spoken = host_sim(&[&target[..], &short].concat());
     assert_same(&spoken, ticks, "hil");
     assert!(spoken.err.contains("log: info  session opened: "), "{}", spoken.err);
-    // And once more, as a person would: the board has not been reset.
+    // The second run follows without a reset of the board.
     assert_same(&host_sim(&[&target[..], &short].concat()), ticks, "again");
 }
 
-/// stderr of someone who pulls the plug as soon as the log says that a run has begun.
+/// Reader of stderr that interrupts the link as soon as the log reports the start of a run.
 struct Unplugging {
     board: Board,
     said: String,
@@ -405,10 +408,10 @@ fn a_board_unplugged_in_mid_run_ends_it_and_what_was_recorded_is_kept() {
     let status = cli::run(args.iter().map(Into::into), console);
     let (out, err) = (String::from_utf8_lossy(&out), err.said);
     assert_eq!(status, 1, "{out}{err}");
-    assert!(out.contains("\nBROKEN OFF: the run could not go on at t = "), "{out}");
+    assert!(out.contains("\nresult: BROKEN OFF at t = "), "{out}");
     assert!(err.contains(&format!("\nerror: {port}: the line broke (")), "{err}");
     let rows = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace").lines().count() - 1;
-    assert!(out.contains(&format!("\n{rows} ticks, 0 bits differ (")), "{rows}: {out}");
+    assert!(out.contains(&format!("; {rows} ticks, 0 bits differ (")), "{rows}: {out}");
     assert!((1..20_001).contains(&rows), "{rows}");
 }
 
@@ -416,7 +419,7 @@ fn a_board_unplugged_in_mid_run_ends_it_and_what_was_recorded_is_kept() {
 fn a_port_that_is_none_or_another_image_behind_it_is_told_in_words() {
     let folder = Folder::new("hil-ports");
     let told = |port: &str| {
-        let Spoken { status, out, err } = host_sim(&["hil", "--port", port, "--out", &folder.path("o")]);
+        let CommandResult { status, out, err } = host_sim(&["hil", "--port", port, "--out", &folder.path("o")]);
         assert_eq!((status, out.as_str(), err.lines().count()), (1, "", 1), "{err}");
         err
     };
@@ -429,20 +432,19 @@ fn a_port_that_is_none_or_another_image_behind_it_is_told_in_words() {
     assert!(none.starts_with("error: /dev/null: cannot be opened as a serial port: "), "{none}");
     let board = Board::of("budget");
     let silent = told(&board.port);
-    let question =
-        format!("; is {0} the board's port, is the board powered, and does the image `pil` run on it?\n", board.port);
+    let question = format!("; check the port {}, the power of the board, and its firmware (`pil`)\n", board.port);
     assert!(
-        silent.starts_with("error: no answer to the first question within 5 s") && silent.ends_with(&question),
+        silent.starts_with("error: no answer to the first request within 5 s") && silent.ends_with(&question),
         "{silent}"
     );
     let taken = Serial::open(Path::new(&board.port), BAUD).unwrap_or_else(|error| panic!("{error}"));
     let busy = told(&board.port);
     assert!(busy.ends_with("does another program have it open?\n"), "{busy}");
     drop(taken);
-    // The log port of an image: bytes, but not ours. Another 5 s.
+    // The log port of an image: bytes of another protocol. Another 5 s.
     if deep() {
         let board = Board::of("drive");
         let garbage = told(&board.log_port);
-        assert!(garbage.contains(" bytes that are none; is 115200 the speed of the port, "), "{garbage}");
+        assert!(garbage.contains(" other bytes; is 115200 the speed of the port, "), "{garbage}");
     }
 }

@@ -1,10 +1,10 @@
-//! Does an exported file give the bits of the controller that it was exported from?
+//! Bit-identity of an exported file with its controller.
 //!
-//! C: every instance below is exported, compiled by the host's C compiler with all warnings as errors, and driven with
-//! random ticks beside the Rust tick: samples near rest and far from it, NaN, infinities, denormals, -0, too large
-//! ones, spikes, lost samples in a row, restarts, controls that the actuator held instead. Compared is every bit of u,
-//! sigma, sigma*, health, of the estimates and of the whole state, after every tick. Rust: the exported static has the
-//! coefficients, bit by bit, that the host designed.
+//! C: every instance below is exported, compiled by the host's C compiler with all warnings as errors, and run with
+//! random ticks next to the Rust tick. Samples lie near rest and far from it; some are NaN, infinities, denormals, -0,
+//! too large, or spikes. Samples are missing in a row, the actuator applies other controls, and the controller
+//! restarts. After every tick the test compares every bit of u, sigma, sigma*, health, the estimates and the whole
+//! state. Rust: the exported static has the coefficients of the host's design, bit by bit.
 
 use controller_core::{
     Benchmark, Coefficients, ControlLaw, Controller, FlexibleJoint, Gate, Gated, Health, Libm, Linear, Micromath,
@@ -24,13 +24,13 @@ use std::process::Command;
 use std::sync::LazyLock;
 use tick_assembly::Effort;
 
-/// Of all instances together: a million.
+/// Ticks per instance; all instances together run a million.
 const TICKS: usize = 1_000_000_usize.div_ceil(INSTANCES.len());
 
-/// A shape of controller: its name, a scenario of it, and the Rust tick of that shape.
+/// Controller configuration: its name, a scenario, and its Rust tick.
 type Instance = (&'static str, &'static str, fn(&str, &str) -> Run);
 
-/// Every instance the C library has, one without an observer, orders mixed, and the most there is.
+/// Every instance of the C library, one without an observer, mixed orders, and the maximum.
 const INSTANCES: [Instance; 12] = [
     (
         "n2r1_2",
@@ -118,9 +118,9 @@ const INSTANCES: [Instance; 12] = [
     ),
 ];
 
-/// What C compilers of today accept without a word.
+/// Warnings that a file must pass in present C compilers.
 pub(super) const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wshadow"];
-/// As firmware is built; nothing is linked that is not in the two files.
+/// Firmware options; only the two files are linked.
 pub(super) const CORTEX_M4F: [&str; 7] = [
     "-mcpu=cortex-m4",
     "-mthumb",
@@ -131,21 +131,21 @@ pub(super) const CORTEX_M4F: [&str; 7] = [
     "-nostdlib",
 ];
 
-/// A core in the emulator: the machine that has it, how to compile for it, and where its memory is.
+/// Emulated core: its machine, compiler options, and memory.
 #[derive(Debug, PartialEq)]
 pub(super) struct Board {
     pub(super) machine: &'static str,
     pub(super) options: &'static [&'static str],
     code: u32,
     data: u32,
-    /// Bytes of it.
+    /// Size of the data memory, bytes.
     size: u32,
 }
 
 pub(super) const STM32F405: Board =
     Board { machine: "netduinoplus2", options: &CORTEX_M4F, code: 0x0800_0000, data: 0x2000_0000, size: 0x2_0000 };
 
-/// Cores with other instructions for floats, or none: there the compiler's library computes.
+/// Cores with other float instructions or none; the compiler's library computes there.
 const OTHER_BOARDS: [Board; 5] = [
     Board { machine: "microbit", options: &SOFT_M0, code: 0, data: 0x2000_0000, size: 0x4000 },
     Board { machine: "mps2-an385", options: &SOFT_M3, code: 0, data: 0x2000_0000, size: 0x2_0000 },
@@ -154,7 +154,7 @@ const OTHER_BOARDS: [Board; 5] = [
     Board { machine: "mps2-an505", options: &HARD_M33, code: 0x1000_0000, data: 0x3800_0000, size: 0x2_0000 },
 ];
 
-/// The other boards. The fast tier runs the one whose archive it builds.
+/// Returns the other boards. The fast tier runs the board whose library it builds.
 pub(super) fn other_boards() -> &'static [Board] {
     if deep() { &OTHER_BOARDS } else { &OTHER_BOARDS[3..4] }
 }
@@ -180,14 +180,14 @@ const HARD_M33: [&str; 7] = [
     "-lgcc",
 ];
 
-/// Tests run side by side: each has its own.
+/// Creates a folder; tests run in parallel, so each has its own.
 pub(super) fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(name);
     fs::create_dir_all(&folder).expect("a folder for exported files");
     folder
 }
 
-/// Exports a scenario, and returns the file's path.
+/// Exports a scenario; returns the path of the file.
 pub(super) fn exported(folder: &Path, name: &str, scenario: &str, form: &[&str]) -> PathBuf {
     let file = folder.join(name);
     let from = folder.join(format!("{name}.toml"));
@@ -203,15 +203,15 @@ pub(super) fn plain(path: &Path) -> &str {
     path.to_str().expect("a plain path")
 }
 
-/// The numbers of the same design, as a target would get them.
+/// Returns the numbers of the design in the form for a target.
 fn download(scenario: &str) -> Download {
     let source = Source { file: "it", text: scenario, sets: &[] };
     scenario::parse(&source, "it").expect("a good scenario").download.expect("an f32 design")
 }
 
-/// Runs a compiler on a file that must give no warning.
+/// Compiles a file that must give no warning.
 pub(super) fn compile(compiler: &str, options: &[&str], file: &Path, program: &Path) {
-    // The file first: libraries among the options serve what comes before them.
+    // The file comes first: libraries among the options serve the files before them.
     let output = Command::new(compiler).arg(file).args(options).arg("-o").arg(program).output();
     let output = output.unwrap_or_else(|error| {
         panic!("no C compiler `{compiler}` ({error}); on Debian: apt-get install gcc g++ gcc-arm-none-eabi");
@@ -219,30 +219,30 @@ pub(super) fn compile(compiler: &str, options: &[&str], file: &Path, program: &P
     assert!(output.status.success(), "{compiler} {}: {}", file.display(), String::from_utf8_lossy(&output.stderr));
 }
 
-/// What the program is asked to do.
+/// Request to the program.
 #[derive(Clone, Copy, PartialEq)]
 enum Ask {
-    /// `tick_or_start`.
+    /// Calls `tick_or_start`.
     Tick,
-    /// `report_applied`, with the first number.
+    /// Calls `report_applied` with the first number.
     ReportApplied,
-    /// `start`, of a state that runs already, and its first tick; nothing if the sample is not good.
+    /// Calls `start` on a running state, and its first tick; nothing if the sample is invalid.
     Start,
-    /// `reset`, then `tick_or_start`.
+    /// Calls `reset`, then `tick_or_start`.
     Forget,
 }
 
-/// What was asked of the Rust tick, and what it answered.
+/// Requests to the Rust tick and its answers.
 struct Run {
     n: usize,
     r: usize,
-    /// From 1.
+    /// Observed channels, from 1.
     observed: Vec<usize>,
-    /// Numbers that a gate keeps, 0 where there is none.
+    /// Numbers of an innovation gate in the state; 0 without a gate.
     gated: usize,
-    /// Requests as bytes: what, then n floats.
+    /// Requests as bytes: kind, then n floats.
     asked: Vec<u8>,
-    /// Words of an answer: what was said, then u, sigma, sigma*, the state and the estimates.
+    /// Words of an answer: status, then u, sigma, sigma*, the state and the estimates.
     words: usize,
     answers: Vec<u32>,
 }
@@ -255,7 +255,7 @@ pub(super) enum Place {
     On(&'static Board),
 }
 
-/// Reads with `receive`, answers with `send`; both say how many bytes.
+/// Transfer functions of the host: `receive` reads, `send` answers; both return the number of bytes.
 pub(super) const ON_THE_HOST: &str = "
 #include <stdio.h>
 static size_t receive(void *to, size_t bytes) { return fread(to, 1, bytes, stdin); }
@@ -322,7 +322,7 @@ __attribute__((section(\".vectors\"), used)) static const struct {
     void (*handler)(void);
 } vectors = { &stack_top, reset };
 ";
-/// Nothing but code, constants and zeros.
+/// Returns a linker script for code, constants and zeros.
 fn layout(Board { code, data, size, .. }: &Board) -> String {
     format!(
         "ENTRY(reset)
@@ -340,7 +340,7 @@ ASSERT(SIZEOF(.bss) + 2048 < {size}, \"the stack needs room\")
     )
 }
 
-/// The C around the exported file: requests in, answers out.
+/// Returns the C program around the exported file: requests in, answers out.
 fn driver(run: &Run, exported: &str, place: Place) -> String {
     let of = |stem: &str, end: &str| run.observed.iter().map(|i| format!("{stem}{i}{end}")).collect::<Vec<_>>();
     let folded = run.observed.iter().flat_map(|i| ["a", "b", "c"][..run.r].iter().map(move |m| format!("{m}{i}")));
@@ -394,9 +394,9 @@ int main(void)
     )
 }
 
-/// From the words of a running controller `count` numbers of its state in the order of its fields, the `gated` last
-/// ones, then whether it resumes and has started. The number between, b(x)/b_0 at the last tick, is not in C where b is
-/// constant.
+/// Converts the words of a running controller to `count` numbers of its state in field order, the last `gated` ones
+/// from the gate. The flags for resuming and started follow. b(x)/b_0 of the last tick is skipped, because C omits it
+/// where b is constant.
 fn numbers(words: &[u32], count: usize, gated: usize) -> Vec<f32> {
     let [_, started, ref state @ .., _] = *words else { panic!("words of a running controller") };
     if started == 0 {
@@ -408,7 +408,7 @@ fn numbers(words: &[u32], count: usize, gated: usize) -> Vec<f32> {
     kept.copied().map(f32::from_bits).chain([resuming as f32, 1.0]).collect()
 }
 
-/// Numbers that a sample is seldom made of.
+/// Numbers that are rare in samples.
 pub(super) const EDGES: [f32; 20] = [
     f32::NAN,
     f32::INFINITY,
@@ -432,7 +432,7 @@ pub(super) const EDGES: [f32; 20] = [
     f32::EPSILON,
 ];
 
-/// Samples of a plant near rest, with everything that can happen to one now and then.
+/// Random samples of a plant near rest, with all faults now and then.
 struct Samples {
     rng: Rng,
     scale: f64,
@@ -474,7 +474,7 @@ impl Samples {
 type Law<const N: usize, const R: usize, const MASK: u8, const O: usize> =
     Controller<f32, Linear<f32, N>, N, R, MASK, O>;
 
-/// Ticks the Rust controller of a scenario.
+/// Runs the Rust controller of a scenario.
 fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str, scenario: &str) -> Run {
     let source = Source { file: "it", text: scenario, sets: &[] };
     let experiment = scenario::parse(&source, "it").expect("a good scenario");
@@ -496,7 +496,7 @@ fn run<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &st
     }
 }
 
-/// Ticks the joint of a scenario as firmware has it: its a(x) has no product with x_2.
+/// Runs the joint of a scenario as firmware has it; its a(x) has no product with x_2.
 fn run_joint<const R: usize, const MASK: u8, const O: usize>(name: &str, scenario: &str) -> Run {
     let source = Source { file: "it", text: scenario, sets: &[] };
     let spec = scenario::parse(&source, "it").expect("a good scenario").spec.expect("a design");
@@ -508,7 +508,7 @@ fn run_joint<const R: usize, const MASK: u8, const O: usize>(name: &str, scenari
     run_of(name, &controller, d_hat, observed, 0)
 }
 
-/// The same of any law; `gated` numbers at the end of its state are those of a gate.
+/// Runs any controller; the last `gated` numbers of its state belong to a gate.
 fn run_of<D, const N: usize, const R: usize>(
     name: &str,
     controller: &D,
@@ -519,7 +519,7 @@ fn run_of<D, const N: usize, const R: usize>(
 where
     D: ControlLaw<Scalar = f32, Sample = [f32; N], Guess = [f32; N], Output = Output<f32>, Estimates = [[f32; R]; N]>,
 {
-    // What the Rust tick answers, and what was asked.
+    // Requests and the answers of the Rust tick.
     let mut samples =
         Samples { rng: Rng::new(0x5eed + 10 * observed.len() as u64 + 100 * N as u64), scale: 0.1, bad_left: 0 };
     let mut running = Running::guessing(controller, d_hat);
@@ -565,13 +565,13 @@ where
     let saturated = seen[usize::from(Health::SATURATED.bits())];
     let rejected = seen[usize::from(Health::INPUT_REJECTED.bits())];
     println!("{name}: {ticks} ticks, {healthy} healthy, {saturated} saturated, {rejected} rejected");
-    // No design is exercised by a run in which it hardly ever works.
+    // A run must contain enough valid ticks to test its design.
     assert!(healthy > ticks / 20 && rejected > ticks / 200, "{name}: the run shows too little: {seen:?}");
 
     Run { n: N, r: R, observed, gated, asked, words, answers }
 }
 
-/// Compiles a program that includes exported files, runs it, and gives the words it answers.
+/// Compiles a program that includes exported files, runs it, and returns the words of its answers.
 pub(super) fn answers(folder: &Path, program_text: &str, options: &[&str], asked: &[u8], place: Place) -> Vec<u32> {
     let source = folder.join("driver.c");
     fs::write(&source, program_text).expect("the driver");
@@ -610,7 +610,7 @@ pub(super) fn answers(folder: &Path, program_text: &str, options: &[&str], asked
     answered.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect()
 }
 
-/// Holds every word of every answer of an exported file against the Rust tick.
+/// Compares every word of every answer of an exported file with the Rust tick.
 fn compare(name: &str, scenario: &str, run: &Run, place: Place) {
     let folder = folder(if place == Place::Here { "here" } else { "chip" }).join(name);
     fs::create_dir_all(&folder).expect("a folder");
@@ -631,7 +631,7 @@ fn held_together(name: &str, answered: &[u32], expected: &[u32], words: usize) {
     }
 }
 
-/// Exports a scenario as assembly, and holds it against the Rust tick on the emulated chip.
+/// Exports a scenario as assembly and compares it with the Rust tick on the emulated target.
 fn compare_assembly(name: &str, scenario: &str, run: &Run, effort: &Effort) {
     let folder = folder("assembly").join(name);
     fs::create_dir_all(&folder).expect("a folder");
@@ -648,11 +648,11 @@ fn compare_assembly(name: &str, scenario: &str, run: &Run, effort: &Effort) {
     fs::remove_dir_all(&folder).expect("the folder goes");
 }
 
-/// Plant order, highest order of an observer, observed channels.
+/// Plant order, highest observer order, observed channels.
 type Shape = (usize, usize, u8);
 
-/// Every shape that a scenario can ask for: without an observer there is no order of one. The fast tier takes every
-/// sixth.
+/// Every configuration that a scenario can have; without an observer the order has no meaning. The fast tier takes
+/// every sixth.
 fn shapes() -> impl Iterator<Item = Shape> {
     macro_rules! list {
         ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => { [$(($n, $r, $mask)),*] };
@@ -668,7 +668,7 @@ fn scenario_of((n, r, mask): Shape) -> String {
         "plant = {{ kind = 'chain', order = {n}, a = {:?}, b = {} }}
          controller = {{ surface_bandwidth_rad_s = 4, k_s = {}, fallback = {}, sigma_star_bound = 5, limits = {{
              min = -90, max = 80 }}, initial_estimates = {:?}, observer = [{}] }}",
-        // None is 0: the assembly leaves such a product out, which the sign of a zero can tell.
+        // No entry is 0: assembly omits such a product, which the sign of a zero can reveal.
         &[-3.0, -7.0, 2.0, -5.0, 4.0, -11.0][..n],
         if n % 2 == 0 { 1.5 } else { -2.0 },
         if r == 2 { 0.5 } else { 0.0 },
@@ -678,18 +678,18 @@ fn scenario_of((n, r, mask): Shape) -> String {
     )
 }
 
-/// Scenarios in one program.
+/// Several scenarios in one program.
 struct Many {
-    /// The program without its transfer.
+    /// Program without its transfer functions.
     program: String,
     /// Files for the assembler.
     linked: Vec<String>,
     asked: Vec<u8>,
-    /// What each answers if it is the controller that `host-sim` runs.
+    /// Expected answers, from the controller that `host-sim` runs.
     expected: Vec<u32>,
 }
 
-/// The exported files of these, as C or as assembly with this effort.
+/// Exports these scenarios into one program, as C or as assembly with this effort.
 fn of_many(scenarios: &[String], assembly: Option<&Effort>) -> Many {
     let (mut program, mut cases) = (String::new(), String::new());
     let mut many = Many { program: String::new(), linked: Vec::new(), asked: Vec::new(), expected: Vec::new() };
@@ -736,13 +736,13 @@ fn of_many(scenarios: &[String], assembly: Option<&Effort>) -> Many {
             many.expected.extend(answer);
         }
     }
-    // Of a plant of order 2 one in three of the bad numbers counts.
+    // With a plant of order 2 only one in three invalid numbers has an effect.
     assert!(rejected > sized(TICKS_OF_MANY) / 200, "{rejected} bad samples show too little");
     many.program = [ASKS, &program, &MANY_MAIN.replace('@', &cases)].concat();
     many
 }
 
-/// What the caller of a tick computes at x: a(x)/b_0, and b(x)/b_0 if it varies, of a plant of order 2.
+/// Values that the caller of a tick computes at x, for a plant of order 2: a(x)/b_0, and b(x)/b_0 if it varies.
 fn given(spec: &ControllerSpec, x: &[f32; 6]) -> Vec<f32> {
     let planar = [x[0], x[1]];
     match &spec.model {
@@ -764,7 +764,7 @@ fn compare_many(name: &str, many: &Many, place: Place) {
     for (file, text) in linked.iter().zip(&many.linked) {
         fs::write(file, text).expect("the assembly");
     }
-    // A hundred ticks in one program: the compiler may leave them as they stand.
+    // A hundred ticks in one program; -O1 keeps the compile time short.
     let options: Vec<&str> = std::iter::once("-O1").chain(linked.iter().map(|file| plain(file))).collect();
     let answered = answers(&folder, &[transfer, &many.program].concat(), &options, &many.asked, place);
     held_together(name, &answered, &many.expected, WORDS);
@@ -776,9 +776,9 @@ fn compare_shapes(place: Place) {
     compare_many(if place == Place::Here { "shapes-here" } else { "shapes-chip" }, &ALL, place);
 }
 
-/// Of an answer: what was said, three outputs, estimates.
+/// Words of an answer: status, three outputs, estimates.
 const WORDS: usize = 4 + 18;
-/// Of all scenarios of a program together.
+/// Ticks of all scenarios of a program together.
 const TICKS_OF_MANY: usize = 200_000;
 const ASKS: &str = "
 typedef struct { unsigned shape; unsigned what; float x[6]; } ask_type;
@@ -856,7 +856,7 @@ fn the_exported_c_of_every_shape_gives_them_on_the_emulated_chip() {
     compare_shapes(Place::On(&STM32F405));
 }
 
-/// Least of all: for many.
+/// Smallest search effort, for many files.
 const LEAST: Effort = Effort { rounds: 1, steps: 20_000, seed: 1 };
 
 #[test]
@@ -865,7 +865,7 @@ fn the_exported_assembly_of_every_shape_gives_the_bits_of_the_controller_that_th
     compare_many("shapes-assembly", &many, Place::On(&STM32F405));
 }
 
-/// What is not linear is computed by the caller of the tick.
+/// The caller of the tick computes the non-linear terms.
 #[test]
 fn the_exported_assembly_takes_a_and_b_of_x_from_its_caller() {
     let law = "surface_bandwidth_rad_s = 4, k_s = 0.5, sigma_star_bound = 5, limits = { min = -90, max = 80 },
@@ -909,20 +909,20 @@ extern \"C\" void reset() {
     fs::write(&layout, self::layout(&STM32F405)).expect("the layout");
     let warnings = ["-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-O2"];
     for standard in ["-std=c++11", "-std=c++17"] {
-        // Linked: every name is the assembler's.
+        // The assembly is linked, so every name is resolved.
         let options = [&[standard, plain(&assembly), "-T", plain(&layout)], &warnings[..], &CORTEX_M4F].concat();
         compile("arm-none-eabi-g++", &options, &user_file, &folder.join("program"));
         compile("c++", &[&[standard, "-c"], &warnings[..]].concat(), &user_file, &folder.join("here.o"));
     }
 }
 
-/// Enough of a search for an order that fits.
+/// Search effort that suffices for a valid order.
 pub(super) const QUICK: Effort = Effort { rounds: 1, steps: 120_000, seed: 1 };
 
 #[test]
 fn the_exported_assembly_gives_the_bits_of_the_tick_on_the_emulated_chip() {
     for (name, scenario, run) in sampled(INSTANCES, 3) {
-        // A gate is another way through the tick, and the joint's a(x) has an entry that is 0.
+        // A gate adds a code path to the tick, and the joint's a(x) has an entry that is 0.
         if !scenario.contains("samples") && !scenario.contains("plant = {}") && name != "n2r2_12" {
             compare_assembly(name, scenario, &run(name, scenario), &QUICK);
         }
@@ -992,7 +992,7 @@ int main(void)
     }
 }
 
-/// What a compiler says that must not take a file.
+/// Returns the error message of a compiler that must reject a file.
 pub(super) fn refusal(compiler: &str, options: &[&str], file: &Path) -> String {
     let output = Command::new(compiler).args(options).args(["-fsyntax-only", plain(file)]).output();
     let output = output.unwrap_or_else(|error| panic!("no C compiler `{compiler}` ({error})"));
@@ -1081,7 +1081,7 @@ float elsewhere(float a, float b, float c) { return a * b + c; }
     assert!(before.contains("vmul.f32") && !before.contains("vfm") && !before.contains("vml"), "{before}");
 }
 
-/// What a program says whose package has the exported file as its library.
+/// Returns the output of a program whose package has the exported file as its library.
 pub(super) fn said_by_exported_rust(package: &Path, name: &str, scenario: &str, program: &str) -> String {
     let library = exported(package, &format!("{name}.rs"), scenario, &["--lang", "rust"]);
     let root = path("..").canonicalize().expect("the workspace");
@@ -1106,7 +1106,7 @@ pub(super) fn said_by_exported_rust(package: &Path, name: &str, scenario: &str, 
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// The bits of its coefficients.
+/// Returns the bits of the coefficients in an exported Rust file.
 fn bits_of_exported_rust(name: &str, scenario: &str) -> Vec<u32> {
     let program = "use exported::*;
 fn main() {
@@ -1138,11 +1138,11 @@ fn the_exported_rust_has_the_coefficients_that_the_host_designed() {
         let exported = bits_of_exported_rust(name, scenario);
         let download = download(scenario);
         let n = usize::from(download.shape.n);
-        // The row of the linear model stands between the estimates and the coefficients.
+        // The row of the linear model lies between the estimates and the coefficients.
         let designed: Vec<u32> =
             download.numbers[..n].iter().chain(&download.numbers[2 * n..]).map(|value| value.to_bits()).collect();
         assert_eq!(exported[..designed.len()], designed, "{name}");
-        // The model is in u.
+        // The model is in units of u.
         let source = Source { file: "it", text: scenario, sets: &[] };
         let mut port = scenario::parse(&source, "it").expect("a good scenario").port;
         let u = port.tick(&vec![0.5; n]).expect("a tick in process").u as f32;

@@ -1,6 +1,6 @@
-//! Does the drive of one's own motor in C do what its page says? The commands of docs/linking.md, "A motor from C",
-//! with the numbers of the scenario file: a rotor of 2e-4 kg m², 0.05 N m/A, 10 A, 14 bits, 1 kHz, friction and cogging
-//! as that file has them. The bar is on the true angle of the stand-in motor.
+//! Drive of a motor in C by the commands of docs/c.md, "Exported C99 file", with the numbers of the scenario file: a
+//! rotor of 2e-4 kg m², 0.05 N m/A, 10 A, 14 bits, 1 kHz, friction and cogging of that file. The threshold applies to
+//! the true angle of the simulated motor.
 
 use integration_tests::data::path;
 use integration_tests::deep;
@@ -9,10 +9,10 @@ use std::f64::consts::TAU;
 use std::fs;
 use std::process::Command;
 
-/// Largest error of the sine from 0.25 s on, rad.
+/// Threshold: largest error of the sine from 0.25 s on, rad.
 const BAR_RAD: f64 = 3.2e-3;
 
-/// `make run-motor` on this exported file: what it prints.
+/// Runs `make run-motor` on an exported file; returns its output.
 fn driven(folder: &Folder, drive: &str) -> Vec<String> {
     let examples = path("../examples/c");
     let made = Command::new("make")
@@ -28,7 +28,7 @@ fn driven(folder: &Folder, drive: &str) -> Vec<String> {
     said
 }
 
-/// The peak error that follows these words.
+/// Returns the peak error that follows these words in the output.
 fn peak(said: &[String], words: &str) -> f64 {
     let line = said.iter().find_map(|line| line.strip_prefix(words)).expect("its line");
     line.trim().strip_suffix(" rad").expect("its unit").trim().parse().expect("a number")
@@ -39,15 +39,15 @@ const OF_MOVE: &str = "from there to rest at 0.5 rad in 0.3 s: peak error";
 
 #[test]
 fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
-    let page = fs::read_to_string(path("../docs/linking.md")).expect("the page");
-    let section = page.split_once("## A motor from C").expect("the section").1;
+    let page = fs::read_to_string(path("../docs/c.md")).expect("the page");
+    let section = page.split_once("## Exported C99 file").expect("the section").1;
     let commands = section.split_once("\n\n    ").expect("the commands").1.split_once("\n\n").expect("their end").0;
     let commands: Vec<&str> = commands.lines().map(|line| line.split('#').next().unwrap_or("").trim()).collect();
     let [new, run, export, make] = commands[..] else { panic!("four commands, not {commands:?}") };
     assert_eq!(run, "cargo run --release -- run mine.toml");
     let folder = Folder::new("export-motor");
     let (scenario, drive) = (folder.path("mine.toml"), folder.path("motor_drive.h"));
-    // In this process, and elsewhere: the very words but for the folder.
+    // The command of the documentation, run in this process with another folder.
     assert_eq!(new, "cargo run --release -- new mine --plant motor");
     fs::write(&scenario, scenario::template("mine", "motor").expect("a motor")).expect("a file");
     let words = export.strip_prefix("cargo run --release -- ").expect("a command of ours").split_whitespace();
@@ -65,11 +65,11 @@ fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
     let said = driven(&folder, &drive);
     println!("{}", said.join("\n"));
     let (sine, to_rest) = (peak(&said, OF_SINE), peak(&said, OF_MOVE));
-    // Friction is on: nothing follows without an error.
+    // Friction is on, so the error is never zero.
     assert!((5e-4..BAR_RAD).contains(&sine), "{sine} rad");
     assert!((1e-4..BAR_RAD).contains(&to_rest), "{to_rest} rad");
     assert!(said.contains(&"health 00000000".to_string()), "{said:?}");
-    // The table: what was planned is the sine, and the true angle is not.
+    // The planned column of the table is the sine, and the true angle differs from it.
     let rows: Vec<Vec<f64>> =
         said.iter().filter_map(|line| line.split_whitespace().map(|word| word.parse().ok()).collect()).collect();
     let on_the_sine: Vec<&Vec<f64>> = rows.iter().filter(|row| (0.25..2.25).contains(&row[0])).collect();
@@ -80,7 +80,7 @@ fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
     }
     assert!(rows.last().is_some_and(|row| row[1] == 0.5 && row[3].abs() < 2e-3), "{rows:?}");
 
-    // As assembly, which the same command links, it says the same to the last digit.
+    // As assembly, which the same command links, the output is identical to the last digit.
     if deep() {
         let assembly = folder.path("motor_assembly.S");
         let spoken = host_sim(&["export", &scenario, "--asm", "-o", &assembly]);
@@ -88,9 +88,8 @@ fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
         assert_eq!(driven(&folder, &folder.path("motor_assembly.h")), said);
     }
 
-    // The bar is no matter of course: it is missed with a third of the torque of the data sheet, and where the plan
-    // does not tell the speed. (The feed-forward alone is worth a twentieth on so slow a sine: the observer makes up
-    // for it.)
+    // The threshold is sensitive: it is missed with a third of the data sheet's torque, and without the speed in the
+    // plan. The feed-forward alone is worth a twentieth on so slow a sine, because the observer compensates.
     let text = fs::read_to_string(&drive).expect("the exported file");
     for (what, from, to) in [
         ("a third of the torque", "_TORQUE_N_M_PER_A 0.05", "_TORQUE_N_M_PER_A 0.0167"),

@@ -1,9 +1,9 @@
-//! Does an exported plan give the bits of the Rust one?
+//! Bit-identity of an exported plan with the Rust plan.
 //!
-//! A drive of a motor and one of a joint are exported, and random plans are made in C and beside it with
-//! `controller_core::drive`: rests, moves, stops, sines, from anywhere and from the plan that is under way, over few
-//! ticks and many, across the wrap of the tick number, of numbers that are none. Compared is whether a plan is taken,
-//! and every bit of turn and jet before, on and after the way. What is to be refused is said here once more.
+//! A motor drive and a joint drive are exported, and random plans are made in C and with `controller_core::drive`:
+//! rests, moves, stops, sines. They start anywhere or from the active plan, last few or many ticks, cross the wrap of
+//! the tick number, and contain numbers that are NaN. The test compares acceptance and every bit of turn and trajectory
+//! point before, on and after the transition. The rules of rejection are written here a second time.
 
 use controller_core::drive::{Joined, Reference, Rest, Sine, Target, gap, powers_of_join, stop};
 use integration_tests::strategy::Rng;
@@ -22,7 +22,7 @@ pub(super) const JOINT: &str = "joint = { link_inertia_kg_m2 = 0.23, link_dampin
     encoder = { link = { bits = 20 }, motor = { bits = 20 } }";
 
 const PLANS: usize = 30_000;
-/// Ticks at which each plan is asked.
+/// Ticks at which each plan is evaluated.
 const ASKED: usize = 6;
 
 const REST: u32 = 0;
@@ -45,7 +45,7 @@ impl<const J: usize> Reference<f32, J> for Goal {
     }
 }
 
-/// What is played: a goal, and the way onto it if there is one.
+/// Active plan: a goal, and the transition onto it if there is one.
 pub(super) enum Plan<const M: usize> {
     At(Goal),
     Onto(Joined<f32, Goal, M>),
@@ -64,7 +64,7 @@ pub(super) fn is_number(number: f64) -> bool {
     number.abs() <= 1e12
 }
 
-/// The way onto a goal, or nothing if it is to be refused.
+/// Returns the transition onto a goal, or `None` if it must be rejected.
 pub(super) fn onto<const M: usize>(
     goal: Goal,
     present: &Target<f32, i32, M>,
@@ -168,7 +168,7 @@ fn run<const M: usize, const N: usize>(period_s: f64) -> Run {
     Run { asked, answers }
 }
 
-/// The C around the exported file: requests in, answers out.
+/// Returns the C program around the exported file: requests in, answers out.
 fn driver(exported: &str, jet: &[&str], order: usize, place: Place) -> String {
     let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
     let given = |(j, name): (usize, &&str)| format!("                present.{name} = ask->jet[{j}];\n");
@@ -292,7 +292,7 @@ fn an_exported_plan_has_no_undefined_behaviour() {
     compare_all(Place::Here, &["-O1", "-fsanitize=undefined,float-cast-overflow", "-fno-sanitize-recover=all"]);
 }
 
-/// Doubles are computed by the compiler's own library there.
+/// The compiler's own library computes the doubles there.
 #[test]
 fn an_exported_plan_gives_its_bits_on_the_emulated_chip() {
     compare_all(Place::On(&STM32F405), &["-O2", "-Wconversion", "-lgcc"]);

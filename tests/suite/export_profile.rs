@@ -1,8 +1,8 @@
-//! Does an exported profile of set-points give the bits of the Rust one?
+//! Bit-identity of an exported set-point profile with the Rust profile.
 //!
-//! Goals, stops, ranges, other limits, starts in motion, in random order, numbers that are none among them, for a motor
-//! (two averages) and a joint (three). Compared is whether each is taken, every bit of the targets of the ticks after
-//! it, and whether it has arrived.
+//! Goals, stops, ranges, other limits and starts in motion come in random order, with NaN among the numbers, for a
+//! motor (two averages) and a joint (three). The test compares the acceptance of each request, every bit of the targets
+//! of the following ticks, and the arrival flag.
 
 use controller_core::drive::{FARTHEST_RAD, Profile, ProfileLimits, Target};
 use integration_tests::strategy::Rng;
@@ -24,13 +24,13 @@ const START: u32 = 5;
 pub(super) struct Run {
     pub(super) asked: Vec<u8>,
     pub(super) answers: Vec<u32>,
-    /// The status of the archive for C, in place of the first word of each answer.
+    /// Status of the C library, in place of the first word of each answer.
     pub(super) statuses: Vec<u32>,
 }
 
-/// The status of the archive for a request that is taken or not.
+/// Returns the status of the C library for an accepted or rejected request.
 fn status_of(what: u32, good: bool, numbers: &[f64]) -> u32 {
-    // A second number that is not asked for is none that can be wrong.
+    // An unused second number cannot be wrong.
     let asked = if what == GO_TO { 1 } else { 2 };
     let near = numbers[..asked].iter().all(|rad| rad.abs() <= FARTHEST_RAD);
     let status: i32 = match what {
@@ -107,7 +107,7 @@ pub(super) fn run<const M: usize, const J: usize, const LEN: usize>(period_s: f6
     Run { asked, answers, statuses }
 }
 
-/// The C around the exported file: requests in, answers out.
+/// Returns the C program around the exported file: requests in, answers out.
 fn driver(exported: &str, jet: &[&str], place: Place) -> String {
     let transfer = if place == Place::Here { ON_THE_HOST } else { ON_THE_CHIP };
     let mixed = |name: &&str| format!("                sum = (sum ^ bits(last.{name})) * 0x01000193u;\n");

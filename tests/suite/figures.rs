@@ -1,10 +1,10 @@
-//! Do the figures of the paper come out, and do the controllers in them behave as their continuous originals?
+//! Reproduction of the paper's figures; the controllers in them behave like their continuous originals.
 
 use controller_core::Health;
 use host_sim::figures::CATALOGUE;
 use integration_tests::data::columns;
 use integration_tests::golden::compare;
-use integration_tests::program::{Folder, Spoken, host_sim};
+use integration_tests::program::{CommandResult, Folder, host_sim};
 use loop_sim::trace::Trace;
 use std::ops::ControlFlow;
 use study::number::significant;
@@ -13,13 +13,12 @@ use terminal::table::Table;
 #[test]
 fn every_claim_that_held_still_holds_and_the_numbers_are_those_of_the_golden_table() {
     let folder = Folder::new("figures");
-    let Spoken { status, out, .. } = host_sim(&["figures", "--json", "--out", &folder.path("")]);
+    let CommandResult { status, out, .. } = host_sim(&["figures", "--json", "--out", &folder.path("")]);
     let claims: Vec<serde_json::Value> = serde_json::from_str(&out).expect("an array of claims");
     let mut table = Table::new(["figure", "claim", "published", "reproduced", "range of what is open", "holds"]);
     for claim in &claims {
         let text = |key: &str| claim[key].as_str().unwrap_or("?").to_owned();
-        // A few units in the last place of f32 may be amplified in a spread near zero: one digit is what it is good
-        // for.
+        // f32 rounding is amplified in a spread near zero, so only one digit is meaningful.
         let shown = |value: &serde_json::Value| {
             let value = value.as_f64().unwrap_or(f64::NAN);
             significant(value, if value.abs() < 1e-4 { 1 } else { 4 })
@@ -42,7 +41,7 @@ fn every_claim_that_held_still_holds_and_the_numbers_are_those_of_the_golden_tab
     assert_eq!(status, 0, "a claim that held no longer does");
 }
 
-/// Largest |x1 - reference| over all rows of a file, by the trace's tick at that time.
+/// Returns the largest |x1 - reference| over all rows of a file, by the trace's tick at that time.
 fn distance(trace: &Trace, file: &str) -> f64 {
     let reference = columns(file, ["t", "x1"]);
     let gaps = reference.iter().map(|row| {
@@ -52,9 +51,9 @@ fn distance(trace: &Trace, file: &str) -> f64 {
     gaps.fold(0.0, f64::max)
 }
 
-/// The runs of Fig. 1 and 2 (T = 0.1 ms) against the continuous trajectories. The smooth law is first order in T:
-/// 1.2e-5 measured. The baseline chatters by k T = 3e-4 and 4e-4 in x_2 (its reference has a boundary layer of 1e-3
-/// instead), and x_1 follows x_2 within that: 2.5e-5 and 1.8e-4 measured.
+/// The runs of Fig. 1 and 2 (T = 0.1 ms) against the continuous trajectories. The smooth controller is first order in
+/// T: 1.2e-5 measured. The baseline chatters by k T = 3e-4 and 4e-4 in x_2; its reference has a boundary layer of 1e-3
+/// instead. x_1 follows x_2 within that chatter: 2.5e-5 and 1.8e-4 measured.
 #[test]
 fn example_1_follows_the_continuous_trajectories_of_both_controllers() {
     let files = [

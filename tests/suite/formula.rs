@@ -1,7 +1,7 @@
-//! Is the formula the printed one?
+//! Agreement of the shipped formula with the printed one.
 //!
-//! The shipped tick is folded for speed; the plain transcription (`oracle`) is not, and neither is the continuous law
-//! (`printed`). All three must agree: the folded tick with the plain one to rounding, both with the print as T -> 0.
+//! The shipped tick is folded for speed; the plain transcription (`oracle`) and the continuous controller (`printed`)
+//! are not. All three must agree: the folded tick with the plain one to rounding, both with the print as T -> 0.
 
 use controller_core::{
     Config, Fallback, FlexibleJoint, Health, JointParameters, Limits, Nominal, NominalModel, ObserverGains, Options,
@@ -15,8 +15,8 @@ use integration_tests::strategy::{Case, Rng, any_design, case};
 use integration_tests::truth::{ExactStep, rk4};
 use loop_sim::plant::{Benchmark, Plant};
 
-/// Rounding only: some 50 operations per tick, sums of terms up to 1e4 times the result (differences over T), over a
-/// few hundred ticks. Measured: 4e-12 on random samples, 5e-14 in closed loops.
+/// Threshold for rounding alone: some 50 operations per tick, sums of terms up to 1e4 times the result (differences
+/// over T), over a few hundred ticks. Measured: 4e-12 on random samples, 5e-14 in closed loops.
 const FOLDING_BAR: f64 = 1e-10;
 
 struct Gaps {
@@ -42,8 +42,8 @@ impl Gaps {
     }
 }
 
-/// Runs both on a list of samples and returns the largest relative gap. Beside a sample may stand which share of the
-/// last u the actuator held.
+/// Runs both on a list of samples and returns the largest relative gap. A sample may carry the share of the last u that
+/// the actuator applied.
 fn compare(spec: &Spec, model: &Model, capacity: usize, guess: &[f64], samples: &[(Vec<f64>, Option<f64>)]) -> f64 {
     let mut shipped = controller(spec, model, capacity, Precision::Double).expect("a valid design");
     let mut oracle = Oracle::new(spec, model);
@@ -67,7 +67,7 @@ fn compare(spec: &Spec, model: &Model, capacity: usize, guess: &[f64], samples: 
         for i in 0..n {
             let expected = oracle.estimate(i);
             for m in 0..3 {
-                // A derivative counts by what it adds in one tick; as such it is a difference of samples.
+                // A derivative counts by its contribution to one tick, which is a difference of samples.
                 let unit = power(spec.period_s, m);
                 gaps.estimate.add(estimates[i][m] * unit, expected[m] * unit);
             }
@@ -97,7 +97,7 @@ fn folded_tick_equals_the_plain_transcription() {
                 })
                 .collect();
             if limited {
-                // Tight enough to bite now and then.
+                // The limit is tight enough to act now and then.
                 let mut free = Oracle::new(&spec, &model);
                 free.guess(&guess);
                 let largest = samples.iter().map(|(x, _)| free.tick(x).u.abs()).fold(0.0, f64::max);
@@ -111,7 +111,7 @@ fn folded_tick_equals_the_plain_transcription() {
     println!("largest relative gap {worst:e}");
 }
 
-/// Each closes its own loop; on one common plant the two would see each other's rounding of u as a disturbance and
+/// Each controller closes its own loop. On a common plant each would see the other's rounding of u as a disturbance and
 /// integrate it.
 #[test]
 fn folded_loop_equals_the_plain_loop() {
@@ -186,7 +186,7 @@ fn capacity_above_the_order_changes_nothing_but_rounding() {
     }
 }
 
-/// Smooth signals, sampled faster and faster: the tick's u against Eq. (51) on the tick's own estimates.
+/// Smooth signals at shorter and shorter periods: the tick's u against Eq. (51) on the tick's own estimates.
 #[test]
 fn control_tends_to_the_printed_law_at_first_order_as_the_period_shrinks() {
     for (shape, &(n, capacity, mask)) in SHAPES.iter().enumerate() {
@@ -313,7 +313,7 @@ fn for_n_2_the_general_law_is_the_special_one_of_section_3() {
     assert!(gap_u.relative() <= 1e-11 && gap_star.relative() <= 1e-11, "{gap_u:?} {gap_star:?}");
 }
 
-/// The compiler's floating point and the machine's are the same: a controller in flash is the one that was simulated.
+/// Compile-time and run-time floating point agree: a controller in flash equals the simulated one.
 #[test]
 fn design_in_const_equals_the_design_at_run_time_bit_for_bit() {
     type Joint<T> = controller_core::controller!(T, FlexibleJoint<T>, order 4, observers of order 3 in [2, 4]);

@@ -1,4 +1,4 @@
-//! Do the frames between host and target carry what they should, and survive what they must?
+//! Frames between host and target: correct content, and robustness against faults.
 
 use controller_core::{
     AnyConfig, Config, Fallback, LAYOUT, Limits, MAX_R, Nominal, ObserverGains, Options, ReachingLaw, Surface,
@@ -18,7 +18,7 @@ use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-/// So many in the deep tier, a quarter in the fast one.
+/// Returns the number of cases: all in the deep tier, a quarter in the fast one.
 fn cases(cases: u32) -> ProptestConfig {
     let cases = if deep() { cases } else { cases / 4 };
     ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(0x5AE5), ..ProptestConfig::default() }
@@ -94,11 +94,11 @@ fn a_design_has_the_numbers_that_its_layout_names() {
     assert_eq!(at("nothing of this name"), numbers.len());
 }
 
-/// Sequence number, kind and words of a request and of a reply, and whether words that are known are taken.
+/// Sequence number, kind and words of a request and of a reply, and whether the words come from the known values.
 type Frames = (u32, (u8, [u32; 9]), (u8, [u32; 16]), bool);
 
-/// A word that may have certain values only (model, fault, health, reason) has one of them in half of the cases, so
-/// that every kind is read. What the page does not use is ignored, and sent as 0.
+/// A frame with a valid checksum reads back unchanged. Words with few valid values (model, fault, health, reason) have
+/// one of them in half of the cases, so every kind occurs. Unused words are ignored and sent as 0.
 #[test]
 fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
     let read = RefCell::new(BTreeMap::<u8, u32>::new());
@@ -135,7 +135,7 @@ fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
                 _ => {}
             }
             if matches!(kind, 8 | 9) {
-                // A count that is lost is sent as 0.
+                // A missing count is sent as 0.
                 words[0] &= 3;
                 for i in 0..2 {
                     words[1 + i] *= u32::from(words[0] >> i & 1 == 0);
@@ -156,7 +156,7 @@ fn every_frame_with_a_right_checksum_reads_back_as_it_was() {
         Ok(())
     };
     TestRunner::new(cases(4000)).run(&frames, reads_back).unwrap_or_else(|fault| panic!("{fault}"));
-    // A thirtieth of the cases is what the rarest kind can have.
+    // Lower limit for the rarest kind, which occurs in a thirtieth of the cases.
     let least = if deep() { 80 } else { 12 };
     for kind in (1..=18).chain(129..=137) {
         let times = read.borrow().get(&kind).copied().unwrap_or(0);
@@ -172,7 +172,7 @@ proptest! {
         let mut host = Host::new();
         host.start(&(&joint()).into());
         host.send(&bytes);
-        // It still does what it should.
+        // The target still works.
         host.send(&[0; REQUEST_LEN]);
         host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
     }
@@ -207,13 +207,13 @@ proptest! {
             let at = usize::from(number) % REQUEST_LEN;
             match piece {
                 0 => stream.extend(garbage),
-                // Without its checksum: of fewer bytes that are missing the next frame might begin with the right ones.
+                // Cut before its checksum; with fewer missing bytes the next frame might supply the right ones.
                 1 => stream.extend(&frame[..at.min(REQUEST_LEN - 4)]),
                 2 => {
                     frame[at] ^= 1 << (number >> 8 & 7);
                     stream.extend(frame);
                 }
-                // A mark that is none.
+                // An invalid mark.
                 3 => stream.extend([0x5A, 0xE5, 0x5A]),
                 _ => {
                     stream.extend(frame);
@@ -221,7 +221,7 @@ proptest! {
                 }
             }
         }
-        // What follows pushes the last frame through whatever is still held.
+        // These bytes flush the last frame through the receiver.
         stream.extend([0; REQUEST_LEN]);
         let mut receiver = Receiver::of_requests();
         let found: Vec<_> = stream.into_iter().filter_map(|byte| receiver.push(byte)).collect();
@@ -243,11 +243,11 @@ fn a_request_repeated_after_a_lost_reply_is_answered_and_not_ticked_again() {
     }
     assert_eq!(host.target.black_box().oldest_first().count(), 1);
 
-    // Another request with the same number is another program's: it is not told that it was done.
+    // Another request with the same number belongs to another program; it gets no acknowledgement.
     let replies = host.send(&Request::Tick { x: [0.7, 0.0, 0.0, 0.0], applied: 5.0 }.to_frame(host.sequence));
     let refusal = Refusal { reason: Reason::OutOfStep, target: host.sequence, request: host.sequence };
     assert!(matches!(Reply::from_frame(&replies[0]), (_, Some(Reply::Refused(told))) if told == refusal));
-    // A straggler is dropped, a leap refused, and neither counts.
+    // A late request is dropped, a leap is rejected, and neither counts.
     assert!(host.send(&Request::Start.to_frame(host.sequence - 1)).is_empty());
     let replies = host.send(&Request::Start.to_frame(host.sequence + 2));
     let refusal = Refusal { reason: Reason::OutOfStep, target: host.sequence, request: host.sequence + 2 };
@@ -282,12 +282,12 @@ fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
     assert_eq!(version, Refusal { reason: Reason::CoreVersion, target: CORE_VERSION, request: 2 });
     let many = host.refused(&Request::Open(Open { count: 1000, ..open }));
     assert_eq!((many.reason, many.request), (Reason::Count, 1000));
-    // After a refusal nothing is open.
+    // After a rejection no download is open.
     assert_eq!(host.refused(&Request::Start).reason, Reason::NotOpen);
     assert_eq!(host.refused(&Request::Load { offset: 0, words: [0; LOAD] }).reason, Reason::NotOpen);
     assert_eq!(host.refused(&Request::Tick { x: [0.0; 4], applied: 0.0 }).reason, Reason::NotOpen);
 
-    // One number off in its last bit.
+    // One number with a wrong last bit.
     host.done(&Request::Open(open));
     let mut other = good.words.clone();
     other[20] ^= 1;
@@ -296,7 +296,7 @@ fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
     let refusal = Refusal { reason: Reason::Design, target: hash, request: open.design };
     assert_eq!(host.refused(&Request::Start), refusal);
 
-    // Numbers with the right hash that no design has.
+    // Numbers with a valid hash that no design has.
     for (position, value) in [(10, f32::NAN), (good.words.len() - 3, 0.0), (good.words.len() - 5, 7.0)] {
         let mut words = good.words.clone();
         words[position] = f32::to_bits(value);
@@ -305,7 +305,7 @@ fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
         assert_eq!(host.refused(&Request::Start).reason, Reason::Coefficients, "{position}");
     }
 
-    // An instance that the image does not carry, and one that has another count of numbers.
+    // An instance that the image does not contain, and one with another count of numbers.
     for (other, reason) in [
         (Instance { n: 5, ..instance }, Reason::Instance),
         (Instance { r: 4, ..instance }, Reason::Instance),
@@ -318,7 +318,7 @@ fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
         assert_eq!(host.refused(&Request::Start).reason, reason, "{other:?}");
     }
 
-    // A request of another version, with a right checksum.
+    // A request of another version, with a valid checksum.
     host.sequence += 1;
     let mut bytes = by_hand(0xE5, 4, host.sequence, &[0; 9]);
     bytes[2] = 9;
@@ -333,7 +333,7 @@ fn a_design_that_is_not_the_hosts_is_refused_with_what_differs() {
     host.tick([0.1, 0.0, 0.0, 0.0], f32::NAN);
 }
 
-/// A design for an instance: every pole at -20 rad/s, every observer of the highest order, T = 1 ms.
+/// Returns a design for an instance: every pole at -20 rad/s, every observer of the highest order, T = 1 ms.
 fn spec(n: usize, r: usize, mask: u8, model: Model) -> ControllerSpec {
     let gains = match r {
         1 => ObserverGains::<MAX_R>::from_bandwidth::<1>(20.0),
@@ -358,8 +358,8 @@ fn spec(n: usize, r: usize, mask: u8, model: Model) -> ControllerSpec {
     ControllerSpec { precision: Precision::F32, model, config: AnyConfig { n, padded: config } }
 }
 
-/// Every instance that the wire names is the very tick of this process: order, channels, model, start, fallback. A
-/// sample now and then is no number, or beyond every limit.
+/// Every instance of the serial protocol matches the tick of this process: order, channels, model, start, fallback.
+/// Some samples are not numbers or exceed every limit.
 #[test]
 fn every_instance_of_the_target_gives_the_bits_of_the_tick_in_process() {
     let mut carried = 0;
@@ -372,7 +372,7 @@ fn every_instance_of_the_target_gives_the_bits_of_the_tick_in_process() {
                 Model::Linear(row) => Model::Linear(row[4 - n..].to_vec()),
                 other => other.clone(),
             };
-            // Eq. (44) needs a higher order in this channel: no such design.
+            // Eq. (44) needs a higher order in this channel, so the design does not exist.
             let Ok(mut designed) = build(&spec(n, r, mask, model)) else { continue };
             let download = designed.download.expect("a design in f32");
             carried += 1;
@@ -409,7 +409,7 @@ fn every_instance_of_the_target_gives_the_bits_of_the_tick_in_process() {
             }
         }
     }
-    // Eq. (44) asks for order n - i in channel i < n. n = 2: 4 sets of channels, 3 orders, 3 models; n = 3 and n = 4:
-    // those without the channels that need more than r.
+    // Eq. (44) requires order n - i in channel i < n. n = 2: 4 sets of channels, 3 orders, 3 models. n = 3 and n = 4:
+    // without the channels that need more than r.
     assert_eq!(carried, 4 * 3 * 3 + (4 + 8 + 8) + (4 + 8 + 16));
 }

@@ -1,4 +1,4 @@
-//! Does a gate before the law lose what a sensor cannot have meant, and nothing else?
+//! Innovation gate ahead of the controller: it rejects samples that are physically impossible, and nothing else.
 
 use controller_core::{
     Config, ControlLaw, FlexibleJoint, Gate, Gated, Health, Limits, ObserverGains, Options, Output, Real, Running,
@@ -11,7 +11,7 @@ use loop_sim::sensor::{self, Sensor};
 
 type Joint<T> = controller!(T, FlexibleJoint<T>, order 4, observers of order 2 in [2, 4]);
 
-/// What the joint's encoders can say: two turns and 100 rad/s, and what 300 A move in some ticks.
+/// Sample limits of the joint's encoders: two revolutions, 100 rad/s, and the effect of 300 A in some ticks.
 const SAMPLES: SampleLimits<4> =
     SampleLimits { min: [-12.6, -100.0, -2e3, -1e5], max: [12.6, 100.0, 2e3, 1e5], jump: [0.5, 10.0, 200.0, 2e4] };
 
@@ -25,8 +25,8 @@ fn gated() -> Gated<Joint<f32>, 4> {
     Gated::<Joint<f32>, 4>::try_design(&config(), FlexibleJoint::<f32>::new(&NOMINAL)).expect("a good design")
 }
 
-/// The joint at rest for a second, then one sample whose x_1 is `wild`: how many of the next 50 000 ticks ask for more
-/// than 1 A.
+/// Runs the joint at rest for a second, then one sample whose x_1 is `wild`. Returns the number of the next 50 000
+/// ticks that demand more than 1 A.
 fn disturbed(mut tick: impl FnMut(&[f32; 4]) -> f32, wild: f32) -> usize {
     let plant = LinearChain { a: NOMINAL.gradient.to_vec(), b: NOMINAL.input_gain, d: vec![Vec::new(); 4] };
     let step = ExactStep::new(&plant, config().period_s);
@@ -49,7 +49,7 @@ fn one_wild_sample_of_a_resting_joint_moves_nothing_behind_a_gate_and_much_witho
     let (gated, config) = (gated(), config());
     let free = Config { options: config.options.with_samples(SampleLimits::NONE), ..config };
     let bare = Joint::<f32>::try_design(&free, FlexibleJoint::<f32>::new(&NOMINAL)).expect("a good design");
-    // Within the range and beyond it; what is larger the guard of the tick refuses by itself.
+    // Within the range and beyond it; the tick's own guard rejects larger values.
     for (wild, without) in [(0.6, 200), (6.0, 500), (60.0, 1500), (600.0, 1500), (6e3, 0), (1e6, 0), (1e8, 0)] {
         let mut running = Running::new(&bare);
         let found = disturbed(|x| running.tick(x).u, wild);
@@ -60,13 +60,13 @@ fn one_wild_sample_of_a_resting_joint_moves_nothing_behind_a_gate_and_much_witho
     }
 }
 
-/// What the limits say, written out once more: which samples are taken.
+/// Second, independent formulation of the limits: which samples are accepted.
 #[derive(Default)]
-struct Said {
+struct SampleGate {
     last: Option<[f64; 4]>,
 }
 
-impl Said {
+impl SampleGate {
     fn is_taken(&mut self, x: &[f64; 4]) -> bool {
         let within = |row: &[f64; 4], sign: f64| x.iter().zip(row).all(|(x, row)| sign * (row - x) >= 0.0);
         if !within(&SAMPLES.min, -1.0) || !within(&SAMPLES.max, 1.0) {
@@ -77,7 +77,7 @@ impl Said {
     }
 }
 
-/// Samples that stay, move, jump, leave the range, or are none.
+/// Returns a sample that stays, moves, jumps, leaves the range, or is not a number.
 fn any_sample(rng: &mut Rng, last: &[f64; 4]) -> [f64; 4] {
     let size = [0.0, 0.3, 1.0, 1.2, 30.0][rng.integer(0, 4)];
     let mut x = std::array::from_fn(|j| last[j] + size * SAMPLES.jump[j] * rng.within(-1.0, 1.0));
@@ -92,8 +92,8 @@ fn any_sample(rng: &mut Rng, last: &[f64; 4]) -> [f64; 4] {
 
 macro_rules! law_fed_nan {
     ($name:ident, $t:ty) => {
-        /// Beside the law in the gate, the same law without one is fed NaN for what does not pass; and what a sensor
-        /// of the simulation with the same gate gives.
+        /// Compares the gated controller with two references. One is the controller without a gate, which gets NaN for
+        /// every rejected sample; the other is a simulated sensor with an equal gate.
         #[test]
         fn $name() {
             let config = config();
@@ -101,7 +101,7 @@ macro_rules! law_fed_nan {
             let gated = Gated::<Joint<$t>, 4>::try_design(&config, model).expect("a good design");
             let (law, mut state) = (gated.law(), None);
             let mut rng = Rng::new(0x6A7E);
-            let (mut running, mut said) = (Running::new(&gated), Said::default());
+            let (mut running, mut said) = (Running::new(&gated), SampleGate::default());
             let mut sensor = sensor::Gated::new(
                 sensor::Ideal,
                 Gate::<$t, 6>::new(&SampleLimits {
@@ -113,7 +113,7 @@ macro_rules! law_fed_nan {
             let (mut x, mut taken) = ([0.0; 4], 0);
             for k in 0..200_000 {
                 let asked = any_sample(&mut rng, &x);
-                // What the law gets is of its precision: so is what is held against the limits.
+                // The controller compares the sample in its own precision, so this check does too.
                 let sample = asked.map(|value| value as $t);
                 let read = sample.map(f64::from);
                 let mut measured = [0.0; 4];
@@ -166,7 +166,7 @@ fn a_sample_that_never_came_is_a_sample_of_nan() {
     }
 }
 
-/// Anything in what the gate remembers; what the law remembers has a promise of its own (`recovery`).
+/// The state of a gate gets arbitrary values; module `recovery` covers the state of the controller.
 #[test]
 fn whatever_a_gate_remembers_the_second_of_two_good_samples_is_taken() {
     type State = <Gated<Joint<f32>, 4> as ControlLaw>::State;

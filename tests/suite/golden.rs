@@ -1,5 +1,5 @@
-//! The figures of merit of Example 2, and of every scenario file, as tables to read: they indicate a change, the bars
-//! are in the other modules.
+//! Results of Example 2, and of every scenario file, as tables to read. They indicate a change; the thresholds are in
+//! the other modules.
 
 use controller_core::{JointParameters, Reading};
 use integration_tests::data::{SCENARIOS, path, scenario_file};
@@ -55,7 +55,7 @@ fn difference_shows_both_tables_and_how_to_regenerate() {
     }
 }
 
-/// One row of the table of scenarios: the file as it is on disk, loaded and run as `host-sim run` does.
+/// Returns one row of the table of scenarios: the file on disk, loaded and run as `host-sim run` does.
 fn scenario_row(file: &str, label: &str, sets: &[&str]) -> String {
     let path = scenario_file(&format!("{file}.toml"));
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
@@ -90,7 +90,7 @@ fn scenario_table() -> String {
     for reading in ["literal", "stiff", "physical"] {
         table += &scenario_row("default", reading, &[&format!("plant.reading={reading}")]);
     }
-    // b_1 is not in the nominal model: 4.5/0.07 times of it is the damping B_11 on the link.
+    // b_1 is not in the nominal model; a factor of 4.5/0.07 makes it the damping B_11 on the link.
     table += &scenario_row("default", "B11 on the link", &["plant.error.b1=63.2857142857"]);
     table += &scenario_row("default", "jitter 20 %", &["sensor.jitter=0.2"]);
     table += &scenario_row("default", "lambda halved", &["controller.lambda_per_s=37.6"]);

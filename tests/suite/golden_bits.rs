@@ -1,12 +1,13 @@
-//! Does every shape still give the same bits?
+//! Bit-identity of every controller configuration across releases.
 //!
-//! The promise: a patch release never changes a bit of a tick or of a design. `tests/golden/bits.txt` has, for each
-//! shape and each form of a drive, the hash (FNV-1a, 64 bits) of a million ticks: of every u, σ, σ* and health, and of
-//! the estimates of every 16th. They run in a loop with a plant of their own, in f64 and with `+ - * /` alone, so that
-//! the table is that of every machine. Samples are noisy, some wrong or lost; u is sometimes another than was asked
-//! for; now and then the state is forgotten. One rounding more anywhere and the loops go apart.
+//! The promise: a patch release never changes a bit of a tick or of a design. `tests/golden/bits.txt` has a hash
+//! (FNV-1a, 64 bits) of a million ticks for each controller configuration and each form of a drive. The hash covers
+//! every u, σ, σ* and health, and the estimates of every 16th tick. The ticks run in a loop with a simple plant, in f64
+//! and with `+ - * /` alone, so the table is valid on every machine. Samples are noisy, and some are wrong or missing.
+//! The applied u sometimes differs from the demand, and the state is sometimes reset. One different rounding makes the
+//! loops diverge.
 //!
-//! The hash of the table stands in the changelog: whoever changes a bit writes a line there.
+//! The changelog contains the hash of the table, so a changed bit needs a line there.
 //!
 //! The fast tier runs the first 20 000 ticks of each row, against `tests/golden/bits-20000.txt`.
 
@@ -28,7 +29,7 @@ const TICKS: u32 = 1_000_000;
 const FAST_TICKS: u32 = 20_000;
 const PERIOD_S: f64 = 1e-3;
 
-/// FNV-1a, 64 bits.
+/// FNV-1a hash, 64 bits.
 struct Hash(u64);
 
 impl Hash {
@@ -66,17 +67,17 @@ impl Seen {
     }
 }
 
-/// What a sensor or a sum may come to.
+/// Invalid values of a sensor or a sum.
 const WRONG: [f64; 8] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e30, -1e13, 1e-40, -0.0, 1e3];
 
-/// What happens beside a tick.
+/// Event next to a tick.
 enum Event {
     Nothing,
-    /// The sample of a channel is something else.
+    /// The sample of a channel has this wrong value.
     Wrong(usize, f64),
-    /// The actuator holds this share of u.
+    /// The actuator applies this share of u.
     Held(f64),
-    /// The state is forgotten.
+    /// The state is reset.
     Restart,
 }
 
@@ -89,23 +90,23 @@ fn event(bits: u64) -> Event {
     }
 }
 
-/// From -1 to 1, in steps of 1/128.
+/// Returns a number from -1 to 1, in steps of 1/128.
 fn fraction(bits: u64) -> f64 {
     f64::from((bits & 255) as u8 as i8) / 128.0
 }
 
 use Loop::{Bent, Straight};
 
-/// Model and plant.
+/// Kind of model and plant.
 #[derive(Clone, Copy)]
 enum Loop {
     /// a(x) linear, b constant.
     Straight,
-    /// a(x) with a part that the design does not know, and b(x).
+    /// a(x) with a part that the design omits, and b(x).
     Bent,
 }
 
-/// A chain of order n with poles at -1, Euler's steps of a period, pushed in every channel.
+/// Runs a chain of order n with poles at -1, Euler steps of one period, disturbed in every channel.
 fn chain((n, r, mask): (usize, usize, u8), precision: Precision, kind: Loop, ticks: u32) -> Seen {
     let row = drift_row(&vec![(-1.0, 0.0); n]);
     let mut model = Model::linear(&row, 2.0);
@@ -168,7 +169,7 @@ fn chain((n, r, mask): (usize, usize, u8), precision: Precision, kind: Loop, tic
     seen
 }
 
-/// A drive on the counts of a plant without friction, along a sine or at a speed.
+/// Runs a drive on the counts of a plant without friction, along a sine or at a speed.
 fn drive(design: &DriveDesign, ticks: u32) -> Seen {
     let speed = Goal::Speed { speed_rad_s: 7.0 };
     let sine = Goal::Sine { amplitude_rad: 4.0, omega_rad_s: 1.5 };
@@ -192,7 +193,7 @@ fn drive(design: &DriveDesign, ticks: u32) -> Seen {
         if let Event::Wrong(i, value) = event {
             let at = i % sample.len();
             match value {
-                // No shaft moves so far in a tick.
+                // No shaft moves this far in a tick.
                 1e3 => sample[at] += 1e3,
                 // Longer than a drive bridges.
                 1e30 => lost_ticks = 80,
@@ -252,7 +253,7 @@ const SHAPES: &[(&str, (usize, usize, u8))] = {
     shapes!(all => named)
 };
 
-/// A row of the table: what runs, and its run.
+/// Row of the table: its name and its run.
 type Row = (String, Box<dyn Fn(u32) -> Seen + Send + Sync>);
 
 fn rows() -> Vec<Row> {
@@ -291,7 +292,7 @@ fn forms() -> Vec<Form> {
     forms
 }
 
-/// What the monitors of a drive by rule see; an alarm is told, and no more.
+/// Returns the monitors of a drive by rule; an alarm is reported without a reaction.
 fn monitors<const E: usize>() -> Monitors<E> {
     let disturbance = [None; E];
     Monitors {
@@ -319,14 +320,14 @@ fn joint(form: Form) -> DriveDesign {
     DriveDesign::Joint(DriveOf { design, form, mounted: encoders.map(Mounted::new), monitors: monitors() })
 }
 
-/// All rows with this many ticks each, on all cores.
+/// Runs all rows with this many ticks each, on all cores.
 fn table(ticks: u32) -> String {
     let rows = rows();
     let (next, lines) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     let work = || {
         while let Some((name, run)) = rows.get(next.fetch_add(1, Ordering::Relaxed)) {
             let Seen { hash, rejected, saturated } = run(ticks);
-            // Most of a run must be the law's, and some of it not. A short run may saturate nowhere.
+            // Most ticks must be accepted and some rejected. A short run may not saturate.
             let is_mixed = (ticks / 1_000..ticks / 10).contains(&rejected)
                 && (ticks / 100_000..ticks / 10 * 9).contains(&saturated);
             assert!(is_mixed, "{name}: {rejected} ticks rejected, {saturated} at a limit");

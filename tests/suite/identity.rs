@@ -1,14 +1,15 @@
-//! Does everything that changes what a drive does change the number that it is known by?
+//! Identity numbers of a drive: every change in its behaviour changes the numbers that identify it.
 //!
-//! Every key of every file to start from, those behind a `#` too, is set to another value, alone. What leaves the
-//! project is made before and after, in process: the Rust file, the C file on the archive, the design on the wire, the
-//! head of a black box. Where the code of one of them differs, its numbers must: include guard and `DESIGN`, hash on
-//! the wire, fingerprint of the law. A key of the simulation alone ([`SIMULATED`]) changes none of them. Every other
-//! key changes the fingerprint of what runs, or stands in [`WITHOUT_EFFECT`] with its reason; one that no value changes
-//! alone stands in [`FIXED`].
+//! The test sets every key of every template to another value, one at a time, including the keys behind a `#`. Before
+//! and after, it creates the outputs of the project in process. These are the Rust file, the C file for the static
+//! library, the design for the serial protocol, and the head of a trace buffer. If the code of an output changes, its
+//! numbers must change: include guard and `DESIGN`, hash of the serial protocol, fingerprint of the controller. A key
+//! of the simulation alone ([`SIMULATED`]) changes none of them. Every other key either changes the fingerprint of the
+//! running controller or is listed in [`WITHOUT_EFFECT`] with its reason. A key that cannot be changed alone is listed
+//! in [`FIXED`].
 //!
-//! A self-contained C file takes up to a second to record. It is made where the fingerprint stays and what the file is
-//! written from does not, and of the keys in [`RECORDED`].
+//! A self-contained C file takes up to a second to create. The test creates one where the fingerprint stays and the
+//! inputs of the file change, and for the keys in [`RECORDED`].
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,7 +19,7 @@ use link::black_box::BlackBox;
 use link::remote::{Loadable, for_target};
 use scenario::{Experiment, ScenarioError, Source};
 
-/// Keys that no law, monitor, gate or encoder knows of, by how their path begins.
+/// Keys without any effect on controller, monitors, gates or encoders, by the beginning of their path.
 const SIMULATED: [&str; 37] = [
     "motor.supply_v",
     "motor.resistance_ohm",
@@ -51,7 +52,7 @@ const SIMULATED: [&str; 37] = [
     "encoder.eccentricity_rad",
     "encoder.link.eccentricity_rad",
     "drive.jitter_s",
-    // Of one file alone: its controller believes numbers of its own, or asks for none of these.
+    // Keys of one file alone: its controller has separate nominal numbers or does not use these.
     "chain: plant.a",
     "chain: plant.b",
     "own: plant.constants.m",
@@ -60,14 +61,14 @@ const SIMULATED: [&str; 37] = [
     "paper: plant.rates",
 ];
 
-/// Keys of a design that change nothing of what it does, and why.
+/// Keys of a design without effect on its behaviour, with the reason.
 const WITHOUT_EFFECT: [(&str, &str); 3] = [
     ("drive.accept_unstable", "says which designs are refused, and no more"),
     ("controller.observer_pole_limit", "says which designs are refused, and no more"),
     ("controller.k", "of the baseline, which is not exported and has no fingerprint"),
 ];
 
-/// Keys that cannot be changed alone, and why.
+/// Keys that cannot be changed alone, with the reason.
 const FIXED: [(&str, &str); 9] = [
     ("motor: reference.kind", "decides which other keys there are"),
     ("joint: reference.kind", "decides which other keys there are"),
@@ -80,7 +81,7 @@ const FIXED: [(&str, &str); 9] = [
     ("own: plant.kind", "decides which other keys there are"),
 ];
 
-/// Keys whose self-contained C file is made whatever else says that it is another.
+/// Keys whose self-contained C file is always created and compared.
 const RECORDED: [&str; 7] = [
     "motor: monitor.load_n_m",
     "motor: monitor.reaction",
@@ -91,7 +92,7 @@ const RECORDED: [&str; 7] = [
     "paper: controller.samples.jump",
 ];
 
-/// What else is set so that a key means something: every context of every file is tried.
+/// Further settings that give a key a meaning; every context of every file is tried.
 const CONTEXTS: [(&str, &[&[&str]]); 5] = [
     (
         "motor",
@@ -129,7 +130,7 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
             &[],
             &["monitor.reaction=\"joined_stop\"", "drive.fallback=0", "joint.gear=[9, 1]"],
             &["drive.gain_sets=1"],
-            // Lag, noise and margin are of the design as a whole.
+            // Lag, noise and margin belong to a design as a whole.
             &["drive.tuning=\"coupled\""],
             &["reference={ kind=\"sine\", amplitude_rad=0.5, frequency_hz=0.2 }"],
             &["reference={ kind=\"points\", points_rad=[0.0, 0.1, 0.3, 0.6], every_s=0.01 }"],
@@ -193,17 +194,17 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
     ),
 ];
 
-/// A key as it stands in a file, its value there, and whether it stands behind a `#`.
+/// Key in a file, with its value and whether it stands behind a `#`.
 #[derive(Clone, Debug)]
 struct Key {
-    /// Where it is set: `plant.disturbance[1].channel`.
+    /// Path of the key: `plant.disturbance[1].channel`.
     path: String,
     value: String,
-    /// What its comment offers.
+    /// Alternative values in its comment.
     others: Vec<String>,
 }
 
-/// The same without positions.
+/// Returns the path without list positions.
 fn plain(path: &str) -> String {
     let mut out = String::new();
     let mut within = false;
@@ -216,10 +217,10 @@ fn plain(path: &str) -> String {
     out
 }
 
-/// All keys of a file, those behind a `#` and those of tables in a line too.
+/// Returns all keys of a file, including keys behind a `#` and keys of inline tables.
 fn keys(text: &str) -> Vec<Key> {
     let (mut table, mut keys) = (String::new(), Vec::new());
-    // How many tables of a list are live; those behind a `#` are as the first.
+    // Number of active tables per list; those behind a `#` are like the first.
     let mut live = BTreeMap::<&str, usize>::new();
     let mut lines = text.lines();
     while let Some(line) = lines.next() {
@@ -247,12 +248,12 @@ fn keys(text: &str) -> Vec<Key> {
     keys
 }
 
-/// Brackets and braces that are open at the end.
+/// Returns the number of brackets and braces still open at the end.
 fn depth(text: &str) -> i32 {
     text.chars().map(|c| i32::from("[{".contains(c)) - i32::from("]}".contains(c))).sum()
 }
 
-/// What stands between commas that are in no bracket.
+/// Splits a list at the commas outside brackets.
 fn parts(list: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
     for c in list.chars() {
@@ -285,17 +286,17 @@ fn add(keys: &mut Vec<Key>, path: &str, value: &str, others: Vec<String>) {
     keys.push(Key { path: path.into(), value: value.into(), others });
 }
 
-/// Other values that may be valid.
+/// Returns other values that may be valid.
 fn values(key: &Key) -> Vec<String> {
     let value = key.value.as_str();
     let mut values = key.others.clone();
     let words: &[&str] = match plain(&key.path).rsplit('.').next().unwrap_or_default() {
-        // Kinds and readings stand in comments; so do most words.
+        // Comments list the kinds, the readings and most other words.
         "rates" => &[
             "[\"x2\", \"1.1*u - g/l*sin(x1)\"]",
             "[\"x2\", \"g/l*sin(x1) + (u - c*x2 - f*tanh(x2/0.01) + 0.3*sin(3*t))/(m*l^2)\"]",
         ],
-        // The same where the law asks a model for its fingerprint.
+        // A model that differs only for x1 > 2, where the fingerprint of a controller does not evaluate it.
         "a" if value.starts_with('"') => &["\"g/l*sin(x1) + 5*max(x1 - 2, 0)\""],
         "b" if value.starts_with('"') => &["\"2/(m*l^2)\""],
         "name" | "title" => &["\"other\""],
@@ -326,7 +327,7 @@ fn values(key: &Key) -> Vec<String> {
     values
 }
 
-/// A number, or a list of numbers, a little different.
+/// Returns a slightly changed number or list of numbers.
 fn number_like(value: &str) -> Vec<String> {
     if let Some(inner) = value.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
         let rows = [1.1, 0.9].map(|times: f64| {
@@ -349,18 +350,18 @@ fn number_like(value: &str) -> Vec<String> {
     }
 }
 
-/// What leaves the project of a scenario, each with its code and the numbers by which it is known.
+/// Outputs of a scenario, each with its code and its identity numbers.
 struct Made {
-    /// Of what `run` runs.
+    /// Fingerprint of the controller in `run`.
     fingerprint: Option<u32>,
-    /// All that a self-contained C file is written from.
+    /// All inputs of a self-contained C file.
     recorded_from: String,
     sets: Vec<String>,
-    /// Name, code without those numbers, numbers.
+    /// Output name, code without identity numbers, identity numbers.
     artefacts: BTreeMap<&'static str, (String, Vec<String>)>,
 }
 
-/// Every number that follows one of these words, and the text with none of them.
+/// Extracts every number that follows one of these words; returns the text without them, and the numbers.
 fn without(code: &str, words: &[&str]) -> (String, Vec<String>) {
     let (mut numbers, mut rest) = (Vec::new(), String::new());
     for line in code.lines() {
@@ -384,14 +385,14 @@ fn made(text: &str, sets: &[String]) -> Result<Made, ScenarioError> {
     }
     let fingerprint = experiment.port.fingerprint();
     let whole = experiment.drive.as_ref().map(|drive| drive.designed);
-    // Images have no band at rest.
+    // Images have no rest band.
     experiment.leave_rest_band();
     if let Ok(Loadable { instance, words }) = for_target(&experiment) {
         let hash = pil_wire::design_hash(instance, &words);
         artefacts.insert("wire", (format!("{instance:?} {words:?}"), vec![format!("{hash:08x}")]));
         if experiment.drive.is_some() {
             let design = Loadable { instance, words };
-            // The law is made of the words as a drive makes it; the refusal says its fingerprint.
+            // The words form a controller as on a target; the error message contains its fingerprint.
             let none = BlackBox { design, fingerprint: 0, scenario: Vec::new(), sets: Vec::new(), halves: Vec::new() };
             if let Some((_, now)) = none.replay().expect_err("no drive is 0").split_once("and is ") {
                 let head = BlackBox { fingerprint: 0, ..none }.to_text();
@@ -410,7 +411,7 @@ fn made(text: &str, sets: &[String]) -> Result<Made, ScenarioError> {
     })
 }
 
-/// Code of a file behind its head, and the lines of it with the numbers by which it is known.
+/// Returns the code of a file without its head, split into code and identity numbers.
 fn code_of(form: Form<'_>, file: &str) -> (String, Vec<String>) {
     let is_comment = |line: &&str| line.starts_with("//") && !line.starts_with("///");
     let code = match form {
@@ -423,7 +424,7 @@ fn code_of(form: Form<'_>, file: &str) -> (String, Vec<String>) {
     without(&code.join("\n"), &[&numbers[..], &["pub const DESIGN: u32"]].concat())
 }
 
-/// The self-contained C file.
+/// Returns the self-contained C file.
 fn recorded(text: &str, sets: &[String]) -> Option<(String, Vec<String>)> {
     let source = Source { file: "it.toml", text, sets };
     let experiment = scenario::parse(&source, "it").ok()?;
@@ -431,14 +432,14 @@ fn recorded(text: &str, sets: &[String]) -> Option<(String, Vec<String>)> {
     Some(code_of(form, &forms::export(&experiment, &source, form).ok()?))
 }
 
-/// What was found out about a key.
+/// Results for one key.
 #[derive(Default)]
 struct Found {
     is_changed: bool,
     changes_what_runs: bool,
 }
 
-/// Does a key have this value already?
+/// Returns true if a key already has this value.
 fn is_there(text: &str, sets: &[String], path: &str, value: &str) -> bool {
     let source = Source { file: "it.toml", text, sets };
     let number = scenario::number_at(&source, path).ok().flatten().map(|it| Ok(it) == value.parse());
@@ -446,7 +447,7 @@ fn is_there(text: &str, sets: &[String], path: &str, value: &str) -> bool {
     number.or(word).unwrap_or(false)
 }
 
-/// What goes out before and after a key is another, and what is wrong with that.
+/// Compares the outputs before and after a change of a key; returns the faults.
 fn compare((plant, text): (&str, &str), key: &str, before: &Made, after: &Made) -> Vec<String> {
     let mut faults = Vec::new();
     let is_same = before.fingerprint == after.fingerprint;
@@ -454,7 +455,8 @@ fn compare((plant, text): (&str, &str), key: &str, before: &Made, after: &Made) 
         faults.push("the fingerprint of what runs is another".into());
     }
     for (name, code) in &before.artefacts {
-        // The file of Rust has what it is designed from: where that comes to the same design, the C file below is one.
+        // The Rust file contains the design inputs, which may differ for an equal design; the C file below covers that
+        // case.
         if !(is_same && *name == "Rust") {
             faults.extend(after.artefacts.get(name).and_then(|other| difference(name, [code, other])));
         }
@@ -471,7 +473,7 @@ fn compare((plant, text): (&str, &str), key: &str, before: &Made, after: &Made) 
     faults
 }
 
-/// What is wrong with the numbers of two codes.
+/// Returns the fault in the identity numbers of two codes.
 fn difference(name: &str, [code, other]: [&(String, Vec<String>); 2]) -> Option<String> {
     assert!(!code.1.is_empty(), "{name} has no number");
     let is_same = code.0 == other.0;
@@ -484,7 +486,7 @@ fn is_simulated(plant: &str, key: &str) -> bool {
     SIMULATED.iter().any(|begins| is_of(begins, plant, key))
 }
 
-/// Is a key the one of a list, or below it? A list may name the file that it is about.
+/// Returns true if a key equals a list entry or lies below it. An entry may name its file.
 fn is_of(begins: &str, plant: &str, key: &str) -> bool {
     let (of, begins) = begins.split_once(": ").unwrap_or((plant, begins));
     let below = |rest: &str| rest.is_empty() || rest.starts_with('.') || begins.ends_with('.');
@@ -495,7 +497,7 @@ fn is_inert(key: &str) -> bool {
     WITHOUT_EFFECT.iter().any(|(name, _)| *name == key)
 }
 
-/// Every key of a file by itself in every context, until what it does is seen.
+/// Tries every key of a file by itself in every context until an effect appears.
 fn tried(plant: &'static str, text: &str) -> (BTreeMap<String, Found>, BTreeSet<String>) {
     let (mut found, mut faults) = (BTreeMap::<String, Found>::new(), BTreeSet::new());
     let contexts = CONTEXTS.iter().find(|(name, _)| *name == plant).expect("contexts of every file").1;
@@ -539,7 +541,7 @@ fn every_key_that_changes_what_is_exported_changes_what_it_is_known_by() {
     });
     assert!(faults.is_empty(), "{}", faults.into_iter().collect::<Vec<_>>().join("\n"));
     assert!(keys.len() > 200, "{} keys", keys.len());
-    // No list is longer than it must be.
+    // Every list entry must be in use.
     for begins in SIMULATED {
         assert!(keys.iter().any(|(plant, key)| is_of(begins, plant, key)), "SIMULATED: {begins}");
     }
@@ -548,7 +550,7 @@ fn every_key_that_changes_what_is_exported_changes_what_it_is_known_by() {
     }
 }
 
-/// Trials go on with those of the same text, the same settings and the same draws alone.
+/// `--resume` accepts trials only with an equal text, equal settings and equal draws.
 #[test]
 fn trials_of_another_file_or_setting_are_not_taken_for_those_of_a_folder() {
     let folder = Folder::new("identity-trials");
@@ -568,10 +570,10 @@ fn trials_of_another_file_or_setting_are_not_taken_for_those_of_a_folder() {
     assert!(said.status == 2 && said.err.contains("trials of another plan: its vary"), "{said:?}");
     std::fs::write(&file, scenario::CHAIN.replace("k_l = 20.0", "k_l = 21.0")).expect("room for a scenario");
     let said = run(&["--resume"]);
-    assert!(said.status == 2 && said.err.contains("the text of its scenario file is another"), "{said:?}");
+    assert!(said.status == 2 && said.err.contains("the text of its scenario file differs"), "{said:?}");
 }
 
-/// Is every key of one of the kinds, and is no list longer than it must be?
+/// Checks that every key belongs to one of the kinds, and that every list entry is in use.
 fn judged(plant: &str, found: &BTreeMap<String, Found>) -> Vec<String> {
     let mut faults = Vec::new();
     for (key, Found { is_changed, changes_what_runs }) in found {

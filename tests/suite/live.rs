@@ -1,14 +1,15 @@
-//! Is a drive that runs by itself moved, tuned and read without a jump, whatever happens to the wire, and does its
-//! black box run again to the bit?
+//! Drives that run by themselves: moves, retunes and reads without a jump under serial faults, and a bit-identical
+//! replay of the trace buffer.
 //!
-//! First in this process, where every tick can be seen; then the images on the emulated chip, by a user's commands.
+//! The tests first run in this process, where every tick is visible. Then the images run on the emulated target, with
+//! the commands of a user.
 
 use controller_core::drive::{MotorDesign, MotorDrive, Position};
 use controller_core::{Health, Limits};
 use integration_tests::data::path;
 use integration_tests::deep;
 use integration_tests::live::{Bench, DESIGN, loadable};
-use integration_tests::program::{Folder, Spoken, host_sim};
+use integration_tests::program::{CommandResult, Folder, host_sim};
 use link::black_box::{Again, BlackBox};
 use link::live::LiveDrive;
 use link::transport::faulty::Rates;
@@ -34,12 +35,12 @@ fn told<V: std::fmt::Debug>(result: Result<V, PortError>) -> String {
     }
 }
 
-/// Until the plan is over.
+/// Waits until the plan is over.
 fn arrive<T: Transport>(drive: &mut LiveDrive<T>) {
     while drive.observe().unwrap_or_else(|error| panic!("{error}")).moving {}
 }
 
-/// Moves, moves again in flight, and swaps in flight; returns u of every tick, and those of the two new designs.
+/// Runs moves, new moves in flight, and gain switches in flight. Returns the tick of each gain switch.
 fn moved_and_tuned<T: Transport>(drive: &mut LiveDrive<T>) -> Vec<usize> {
     let mut swaps = Vec::new();
     let surface = DESIGN.bandwidths.surface_rad_s;
@@ -54,7 +55,8 @@ fn moved_and_tuned<T: Transport>(drive: &mut LiveDrive<T>) -> Vec<usize> {
     swaps
 }
 
-/// A jump is what a tick adds to the change that the ticks beside it make; the bar is that of the whole change.
+/// Checks that u changes by at most 0.05 A in the tick of each gain switch. The limit applies to the whole change,
+/// including the regular change between two ticks.
 fn assert_no_jump(u: &[f32], swaps: &[usize], label: &str) {
     for &tick in swaps {
         let jump = (u[tick] - u[tick - 1]).abs();
@@ -78,7 +80,7 @@ fn a_bandwidth_and_a_goal_sent_in_flight_leave_no_jump_on_a_bad_wire_too() {
     }
 }
 
-/// Trips a drive at a turning point, where only the monitors see it.
+/// Trips a drive at a turning point, where only the monitors detect the fault.
 fn tripped<T: Transport>(drive: &mut LiveDrive<T>) -> BlackBox {
     drive.move_to(0.4, 0).unwrap_or_else(|error| panic!("{error}"));
     arrive(drive);
@@ -96,8 +98,8 @@ fn tripped<T: Transport>(drive: &mut LiveDrive<T>) -> BlackBox {
     drive.black_box().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// In motion a count that sticks soon looks like a load that no motor has (14 ticks, as the monitors' tests have it).
-/// The drive stops, and its black box says the same again.
+/// In motion a frozen count soon resembles an impossible load (14 ticks, as in the tests of the monitors). The drive
+/// stops, and its trace buffer replays identically.
 #[test]
 fn a_count_that_sticks_in_motion_stops_the_drive_as_soon_as_its_monitors_do() {
     fn alarm_after_sticking<T: Transport>(drive: &mut LiveDrive<T>) -> u32 {
@@ -118,11 +120,11 @@ fn a_count_that_sticks_in_motion_stops_the_drive_as_soon_as_its_monitors_do() {
         assert!(last.then.health.contains(Health::STOPPED) && last.then.u == 0.0, "{last:?}");
         last.tick - began
     }
-    // Two questions and answers of 7 ticks each lie between.
+    // Two requests and replies of 7 ticks each lie between.
     let ticks = alarm_after_sticking(&mut connect(Bench::new()));
     assert!((2..=14 + 14).contains(&ticks), "{ticks}");
     for seed in 0..4 {
-        // Nobody knows when the request came that let it stick.
+        // The arrival time of the request that freezes the count is unknown here.
         assert!(alarm_after_sticking(&mut connect(bad_wire(seed))) >= 2);
     }
 }
@@ -137,8 +139,8 @@ fn a_black_box_runs_again_to_the_bit_as_a_file_and_over_a_bad_wire_too() {
         let again = back.replay().unwrap_or_else(|error| panic!("{error}"));
         assert!(again.len() == black_box.len() && again.iter().all(Again::is_same));
         assert!(again.last().expect("ticks").then.health.contains(Health::STOPPED));
-        // Another design on the same counts takes over without a jump but for what its observer makes of this sample,
-        // and says something else in the end.
+        // Another design on the recorded counts starts without a jump, except for its observer's response to this
+        // sample. Its later results differ.
         let other = loadable(&DESIGN.with_surface(0.6 * DESIGN.bandwidths.surface_rad_s));
         let other = back.replay_with(&other).unwrap_or_else(|error| panic!("{error}"));
         assert!((other[0].now.u - other[0].then.u).abs() < 0.05, "{:?}", other[0]);
@@ -153,15 +155,15 @@ fn a_black_box_that_is_damaged_or_foreign_is_refused_with_the_line() {
     let lines: Vec<&str> = text.lines().collect();
     let frame = lines.iter().position(|line| line.starts_with("frame,")).expect("a frame");
     let without = |k: usize| [&lines[..k], &lines[k + 1..]].concat().join("\n");
-    assert!(refused("a,b\n").starts_with("line 1: this is no black box"));
-    assert!(refused(&lines[..frame].join("\n")).contains("cut short"));
+    assert!(refused("a,b\n").starts_with("line 1: not a black box"));
+    assert!(refused(&lines[..frame].join("\n")).contains("incomplete"));
     assert!(refused(&without(frame + 3)).starts_with(&format!("line {}: tick ", frame + 4)));
     assert!(refused(&text.replacen("number,period_s,0.001", "number,period_s,0.002", 1)).contains("damaged"));
     assert!(refused(&text.replacen("core,", "core,9", 1)).starts_with("line 2: "));
     for k in 0..lines.len() {
         assert!(BlackBox::from_text(&without(k)).is_err(), "without line {}", k + 1);
     }
-    // What somebody edited, with a right sum: the reader asks for the rest.
+    // An edited file with a valid checksum: the reader still checks the rest.
     let sealed = |text: &str| {
         let body = &text[..text.rfind("sum,").expect("a sum")];
         format!("{body}sum,{:08x}\n", pil_wire::checksum(body.as_bytes()))
@@ -171,7 +173,7 @@ fn a_black_box_that_is_damaged_or_foreign_is_refused_with_the_line() {
     assert!(state.starts_with("state,") && second > frame, "two halves");
     let edits = [
         (lines[1].to_owned() + "\n", String::new(), "`core` or `layout` is missing"),
-        (lines[1].to_owned(), format!("{0}\n{0}", lines[1]), "it is there already"),
+        (lines[1].to_owned(), format!("{0}\n{0}", lines[1]), "duplicate line"),
         ("number,period_s,".into(), "number,period,".into(), "where \"period_s\" should be"),
         (lines[3].to_owned(), lines[3].to_owned() + ",7", "too many fields"),
         (lines[second - 1].to_owned() + "\n", String::new(), "should be"),
@@ -183,10 +185,10 @@ fn a_black_box_that_is_damaged_or_foreign_is_refused_with_the_line() {
     let half = text.rfind(state).expect("the state");
     let other = sealed(&format!("{}state,3f800001{}", &text[..half], &text[half + state.len()..]));
     let other = BlackBox::from_text(&other).unwrap_or_else(|error| panic!("{error}"));
-    assert!(other.replay().expect_err("a refusal").contains("is not the one that the ticks before lead to"));
+    assert!(other.replay().expect_err("a refusal").contains("is not the result of the ticks before it"));
     let slow = loadable(&MotorDesign { period_s: 2e-3, ..DESIGN });
     assert!(other.replay_with(&slow).expect_err("a refusal").contains("period"));
-    // Numbers of ticks wrap.
+    // Tick numbers wrap.
     let mut wrapped = BlackBox::from_text(&text).unwrap_or_else(|error| panic!("{error}"));
     let shift = u32::MAX - wrapped.halves[0].first - 20;
     wrapped.halves.iter_mut().for_each(|half| half.first = half.first.wrapping_add(shift));
@@ -199,18 +201,18 @@ fn what_is_refused_leaves_the_drive_as_it_was() {
     let mut drive = connect(Bench::new());
     drive.move_to(0.2, 400).unwrap_or_else(|error| panic!("{error}"));
     let design = drive.design().clone();
-    // Each beside the word that its reason must hold.
+    // Each with a word that its error message must contain.
     let slow = MotorDesign { period_s: 2e-3, ..DESIGN };
     let wild = MotorDesign { gate_steps: f64::NAN, ..DESIGN };
     let mut other_form = loadable(&DESIGN);
     other_form.instance.mask = 0;
     let one_way = MotorDesign { limits: Limits { min: 1.0, max: 10.0 }, ..DESIGN };
-    // What the monitors may see, from the end: disturbance, sigma*; the alarms that stop it.
+    // Bounds of the monitors, counted from the end: disturbance, sigma*; then the stopping alarms.
     let monitored = |from_end: usize, number: f64| {
         let mut design = loadable(&DESIGN);
         let at = design.words.len() - from_end;
         design.words[at..at + 2].copy_from_slice(&halves(number));
-        (design, "the target refuses the numbers")
+        (design, "the target rejects the numbers")
     };
     let swaps = [
         monitored(8, f64::NAN),
@@ -220,8 +222,8 @@ fn what_is_refused_leaves_the_drive_as_it_was() {
         monitored(2, 0.5),
         monitored(2, f64::NAN),
         (loadable(&slow), "ticks every 1000000 ns, the design is for 2000000 ns"),
-        (loadable(&wild), "the target refuses the numbers"),
-        (other_form, "carries no motor's drive with 3 states in its observer (drive.observer_states), one gain set"),
+        (loadable(&wild), "the target rejects the numbers"),
+        (other_form, "has no motor's drive with 3 states in its observer (drive.observer_states), one gain set"),
     ];
     assert!(MotorDrive::<f32, Position>::try_design(&one_way).is_err());
     for (design, why) in swaps {
@@ -229,7 +231,7 @@ fn what_is_refused_leaves_the_drive_as_it_was() {
         assert!(told.contains(why), "{told}");
     }
     for (angle, ticks, why) in
-        [(f64::NAN, 0, "no number"), (1e6, 0, "10000 turns"), (2.0, 5, "it takes "), (2.0, 21, "it takes ")]
+        [(f64::NAN, 0, "not a number"), (1e6, 0, "10000 revolutions"), (2.0, 5, " or more"), (2.0, 21, " or more")]
     {
         let told = told(drive.move_to(angle, ticks));
         assert!(told.contains(why), "{angle} in {ticks}: {told}");
@@ -240,7 +242,7 @@ fn what_is_refused_leaves_the_drive_as_it_was() {
     arrive(&mut drive);
     assert!((drive.transport().chip.angle_rad() - 0.2).abs() < 2e-3, "{}", drive.transport().chip.angle_rad());
 
-    // What it says is too fast by one tick is so, and what it says would do does.
+    // A move one tick shorter than the limit is rejected, and the suggested duration is accepted.
     let told = told(drive.move_to(2.0, 21));
     let needed: u32 = told.rsplit(' ').next().and_then(|word| word.parse().ok()).expect("a number");
     assert!(drive.move_to(2.0, needed).is_ok());
@@ -251,9 +253,9 @@ fn a_drive_that_has_stopped_starts_again_where_it_is() {
     let mut drive = connect(Bench::new());
     tripped(&mut drive);
     assert!(told(drive.move_to(0.0, 0)).contains("reset it first"));
-    assert!(told(drive.swap(&loadable(&DESIGN))).contains("would empty it"));
+    assert!(told(drive.swap(&loadable(&DESIGN))).contains("would erase it"));
     drive.disturb(Disturbance::default()).unwrap_or_else(|error| panic!("{error}"));
-    // It has run away behind the stuck count, and friction alone brakes it.
+    // The drive ran away behind the frozen count; only friction brakes it.
     let still = (0..20_000).any(|_| {
         let before = drive.transport().chip.angle_rad();
         drive.observe().unwrap_or_else(|error| panic!("{error}"));
@@ -272,13 +274,13 @@ fn a_drive_that_has_stopped_starts_again_where_it_is() {
     assert!((chip.angle_rad() - here).abs() < 5e-3 && peak < 1.0, "from {here} to {}, {peak} A", chip.angle_rad());
     drive.move_to(0.0, 0).unwrap_or_else(|error| panic!("{error}"));
     arrive(&mut drive);
-    // Of which turn is 0: that it forgot.
+    // The drive lost the number of whole revolutions, so the angle is checked up to whole revolutions.
     let turns = drive.transport().chip.angle_rad() / std::f64::consts::TAU;
     assert!((turns - turns.round()).abs() < 3e-4, "{turns}");
 }
 
 /// Runs commands on an image of the firmware.
-fn live(folder: &Folder, image: &str, script: &str, more: &[&str]) -> Spoken {
+fn live(folder: &Folder, image: &str, script: &str, more: &[&str]) -> CommandResult {
     let at = |name: &str| path("../firmware/target/thumbv7em-none-eabihf/release").join(name).display().to_string();
     let (file, scenario) = (folder.path("script"), path("../firmware").join(image).with_extension("toml"));
     std::fs::write(&file, script).expect("a file");
@@ -286,7 +288,7 @@ fn live(folder: &Folder, image: &str, script: &str, more: &[&str]) -> Spoken {
     host_sim(&[&["live", scenario.as_str(), "--image", &image, "--script", &file], more].concat())
 }
 
-/// A scenario of another form than what runs there: both are said by the keys that choose them.
+/// For a scenario of another form than the target's, the error message names the keys that select both forms.
 #[test]
 fn a_scenario_of_another_form_is_refused_with_the_keys_that_differ() {
     let folder = Folder::new("live-form");
@@ -297,12 +299,12 @@ fn a_scenario_of_another_form_is_refused_with_the_keys_that_differ() {
     std::fs::write(folder.path("script"), "show\n").expect("room");
     let said = host_sim(&["live", &file, "--image", &image, "--script", &folder.path("script")]);
     let told = "this is a joint's drive with one observer per encoder (drive.tuning = \"normal\", ..), two gain sets \
-                (drive.gain_sets), no tick of delay (drive.delay_ticks); what runs there is a joint's drive designed \
+                (drive.gain_sets), no tick of delay (drive.delay_ticks); the target runs a joint's drive designed \
                 as a whole (drive.tuning = \"coupled\"), two gain sets";
     assert!(said.status == 2 && said.err.contains(told), "{said:?}");
 }
 
-/// An alarm while a design is on its way: what was before it is kept, and the design is not taken.
+/// An alarm during a design download: the trace buffer keeps the ticks before the alarm, and the design is rejected.
 #[test]
 fn an_alarm_in_the_midst_of_a_swap_keeps_its_black_box() {
     let mut kept = 0;
@@ -334,14 +336,14 @@ fn an_alarm_in_the_midst_of_a_swap_keeps_its_black_box() {
     assert!(kept > 0);
 }
 
-/// Its black box stands still again as soon as it is released: what keeps the old ticks for a reader must not keep out
-/// the design that ends the alarm.
+/// The trace buffer freezes again as soon as it is released, because the alarm lasts. The protection of the old ticks
+/// must not block the design that ends the alarm.
 #[test]
 fn an_alarm_that_lasts_and_stops_nothing_does_not_keep_out_a_better_design() {
     let good = loadable(&DESIGN);
     let mut anxious = good.clone();
     let count = anxious.words.len();
-    // What the monitors may see of a disturbance, and of sigma*; the alarms that stop it.
+    // Bounds of the monitors on a disturbance and on sigma*; the stopping alarms.
     let numbers = [(16, 1e-6), (14, 1e-9), (2, 0.0)];
     for (from_end, number) in numbers {
         anxious.words[count - from_end..][..2].copy_from_slice(&halves(number));
@@ -366,10 +368,10 @@ fn an_alarm_that_lasts_and_stops_nothing_does_not_keep_out_a_better_design() {
     assert!(!drive.observe().unwrap_or_else(|error| panic!("{error}")).frozen);
 }
 
-/// The largest change of u in the line of a `set`.
-fn jump(spoken: &Spoken) -> f64 {
+/// Returns the change of u in the output line of a `set`.
+fn jump(spoken: &CommandResult) -> f64 {
     let line = spoken.out.lines().find(|line| line.starts_with("set ")).unwrap_or_else(|| panic!("{spoken:?}"));
-    let (_, numbers) = line.split_once("u went from ").expect("both");
+    let (_, numbers) = line.split_once(" on the target), u from ").expect("both");
     let numbers: Vec<f64> = numbers.trim_end_matches(" A").split(" to ").map(|u| u.parse().expect("u")).collect();
     (numbers[1] - numbers[0]).abs()
 }
@@ -377,12 +379,12 @@ fn jump(spoken: &Spoken) -> f64 {
 #[test]
 fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_again_to_the_bit() {
     let cases = [
-        // By rule the steps of both encoders move u by 0.03 A rms.
+        // By rule the encoder quantisation of both encoders moves u by 0.03 A rms.
         ("drive", "stick link motor", "set drive.margin='standard'", "drive.margin=1.6", 0.15),
-        // Its 14 bits alone move u by so much from tick to tick: by rule their noise is 0.1 A rms.
+        // 14 bits alone move u by this much per tick: the current noise by rule is 0.1 A rms.
         ("motor", "stick motor", "set drive.surface_rad_s=120", "drive.surface_rad_s=100", 0.2),
     ];
-    // The fast tier runs the motor on a good wire.
+    // The fast tier runs the motor on a good link.
     let fast = usize::from(!deep());
     for (image, stick, set, other, most_a) in cases.into_iter().skip(fast) {
         let wires = [&[][..], &["--faults", "0.05", "--seed", "4"]];
@@ -391,7 +393,7 @@ fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_a
             let folder = Folder::new(&format!("live-{image}-{}", wire.len()));
             let file = folder.path("trip");
             let (record, page) = (folder.path("seen.csv"), folder.path("page.html"));
-            // The last move before anything sticks: a drive that has stopped refuses one.
+            // The last move comes before any freeze, because a stopped drive rejects moves.
             let script = format!(
                 "move 1.0 2.0\n{set}\nwait 2.1\nmove 0.5 2.0\nwait 2.1\nshow\nmove 0.8 1.0\n{stick}\nload 0.02\n\
                  wait 4\nshow\nblackbox {file}\n"
@@ -407,7 +409,7 @@ fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_a
                 (spoken.join().expect("no panic"), moved)
             });
             assert_eq!(spoken.status, 0, "{label}: {spoken:?}");
-            // It is what its scenario says: no number is told to be another.
+            // The target matches its scenario: no note reports a different number.
             assert!(!spoken.err.contains("note:"), "{label}: {}", spoken.err);
             assert!(jump(&spoken) <= most_a, "{label}: {}", spoken.out);
             let shown: Vec<&str> = spoken.out.lines().filter(|line| line.starts_with("t = ")).collect();
@@ -415,13 +417,13 @@ fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_a
             assert!(shown[1].contains("stopped"), "{label}: {}", shown[1]);
             let rows = std::fs::read_to_string(&record).expect("a record").lines().count();
             assert!(rows > 10 && std::path::Path::new(&folder.path("seen.svg")).exists(), "{label}: {rows}");
-            // A browser draws the page anew while the drive is seen; the last one is still.
+            // The page refreshes in the browser while the drive is observed; the last page is static.
             let last = std::fs::read_to_string(&page).expect("a page");
             assert!(moved && last.contains("<svg") && !last.contains("http-equiv"), "{label}");
 
             let again = host_sim(&["replay", &file, "--set", other, "--out", &folder.path("replay")]);
             assert_eq!(again.status, 0, "{label}: {again:?}");
-            assert!(again.out.contains("ticks run again, 0 differ\n"), "{label}: {}", again.out);
+            assert!(again.out.contains("ticks replayed, 0 differ\n"), "{label}: {}", again.out);
             assert!(again.out.contains("first alarm"), "{label}: {}", again.out);
         }
     }

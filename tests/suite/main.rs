@@ -1,4 +1,4 @@
-//! One suite, a module per question.
+//! Test suite with one module per topic.
 
 mod any_joint;
 mod brake;
@@ -42,6 +42,7 @@ mod precision;
 mod properties;
 mod real_shaft;
 mod recovery;
+mod reference;
 mod refusals;
 mod rest;
 mod robustness;

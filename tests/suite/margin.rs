@@ -1,4 +1,4 @@
-//! What more stability margin gives four motors, and what it costs them: the table of docs/bandwidth.md.
+//! Stability margin of four motors and its cost: the table of docs/evidence/tuning.md.
 
 use std::ops::ControlFlow;
 
@@ -15,7 +15,7 @@ const MOTORS: [(&str, [f64; 3], u32, f64); 4] = [
     ("servo, 1e-2 kg m², 20 bits, 8 kHz", [1e-2, 1.0, 15.0], 20, 1.25e-4),
 ];
 
-/// The template with these settings, run to its end.
+/// Runs the template with these settings to its end.
 pub(crate) fn run(sets: &[String]) -> (Experiment, Trace) {
     let source = Source { file: "margin.toml", text: MOTOR, sets };
     let mut experiment = parse(&source, "margin").unwrap_or_else(|error| panic!("{error}"));
@@ -24,7 +24,7 @@ pub(crate) fn run(sets: &[String]) -> (Experiment, Trace) {
     (experiment, trace)
 }
 
-/// Largest error, rad, under a load of 14 % of the torque, with J and K_t off by so many percent either way: the worst.
+/// Returns the largest error, rad, under a load of 14 % of the torque, over J and K_t off by ±`percent`.
 fn dip(sheet: &[String], torque_n_m: f64, percent: f64) -> f64 {
     let corners = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
     let dips = corners[..if percent > 0.0 { 4 } else { 1 }].iter().map(|[inertia, torque]| {
@@ -43,7 +43,7 @@ fn peak(trace: &Trace) -> f64 {
     trace.rows.iter().map(|row| (row.x[0] - row.r).abs()).fold(0.0, f64::max)
 }
 
-/// Peaks of |S| of a gain set: by the data sheet, in its worst corner.
+/// Returns the peaks of |S| of a gain set: for the data sheet, and in its worst corner.
 fn peaks(set: &GainSet) -> String {
     let of = |peak: Option<f64>| peak.map_or_else(|| "unstable".into(), |peak| format!("{peak:.2}"));
     let worst = set.worst.as_ref().and_then(|worst| worst.sensitivity_peak);
@@ -66,7 +66,7 @@ fn margin_is_paid_for_in_stiffness() {
                 "friction={}".into(),
                 "monitor.reaction=\"tell\"".into(),
             ];
-            // At 60 % of the torque.
+            // Duration of the move at 60 % of the torque.
             let duration_s = (10.0 / 3_f64.sqrt() * inertia / (0.6 * torque * limit)).sqrt();
             let way = [
                 format!("reference={{kind=\"move\", to_rad=1.0, start_s=0.02, duration_s={duration_s}}}"),
@@ -95,5 +95,5 @@ fn margin_is_paid_for_in_stiffness() {
         let price = dips[1] / dips[0];
         assert!((0.9..2.2).contains(&price), "{name}: the standard margin costs {price} times the way under a load");
     }
-    golden::in_docs("bandwidth.md", "margin", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
+    golden::in_docs("evidence/tuning.md", "margin", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
 }

@@ -1,8 +1,8 @@
-//! Are the floating-point modes that a tick assumes checked rightly, and what holds under others?
+//! Check of the floating-point modes that a tick assumes, and the guarantees under other modes.
 //!
-//! The exported C by the compiler of this machine, with the modes of `fesetround` and of MXCSR. Two promises stand
-//! apart: the bits are those of the Rust tick under the assumed modes alone; u within its limits, u a number, and the
-//! state after a reset hold under all of them.
+//! The tests compile the exported C with the compiler of this machine and set the modes of `fesetround` and MXCSR.
+//! There are two separate guarantees. Bit-identity with the Rust tick holds under the assumed modes only. Three
+//! properties hold under all modes: u within its limits, u a number, and the state after a reset.
 
 use std::fs;
 use std::path::Path;
@@ -10,12 +10,12 @@ use std::process::Command;
 
 use super::export::{compile, exported, folder, plain, refusal};
 
-/// The drive that is exported: a limit that its ticks reach.
+/// Settings of the exported drive: a limit that its ticks reach.
 const SETS: [&str; 2] = ["--set", "motor.max_current_a=2"];
 
-/// Sets a mode, asks for the check, then ticks a drive through moves, lost, wild and stuck counts, and targets that are
-/// no numbers. Prints: is the check content, how many u were no number or beyond the limit, is the state after a reset
-/// the one before, a hash of every u.
+/// C program: sets a mode, runs the check, then ticks a drive through moves, missing counts, outliers, frozen counts
+/// and invalid targets. It prints four results: the check result, the number of invalid u, whether the state after a
+/// reset equals the initial one, and a hash of every u.
 const PROGRAM: &str = r#"
 #include <fenv.h>
 #include <stdio.h>
@@ -89,7 +89,7 @@ fn drive(folder: &Path) -> std::path::PathBuf {
     source
 }
 
-/// What the program prints: is the check content, how many promises were broken, the hash of every u.
+/// Runs the program; returns the check result, the number of broken guarantees, and the hash of every u.
 fn said(program: &Path, mode: &str) -> (bool, u32, String) {
     let output = Command::new(program).arg(mode).output().expect("the program runs");
     assert!(output.status.success(), "{output:?}");
@@ -99,7 +99,7 @@ fn said(program: &Path, mode: &str) -> (bool, u32, String) {
     (content == "1", bad.parse().expect("a count"), hash.to_owned())
 }
 
-/// FTZ alone, DAZ alone, both.
+/// Flush modes: FTZ alone, DAZ alone, both.
 const FLUSHED: [&str; 3] = ["ftz", "daz", "both"];
 
 #[test]
@@ -123,14 +123,15 @@ fn the_check_of_the_exported_c_sees_every_mode_under_which_bits_are_others_and_u
     }
 }
 
-/// Without the protection of the file its check sees what the compiler did; with it the compiler may not.
+/// Without the protection of the file, its check detects the compiler's changes; with the protection the compiler
+/// cannot make them.
 #[test]
 fn the_check_sees_what_the_compiler_made_of_the_arithmetic() {
     let folder = folder("modes-compiler");
     let source = drive(&folder);
     let program = folder.join("program");
-    // A link with -ffast-math flushes subnormal numbers from the first instruction on; GCC 13 and later with -shared no
-    // more.
+    // A link with -ffast-math flushes subnormal numbers from the first instruction on. GCC 13 and later with -shared no
+    // longer does.
     if cfg!(target_arch = "x86_64") {
         let object = folder.join("user.o");
         compile("cc", &["-O2", "-ffp-contract=off", "-c"], &source, &object);
@@ -139,7 +140,8 @@ fn the_check_sees_what_the_compiler_made_of_the_arithmetic() {
         compile("cc", &["-lm"], &object, &program);
         assert!(said(&program, "").0, "linked without");
     }
-    // The file refuses these by itself; a copy without the refusal and the pragmas sees them in its arithmetic.
+    // The file rejects these options by itself; a copy without the rejection and the pragmas detects them in its
+    // arithmetic.
     let header = folder.join("drive.h");
     let text = fs::read_to_string(&header).expect("the file");
     assert!(refusal("cc", &["-ffast-math"], &source).contains("compile without -ffast-math"));
@@ -153,7 +155,7 @@ fn the_check_sees_what_the_compiler_made_of_the_arithmetic() {
     };
     let has_fma = fs::read_to_string("/proc/cpuinfo").is_ok_and(|text| text.contains(" fma "));
     for options in options.iter().filter(|options| has_fma || !options.contains(&"-mfma")) {
-        // The object alone, without what a link adds.
+        // The object file alone, without the additions of a link.
         let object = folder.join("user.o");
         compile("cc", &[&["-O2", "-c"], *options].concat(), &source, &object);
         compile("cc", &["-lm"], &object, &program);
@@ -163,7 +165,7 @@ fn the_check_sees_what_the_compiler_made_of_the_arithmetic() {
     assert!(said(&program, "").0, "{}", plain(&source));
 }
 
-/// The library's own check, in a program whose C sets the modes.
+/// The Rust library's own check in a program whose C code sets the modes.
 #[test]
 fn the_check_of_rust_is_content_here() {
     assert!(controller_core::modes_ok());

@@ -1,7 +1,7 @@
-//! Does a report work in a browser: nothing complained of, every chart drawn, zoomed by the mouse, its text selected?
+//! Reports in a browser: no errors, every chart drawn, zoom by mouse, selectable text.
 //!
-//! A real one, without a screen. It is asked by a script that is put behind the page and leaves its answer in the
-//! title.
+//! The browser is real and runs without a screen. A script appended to the page inspects it and leaves its result in
+//! the title.
 
 use integration_tests::program::{Folder, host_sim};
 use serde_json::Value;
@@ -9,11 +9,11 @@ use std::process::{Command, Output};
 
 const BROWSER: &str = "chromium";
 
-/// Leaves what a reader would find: charts with ink, and how they look after a drag over the first.
+/// Script that collects the visible result: charts with ink, and their state after a drag over the first chart.
 const ASKED: &str = r#"<script>
   window.addEventListener("load", () => setTimeout(() => {
     const canvases = [...document.querySelectorAll(".chart canvas")];
-    // Of a copy, so that reading it does not change how it is drawn.
+    // Read from a copy, so that the reading does not change the drawing.
     const pixels = canvas => {
       const { width, height } = canvas;
       const copy = Object.assign(document.createElement("canvas"), { width, height });
@@ -65,7 +65,7 @@ fn of_browser(command: &mut Command) -> Output {
         .unwrap_or_else(|error| panic!("{BROWSER} does not start ({error}): `cargo xtask setup` installs it"))
 }
 
-/// What the browser complained of, and the page as it stood at the end.
+/// Opens a page; returns the browser's errors and the final page.
 fn opened(folder: &Folder, html: &str) -> (Vec<String>, String) {
     let file = folder.path("asked.html");
     std::fs::write(&file, html).expect("room for a page");
@@ -106,9 +106,9 @@ fn a_report_of_two_drives_is_drawn_zoomed_and_read() {
     let charts = found["charts"].as_u64().expect("a count") as usize;
     let ink: Vec<u64> = found["ink"].as_array().expect("inks").iter().filter_map(Value::as_u64).collect();
     assert!(charts > 8 && ink.len() == charts, "{charts} charts, ink {ink:?}");
-    // A curve a pixel wide across 400 of them.
+    // A curve one pixel wide across 400 pixels.
     assert!(ink.iter().all(|ink| *ink > 300), "{ink:?}");
-    // Those that stand with the first went with it, and no other did.
+    // The charts of the first chart's group zoomed with it, and no other did.
     let list = |key: &str| found[key].as_array().expect(key).clone();
     for (k, (changed, group)) in list("changed").iter().zip(list("groups")).enumerate() {
         assert_eq!(changed.as_bool(), Some(group == 0), "chart {k}: {found}");
@@ -116,17 +116,18 @@ fn a_report_of_two_drives_is_drawn_zoomed_and_read() {
     let selected = found["selected"].as_str().expect("a text");
     let of_joint = study::chip::cost("joint with two encoders, two sets");
     let bound = of_joint.expect("a joint").bound.to_string();
-    for words in ["hash of the design", "phase margin", "my-motor", "any tick, bound", &bound] {
+    for words in ["hash of the design", "phase margin", "my-motor", "WCET bound", &bound] {
         assert!(selected.contains(words), "{words}: {selected}");
     }
     assert_eq!((&found["shown"], list("asked").len()), (&Value::from(0), 0), "{found}");
 
-    // Where no script runs the drawings stand there, and a complaint is heard.
+    // Without scripts the static drawings remain, and a script error is reported.
     let (told, _) = opened(&folder, "<script>undefined_function()</script>");
     assert_eq!(told.len(), 1, "{told:?}");
 }
 
-/// With map, trials and certificate; on paper the drawings stand for the charts, and what is folded is unfolded.
+/// A report with map, trials and certificate. On paper the static drawings replace the charts, and folded sections
+/// open.
 #[test]
 fn a_report_with_all_its_parts_is_read_and_printed() {
     let folder = Folder::new("page-print");
@@ -147,7 +148,7 @@ fn a_report_with_all_its_parts_is_read_and_printed() {
     assert!(said.status == 2 && said.err.contains(&told), "a certificate of other monitors: {said:?}");
     let said = host_sim(&["report", &file, "--trials", &trials, "--certificate", &certificate, "-o", &page]);
     assert_eq!((said.status, said.err.as_str()), (0, ""), "{said:?}");
-    // As the browser has it after it was told that it will print.
+    // State of the page after the browser announces printing.
     let print = "<script>window.addEventListener('load', () => { dispatchEvent(new Event('beforeprint')); \
                  getSelection().selectAllChildren(document.body); \
                  document.title = JSON.stringify(getSelection().toString()); });</script>";
@@ -156,8 +157,8 @@ fn a_report_with_all_its_parts_is_read_and_printed() {
     assert_eq!(told, Vec::<String>::new());
     let text = answer(&dom);
     let text = text.as_str().expect("a text");
-    for words in ["Where it is stable", "may be promised", "20 trials, seed 1", "p99.9", proved, "inertia_kg_m2 = 2e-4"]
-    {
+    let tolerance = "guaranteed tolerance";
+    for words in ["Stability map", tolerance, "20 trials, seed 1", "p99.9", proved, "inertia_kg_m2 = 2e-4"] {
         assert!(text.contains(words), "{words}: {text}");
     }
 
@@ -184,11 +185,11 @@ fn a_report_stands_beside_a_new_run_and_what_is_none_is_refused() {
     assert_eq!(names.len(), 1, "{names:?}");
     std::fs::write(&none, "<html></html>").expect("room");
     for (args, words) in [
-        (vec!["report", &none], "no report that this program made"),
+        (vec!["report", &none], "not a report of host-sim"),
         (vec!["report", "absent.html"], "absent.html"),
         (vec!["report", "--map", "gian"], "invalid value 'gian'"),
         (vec!["report", "--certificate", "absent.txt"], "absent.txt"),
-        (vec!["report", &first, "--set", "span_s=1"], "--set is for scenarios"),
+        (vec!["report", &first, "--set", "span_s=1"], "--set applies to scenarios only"),
     ] {
         let said = host_sim(&[&args[..], &["-o", &both, "--force"]].concat());
         assert_eq!(said.status, 2, "{said:?}");

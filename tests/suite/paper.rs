@@ -1,4 +1,4 @@
-//! Are the published numbers reproduced? Reading `reconstructed`, gains as printed, the f32 controller with the f64
+//! Reproduction of the published numbers: reading `reconstructed`, gains as printed, the f32 controller with the f64
 //! plant.
 
 use controller_core::{JointParameters, Reading};
@@ -17,12 +17,12 @@ fn trace(change: impl Fn(&mut Spec), k_l: f64) -> Trace {
     joint(&plant, spec, Precision::F32).trace()
 }
 
-/// The continuous loop's bounds over [10, 20] s; the paper says 0.185 / 0.049 / 0.025 (Fig. 6(a)).
+/// Bounds of the continuous loop over [10, 20] s; the paper gives 0.185 / 0.049 / 0.025 (Fig. 6(a)).
 const SIGMA_STAR: [(f64, f64); 3] = [(10.0, 0.1717), (50.0, 0.0486), (100.0, 0.0255)];
 
 #[test]
 fn sigma_star_reproduces_fig_6a() {
-    // First order in T: 3 % at 1 ms, 1 % at 0.2 ms (what is left is the print's last digit).
+    // First order in T: 3 % at 1 ms, 1 % at 0.2 ms (the remainder is the print's last digit).
     for (period_s, bar) in [(1e-3, 0.03), (2e-4, 0.01)] {
         for (k_l, expected) in SIGMA_STAR {
             let found = ultimate(&trace(|spec| spec.period_s = period_s, k_l), [10.0, 20.0], |row| row.sigma_star);
@@ -32,7 +32,7 @@ fn sigma_star_reproduces_fig_6a() {
     }
 }
 
-/// k_l = 10. The pole at -999.7 of r = 3 asks for a shorter period than 1 ms (pole T <= 0.3; at 1 ms the error is
+/// k_l = 10. The pole at -999.7 of r = 3 needs a shorter period than 1 ms (pole T <= 0.3; at 1 ms the error is
 /// 1.08e-3).
 #[test]
 fn estimation_error_stays_within_the_bounds_of_fig_3_after_one_second() {
@@ -55,7 +55,7 @@ fn switching_gain_lowers_sigma_star_as_published() {
     }
 }
 
-/// Eq. (17) at work: sigma*(0) = 0, so that a larger k_l costs nothing at the start. Exactly, whatever the precision.
+/// Eq. (17): sigma*(0) = 0, so a larger k_l costs nothing at the start. The equality is exact in both precisions.
 #[test]
 fn first_control_does_not_depend_on_the_linear_gain() {
     let first = SIGMA_STAR.map(|(k_l, _)| trace(|_| (), k_l).rows[0].u);

@@ -1,8 +1,8 @@
-//! Play behind a gear: a shaft that swings around a target at rest, and the lower gains that calm it.
+//! Play behind a gear: a shaft that oscillates around a target at rest, and the lower gains that calm it.
 //!
 //! The plant is the suite's own: two inertias with flanks between them (stiff, hardly damped, they push and never
-//! pull), friction that holds on the motor, a current loop; double precision and small steps. The encoder is on the
-//! load. Without play the same plant is a motor with a rigid load.
+//! pull), stiction on the motor, a current loop, double precision and small steps. The encoder is on the load. Without
+//! play the plant is a motor with a rigid load.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ use controller_core::{Health, Limits, Running};
 use integration_tests::strategy::Rng;
 use integration_tests::{deep, golden};
 
-/// What is really there; all of it at the shaft behind the gear.
+/// True plant parameters, all at the shaft behind the gear.
 #[derive(Clone, Copy, Debug)]
 struct Sheet {
     motor_inertia: f64,
@@ -24,15 +24,15 @@ struct Sheet {
     lag_s: f64,
     bits: u32,
     period_s: f64,
-    /// Coulomb and static, N m.
+    /// Coulomb and static friction, N m.
     friction: [f64; 2],
     play_rad: f64,
-    /// Of the flanks.
+    /// Stiffness of the flanks.
     stiffness: f64,
     damping: f64,
 }
 
-/// A servo of a hobbyist with 12 bits behind a gear of 288.
+/// Hobby servo with 12 bits behind a gear of 288.
 const GRIPPER: Sheet = Sheet {
     motor_inertia: 2e-8 * 288.0 * 288.0,
     load_inertia: 1e-4,
@@ -48,7 +48,7 @@ const GRIPPER: Sheet = Sheet {
 };
 
 impl Sheet {
-    /// What its drive is designed from.
+    /// Returns the design of its drive.
     fn design(&self) -> MotorDesign {
         let motor = Motor {
             inertia_kg_m2: self.motor_inertia + self.load_inertia,
@@ -59,7 +59,7 @@ impl Sheet {
         MotorDesign::by_rule(self.period_s, motor, Encoder::absolute(self.bits), limits).with_lag(self.lag_s, 0)
     }
 
-    /// With other inertias and another torque constant than its drive is designed for.
+    /// Returns a plant with other inertias and another torque constant than in the design.
     fn off(mut self, inertia: f64, torque: f64) -> Self {
         self.motor_inertia *= inertia;
         self.load_inertia *= inertia;
@@ -70,15 +70,15 @@ impl Sheet {
 
 struct Plant {
     of: Sheet,
-    /// Angle and speed of the motor and of the load, current.
+    /// Angle and speed of the motor, then of the load; current.
     motor: [f64; 2],
     load: [f64; 2],
     current: f64,
-    /// Against the load, N m.
+    /// External torque against the load, N m.
     external: f64,
 }
 
-/// Speed in the next instant of a shaft in friction that holds.
+/// Returns the speed after one step of a shaft with stiction.
 fn slides(speed: f64, push: f64, [coulomb, holds]: [f64; 2], inertia: f64, h: f64) -> f64 {
     if speed == 0.0 && push.abs() <= holds {
         return 0.0;
@@ -124,7 +124,7 @@ struct Rig {
     resting: Resting,
     plant: Plant,
     tick: u32,
-    /// Noise of the encoder, rad, and who makes it.
+    /// Encoder noise, rad, and its random generator.
     noise: f64,
     rng: Rng,
     health: Health,
@@ -132,7 +132,7 @@ struct Rig {
 }
 
 impl Rig {
-    /// A drive for one data sheet on another plant.
+    /// Creates a drive for one data sheet on another plant.
     fn new(sheet: &Sheet, truth: Sheet, learning: RestLearning) -> Self {
         let design = sheet.design();
         let law = MotorDrive::<f32, Position, 1>::design(&design);
@@ -155,7 +155,7 @@ impl Rig {
         f64::from(self.tick) * self.plant.of.period_s
     }
 
-    /// One period along a reference that says angle and speed at a time.
+    /// Runs one period along a reference that returns angle and speed at a time.
     fn period(&mut self, reference: &dyn Fn(f64) -> [f64; 2]) {
         let (t, period_s) = (self.t_s(), self.plant.of.period_s);
         let target = |t: f64| {
@@ -181,7 +181,7 @@ impl Rig {
         self.plant.load[0] - reference(self.t_s())[0]
     }
 
-    /// Mean and standard deviation of u, and the largest error, over so many seconds.
+    /// Returns mean and standard deviation of u, and the largest error, over this many seconds.
     fn look(&mut self, seconds: f64, reference: &dyn Fn(f64) -> [f64; 2]) -> [f64; 3] {
         let (mut sums, mut worst, ticks) = ([0.0; 2], 0.0_f64, (seconds / self.plant.of.period_s) as u32);
         for _ in 0..ticks {
@@ -194,7 +194,7 @@ impl Rig {
     }
 }
 
-/// From 0 to an angle between two times.
+/// Returns a move from 0 to an angle between two times.
 fn way(to: f64, from_s: f64, until_s: f64) -> impl Fn(f64) -> [f64; 2] {
     move |t| {
         let s = ((t - from_s) / (until_s - from_s)).clamp(0.0, 1.0);
@@ -203,7 +203,8 @@ fn way(to: f64, from_s: f64, until_s: f64) -> impl Fn(f64) -> [f64; 2] {
     }
 }
 
-/// When the drive first says so after a time, and the figures of the three seconds from two after it.
+/// Returns the time at which the drive first reports oscillation, and the statistics of the three seconds from two
+/// seconds after it.
 fn rests(sheet: &Sheet, truth: Sheet, learning: RestLearning) -> (Option<f64>, [f64; 3]) {
     let mut rig = Rig::new(sheet, truth, learning);
     let reference = way(0.5, 0.1, 0.4);
@@ -217,8 +218,8 @@ fn rests(sheet: &Sheet, truth: Sheet, learning: RestLearning) -> (Option<f64>, [
     (heard, rig.look(3.0, &reference))
 }
 
-/// Half a degree of play: heard within half a second, and then at most 3 % of the current, whatever friction there is
-/// and whatever the sheet says of inertia and torque within 20 %. Without lower gains it goes on for ever.
+/// Half a degree of play: detected within half a second; after that the current is at most 3 %, for any friction and
+/// for ±20 % in inertia and torque. Without lower gains the oscillation never ends.
 #[test]
 fn a_shaft_in_play_is_heard_and_calmed() {
     let mut table = vec![String::from(
@@ -245,12 +246,11 @@ fn a_shaft_in_play_is_heard_and_calmed() {
         let [least, most] = [f64::min, f64::max].map(|of| times.iter().copied().reduce(of).unwrap_or(f64::NAN));
         table.push(format!("| {play_rad} | {} | {least:.2} to {most:.2} |\n", cells.join(" | ")));
     }
-    golden::in_docs("bandwidth.md", "play", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
+    golden::in_docs("evidence/tuning.md", "play", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
 }
 
-/// A target that moves is followed with the drive's own gains at once, whatever set was in use before it moves and
-/// whatever the sheet says: the way is that of a drive that never was calmed, give or take where it began, and the
-/// shaft rests again.
+/// A moving target switches to the drive's own gains at once, for any active gain set and any data sheet error. The
+/// motion equals the motion of a drive that was never calmed, up to the start position. The shaft then rests again.
 #[test]
 fn a_calmed_shaft_moves_with_its_own_gains() {
     let (there, on) = (way(0.5, 0.1, 0.4), way(0.5, 2.4, 2.7));
@@ -278,8 +278,8 @@ fn a_calmed_shaft_moves_with_its_own_gains() {
     assert!(lowered >= 8, "{lowered} runs had lower gains");
 }
 
-/// No drive without play is taken for one that swings: random data sheets, plants that are off by 20 %, friction, loads
-/// that step and alternate, counts that flicker.
+/// A drive without play is never classified as oscillating. The test covers random data sheets, plants off by 20 %,
+/// friction, steps and alternating loads, and flickering counts.
 #[test]
 fn a_healthy_drive_keeps_its_gains() {
     let runs = if deep() { 10_000 } else { 100 };
@@ -287,7 +287,7 @@ fn a_healthy_drive_keeps_its_gains() {
     for run in 0..runs {
         let inertia = rng.spread(1e-6, 1e-1);
         let period_s = rng.spread(2e-4, 4e-3);
-        // From 0 to a radian in 20 to 200 ticks of full torque.
+        // A move from 0 to a radian in 20 to 200 ticks of full torque.
         let ticks = rng.spread(20.0, 200.0);
         let torque = 2.0 * inertia / (ticks * period_s).powi(2);
         let friction = rng.within(0.0, 0.08) * torque;
@@ -323,11 +323,11 @@ fn a_healthy_drive_keeps_its_gains() {
     }
 }
 
-/// One of the lower sets as the module's head writes it, on a rigid motor with a current loop; double precision.
+/// Lower gain set, written from the module's head, on a rigid motor with a current loop; double precision.
 struct Loop {
     t: f64,
     b: f64,
-    /// b of the plant over that.
+    /// b of the plant over b of the design.
     off: f64,
     lag_s: f64,
     gains: [f64; 5],
@@ -336,7 +336,7 @@ struct Loop {
 }
 
 impl Loop {
-    /// A tick with this on top of u; what the plant is given.
+    /// Runs a tick with this pulse added to u; returns the plant input.
     fn tick(&mut self, pulse: f64) -> f64 {
         let Self { t, b, off, lag_s, gains: [l1, l2, l3, k1, k2], x: [p, w, i, q, v, d, u] } = *self;
         let acceleration = b * u + d;
@@ -358,7 +358,7 @@ impl Loop {
         given
     }
 
-    /// Largest |S|, and what is left of a pulse after so many ticks.
+    /// Returns the largest |S|, and the remainder of a pulse after this many ticks.
     fn peak(mut self, ticks: usize) -> (f64, f64) {
         let response: Vec<f64> = (0..ticks).map(|k| self.tick(if k == 0 { 1.0 } else { 0.0 })).collect();
         let most = (0..200).map(|j| {
@@ -372,7 +372,7 @@ impl Loop {
     }
 }
 
-/// What the module's head says of the margins of the lower sets, for data sheets of any size.
+/// Margins of the lower gain sets, as given in the module's head, for data sheets of any size.
 #[test]
 fn the_lower_sets_have_their_margins_on_any_data_sheet() {
     let mut rng = Rng::new(83);

@@ -1,5 +1,5 @@
-//! Does f32 suffice? The f32 controller against the f64 controller, each in its own loop with the f64 plant of Example
-//! 2 (`reconstructed`, r = 2 as printed, k_l = 50, 20 s), after the transient.
+//! Sufficiency of f32: the f32 controller against the f64 controller, each in its own loop with the f64 plant of
+//! Example 2 (`reconstructed`, r = 2 as printed, k_l = 50, 20 s), after the transient.
 
 use controller_core::{JointParameters, Reading, Real};
 use integration_tests::close::Gap;
@@ -12,14 +12,14 @@ use loop_sim::port::in_process::Precision;
 use loop_sim::sensor::{Ideal, Sensor};
 use loop_sim::trace::Trace;
 
-/// The offset has decayed to e^-10 and the closed loop's poles (5 rad/s) long have.
+/// Time from which the offset has decayed to e^-10, s; the closed loop's poles (5 rad/s) have settled long before.
 const SETTLED_S: f64 = 10.0;
 
 fn plant() -> FlexibleJoint {
     FlexibleJoint::of_the_paper(JointParameters::TABLE_I.chain(Reading::Reconstructed))
 }
 
-/// Largest differences of sigma*, y, u from `from_s` on.
+/// Returns the largest differences of sigma*, y, u from `from_s` on.
 fn differences(one: &Trace, other: &Trace, from_s: f64) -> [f64; 3] {
     assert_eq!(one.rows.len(), other.rows.len());
     let mut gaps = [Gap::default(); 3];
@@ -49,8 +49,8 @@ fn f32_controller_follows_the_f64_one_down_to_50_microseconds() {
     }
 }
 
-/// An encoder that counts from 100 rad away, converted to f32 raw: each angle is rounded to 7.6e-6 rad, and only then
-/// is the reference taken off (exactly).
+/// Encoder that counts from 100 rad away, converted to f32 raw. Each angle is rounded to 7.6e-6 rad before the
+/// reference is subtracted (exactly).
 struct RawEncoder {
     offset_rad: f32,
 }
@@ -76,9 +76,9 @@ fn raw_offset_of_100_rad() {
     }
 }
 
-/// A start 100 rad away, observers with both poles at -50 (the printed gains' pole at -0.2 would remember the start
-/// for a minute). W begins at 12500; its f32 decrement rounds it by some 1e-3 of itself in 1e5 ticks, which is seen in
-/// y = W/c_1 as long as there is a W: after 20 s it is 2.6e-5.
+/// A start 100 rad away, observers with both poles at -50. The printed gains' pole at -0.2 would remember the start for
+/// a minute. W begins at 12500. Its f32 decrement rounds W by some 1e-3 of itself in 1e5 ticks. The effect on y = W/c_1
+/// lasts as long as W: after 20 s it is 2.6e-5.
 #[test]
 fn start_at_100_rad_leaves_nothing_behind() {
     let plant = plant();
@@ -95,20 +95,20 @@ fn start_at_100_rad_leaves_nothing_behind() {
     }
 }
 
-/// The printed p-form of one channel i < n, Eq. (45)-(50), by Euler's rule.
+/// Printed p-form of one channel i < n, Eq. (45)-(50), by Euler's rule.
 struct PForm<T> {
     l: [T; 2],
     p: [T; 2],
 }
 
 impl<T: Real> PForm<T> {
-    /// d_hat(0) = 0: p(0) = -l x(0).
+    /// Starts with d_hat(0) = 0: p(0) = -l x(0).
     fn start(l: &[f64], x: f64) -> Self {
         let l = [T::from_f64(l[0]), T::from_f64(l[1])];
         Self { l, p: l.map(|l| -l * T::from_f64(x)) }
     }
 
-    /// d_hat from this sample, then p for the next one; x_{i+1} = 0.
+    /// Returns d_hat from this sample, then updates p for the next one; x_{i+1} = 0.
     fn tick(&mut self, x: f64, period_s: f64) -> f64 {
         let [d_hat, derivative] = [0, 1].map(|j| self.p[j] + self.l[j] * T::from_f64(x));
         let period = T::from_f64(period_s);
@@ -118,12 +118,12 @@ impl<T: Real> PForm<T> {
     }
 }
 
-/// Raw angles go into both observers in f32 (order 2, poles at -50, 1 ms): x_1' = d = sin 2t, counted from 100 rad in
-/// steps of 2^-17 rad, which are whole steps of f32 there, so that the sample is the same number in f32 and f64. Each
-/// observer is compared with its own twin in f64 on these very samples: what differs is its arithmetic.
+/// Raw angles enter both observers in f32 (order 2, poles at -50, 1 ms): x_1' = d = sin 2t, from 100 rad in steps of
+/// 2^-17 rad. These are whole steps of f32 there, so the sample is one number in f32 and f64. Each observer is compared
+/// with its own f64 twin on these samples; the difference is due to its arithmetic.
 ///
-/// The p-form adds T l d_hat to p = -l x = -10^4 and -2.5 10^5, whose f32 steps are 1e-3 and 1.6e-2. Near 0 rad, beside
-/// it, it would do: the offset is what it cannot bear.
+/// The p-form adds T l d_hat to p = -l x = -10^4 and -2.5 10^5, whose f32 steps are 1e-3 and 1.6e-2. Near 0 rad the
+/// p-form would suffice; it fails at an offset.
 #[test]
 fn difference_form_keeps_at_100_rad_what_the_p_form_loses() {
     let (period_s, gains) = (1e-3, Gains::from_bandwidth(50.0, 2));
@@ -154,7 +154,7 @@ fn difference_form_keeps_at_100_rad_what_the_p_form_loses() {
         errors
     };
     let [ours, p_form] = errors(100.0);
-    // d_hat is 1 at most: a few f32 steps of 6e-8 there.
+    // d_hat is 1 at most, so the threshold is a few f32 steps of 6e-8.
     assert!(ours <= 7e-7, "{ours:e}");
     assert!(p_form >= 1000.0 * ours, "{p_form:e} against {ours:e}");
     let [_, p_form_near_0] = errors(0.0);

@@ -1,7 +1,7 @@
-//! Does it hold for all inputs?
+//! Properties that hold for all inputs.
 //!
-//! Designs are drawn from a seed (`strategy::any_design`) that a failure prints with the inputs. The sequence of cases
-//! is fixed, so that a run in CI is the run at the desk.
+//! Designs are drawn from a seed (`strategy::any_design`); a failure prints the seed with the inputs. The sequence of
+//! cases is fixed, so a run in CI equals a run on a developer's machine.
 
 use controller_core::{
     Cause, Config, ControlLaw, Fallback, FlexibleJoint, Health, INPUT_LIMIT, Limits, Linear, ObserverGains, Options,
@@ -17,7 +17,7 @@ use integration_tests::truth::{ExactStep, LinearChain, Term};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// So many in the deep tier, a quarter in the fast one.
+/// Returns the number of cases: all in the deep tier, a quarter in the fast one.
 fn cases(cases: u32) -> ProptestConfig {
     let cases = if deep() { cases } else { cases / 4 };
     ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(0x0ED0), ..ProptestConfig::default() }
@@ -25,7 +25,7 @@ fn cases(cases: u32) -> ProptestConfig {
 
 const MAX_N: usize = 6;
 
-/// Any design, its shape and precision.
+/// Random design with its configuration and precision.
 fn any_shape() -> impl Strategy<Value = (usize, u64, bool)> {
     (0..SHAPES.len(), any::<u64>(), any::<bool>())
 }
@@ -44,20 +44,20 @@ fn built(spec: &Spec, model: &Model, capacity: usize, precision: Precision) -> B
     controller(spec, model, capacity, precision).expect("a valid design")
 }
 
-/// The sample in proportion to the design: x_j grows by a tenth of the tick's rate per channel, x_n is as drawn. (Seen
-/// in seconds, a chain of order 6 with T = 0.1 ms would ask for a(x) beyond the input limit.)
+/// Returns a sample in proportion to the design: x_j grows by a tenth of the tick's rate per channel, x_n is as drawn.
+/// In units of seconds, a chain of order 6 with T = 0.1 ms would demand an a(x) beyond the input limit.
 fn fitted(spec: &Spec, x: &[f64; MAX_N]) -> Vec<f64> {
     let n = spec.order();
     (0..n).map(|j| x[j] * power(10.0 * spec.period_s, n - 1 - j)).collect()
 }
 
-/// A sample of reasonable size, for [`fitted`].
+/// Sample of moderate size, for [`fitted`].
 fn sample() -> impl Strategy<Value = [f64; MAX_N]> {
     prop::array::uniform6(-10.0..10.0)
 }
 
-/// Any f32 and any f64 at all: NaN of every payload, infinities, subnormals, -0. (Rounded to f32 most of the f64 are
-/// infinite or 0, so that both are drawn.)
+/// Any f32 and any f64: NaN of every payload, infinities, subnormals, -0. Most f64 bit patterns become infinite or 0 in
+/// f32, so both ranges are drawn.
 fn any_bits() -> impl Strategy<Value = f64> {
     prop_oneof![
         any::<u32>().prop_map(|bits| f64::from(f32::from_bits(bits))),
@@ -70,7 +70,7 @@ fn any_bits() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// What the tick's guard must catch, whatever the other entries are.
+/// Values that the tick's guard must reject, for any other entries.
 fn bad_value() -> impl Strategy<Value = f64> {
     prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(f64::NEG_INFINITY), Just(1e30), Just(-1e30)]
 }
@@ -78,7 +78,7 @@ fn bad_value() -> impl Strategy<Value = f64> {
 proptest! {
     #![proptest_config(cases(2000))]
 
-    /// Eq. (17). Exactly: the first tick computes sigma by the same operations as the start did.
+    /// Eq. (17). The equality is exact: the first tick computes sigma by the operations of the start.
     #[test]
     fn offset_makes_sigma_star_zero_at_start(shape in any_shape(), x0 in sample(), guess in sample()) {
         let (n, capacity, spec, model) = drawn(shape);
@@ -90,7 +90,8 @@ proptest! {
         prop_assert!(!tick.health.contains(Health::INPUT_REJECTED));
     }
 
-    /// The test plants' a(x) is odd, so the whole tick is: sat above all. Bit for bit, since IEEE rounding is odd too.
+    /// The test plants' a(x) is odd, so the whole tick is odd, sat included. The equality is bit for bit, because IEEE
+    /// rounding is odd too.
     #[test]
     fn tick_is_odd(shape in any_shape(), samples in prop::collection::vec(sample(), 2..20)) {
         let (_, capacity, spec, model) = drawn(shape);
@@ -107,8 +108,8 @@ proptest! {
         }
     }
 
-    /// The switching term alone: the law with k_s less the law without, at the second tick, where both have one
-    /// history.
+    /// The switching term alone: the controller with k_s minus the controller without, at the second tick, where both
+    /// have one history.
     #[test]
     fn switching_grows_with_sigma_star_up_to_its_limit(
         k_s in 0.1..20.0, epsilon in 0.0..1.0, direction in prop::array::uniform2(0.1..1.0), sign in prop::bool::ANY,
@@ -141,13 +142,13 @@ proptest! {
         };
         let largest = 3.0 * (epsilon + k_s * spec.period_s) / direction[1];
         let points: Vec<(f64, f64)> = (-20..=20).map(|k| response(f64::from(k) / 20.0 * largest)).collect();
-        // Differences of two u of this size.
+        // Rounding of a difference of two u of this size.
         let rounding = 1e-12 * (1.0 + largest) / spec.period_s;
         for pair in points.windows(2) {
             prop_assert!(pair[1].0 > pair[0].0);
             prop_assert!(pair[1].1 >= pair[0].1 - rounding, "{:?}", pair);
         }
-        // k_s T/K_v with K_v = c_1 T^2/2 + T: the limit is reached on both sides and kept.
+        // k_s T/K_v with K_v = c_1 T^2/2 + T: the limit is reached and kept on both sides.
         let limit = k_s / (1.0 + 3.0 * spec.period_s / 2.0);
         for (sigma_star, switching) in points {
             prop_assert!(switching.abs() <= limit + rounding, "{} at {}", switching, sigma_star);
@@ -158,7 +159,7 @@ proptest! {
         }
     }
 
-    /// Superposition in samples and inputs together, for a linear a(x) and a constant b.
+    /// Superposition in samples and inputs, for a linear a(x) and a constant b.
     #[test]
     fn estimator_is_linear(
         shape in any_shape(),
@@ -187,14 +188,14 @@ proptest! {
                 gap.add(unit * (one[i][m] + other[i][m]), unit * sum[i][m]);
                 gap.scale = gap.scale.max(unit * one[i][m].abs()).max(unit * other[i][m].abs());
             }
-            // Channel n subtracts a(x) and b u, which may be far larger than what is left of them.
+            // Channel n subtracts a(x) and b u, which may be far larger than their difference.
             let terms = model.row.iter().map(|k| 20.0 * k.abs()).sum::<f64>() + 20.0 * spec.input_gain.abs();
             gap.scale = gap.scale.max(10.0 / spec.period_s).max(if i + 1 == n { terms } else { 0.0 });
             prop_assert!(gap.relative() <= 1e-11, "channel {}: {:?}", i + 1, gap);
         }
     }
 
-    /// Whatever bits come in, a number within the limits goes out and the estimates stay numbers.
+    /// For any input bits, u is a number within the limits and the estimates stay numbers.
     #[test]
     fn no_bit_pattern_brings_a_nan_out_or_poisons_the_state(
         shape in any_shape(),
@@ -211,7 +212,7 @@ proptest! {
         for (x, applied) in &history {
             let tick = shipped.tick(&x[..n]);
             prop_assert!(tick.u.is_finite() && tick.sigma.is_finite() && tick.sigma_star.is_finite(), "{:?}", tick);
-            // The f32 controller's limit is the rounded one.
+            // The f32 controller uses the rounded limit.
             let rejected = tick.health.contains(Health::INPUT_REJECTED);
             prop_assert!(rejected || tick.u.abs() <= limit * (1.0 + 1e-7), "{:?}", tick);
             if x[..n].iter().any(|value| !value.is_finite()) {
@@ -222,8 +223,8 @@ proptest! {
         prop_assert!(shipped.estimates().iter().flatten().all(|value| value.is_finite()));
     }
 
-    /// What is wrong with a bad sample leaves no trace, only that it was lost (what that means: test
-    /// `formula::lost_samples_are_bridged_as_in_the_plain_transcription`).
+    /// An invalid sample acts as a missing one, whatever its content. The test
+    /// `formula::lost_samples_are_bridged_as_in_the_plain_transcription` covers the effect of a missing sample.
     #[test]
     fn bad_samples_are_all_alike(
         shape in any_shape(),
@@ -243,7 +244,7 @@ proptest! {
                 let tick = various.tick(&x);
                 prop_assert_eq!(tick, blank.tick(&vec![f64::NAN; n]));
                 prop_assert_eq!((tick.u, tick.health), (held, Health::INPUT_REJECTED));
-                // A report that is no number is not one.
+                // A report that is not a number is ignored.
                 various.report_applied(f64::NAN);
             }
             let tick = various.tick(&x);
@@ -271,7 +272,7 @@ proptest! {
         prop_assert_eq!(tick.health.contains(Health::SATURATED), demand.abs() > limit);
     }
 
-    /// No memory of a channel without observer, no use of a guess for it.
+    /// A channel without an observer has no memory, and a guess for it is ignored.
     #[test]
     fn unobserved_channels_are_not_looked_at(shape in any_shape(), before in sample(), x in sample()) {
         let (n, capacity, spec, model) = drawn(shape);
@@ -280,7 +281,7 @@ proptest! {
         let mut shipped = built(&spec, &model, capacity, precision(shape));
         let mut other = built(&spec, &model, capacity, precision(shape));
 
-        // A guess there, even NaN, is not read.
+        // A guess in that channel, even NaN, is not read.
         let mut guess = [0.25; MAX_N];
         for &i in &unobserved {
             guess[i] = f64::NAN;
@@ -291,7 +292,7 @@ proptest! {
         }
         prop_assert!(other.start_from(&[0.0; MAX_N][..n], &guess[..n]));
 
-        // Entries of the past that no observer uses leave no trace; channel n's observer uses all through a(x).
+        // Past entries that no observer uses have no effect; channel n's observer uses all entries through a(x).
         let (before, x) = (fitted(&spec, &before), fitted(&spec, &x));
         let mut past = before.clone();
         if spec.observers[n - 1].is_none() {
@@ -316,13 +317,13 @@ fn joint(change: impl Fn(&mut Config<4, 2>)) -> Joint {
 
 type JointOfOrder3 = controller_core::controller!(f32, FlexibleJoint<f32>, order 4, observers of order 3 in [2, 4]);
 
-/// A slow wave that the joint might make; tick k.
+/// Returns a slow wave that the joint could perform, at tick k.
 fn wave(k: u32) -> [f32; 4] {
     let t = k as f32 * 1e-3;
     [0.1 * (3.0 * t).cos(), -0.3 * (3.0 * t).sin(), 0.2 * (2.0 * t).sin(), 0.4 * (2.0 * t).cos()]
 }
 
-/// What a state believes to be held: its last word but one, before b(x)/b_0.
+/// Returns the applied u in a state: its last word but one, before b(x)/b_0.
 fn held_of(state: &<Joint as ControlLaw>::State) -> f32 {
     let words: Vec<u32> = state.words().collect();
     f32::from_bits(words[words.len() - 2])
@@ -351,8 +352,8 @@ fn safe_fallback_goes_out_and_changes_nothing_else() {
     }
 }
 
-/// The joint on a steady course loses one sample: d_hat goes on as it was. (Compared over two ticks of motion with one
-/// tick's foresight it would jump by half of d.)
+/// The joint on a steady course misses one sample, and d_hat continues smoothly. A comparison over two ticks of motion
+/// with a one-tick prediction would change it by half of d.
 #[test]
 fn lost_sample_does_not_kick_the_estimates() {
     let controller = joint(|config| {
@@ -372,8 +373,9 @@ fn lost_sample_does_not_kick_the_estimates() {
     }
 }
 
-/// A spike just below what is refused spoils the estimates, then a sample is lost: every later demand would be refused
-/// for the estimates' sake, were they not given up. Spikes from 1 to 1e13 in every state, fast and slow observers.
+/// A spike just below the rejection limit spoils the estimates, then a sample is missing. Unless the estimates were
+/// discarded, every later demand would be rejected because of them. Spikes range from 1 to 1e13 in every state, with
+/// fast and slow observers.
 #[test]
 fn no_spike_locks_the_controller() {
     for omega in [50.0, 400.0] {
@@ -430,8 +432,8 @@ fn health_tells_sigma_star_over_its_bound_and_saturation_and_nothing_else() {
     assert_eq!(seen, [true; 2], "the wave must show both");
 }
 
-/// n = 2 with a = -lambda x_2: the tick's model of the plant is exact for a constant d, so that an exact guess leaves
-/// nothing to settle. 1e-11 is rounding: differences of x over T, summed through poles T = 0.2.
+/// n = 2 with a = -lambda x_2: the tick's model is exact for a constant d, so an exact guess leaves no transient. 1e-11
+/// is rounding: differences of x over T, summed through poles T = 0.2.
 #[test]
 fn exact_guess_leaves_no_transient() {
     let (d, lambda, b, period_s) = ([0.4, -2.5], 30.0, 4.0, 1e-2);
@@ -467,7 +469,7 @@ fn exact_guess_leaves_no_transient() {
     assert!(worst_from([0.0, 0.0]) >= 1.0, "without the guess there is a transient to see");
 }
 
-/// The whole memory of the joint's controller: a cache line of 64 bytes and less.
+/// The whole memory of the joint's controller fits into a cache line of 64 bytes.
 #[test]
 fn state_of_the_joint_fits_64_bytes() {
     fn size<C: ControlLaw>() -> usize {
@@ -480,12 +482,12 @@ fn state_of_the_joint_fits_64_bytes() {
         4 * (4 + 4)
     );
     assert_eq!(size::<controller_core::controller!(f32, Linear<f32, 4>, order 4, no observers)>(), 4 * 4);
-    // A state that may not be there, and a loop whose design is a type, take no more.
+    // An optional state and a loop whose design is a type need no more memory.
     assert_eq!(size_of::<Option<<Joint as ControlLaw>::State>>(), 48);
 }
 
-/// `Linear` and the joint's own model say the same of one plant, to the last bit: all that the linear row does more is
-/// to add 0 x_2, and that is exact.
+/// `Linear` and the joint's own model agree on one plant to the last bit. The linear row only adds 0 x_2, which is
+/// exact.
 #[test]
 fn model_of_the_joint_is_the_linear_one() {
     macro_rules! same_bits {

@@ -1,6 +1,6 @@
-//! What happens on a real shaft: interrupts that are missed, counts that are lost, slip or are false at the start,
-//! counters that wrap anywhere, targets that are typed, stops on the way. The bars are those of a drive that keeps its
-//! head, in rad of the shaft; the plant is the suite's own, with friction, cogging and a current loop.
+//! Faults of a real shaft: missed interrupts, counts that are missing, slip or start wrong, counters that wrap
+//! anywhere, typed targets, stops on the way. The thresholds are for a drive that stays in control, in rad of the
+//! shaft. The plant is the suite's own, with friction, cogging and a current loop.
 
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ fn drive(encoder: Encoder) -> Drive {
     Drive::design(&MotorDesign::by_rule(PERIOD_S, MOTOR, encoder, Limits::symmetric(10.0)))
 }
 
-/// What its encoder says at an angle, as its counter has it.
+/// Returns the encoder reading at an angle, as its counter holds it.
 fn count(encoder: Encoder, angle_rad: f64) -> i32 {
     ((angle_rad / encoder.unit_rad()).round() as i64).rem_euclid(encoder.counter() as i64) as i32
 }
@@ -32,7 +32,7 @@ fn target(r: f64, v: f64) -> Target<f32, i32, 2> {
     Target { turn: turn as i32, jet: [(r - turn * TAU) as f32, v as f32] }
 }
 
-/// A motor on its drive.
+/// Motor under its drive.
 struct Rig {
     running: Running<Drive>,
     shaft: Shaft,
@@ -40,7 +40,7 @@ struct Rig {
     tick: u32,
     u: f64,
     seen: Health,
-    /// Largest |y - r|, and where the shaft was.
+    /// Largest |y - r|, rad.
     worst: f64,
     ticks_lost: u32,
 }
@@ -51,7 +51,7 @@ impl Rig {
         Self { running, shaft, encoder, tick: 0, u: 0.0, seen: Health::OK, worst: 0.0, ticks_lost: 0 }
     }
 
-    /// One period: the interrupt comes, with this count, or it does not.
+    /// Runs one period; `interrupt` is the count, or `None` for a missed interrupt.
     #[allow(clippy::option_option, reason = "no interrupt, no count, a count")]
     fn period(&mut self, interrupt: Option<Option<i32>>, reference: &dyn Fn(f64) -> [f64; 2]) -> Option<Output<f32>> {
         let t = f64::from(self.tick) * PERIOD_S;
@@ -72,7 +72,7 @@ impl Rig {
         count(self.encoder, self.shaft.x[0])
     }
 
-    /// Periods without a fault.
+    /// Runs periods without a fault.
     fn healthy(&mut self, periods: u32, reference: &dyn Fn(f64) -> [f64; 2]) {
         for _ in 0..periods {
             self.period(Some(Some(self.seen_count())), reference);
@@ -80,7 +80,7 @@ impl Rig {
     }
 }
 
-/// From rest to a speed within half a second.
+/// Returns a ramp from rest to a speed within half a second.
 fn ramp(speed: f64) -> impl Fn(f64) -> [f64; 2] {
     move |t| {
         let s = ((t - 0.1) / 0.5).max(0.0);
@@ -88,7 +88,7 @@ fn ramp(speed: f64) -> impl Fn(f64) -> [f64; 2] {
     }
 }
 
-/// At a speed, from then on without what came before.
+/// Returns a rig at a speed, with its earlier statistics cleared.
 fn at_speed(speed: f64) -> (Rig, impl Fn(f64) -> [f64; 2]) {
     let reference = ramp(speed);
     let mut rig = Rig::new(ENCODER, Shaft::ROUGH);
@@ -98,7 +98,7 @@ fn at_speed(speed: f64) -> (Rig, impl Fn(f64) -> [f64; 2]) {
     (rig, reference)
 }
 
-/// Nobody says that interrupts were missed: the drive finds out from the counts, and never loses a turn.
+/// Missed interrupts without a report: the drive detects them from the counts and never loses a revolution.
 #[test]
 fn missed_interrupts_cost_a_little_and_never_a_turn() {
     for (speed, missed, bar) in
@@ -117,7 +117,7 @@ fn missed_interrupts_cost_a_little_and_never_a_turn() {
     }
 }
 
-/// Whoever is late and says so costs nothing but the periods without control.
+/// Reported missed interrupts cost only the periods without control.
 #[test]
 fn a_drive_that_is_told_of_missed_interrupts_steps_nowhere() {
     for (speed, missed, bar) in [(60.0, 1, 0.0015), (200.0, 1, 0.0015), (200.0, 5, 0.003), (100.0, 20, 0.005)] {
@@ -132,7 +132,7 @@ fn a_drive_that_is_told_of_missed_interrupts_steps_nowhere() {
     }
 }
 
-/// 60 ms are more than the 50 that are bridged with a current.
+/// 60 ms exceed the 50 ms that the drive bridges with a current.
 #[test]
 fn a_gap_in_the_counts_is_crossed_by_the_model() {
     let (mut rig, reference) = at_speed(60.0);
@@ -145,8 +145,8 @@ fn a_gap_in_the_counts_is_crossed_by_the_model() {
     assert!(rig.seen.contains(Health::INPUT_REJECTED) && !rig.seen.contains(Health::POSITION_STEPPED));
 }
 
-/// A magnet that slips moves the position by its slip, tells so, and no more. More than three slips in a row are no
-/// slips: nothing is believed of them.
+/// A magnet that slips moves the position by its slip and sets a flag, and nothing else. More than three slips in a row
+/// are rejected.
 #[test]
 fn a_slip_costs_the_slip_and_a_flag() {
     for slip_rad in [0.1, -0.3, 1.0] {
@@ -176,7 +176,7 @@ fn slip_after_slip_is_rejected() {
     assert!(rig.seen.contains(Health::INPUT_REJECTED | Health::WAITS), "{:?}", rig.seen);
 }
 
-/// A bus that is not up yet answers 0; the shaft stands at 3.07 rad and is to stay there.
+/// A bus that is not yet up returns 0; the shaft stands at 3.07 rad and must stay there.
 #[test]
 fn false_first_counts_move_nothing() {
     for zeros in [1, 5] {
@@ -192,12 +192,12 @@ fn false_first_counts_move_nothing() {
     }
 }
 
-/// The drive is switched on while the shaft turns: it joins there, at its speed, within some ticks.
+/// The drive is switched on while the shaft turns. It starts there, at the present speed, within some ticks.
 #[test]
 fn a_start_in_motion_knows_the_speed_at_once() {
     for speed in [60.0, -200.0] {
         let mut rig = Rig::new(ENCODER, Shaft { x: [1.0, speed, 0.0], ..Shaft::CLEAN });
-        // Where it is.
+        // Position of the shaft.
         let along = |t: f64| [1.0 + speed * t, speed];
         let mut first = None;
         for tick in 0..200 {
@@ -214,7 +214,7 @@ fn a_start_in_motion_knows_the_speed_at_once() {
     }
 }
 
-/// One word in ten is all ones, and nobody says so: at rest, where such a word is always the same, too.
+/// One word in ten is all ones, without an error report; the test includes rest, where such a word is constant.
 #[test]
 fn bad_frames_at_rest_are_no_step() {
     let mut rig = Rig::new(ENCODER, Shaft { x: [1.5, 0.0, 0.0], ..Shaft::ROUGH });
@@ -230,7 +230,7 @@ fn bad_frames_at_rest_are_no_step() {
     assert!(!rig.seen.contains(Health::POSITION_STEPPED), "{:?}", rig.seen);
 }
 
-/// A target that is typed, not planned, from rest and from a shaft that is thrown: no overshoot, no swing, no alarm.
+/// A typed target without a plan, from rest and from a moving shaft: no overshoot, no oscillation, no alarm.
 #[test]
 fn a_target_typed_at_once_is_reached_without_overshoot() {
     for step in [0.03, 0.1, 1.0, -3.2, 20.0, 500.0] {
@@ -259,15 +259,15 @@ fn a_shaft_that_is_thrown_is_caught_without_a_swing_back() {
             let way = rig.shaft.x[0] * speed.signum();
             (furthest, back) = (furthest.max(way), back.min(way));
         }
-        // With all the current, from the first tick on.
+        // Stopping distance at full current from the first tick on.
         let least = speed * speed / (2.0 * 0.05 * 10.0 / 2e-4);
         println!("thrown at {speed} rad/s: {furthest:.3} rad out (least {least:.3}), {:.4} back", -back);
         assert!(furthest < 1.05 * least + speed.abs() * 0.006 && back > -0.003, "{speed}: {furthest}, {back}");
     }
 }
 
-/// A timer that is reloaded at 9999, an absolute encoder of 4000 positions, one of seven turns: u is that of a counter
-/// of 32 bits, bit by bit, over every seam.
+/// A timer that reloads at 9999, an absolute encoder of 4000 positions, and one of seven revolutions: u is
+/// bit-identical to u with a 32-bit counter, over every wrap.
 #[test]
 fn a_counter_may_wrap_anywhere() {
     for (states, counts_per_turn) in
@@ -278,7 +278,7 @@ fn a_counter_may_wrap_anywhere() {
         let reference = |t: f64| [20.0 * (3.0 * t).sin(), 60.0 * (3.0 * t).cos()];
         let mut rigs = [wide, narrow].map(|encoder| Rig::new(encoder, Shaft::ROUGH));
         for tick in 0..4000 {
-            // Where the counter is less than a turn, other quarters of it are gone along in a gap.
+            // No gap where the counter covers less than a revolution: the shaft may turn on by whole counter ranges.
             let lost = states >= counts_per_turn && (300..310).contains(&(tick % 1000));
             let bits = rigs.each_mut().map(|rig| {
                 let count = if lost { None } else { Some(rig.seen_count()) };
@@ -293,8 +293,9 @@ fn a_counter_may_wrap_anywhere() {
     }
 }
 
-/// A counter that the index pulse of its encoder sets to 0 once a turn. It begins anywhere, so the drive creeps to the
-/// first pulse and is reset there; from then on each pulse takes back the counts that interference has cost.
+/// A counter that the index pulse of its encoder sets to 0 once per revolution. The counter begins anywhere, so the
+/// drive creeps to the first pulse and is reset there. From then on each pulse recovers the counts lost to
+/// interference.
 #[test]
 fn a_counter_that_its_index_sets_to_0_is_homed_once_and_loses_nothing() {
     const STATES: i64 = 10_000;
@@ -309,7 +310,7 @@ fn a_counter_that_its_index_sets_to_0_is_homed_once_and_loses_nothing() {
         before = now;
         (counter as i32, is_index)
     };
-    // The counter says 0 at 2 rad.
+    // The counter reads 0 at 2 rad.
     let creep = |t: f64| if t < 0.1 { [0.0; 2] } else { [2.0 * (t - 0.1), 2.0] };
     loop {
         let (count, is_index) = read(&rig, 0);
@@ -322,24 +323,24 @@ fn a_counter_that_its_index_sets_to_0_is_homed_once_and_loses_nothing() {
     }
     println!("the index is found at {:.4} rad after {} ms, {:?}", rig.shaft.x[0], rig.tick, rig.seen);
     assert!((rig.shaft.x[0] - TAU).abs() < 3e-3);
-    // Where the index is, is 0.
+    // The index position is the origin.
     rig.shaft.x[0] -= TAU;
     read(&rig, 0);
     (rig.tick, rig.worst, rig.seen) = (0, 0.0, Health::OK);
     let reference = ramp(60.0);
     for tick in 0..3000 {
-        // Two counts are lost every 20 ms, ten in a turn: 6 mrad, and 0.17 rad in these 3 s without an index.
+        // Two counts are lost every 20 ms, ten per revolution: 6 mrad, and 0.17 rad in these 3 s without an index.
         let (count, _) = read(&rig, if tick > 600 && tick % 20 == 0 { 2 } else { 0 });
         rig.period(Some(Some(count)), &reference);
     }
     let error = rig.shaft.x[0] - reference(f64::from(rig.tick) * PERIOD_S)[0];
     println!("{error:.5} rad at the end, {:.5} at most, {:?}", rig.worst, rig.seen);
-    // The shaft creeps on at 2 rad/s for the 10 ms in which the counts have to agree.
+    // The shaft creeps on at 2 rad/s for the 10 ms in which the counts must agree.
     assert!(error.abs() < 8e-3 && rig.worst < 0.03, "{error} rad at the end, {} at most", rig.worst);
     assert!(!rig.seen.intersects(Health::POSITION_STEPPED | Health::SAMPLE_LOST), "{:?}", rig.seen);
 }
 
-/// The same on a joint, whose two encoders are missed together.
+/// Missed interrupts on a joint, whose two encoders are missed together.
 #[test]
 fn a_joint_survives_missed_interrupts() {
     let encoders = [Encoder::absolute(20); 2];
@@ -348,7 +349,7 @@ fn a_joint_survives_missed_interrupts() {
     for (missed, told) in [(1, false), (4, false), (4, true)] {
         let (mut running, mut plant, mut worst, mut seen, mut u) =
             (Running::new(law), Flexible::NOMINAL, 0.0_f64, Health::OK, 0.0);
-        // Up to 3 rad/s, and on.
+        // The joint speeds up to 3 rad/s and continues.
         let reference = |t: f64| {
             let s = (t / 1.0).min(1.0);
             let [s2, s3, s4] = [s * s, s * s * s, s * s * s * s];
@@ -389,8 +390,8 @@ fn a_joint_survives_missed_interrupts() {
     }
 }
 
-/// Interrupts that are missed while a joint speeds up leave an error of its speed, by which its counts drift: they
-/// agree all the same, within what that explains, and the move goes on.
+/// Missed interrupts during the acceleration of a joint leave a speed error, by which its counts drift. The counts
+/// still agree within the explained drift, and the move continues.
 #[test]
 fn a_joint_that_misses_interrupts_in_its_move_goes_on() {
     let encoders = [Encoder::absolute(20); 2];
@@ -423,7 +424,7 @@ fn a_joint_that_misses_interrupts_in_its_move_goes_on() {
     }
 }
 
-/// More periods than samples may be missing: the counts that come then are found.
+/// More reported missed interrupts than samples may be missing: the drive accepts the next counts.
 #[test]
 fn more_missed_interrupts_than_samples_may_be_missing_are_no_end_if_they_are_told() {
     for (speed, missed) in [(60.0, 55), (-100.0, 60), (20.0, 100)] {
@@ -442,7 +443,7 @@ fn more_missed_interrupts_than_samples_may_be_missing_are_no_end_if_they_are_tol
 /// Two units of a position.
 const UNITS_RAD: f64 = 2.0 * TAU / 4_294_967_296.0;
 
-/// Where a profile that begins with the estimates brakes: no swing back, no limit reached, the way that physics leaves.
+/// A profile that begins at the estimates brakes the shaft: no reversal, no limit reached, near the physical distance.
 #[test]
 fn a_profile_brakes_a_shaft_from_where_it_is() {
     const BRAKE: f64 = 1800.0;
@@ -451,7 +452,7 @@ fn a_profile_brakes_a_shaft_from_where_it_is() {
         let limits = ProfileLimits { speed_rad_s: 300.0, acceleration_rad_s2: BRAKE, window: 5 };
         let mut profile = Profile::<f32, 2, 10>::new(&limits, PERIOD_S).expect("limits");
         let known = rig.running.estimates().expect("it runs");
-        // The estimates are those of the last tick: the coming one begins a period later.
+        // The estimates belong to the last tick; the coming tick begins a period later.
         let (v, begin) = (f64::from(known.speed[0]), rig.shaft.x[0]);
         let angle = f64::from(known.position[0]) + v * PERIOD_S;
         assert!(profile.start(known.turn, angle, v));
@@ -476,13 +477,13 @@ fn a_profile_brakes_a_shaft_from_where_it_is() {
     }
 }
 
-/// How far a stop from this jet goes back, of a way of so much; the ticks that it takes.
+/// Returns the reversal of a stop from this trajectory point, with its travel, and its number of ticks.
 fn back_of_stop<T: Real<Count = i32>, const M: usize>(jet: [T; M], ticks: u32) -> ([f64; 2], u32) {
     let present = Target { turn: 3, jet };
     let (goal, taken) = stop(&present, ticks, PERIOD_S);
     let powers = powers_of_join(gap(&present, &goal.at(0)), f64::from(taken) * PERIOD_S);
     if powers.as_flattened().as_flattened().iter().any(|rad| rad.abs() > FARTHEST_RAD) {
-        // A way that no caller is given.
+        // No caller gets such a travel.
         return ([0.0; 2], taken);
     }
     let way = Joined::<T, _, M>::new(goal, gap(&present, &goal.at(0)), 100, taken, PERIOD_S);
@@ -501,7 +502,8 @@ fn back_of_stop<T: Real<Count = i32>, const M: usize>(jet: [T; M], ticks: u32) -
     ([back, (last - first).abs()], taken)
 }
 
-/// From any speed, acceleration and jerk, in any time: but for some units of the position, 2^-32 turns.
+/// Stops from any speed, acceleration and jerk, in any time, do not reverse, except for some units of the position,
+/// 2^-32 revolutions.
 #[test]
 fn a_stop_never_goes_back() {
     let mut rng = Rng::new(5);
@@ -521,10 +523,10 @@ fn a_stop_never_goes_back() {
         let [v, a, j] = [speed, acceleration, jerk].map(|number| number as f32);
         tell(back_of_stop([0.5_f32, v, a, j], ticks), 1e-6);
     }
-    // At an even speed half of the way, in the time that was asked for.
+    // At constant speed the stop takes half of the distance in the requested time.
     let (goal, taken) = stop(&Target { turn: 0, jet: [1.0, 4.0, 0.0, 0.0] }, 500, PERIOD_S);
     assert!((goal.angle - 2.0_f64).abs() < 1e-12 && taken == 500, "{goal:?} {taken}");
-    // A move of 1 rad in 1 s that is stopped anywhere.
+    // A move of 1 rad in 1 s, stopped at any tick.
     let onto = Joined::<f64, _, 3>::new(Rest { turn: 0, angle: 1.0 }, [-1.0, 0.0, 0.0], 0, 1000, PERIOD_S);
     for at in 1..1000 {
         let present: Target<f64, i32, 3> = onto.at(at);
@@ -535,7 +537,7 @@ fn a_stop_never_goes_back() {
     }
 }
 
-/// It is where it begins, as a sine is at its start, and once it is over it stays so.
+/// Before its start a plan is at its initial point, as a sine is; after its end it stays at the end.
 #[test]
 fn a_plan_that_has_not_begun_is_where_it_begins() {
     for start in [1000_u32, 0, u32::MAX - 20] {

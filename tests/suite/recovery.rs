@@ -1,9 +1,9 @@
-//! Does the tick come back, whatever its state was made of and whatever it was fed?
+//! Recovery of the tick from any state and after any input.
 //!
-//! After a good tick every word of the state lies in the set M of its design (module `design` of the core, "Range").
-//! From any state two good samples lead there, and from there the loop converges within a stated time. Random samples
-//! find nothing here: what did harm were samples of 1e27 whose terms cancel to the last bit, so they are searched for
-//! along the directions in which the law asks for nothing.
+//! After a valid tick every word of the state lies in the set M of its design (module `design` of the core, "Range").
+//! From any state two valid samples lead there, and from there the loop converges within a stated time. Random samples
+//! find no fault here. The harmful samples had values around 1e27 whose terms cancel to the last bit. The search
+//! therefore follows the directions in which the control law demands nothing.
 
 use controller_core::{
     Config, ControlLaw, Controller, Fallback, FlexibleJoint, Health, Limits, Linear, Nominal, ObserverGains, Options,
@@ -25,11 +25,11 @@ fn two_good_samples_lead_from_any_state_and_after_any_sample_into_the_set_of_the
             taken += usize::from(struck);
         }
     }
-    // Enough of the search must have been taken as good for the promise to be tried.
+    // The guarantee is tested only if enough cancelling samples were accepted.
     assert!(taken >= 1000, "only {taken} cancelling samples were taken: the search finds none");
 }
 
-/// The one that was found first: it asks for nothing, was taken, and left estimates of 1e30 that refused every later
+/// The first sample found: it demands nothing, was accepted, and left estimates of 1e30 that rejected every later
 /// sample.
 #[test]
 fn a_sample_of_1e27_whose_terms_cancel_does_not_lock_the_joint() {
@@ -50,9 +50,10 @@ fn a_sample_of_1e27_whose_terms_cancel_does_not_lock_the_joint() {
     }
 }
 
-/// The loop on the limited joint, its state overwritten after 3 s, over and over. From the second sample on it is a
-/// start from where the plant is then, with an offset that W left out asks for at most 256 times the span of the
-/// limits: ln(512)/alpha = 6.2 s until u leaves its limit, then the surface, (125, 75, 15) with all roots at -5 /s.
+/// The loop on the limited joint; its state is overwritten after 3 s, many times. From the second sample on the loop is
+/// at a start from the present plant state, with a bounded offset. An offset left out of W demands at most 256 times
+/// the span of the limits. u leaves its limit after ln(512)/alpha = 6.2 s; the surface follows, (125, 75, 15) with all
+/// roots at -5 /s.
 #[test]
 fn the_loop_converges_again_whatever_was_written_over_the_state() {
     let config = joint_config(ObserverGains::from_bandwidth::<2>(50.0));
@@ -96,7 +97,7 @@ fn the_loop_converges_again_whatever_was_written_over_the_state() {
     assert!(farthest > 0.0);
 }
 
-/// Words with the checksum that belongs to them: FNV-1a of all before it.
+/// Returns words with their checksum: FNV-1a of all words before it.
 fn sealed(words: &[u32]) -> Vec<u32> {
     let (_, words) = words.split_last().expect("words of a running controller");
     let bytes = words.iter().flat_map(|word| word.to_le_bytes());
@@ -117,9 +118,8 @@ fn motor<const R: usize>(observers: [Option<ObserverGains<R>>; 2], limits: Limit
     }
 }
 
-/// A motor under a constant disturbance, in a loop that has settled for 2 s; then `strike` changes its samples and its
-/// words for as long as it likes. How many of the ticks after that were rejected, and the largest |x_1| of the last
-/// second of ten.
+/// Runs a motor under a constant disturbance in a loop that has settled for 2 s; then `strike` changes samples and
+/// words. Returns the number of rejected ticks after that, and the largest |x_1| of the last second of ten.
 fn struck<const R: usize, const MASK: u8, const O: usize>(
     config: &Config<2, R>,
     push: f64,
@@ -150,8 +150,8 @@ fn struck<const R: usize, const MASK: u8, const O: usize>(
     (rejected, left)
 }
 
-/// Two finite samples that were found by an attack: what they leave in B shows in the demand every other tick only, so
-/// that every other sample was refused, for ever.
+/// Two finite samples, found by an attack. Their effect on B appeared in the demand every other tick only, so every
+/// other sample was rejected permanently.
 #[test]
 fn estimates_that_show_every_other_tick_only_do_not_lock_the_motor() {
     let gains = Some(ObserverGains::from_bandwidth::<2>(100.0));
@@ -164,7 +164,7 @@ fn estimates_that_show_every_other_tick_only_do_not_lock_the_motor() {
     assert!(rejected <= 10 && left < 1e-3, "{rejected} samples rejected, |x_1| = {left}");
 }
 
-/// Every size of every word of the estimates, all else as it was.
+/// Every size of every word of the estimates; the rest of the state is unchanged.
 #[test]
 fn one_spoilt_estimate_of_any_size_is_gone_ten_seconds_later() {
     let of_2 = motor([None, Some(ObserverGains::from_bandwidth::<2>(100.0))], Limits::symmetric(10.0));
@@ -173,7 +173,7 @@ fn one_spoilt_estimate_of_any_size_is_gone_ten_seconds_later() {
     let safe = Config { options: safe, reaching: ReachingLaw { k_s: 1.0, ..of_2.reaching }, ..of_2 };
     for tenth in (0..90).step_by(if deep() { 1 } else { 9 }) {
         let value = 10.0_f32.powf(tenth as f32 / 10.0).to_bits();
-        // Fingerprint, whether it runs, whether it resumes; then A, B, C.
+        // Layout: fingerprint, running flag, resuming flag; then A, B, C.
         let strike = |word: usize| {
             move |k: usize, _: &mut [f32; 2], words: &mut Vec<u32>| {
                 if k == 0 {
@@ -194,7 +194,7 @@ fn one_spoilt_estimate_of_any_size_is_gone_ten_seconds_later() {
     }
 }
 
-/// A wild sample beside a lost one says nothing of the state: it is no sample of the same plant as the next.
+/// An outlier next to a missing sample carries no information about the state: the next sample disagrees with it.
 #[test]
 fn a_wild_sample_after_a_lost_one_costs_no_estimate() {
     let config = motor([None, Some(ObserverGains::from_bandwidth::<2>(100.0))], Limits::symmetric(10.0));
@@ -202,7 +202,7 @@ fn a_wild_sample_after_a_lost_one_costs_no_estimate() {
         let (rejected, left) = struck::<2, 0b10, 1>(&config, -1000.0, |k, sample, _| match k {
             10 => *sample = lead,
             11 => *sample = [-1e9, 0.0],
-            // And from then on every other one.
+            // From then on every other sample.
             k if k > 11 && k < 5000 && k % 2 == 1 => *sample = [1e9 * (k % 4) as f32 - 2e9, 0.0],
             _ => {}
         });
@@ -210,7 +210,7 @@ fn a_wild_sample_after_a_lost_one_costs_no_estimate() {
     }
 }
 
-/// Limits that are narrow and far from 0, or leave nothing to choose.
+/// Limits that are narrow and far from 0, or leave no range.
 #[test]
 fn a_motor_holds_a_load_within_narrow_limits_far_from_zero() {
     let gains = Some(ObserverGains::from_bandwidth::<2>(100.0));

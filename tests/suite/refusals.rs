@@ -1,7 +1,7 @@
-//! Is every bad design refused with the right words, and every design near an edge remarked on?
+//! Error messages for every invalid design, and warnings for every design near an edge.
 //!
-//! One table each: what is changed in a good design (the joint of Example 2, T = 1 ms, capacity R = 2) and the exact
-//! message. The messages are part of the interface: they name channel, equation and remedy.
+//! One table each: a change to a valid design (the joint of Example 2, T = 1 ms, capacity R = 2) and the exact message.
+//! The messages are part of the interface: they name channel, equation and remedy.
 
 use controller_core::{
     AnyConfig, Benchmark, Cause, Coefficients, Config, ConfigError, Fallback, Field, FlexibleJoint, Health,
@@ -27,21 +27,22 @@ fn changed(change: Change) -> Config<4, 2> {
     config
 }
 
-/// What `try_design` says, the same in both precisions. (The model is that of the good design: no refusal is about it.)
+/// Returns the result of `try_design`, which is equal in both precisions. The model belongs to the valid design,
+/// because no error concerns it.
 fn designed(config: &Config<4, 2>) -> Result<(), ConfigError> {
     let single = Joint32::try_design(config, FlexibleJoint::<f32>::new(&NOMINAL)).map(|_| ());
     let double = Joint64::try_design(config, FlexibleJoint::<f64>::new(&NOMINAL)).map(|_| ());
-    // Compared as text: a NaN in an error equals nothing, not even itself.
+    // Compared as text, because a NaN in an error does not equal itself.
     assert_eq!(format!("{single:?}"), format!("{double:?}"));
     single
 }
 
-/// Poles at -`fast` and -10 rad/s: apart, so that the bisection finds them to 1e-11.
+/// Returns gains with poles at -`fast` and -10 rad/s: apart, so that the bisection finds them to 1e-11.
 fn poles(fast: f64) -> ObserverGains<2> {
     ObserverGains::from_poles([Pole { re: -fast, im: 0.0 }, Pole { re: -10.0, im: 0.0 }])
 }
 
-/// The surface with roots -`fast`, -10, -5 rad/s.
+/// Returns the surface with roots -`fast`, -10, -5 rad/s.
 fn surface(fast: f64) -> Surface<4> {
     Surface { c: [50.0 * fast, 15.0 * fast + 50.0, fast + 15.0, 1.0], alpha_per_s: 1.0 }
 }
@@ -186,11 +187,11 @@ fn every_refusal_says_what_is_wrong_and_what_to_do() {
         let cause = format!("{:?}", error.cause);
         seen.insert(cause.split([' ', '{']).next().unwrap_or_default().to_owned());
     }
-    // All but the order of an observer, which no gains can have wrong, and warnings.
+    // All causes except warnings and the observer order, which gains cannot have wrong.
     assert_eq!(seen.len(), 20, "a kind of refusal is not in the table: {seen:?}");
 }
 
-/// Where the order is a number it may be wrong too, and the same rules hold for what a file gives.
+/// A run-time order may also be wrong, and the rules of the typed design also apply to the numbers of a file.
 #[test]
 fn a_configuration_of_any_order_is_refused_by_the_same_rules() {
     let any = AnyConfig::from(GOOD);
@@ -198,7 +199,7 @@ fn a_configuration_of_any_order_is_refused_by_the_same_rules() {
     for (change, expected) in REFUSED {
         let config = changed(*change);
         let alone = config.validate();
-        // A capacity is the type's, and so is what an order above it is.
+        // The type defines the capacity, and therefore the error for an order above it.
         let capacity = matches!(alone, Err(ConfigError { cause: Cause::ObserverOrder { order: 3, .. }, .. }));
         if !capacity {
             assert_eq!(
@@ -215,7 +216,7 @@ fn a_configuration_of_any_order_is_refused_by_the_same_rules() {
     assert_eq!(any.warnings().iter().count(), GOOD.warnings().iter().count());
 }
 
-/// Another language has other words for field and remedy, and the same for what is wrong.
+/// A translation has its own words for field and remedy, with an unchanged cause.
 #[test]
 fn a_refusal_can_be_told_in_the_words_of_another_language() {
     let error = designed(&changed(|config| config.options.limits.max = f64::NAN)).expect_err("a refusal");
@@ -259,7 +260,7 @@ fn number_that_is_not_finite_is_refused_by_the_name_of_its_field() {
     }
 }
 
-/// The last good value beside each refused one.
+/// The last valid value next to each rejected one.
 #[test]
 fn design_on_the_edge_of_a_rule_is_accepted() {
     let edges: [(&str, Change); 9] = [
@@ -286,8 +287,8 @@ fn remarks(change: Change) -> Vec<String> {
     told
 }
 
-/// Just above 0.3, 0.5, 0.5 there is a warning, on the edge there is none. "Just above" is 0.4 %: roots that coincide
-/// are found up to 0.24 % too large, which must not warn of a bandwidth set exactly to the edge.
+/// A warning begins just above 0.3, 0.5, 0.5; on the edge there is none. "Just above" is 0.4 %. Roots that coincide are
+/// found up to 0.24 % too large, which must not cause a warning for a bandwidth exactly on the edge.
 #[test]
 fn each_warning_begins_above_its_edge_and_names_the_remedy() {
     let none: [Change; 7] = [
@@ -297,7 +298,7 @@ fn each_warning_begins_above_its_edge_and_names_the_remedy() {
         |config| config.reaching.k_l = 500.0,
         |config| config.surface = surface(500.0),
         |config| config.surface = Surface::from_bandwidth(500.0, 1.0),
-        // What is not a rule: a period T with k_s beyond the layer, the implicit switching does not chatter.
+        // No rule applies here: the implicit switching does not chatter with k_s T beyond the layer.
         |config| config.reaching.k_s = 1e6,
     ];
     for (k, change) in none.into_iter().enumerate() {
@@ -325,7 +326,7 @@ fn each_warning_begins_above_its_edge_and_names_the_remedy() {
     assert_eq!(all, [observer(2), observer(4), linear_gain.to_string(), sliding.to_string()]);
 }
 
-/// A decay of 3 made sigma infinite after a few ticks: numbers that were changed on the way are no design.
+/// Numbers that were changed after the design are rejected; a decay of 3 once made sigma infinite after a few ticks.
 #[test]
 fn a_design_with_one_number_changed_is_none() {
     type Joint = controller_core::controller!(f32, FlexibleJoint<f32>, order 4, observers of order 2 in [2, 4]);
@@ -392,7 +393,7 @@ fn a_strict_design_refuses_what_it_would_be_warned_of_and_says_the_channel() {
         assert_eq!(config.validate_strictly().expect_err("a warning").field, field);
     }
     assert_eq!(changed(|_| {}).validate_strictly(), Ok(()));
-    // What is wrong comes before what is near an edge.
+    // Errors come before warnings.
     let wrong = changed(|config| (config.period_s, config.reaching.k_l) = (-1.0, 501.0));
     assert_eq!(wrong.validate_strictly(), wrong.validate());
 }
@@ -443,7 +444,7 @@ fn a_health_that_is_no_sum_of_flags_is_not_read() {
     }
 }
 
-/// A model and what the design is told of it are written apart: the shipped ones agree, at rest and elsewhere.
+/// A model and its description in the design are written separately; the shipped ones agree, at rest and elsewhere.
 #[test]
 fn a_model_that_contradicts_what_the_design_is_told_of_it_is_found() {
     for reading in [Reading::Literal, Reading::Reconstructed, Reading::Stiff, Reading::Physical] {
@@ -466,7 +467,7 @@ fn a_model_that_contradicts_what_the_design_is_told_of_it_is_found() {
         "x_2: the model has another slope there than nominal.gradient says (Eq. (39)): it returns a(x)/b_0, the \
          gradient is that of a(x) (said -2.0000, found -1.0000)"
     );
-    // What is no number, or says nothing in this precision, agrees with nothing.
+    // A NaN, or a value without meaning in this precision, agrees with nothing.
     for (model, at) in [(Bent(f64::NAN, 0.0), 0.0), (Bent(f64::INFINITY, 0.0), 0.0), (Bent(0.0, 0.0), f64::NAN)] {
         for gradient in [[0.0, 0.0], [-4.0, -1.0]] {
             let nominal = Nominal { gradient, input_gain: 1.0 };
@@ -500,7 +501,7 @@ impl NominalModel<f64, 2> for Bearing {
     }
 }
 
-/// A slope, and a constant part.
+/// Slope and constant part.
 #[derive(Clone, Copy)]
 struct Bent(f64, f64);
 

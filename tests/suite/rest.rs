@@ -1,9 +1,9 @@
-//! At rest in friction that holds: does a motor hunt around its target, and what does its band cost?
+//! Rest under stiction: the hunting of a motor around its target, and the cost of its rest band.
 //!
-//! Five motors of four sizes, each with true friction of half, once and one and a half times its nominal one, two
-//! targets, and four ways to come to rest: after a move, after a load has gone, after a slow move, under a constant
-//! load. From a second after the last of it on nothing changes any more, and a stuck shaft needs no current that
-//! changes.
+//! The tests run five motors of four sizes. The true friction is half, once and one and a half times the nominal one,
+//! and there are two targets. Each motor comes to rest in four ways: after a move, after a load, after a slow move, and
+//! under a constant load. From a second after the last event on nothing changes, so a stuck shaft needs no change of
+//! the current.
 
 use controller_core::drive::{DriveEstimates, Encoder, Motor, MotorDesign, RestLearning, Resting, Target};
 use controller_core::{Health, Limits};
@@ -13,7 +13,7 @@ use loop_sim::trace::{Row, Trace};
 
 use super::margin::run;
 
-/// J, K_t, limit, bits, period; friction as a share of the torque, Coulomb and static.
+/// Motor: J, K_t, limit, bits, period; Coulomb and static friction as a share of the torque.
 struct Sheet {
     name: &'static str,
     numbers: [f64; 3],
@@ -35,20 +35,20 @@ const SHEETS: [Sheet; 5] = [
     Sheet::new("gimbal, 2e-6 kg m², 14 bits", [2e-6, 0.03, 1.0], 14, 1e-3, [0.02, 0.03]),
     Sheet::new("direct drive, 5e-3 kg m², 12 bits", [5e-3, 0.5, 6.0], 12, 1e-3, [0.02, 0.03]),
 ];
-/// Its period is an eighth, so it takes eight times as long.
+/// The period is an eighth of the others, so the run takes eight times as long.
 const SERVO: Sheet = Sheet::new("servo, 1e-2 kg m², 20 bits, 8 kHz", [1e-2, 1.0, 15.0], 20, 1.25e-4, [0.02, 0.03]);
 
 const WAYS: [&str; 4] = ["move", "load gone", "slow move", "constant load"];
-/// The last of each way, s; and how long is looked at.
+/// Time of the last event, s, then the observation time.
 const LAST_S: f64 = 2.0;
 const REST_S: f64 = 1.0;
 const LOOK_S: f64 = 3.0;
 
 struct Found {
-    /// Changes of the direction in which the shaft moves, per second; and the standard deviation of u over its limit.
+    /// Reversals of the shaft's direction per second, then the standard deviation of u over its limit.
     reversals_per_s: f64,
     ripple: f64,
-    /// Where it ends, in counts; its largest error while a load pushes, rad.
+    /// Final error, counts, then the largest error under a load, rad.
     end_counts: f64,
     dip_rad: f64,
 }
@@ -59,7 +59,7 @@ impl Found {
     }
 }
 
-/// `off`: percent of J and of K_t.
+/// Runs one case; `off` is the deviation of J and K_t, %.
 fn found(sheet: &Sheet, way: usize, target: f64, true_friction: f64, off: [f64; 2], more: &[&str]) -> Found {
     let Sheet { numbers: [inertia, torque, limit], bits, period_s, friction, .. } = *sheet;
     let most = torque * limit;
@@ -111,7 +111,7 @@ fn found(sheet: &Sheet, way: usize, target: f64, true_friction: f64, off: [f64; 
     }
 }
 
-/// How a motor comes to rest, all ways of it.
+/// Summary of a motor over all ways to come to rest.
 #[derive(Default)]
 struct Tally {
     loud: usize,
@@ -121,7 +121,7 @@ struct Tally {
     dips: Vec<f64>,
 }
 
-/// With this band, for `corners` of J and K_t, percent, and these shares of its friction.
+/// Runs a motor with this band, for `corners` of J and K_t in percent, and these shares of its friction.
 fn tally(sheet: &Sheet, way: usize, (corners, frictions): (&[[f64; 2]], &[f64]), band: &str) -> Tally {
     let mut tally = Tally::default();
     let targets = if deep() { &[1.0, 0.7321][..] } else { &[1.0] };
@@ -139,7 +139,7 @@ fn tally(sheet: &Sheet, way: usize, (corners, frictions): (&[[f64; 2]], &[f64]),
     tally
 }
 
-/// All sheets and ways with each of the three bands.
+/// Returns all motors and ways with each of the three bands.
 fn table(corners: &[[f64; 2]], frictions: &[f64]) -> Vec<(&'static str, usize, [Tally; 3])> {
     let servo = if deep() { &[SERVO][..] } else { &[] };
     let mut rows = Vec::new();
@@ -153,7 +153,7 @@ fn table(corners: &[[f64; 2]], frictions: &[f64]) -> Vec<(&'static str, usize, [
     rows
 }
 
-/// The table of docs/bandwidth.md.
+/// Returns the table of docs/evidence/tuning.md.
 fn in_docs(rows: &[(&str, usize, [Tally; 3])]) -> String {
     let mut table = vec![format!(
         "| motor | hunts after a {}, a {}, a {}, under a {} (of {} each) | with `\"fixed\"` | with `\"learns\"` | \
@@ -185,7 +185,7 @@ fn in_docs(rows: &[(&str, usize, [Tally; 3])]) -> String {
     table.concat()
 }
 
-/// Median and largest of the dips with a band that learns, over those without.
+/// Returns the median and the maximum of the load errors with a learning band, relative to the errors without a band.
 fn dips([off, _, learns]: &[Tally; 3]) -> [f64; 2] {
     let mut ratio: Vec<f64> = learns.dips.iter().zip(&off.dips).map(|(new, old)| new / old).collect();
     ratio.sort_by(f64::total_cmp);
@@ -196,7 +196,7 @@ fn sum(rows: &[(&str, usize, [Tally; 3])], of: impl Fn(&[Tally; 3]) -> usize) ->
     rows.iter().map(|(.., bands)| of(bands)).sum()
 }
 
-/// Without a band nearly all hunt. With one nearly all stand: 1 of 144 does not.
+/// Without a band nearly all motors hunt. With a band nearly all stand; 1 of 144 does not.
 #[test]
 fn motors_of_four_sizes_come_to_rest_in_friction_that_holds() {
     let frictions = if deep() { &[0.5, 1.0, 1.5][..] } else { &[1.0] };
@@ -204,7 +204,7 @@ fn motors_of_four_sizes_come_to_rest_in_friction_that_holds() {
     let runs = sum(&rows, |[off, ..]| off.of);
     let [without, with] = [sum(&rows, |[off, ..]| off.loud), sum(&rows, |[.., learns]| learns.loud)];
     if deep() {
-        golden::in_docs("bandwidth.md", "rest", &in_docs(&rows)).unwrap_or_else(|differs| panic!("{differs}"));
+        golden::in_docs("evidence/tuning.md", "rest", &in_docs(&rows)).unwrap_or_else(|differs| panic!("{differs}"));
     }
     assert!(4 * without >= 3 * runs, "{without} of {runs} hunt without a band");
     assert!(48 * with <= runs, "{with} of {runs} are loud with one");
@@ -219,7 +219,7 @@ fn motors_of_four_sizes_come_to_rest_in_friction_that_holds() {
     }
 }
 
-/// J and K_t half off either way. The fast tier takes two corners of the motor that hunts most.
+/// J and K_t off by half in both directions. The fast tier takes two corners of the motor that hunts most.
 #[test]
 fn corners_of_fifty_percent_come_to_rest_too() {
     let corners = [[50.0, 50.0], [50.0, -50.0], [-50.0, 50.0], [-50.0, -50.0]];
@@ -254,7 +254,7 @@ fn a_target_that_moves_gets_the_currents_that_it_had() {
     }
 }
 
-/// Without friction nothing holds the shaft in the band: it wanders there, and no current swings.
+/// Without friction nothing holds the shaft in the band: it wanders there, and the current does not oscillate.
 #[test]
 fn without_friction_the_shaft_wanders_within_the_band() {
     for bits in [12, 14, 20] {
@@ -277,7 +277,7 @@ fn without_friction_the_shaft_wanders_within_the_band() {
     }
 }
 
-/// A set-point that is typed anew every 0.2 s, begin and end alike, is followed as without a band.
+/// A set-point that is typed again every 0.2 s, with equal begin and end, is followed as without a band.
 #[test]
 fn a_set_point_that_steps_while_it_rests_is_followed() {
     let law = MotorDesign::by_rule(1e-3, TEMPLATE, Encoder::absolute(14), Limits::symmetric(10.0));
@@ -298,7 +298,7 @@ fn a_set_point_that_steps_while_it_rests_is_followed() {
     assert!(stepped == 0.0 && then > 0.0 && then < 1e-4, "{stepped} {then}");
 }
 
-/// A load that a shaft without friction follows slowly is no slip: the band keeps its width.
+/// A slow motion under a load without friction is not a slip: the band keeps its width.
 #[test]
 fn a_slow_load_without_friction_does_not_widen_the_band() {
     for (amplitude, omega) in [(0.01, 2.0), (0.01, 6.0), (0.002, 12.6)] {
@@ -311,8 +311,8 @@ fn a_slow_load_without_friction_does_not_widen_the_band() {
 
 const TEMPLATE: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 
-/// Whatever is known, numbers or not: the target moves by no more than the widest band, the band grows to at most
-/// that, in at most ten steps between two loads, and a target that moves is let be.
+/// For any estimates, including NaN, the target moves by at most the widest band. The band grows to at most this width,
+/// in at most ten steps between two loads. A moving target is never changed.
 #[test]
 fn no_estimate_moves_a_target_by_more_than_the_widest_band() {
     let design = MotorDesign::by_rule(1e-3, TEMPLATE, Encoder::absolute(14), Limits::symmetric(10.0));

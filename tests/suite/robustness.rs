@@ -1,4 +1,4 @@
-//! Does the scheme hold where the designer's numbers are reasonable, and beyond?
+//! Robustness of the method for reasonable designs and beyond.
 
 use controller_core::{JointChain, JointParameters, Reading};
 use integration_tests::close::{quantile, relative};
@@ -18,8 +18,8 @@ use loop_sim::sensor;
 use loop_sim::solver::advance;
 use std::ops::ControlFlow;
 
-/// Ultimate |sigma*| and |y| of the sampled f32 loop and of the continuous one; `None` if the sampled loop ran away.
-/// `model` is the plant's a(x) and b(x), known to the controller: the chain's own, or that with a bend and a swing.
+/// Returns ultimate |sigma*| and |y| of the sampled f32 loop and of the continuous one; `None` if the sampled loop
+/// diverged. `model` is the plant's a(x) and b(x), as in the controller: the chain's own, or the non-linear one.
 fn ultimates(case: &Case, model: &Model) -> Option<[(f64, f64); 2]> {
     let Case { spec, plant, x0, ticks } = case;
     let mut shipped = controller(spec, model, 3, Precision::Single).expect("a valid design");
@@ -38,8 +38,8 @@ fn ultimates(case: &Case, model: &Model) -> Option<[(f64, f64); 2]> {
     let mut x = x0.clone();
     assert!(shipped.start(&x));
     let mut maxima = [(0.0_f64, 0.0_f64); 2];
-    // Runge-Kutta needs lambda h < 2.7 to be stable; a tenth of that and less is accurate.
-    // The surface's bandwidth: x_j is of the size of x_1 omega^(j-1).
+    // Runge-Kutta needs lambda h < 2.7 for stability; a tenth of that or less is accurate. omega is the surface's
+    // bandwidth; x_j is of the size of x_1 omega^(j-1).
     let omega = 2.0 * spec.alpha;
     let layer = if spec.k_s > 0.0 { spec.k_s / spec.epsilon } else { 0.0 };
     let steps = 4 + (10.0 * spec.period_s * spec.gradient[spec.order() - 1].abs().max(layer)) as usize;
@@ -69,16 +69,16 @@ fn is_mismatched(case: &Case) -> bool {
     case.spec.observed().any(|(i, _)| i + 1 < case.spec.order())
 }
 
-/// Median, 95 % and maximum of a list of ratios, printed.
+/// Prints and returns median, 95 % quantile and maximum of a list of ratios.
 fn spread(what: &str, ratios: &[f64]) -> [f64; 3] {
     let found = [0.5, 0.95, 1.0].map(|share| quantile(ratios, share));
     println!("{what}: sampled over continuous, {} chains: median, 95 %, max {found:.3?}", ratios.len());
     found
 }
 
-/// The bars are for disturbances in mismatched channels, the subject of the scheme. Where only the last channel is
-/// disturbed the continuous loop rejects them almost wholly, and the ratio compares two small numbers: there it is
-/// bounded by 2 (measured 1.75).
+/// The thresholds apply to disturbances in mismatched channels, the subject of the method. Where only the last channel
+/// is disturbed, the continuous loop rejects the disturbance almost completely and the ratio compares two small
+/// numbers. It is bounded by 2 there (measured 1.75).
 #[test]
 fn random_chains_stay_bounded_and_close_to_the_continuous_loop() {
     let (mut mismatched, mut matched) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
@@ -102,7 +102,7 @@ fn random_chains_stay_bounded_and_close_to_the_continuous_loop() {
     }
 }
 
-/// `case` with switching in proportion to it: sigma* is of the size 0.02 omega^(n-1), omega the surface's bandwidth.
+/// Returns `case` with switching in proportion: sigma* is of the size 0.02 omega^(n-1), omega the surface's bandwidth.
 fn switching(mut case: Case, rng: &mut Rng) -> Case {
     let omega = 2.0 * case.spec.alpha;
     let size = 0.02 * power(omega, case.spec.order() - 1);
@@ -111,8 +111,8 @@ fn switching(mut case: Case, rng: &mut Rng) -> Case {
     case
 }
 
-/// `case` fifty times larger, so that x_1 is of order 1, with an a(x) that bends and a b(x) that swings there. The tick
-/// knows both; the design's gradient knows only the linear part.
+/// Returns `case` fifty times larger, so that x_1 is of order 1, with a non-linear a(x) and a varying b(x). The tick
+/// contains both; the design's gradient contains only the linear part.
 fn nonlinear(mut case: Case, rng: &mut Rng) -> (Case, Model) {
     let scale = 50.0;
     case.x0.iter_mut().for_each(|x| *x *= scale);
@@ -129,20 +129,21 @@ fn nonlinear(mut case: Case, rng: &mut Rng) -> (Case, Model) {
     (case, Model { bend, swing, ..linear })
 }
 
-/// How much softer the implicit saturation is within its layer than the printed one, as the slopes with which sigma* is
-/// held: k_l + k_s/eps over k_l + (1 - k_l T) k_s/(eps + k_s T). The price of no chatter; 1 as T -> 0.
+/// Returns the softness of the implicit saturation within its layer relative to the printed one. It is the ratio of the
+/// slopes that hold sigma*: k_l + k_s/eps over k_l + (1 - k_l T) k_s/(eps + k_s T). It avoids chatter and tends to 1 as
+/// T -> 0.
 fn softer_by(spec: &Spec) -> f64 {
     let Spec { period_s, k_l, k_s, epsilon, .. } = *spec;
     (k_l + k_s / epsilon) / (k_l + (1.0 - k_l * period_s) * k_s / (epsilon + k_s * period_s))
 }
 
-/// With a layer not much wider than k_s T, sigma* and y are larger than in the continuous loop, by design: 95 % within
-/// 1.54 here, and so beyond the bars of k_s = 0. In units of [`softer_by`] the very bars hold.
+/// With a layer not much wider than k_s T, sigma* and y are by design larger than in the continuous loop: 95 % within
+/// 1.54 here, above the thresholds of k_s = 0. In units of [`softer_by`] these thresholds hold.
 #[test]
 fn random_chains_with_switching_stay_bounded_and_as_close_as_the_implicit_saturation_allows() {
     let (mut plain, mut in_units) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
     let mut matched = Vec::new();
-    // Chains that stay within the layer at last, and that leave it.
+    // Numbers of chains that stay within the layer at the end, and that leave it.
     let (mut within, mut beyond) = (0, 0);
     for seed in 40_000..40_060 {
         let mut rng = Rng::new(seed);
@@ -168,7 +169,7 @@ fn random_chains_with_switching_stay_bounded_and_as_close_as_the_implicit_satura
     }
     assert!(in_units[0].len() >= 40, "{} chains", in_units[0].len());
     let [median, sigma_star, _] = spread("sigma*, switching, in units of the slopes' ratio", &in_units[0]);
-    // Were the saturation the printed one in disguise, the median would be 0.88.
+    // With the printed saturation the median would be 0.88.
     assert!((median - 1.0).abs() <= 0.02, "sigma* median {median}");
     let [_, y, _] = spread("y, switching, in units of the slopes' ratio", &in_units[1]);
     assert!(sigma_star <= 1.20, "sigma* 95 % {sigma_star}");
@@ -177,7 +178,7 @@ fn random_chains_with_switching_stay_bounded_and_as_close_as_the_implicit_satura
     assert!(largest <= 2.0, "{largest}");
 }
 
-/// The bars of the linear chains hold here, too.
+/// The thresholds of the linear chains also hold here.
 #[test]
 fn random_chains_with_a_nonlinear_model_stay_bounded_and_close_to_the_continuous_loop() {
     let (mut mismatched, mut matched) = ([Vec::new(), Vec::new()], Vec::new());
@@ -217,13 +218,13 @@ fn stiff_joint_stays_bounded_up_to_50_milliseconds() {
         let [early, late] = [[5.0, 12.5], [12.5, 20.0]].map(|window_s| ultimate(&trace, window_s, |row| row.x[0]));
         println!("T = {period_s}: |y| {early:.3e} then {late:.3e}");
         assert!(is_bounded(&trace), "T = {period_s}");
-        // Bounded, not only not yet infinite: the second half is no larger, and the joint is held near 0.
+        // Bounded, not only finite: the second half is no larger, and the joint is held near 0.
         assert!(late <= 1.05 * early && late < 0.1, "T = {period_s}: {early} then {late}");
     }
 }
 
-/// `stiff`, observers of order 3 with poles at -200: relative error of the sampled loop's ultimate sigma* against the
-/// continuous loop's.
+/// Returns the relative error of the sampled loop's ultimate sigma* against the continuous loop's, for `stiff` with
+/// observers of order 3 and poles at -200.
 fn stiff_with_fast_observers(k_l: f64, periods_s: &[f64]) -> Vec<f64> {
     let plant = FlexibleJoint::of_the_paper(stiff());
     let JointChain { k2, b2, b, a1, .. } = stiff();
@@ -251,9 +252,9 @@ fn stiff_joint_with_fast_observers_shows_the_continuous_sigma_star() {
     }
 }
 
-/// The bar of half a percent is one of k_l = 10. At 50 and 100 sigma* is 20 and 50 times smaller, and what the held u
-/// leaves inside a tick is 0.7 % and 0.6 % of it at 1 ms: the bar is *not* met there. The gap closes only as T b_2
-/// falls below 1 (b_2 = 4833 1/s, so below 0.2 ms): 0.5 % is met at 0.25 ms, and in f64 it is 0.1 % at 50 us.
+/// The threshold of half a percent belongs to k_l = 10. At 50 and 100 sigma* is 20 and 50 times smaller. The held u
+/// leaves 0.7 % and 0.6 % of it inside a tick at 1 ms, so the threshold is *not* met there. The gap closes only as T
+/// b_2 falls below 1 (b_2 = 4833 1/s, so below 0.2 ms). 0.5 % is met at 0.25 ms; in f64 the error is 0.1 % at 50 us.
 #[test]
 fn stiff_joint_at_k_l_50_and_100_misses_half_a_percent_at_1_ms_and_meets_it_at_a_quarter() {
     for (k_l, bar) in [(50.0, 0.007), (100.0, 0.0065)] {
@@ -264,7 +265,7 @@ fn stiff_joint_at_k_l_50_and_100_misses_half_a_percent_at_1_ms_and_meets_it_at_a
     }
 }
 
-/// The observers are fed what the clamp lets through; that is the whole anti-windup. `stiff`, k_l = 10.
+/// The observers get u after the clamp, which is the complete anti-windup. `stiff`, k_l = 10.
 #[test]
 fn start_up_with_u_limited_to_100_settles_below_a_hundredth_of_a_radian_within_2_2_seconds() {
     let plant = FlexibleJoint::of_the_paper(stiff());
@@ -278,12 +279,12 @@ fn start_up_with_u_limited_to_100_settles_below_a_hundredth_of_a_radian_within_2
     assert_eq!(metrics.u_peak, 100.0, "the limit must bite");
     assert!(metrics.settling_time_s.is_some_and(|t_s| t_s <= 2.2), "{:?}", metrics.settling_time_s);
 
-    // An actuator that clamps by itself and says so is the same.
+    // An actuator that clamps and reports it gives an equal result.
     let mut clamp = Limited::new(actuator::Ideal, -100.0, 100.0);
     let trace = joint(&plant, free.clone(), PortPrecision::F32).trace_through(&mut sensor::Ideal, &mut clamp);
     assert_eq!(measure(&trace, [10.0, 20.0], 0.01).settling_time_s, metrics.settling_time_s);
 
-    // One that clamps and does not say so never settles.
+    // An actuator that clamps without a report never settles.
     let Spec { period_s, .. } = free;
     let model = Model::linear(&free.gradient, free.input_gain);
     let mut shipped = controller(&free, &model, 3, Precision::Single).expect("a valid design");
@@ -301,9 +302,9 @@ fn start_up_with_u_limited_to_100_settles_below_a_hundredth_of_a_radian_within_2
     assert!(outside_s > 19.0, "fed the commanded u it settled after {outside_s} s");
 }
 
-/// A u that is right and arrives late is no error of the observers' input but of its instant. Joint, observers of order
-/// 2 with poles at -50, k_l = 10: sigma* is 1.00 times that of the ideal actuator unreported; reported 1.44 times for a
-/// delay of one tick, 1.13 times for a hold of two.
+/// A correct u that arrives late is an error in time, not in the observers' input. Joint, observers of order 2 with
+/// poles at -50, k_l = 10. Unreported, sigma* is 1.00 times sigma* of the ideal actuator. Reported, it is 1.44 times
+/// for a delay of one tick and 1.13 times for a hold of two.
 #[test]
 fn a_u_that_is_only_late_is_better_not_reported() {
     let observers = [2, 4].map(|channel| format!("{{channel={channel}, bandwidth_rad_s=50.0, order=2}}")).join(", ");
@@ -337,14 +338,15 @@ fn example_1_part_2_shows_the_continuous_sigma_star() {
     assert!(relative(found, continuous) <= 0.005, "{found} for {continuous}");
 }
 
-/// The slope lambda is nominal knowledge: half of it is harmless, none at all on the stiff joint is not asked for.
+/// The design may assume half of the slope lambda without harm. A design without any slope on the stiff joint is not
+/// required to work.
 #[test]
 fn half_the_slope_keeps_the_joint_bounded() {
     let plant = FlexibleJoint::of_the_paper(stiff());
     let mut spec = joint_spec(Reading::Stiff, 10.0);
     spec.gradient[3] /= 2.0;
     let mut run: paper::Run<'_> = joint(&plant, spec, PortPrecision::F32);
-    // The tick's a(x) is the true one; only the design believes in half the slope.
+    // The tick uses the true a(x); only the design assumes half the slope.
     run.model = loop_sim::port::in_process::Model::Linear(joint_spec(Reading::Stiff, 10.0).gradient);
     let trace = run.trace();
     assert!(is_bounded(&trace) && ultimate(&trace, [10.0, 20.0], |row| row.x[0]) < 0.01);

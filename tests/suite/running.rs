@@ -1,5 +1,5 @@
-//! Is a running controller one value: can it be stored and brought back to the bit, changed for another in motion, and
-//! ticked beside others in lanes?
+//! A running controller as one value: exact storage and restoration, a change of design in motion, and batches in
+//! lanes.
 
 use controller_core::{
     Config, ControlLaw, Fallback, Guessing, Health, Limits, Linear, Nominal, ObserverGains, Options, Output,
@@ -26,7 +26,7 @@ fn motor(config: &Config<2, 2>) -> Motor {
     Motor::try_linear(config).expect("a good design")
 }
 
-/// A motor that is not the nominal one, under a load: J w' = K_t u - friction - load, stepped by the exact u.
+/// Motor that differs from the nominal one, under a load: J w' = K_t u - friction - load, stepped by the exact u.
 struct Shaft {
     x: [f64; 2],
     t_s: f64,
@@ -57,7 +57,7 @@ fn words_bring_a_controller_back_to_the_bit_wherever_it_stands() {
         let mut running = Running::guessing(&design, [0.5, -20.0]);
         let mut sample = || [rng.within(-0.1, 0.1) as f32, rng.within(-1.0, 1.0) as f32];
         for k in 0..ticks {
-            // The last one is lost: the flag that says so is stored too.
+            // The last sample is missing, and the snapshot includes its flag.
             let x = if k == 3 || k == 49 { [f32::NAN; 2] } else { sample() };
             running.tick(&x);
             running.report_applied(0.75);
@@ -74,7 +74,7 @@ fn words_bring_a_controller_back_to_the_bit_wherever_it_stands() {
             );
             assert_eq!((one.health, running.estimates()), (other.health, again.estimates()));
         }
-        // A reset one starts as a new one does, guess and all.
+        // After a reset the controller starts like a new one, guess included.
         again.reset();
         let x = sample();
         assert_eq!(again.tick(&x), Running::guessing(&design, [0.5, -20.0]).tick(&x));
@@ -99,7 +99,7 @@ fn words_of_another_design_and_damaged_words_are_refused() {
         assert_eq!(damaged(&words[..length]), WordsError::Damaged, "{length} words");
     }
     assert_eq!(damaged(&[&words[..], &[0]].concat()), WordsError::Damaged);
-    // Whatever bit flips, whatever two words change places.
+    // Any bit may flip, and any two words may change places.
     for at in 0..words.len() {
         for bit in 0..32 {
             let mut spoilt = words.clone();
@@ -137,7 +137,7 @@ fn whatever_makes_a_design_another_one_makes_its_fingerprint_another_one() {
         change(&mut config);
         seen.insert(motor(&config).fingerprint());
     }
-    // Another model under the same coefficients, another precision, a guess.
+    // Another model with equal coefficients, another precision, a guess.
     let design = motor(&GOOD);
     let row = Linear::from_row([1e-6, design.model().row()[1]]);
     seen.insert(Motor::from_parts(*design.coefficients(), row).fingerprint());
@@ -148,9 +148,9 @@ fn whatever_makes_a_design_another_one_makes_its_fingerprint_another_one() {
     assert_eq!(design.fingerprint(), motor(&GOOD).fingerprint());
 }
 
-/// What an operator may do to a running motor: every gain at once, other periods and orders, another inertia, a
-/// switching term. On a shaft in motion under a load u goes on where it was; a tick by itself moves u by some 0.01 A
-/// here. Set up anew instead, with the estimates at 0 and the offset at sigma, u jumps by 0.13 A.
+/// Retunes of a running motor: every gain at once, other periods and orders, another inertia, a switching term. On a
+/// moving shaft under a load u continues; a tick by itself changes u by some 0.01 A here. A new start, with the
+/// estimates at 0 and the offset at sigma, changes u by 0.13 A.
 #[test]
 fn retune_in_motion_does_not_move_u() {
     let mut rng = Rng::new(0x2E7);
@@ -184,7 +184,7 @@ fn retune_in_motion_does_not_move_u() {
         let mut anew = Running::new(&after);
         anew.tick(&x);
         naive = naive.max((anew.tick(&x).u - u).abs());
-        // And it goes on to hold the shaft.
+        // The controller continues to hold the shaft.
         for _ in 0..3000 {
             let u = running.tick(&shaft.sample()).u;
             shaft.advance(f64::from(u), config.period_s);
@@ -193,12 +193,12 @@ fn retune_in_motion_does_not_move_u() {
     }
     println!("u moves by {worst:.1e} A at most (set up anew: {naive:.2} A)");
     assert!(worst <= 1e-4, "{worst} A");
-    // The test could fail: without the care that is taken u does jump.
+    // Proof of sensitivity: without the bumpless transfer u jumps.
     assert!(naive > 0.1, "{naive} A");
 }
 
-/// The total acceleration a(x) + b u + d_n is what the observers know; another b_0 or a(x) shares it out differently.
-/// At rest under a load the shaft stays at rest when the inertia is changed, and so do the ticks after the first.
+/// The observers estimate the total acceleration a(x) + b u + d_n; another b_0 or a(x) divides it differently. At rest
+/// under a load the shaft stays at rest when the inertia changes, also in the ticks after the first.
 #[test]
 fn retune_of_the_model_keeps_the_total_acceleration() {
     for (input_gain, slope) in [(200.0, -0.5), (125.0, -0.5), (400.0, -30.0), (-250.0, -0.5)] {
@@ -220,7 +220,7 @@ fn retune_of_the_model_keeps_the_total_acceleration() {
         }
         assert!((last.0 + 6.0).abs() < 1e-3, "{last:?}");
         running.retune(&after, &last.1).expect("designs that can take over");
-        // A wrong sign of b cannot hold it for long; that the first tick does not jump is all there is to ask.
+        // With a wrong sign of b the loop is unstable, so only the first tick is checked for a jump.
         let ticks = if input_gain > 0.0 { 20 } else { 1 };
         for k in 0..ticks {
             let (u, _) = tick(&mut running);
@@ -229,7 +229,7 @@ fn retune_of_the_model_keeps_the_total_acceleration() {
     }
 }
 
-/// Retuned onto itself at every tick, with a switching term, the loop is what it would have been.
+/// A retune to the present design at every tick, with a switching term, changes nothing.
 #[test]
 fn retune_onto_itself_changes_nothing_however_often() {
     let design = motor(&Config { reaching: ReachingLaw { k_l: 80.0, k_s: 20.0, epsilon: 0.05 }, ..GOOD });
@@ -251,7 +251,7 @@ fn retune_onto_itself_changes_nothing_however_often() {
     assert!(apart < 1e-3, "{apart} rad");
 }
 
-/// What an observer of lower order does not estimate is forgotten, for it would never be corrected.
+/// A retune to a lower order discards the estimates that the new observer would never correct.
 #[test]
 fn retune_to_a_lower_order_forgets_what_it_does_not_estimate() {
     let lower = |r: usize| {
@@ -278,11 +278,11 @@ fn retune_to_a_lower_order_forgets_what_it_does_not_estimate() {
 #[test]
 fn retune_that_cannot_be_made_changes_nothing() {
     let (before, after) = (motor(&GOOD), motor(&Config { surface: Surface::from_bandwidth(30.0, 15.0), ..GOOD }));
-    // The decay of the offset is that of the sliding variable: W has no say in u.
+    // Decay of the offset equal to the reaching gain: W has no influence on u.
     let near = Config { reaching: ReachingLaw { k_l: 10.3, ..GOOD.reaching }, ..GOOD };
     let near = motor(&near);
     let mut running = Running::new(&before);
-    // Before the start there is nothing to take over.
+    // Before the start there is no state to keep.
     assert_eq!(running.retune(&after, &[f32::NAN; 2]), Ok(()));
     assert_eq!(running.design().fingerprint(), after.fingerprint());
     running.tick(&[0.1, 0.0]);

@@ -1,9 +1,8 @@
-//! Does the theory hold: does what is simulated stay within `controller_core::bounds`?
+//! Agreement with theory: simulations stay within `controller_core::bounds`.
 //!
-//! The bounds are those of the continuous loop, so the printed law is held to every one of them, without allowance:
-//! random chains come to 99.98 % of the error's bound and to 99.93 % of that of sigma*. What sampling adds is the
-//! business of the modules `robustness` and `convergence`; on the joint it stays within the bounds of sigma* and y,
-//! too.
+//! The bounds belong to the continuous loop, so the printed controller must meet every one of them without allowance.
+//! Random chains reach 99.98 % of the error's bound and 99.93 % of the bound of sigma*. The modules `robustness` and
+//! `convergence` cover the effect of sampling; on the joint it stays within the bounds of sigma* and y.
 
 use controller_core::bounds::{DisturbanceBounds, UltimateBounds, ultimate, ultimate_by_lyapunov};
 use controller_core::{JointParameters, Reading};
@@ -47,7 +46,8 @@ fn bounds_of(spec: &Spec, mu: &[[f64; 4]]) -> Bounds {
     }
 }
 
-/// mu_i^(k), k = 0..3, of a sum of terms over [0, span], exact for each term; a step counts as the constant it becomes.
+/// Returns mu_i^(k), k = 0..3, of a sum of terms over [0, span], exact for each term; a step counts as its final
+/// constant.
 fn mu(terms: &[Term], span_s: f64) -> [f64; 4] {
     let mut mu = [0.0; 4];
     for term in terms {
@@ -64,7 +64,7 @@ fn mu(terms: &[Term], span_s: f64) -> [f64; 4] {
     mu
 }
 
-/// Ultimate |d_tilde_i|, |sigma*|, |y| of the printed continuous law over the last quarter.
+/// Returns the ultimate |d_tilde_i|, |sigma*|, |y| of the printed continuous controller over the last quarter.
 fn continuous(case: &Case) -> Bounds {
     let Case { spec, plant, x0, ticks } = case;
     let model = Model::linear(&plant.a, plant.b);
@@ -114,7 +114,7 @@ fn random_chains_stay_within_the_ultimate_bounds() {
     for (what, reached, least) in [("errors", reached_errors, 0.9998), ("sigma*", reached_sigma, 0.9993)] {
         let [median, largest] = [0.5, 1.0].map(|share| quantile(&reached, share));
         println!("{what} reach a median of {median:.4} and at most {largest:.5} of their bounds");
-        // A bound that nothing comes near would prove nothing.
+        // A bound is meaningful only if some loop comes near it.
         assert!(largest >= least, "{what}: {largest}");
     }
 }
@@ -154,7 +154,7 @@ fn flexible_joint_stays_within_its_ultimate_bounds() {
             printed.advance(&|t, x, u, dx| plant.rhs(t, x, u, dx), f64::from(k + 1) * 1e-3, 4);
         }
 
-        // Differences over ten milliseconds; 1 % for what the slow change of a derivative hides between them.
+        // Differences over ten milliseconds; 1 % covers the slow change of a derivative between them.
         let mut mu_2 = [0.0; 4];
         for mu in &mut mu_2 {
             *mu = 1.01 * d_2.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
@@ -179,14 +179,14 @@ fn flexible_joint_stays_within_its_ultimate_bounds() {
             [|row: &Row| row.sigma_star, |row: &Row| row.x[0]].map(|f| ultimate_of(&trace, [15.0, 20.0], f));
         assert!(sigma_star <= bounds.sigma_star && y <= bounds.y, "{label}: sampled {sigma_star:e}, {y:e}");
 
-        // The paper's way, corrected, is a bound, too: a looser one.
+        // The paper's method, corrected, is also a bound, but looser.
         let loose = ultimate_by_lyapunov::<4, 3, 4>(&config(&spec), &DisturbanceBounds { mu }).expect("a sound design");
         assert!(loose.sigma_star >= bounds.sigma_star && loose.y >= bounds.y, "{label}");
     }
 }
 
-/// Section IV by hand, an observer of order 2 in channel 1: P of Eq. (22) for Q = I in closed form, Eq. (29) with the
-/// factor that it lacks, Eq. (36) and (38).
+/// Section IV by hand, an observer of order 2 in channel 1: P of Eq. (22) for Q = I in closed form, Eq. (29) with its
+/// missing factor, Eq. (36) and (38).
 #[test]
 fn bounds_by_lyapunov_are_those_written_out_for_n_2() {
     let (c1, k_l, l1, l2) = (5.0, 10.0, 60.0, 900.0);
@@ -200,7 +200,7 @@ fn bounds_by_lyapunov_are_those_written_out_for_n_2() {
     let s = (p + l1 / 2.0) / l2;
     let (middle, radius) = (f64::midpoint(p, s), ((p - s) / 2.0).hypot(q));
     let lambda_1 = 2.0 * q.hypot(s) * mu_2 * ((middle + radius) / (middle - radius)).sqrt();
-    // Eq. (32) with both errors of channel 1 within lambda_1, and the matched disturbance, which nothing observes.
+    // Eq. (32) with both errors of channel 1 within lambda_1, and the matched disturbance, which has no observer.
     let lambda_2 = ((c1 + l1) * lambda_1 + mu_1 + lambda_1 + mu_n) / k_l;
     let lambda_3 = (lambda_2 + lambda_1) / c1;
     for (what, found, by_hand) in

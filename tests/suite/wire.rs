@@ -1,6 +1,6 @@
-//! Does the loop stay the same to the last bit when the controller sits at the end of a wire, good or bad?
+//! Bit-identity of the loop with the controller at the end of a serial link, good or faulty.
 //!
-//! The target is `pil_wire::Target` in this process, the very code that the image runs; `emulator` does it on the chip.
+//! The target is `pil_wire::Target` in this process, the code of the image; `emulator` runs it on the target.
 
 use controller_core::drive::{Bounds, Encoder, Monitored, Motor, MotorDesign, MotorDrive, Position, Sample, Target};
 use controller_core::{Health, Limits, RetuneError, Running};
@@ -26,7 +26,7 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// On a wire without time every wait is over at once.
+/// Reply timeout; on a link without delay every wait ends at once.
 const REPLY_WITHIN: Duration = Duration::from_millis(50);
 
 fn shipped(file: &str, sets: &[&str]) -> Experiment {
@@ -38,7 +38,7 @@ fn connect<T: Transport>(transport: T, design: &Loadable) -> Result<Remote<T>, P
     Remote::connect(transport, REPLY_WITHIN, design.clone())
 }
 
-/// Runs an experiment with the target at the end of this wire.
+/// Runs an experiment with the target at the end of this link.
 fn run_over<T: Transport>(experiment: &mut Experiment, transport: T) -> (Trace, Option<LoopError>, Remote<T>) {
     let download = for_target(experiment).expect("one for a target");
     let mut remote = connect(transport, &download).unwrap_or_else(|error| panic!("{error}"));
@@ -53,7 +53,7 @@ fn run_over<T: Transport>(experiment: &mut Experiment, transport: T) -> (Trace, 
     (trace, error, remote)
 }
 
-/// A drive as `new` writes it, changed.
+/// Returns a drive template of `new` with changes.
 fn drive(text: &str, sets: &[&str]) -> Experiment {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     let source = Source { file: "drive.toml", text, sets: &sets };
@@ -62,7 +62,7 @@ fn drive(text: &str, sets: &[&str]) -> Experiment {
     drive
 }
 
-/// All ticks, all alike; on both sides of the wire.
+/// Checks that all ticks agree on both sides of the link.
 fn assert_same(label: &str, experiment: &mut Experiment) -> Trace {
     let (trace, error, remote) = run_over(experiment, Loopback::new());
     assert!(error.is_none(), "{label}: {error:?}");
@@ -87,7 +87,7 @@ fn every_case_of_every_figure_has_the_same_bits_over_the_wire() {
             compared += 1;
         }
     }
-    // Two of the cases are the baseline's.
+    // Two of the cases use the baseline.
     let cases: usize = CATALOGUE.iter().map(|figure| figure.cases.len()).sum();
     assert!(compared == cases && cases > 15, "{compared} of {cases}");
 }
@@ -99,7 +99,7 @@ fn every_other_shipped_scenario_has_the_same_bits_over_the_wire() {
     }
 }
 
-/// Whole runs: references, loads, friction, counts that are lost, stick and jump, u at its limit, and every reaction.
+/// Whole runs: references, loads, friction, missing, frozen and jumping counts, saturation, and every reaction.
 #[test]
 fn every_form_of_a_drive_has_the_same_bits_over_the_wire() {
     let faults = "fault=[{ kind='lost', at_s=0.5, for_s=0.02 }, { kind='jump', at_s=0.8, counts=900, for_s=0.004 }, \
@@ -133,7 +133,7 @@ fn every_form_of_a_drive_has_the_same_bits_over_the_wire() {
 fn samples_that_are_lost_and_controls_that_saturate_have_the_same_bits_over_the_wire() {
     let base = ["span_s=4", "window_s=[2, 4]", "sensor.dropout=0.2", "controller.limits={min=-20, max=20}"];
     for fallback in ["controller.fallback=\"hold\"", "controller.fallback=0.5"] {
-        // What the actuator holds is neither what was asked for, nor told at once, nor told at all.
+        // The applied u differs from the demand, is reported late, or is not reported.
         for actuator in ["actuator.rate_per_s=5000", "actuator.delay_ticks=2", "actuator.report=false"] {
             let sets = [&base[..], &[actuator, fallback]].concat();
             let mut experiment = shipped("default.toml", &sets);
@@ -155,7 +155,7 @@ fn five_percent_of_every_fault_in_both_directions_cost_no_tick_and_no_bit() {
         let (trace, error, remote) = run_over(&mut experiment, wire);
         assert!(error.is_none(), "seed {seed}: {error:?}");
         assert_eq!((trace.rows.len(), trace.ending), (2000, Ending::Finished), "seed {seed}");
-        // The target's own count: a tick lost or doubled would show here.
+        // The target's own count would show a lost or doubled tick.
         assert_eq!(remote.transport().inner().ticks(), 2000, "seed {seed}");
         for Struck { dropped, corrupted, truncated, duplicated, delayed } in remote.transport().struck() {
             for count in [dropped, corrupted, truncated, duplicated, delayed] {
@@ -168,7 +168,7 @@ fn five_percent_of_every_fault_in_both_directions_cost_no_tick_and_no_bit() {
     }
 }
 
-/// A wire on which someone rewrites frames, or swallows them.
+/// Serial link that rewrites or drops frames.
 struct Rewritten<Q, P> {
     inner: Loopback,
     request: Q,
@@ -217,7 +217,7 @@ where
     }
 }
 
-/// What the port says of a target that differs from this program in one thing.
+/// Returns the port's error for a target that differs from this program in one property.
 fn refusal<T: Transport>(transport: T, change: impl Fn(&mut Loadable)) -> String {
     let mut download = for_target(&shipped("default.toml", &[])).expect("one for a target");
     change(&mut download);
@@ -241,18 +241,18 @@ fn host_and_target_of_different_make_refuse_each_other_and_say_which_differs() {
     let older = identity(|it| it.core_version = 0x0001_0203);
     let told = refusal(older, |_| {});
     let [_, major, minor, patch] = CORE_VERSION.to_be_bytes();
-    let ours = format!("the target's controller is 1.2.3, this program's is {major}.{minor}.{patch}; ");
-    assert!(told.starts_with(&ours) && told.contains("flash the image of this version"), "{told}");
+    let ours = format!("the target has controller version 1.2.3, this program {major}.{minor}.{patch}; ");
+    assert!(told.starts_with(&ours) && told.contains("flash the firmware of this version"), "{told}");
 
     let told = refusal(identity(|it| it.layout ^= 1), |_| {});
     let ours = format!("layout {:08x}, this program's {LAYOUT_ID:08x}; ", LAYOUT_ID ^ 1);
     assert!(told.contains(&ours), "{told}");
 
     let told = refusal(OtherVersion(Loopback::new()), |_| {});
-    assert!(told.starts_with("the target speaks version 9 of the wire, this program 4; "), "{told}");
+    assert!(told.starts_with("the target has protocol version 9, this program 4; "), "{told}");
 }
 
-/// A target of another version of the wire: it can still say who it is.
+/// Target with another protocol version; it can still identify itself.
 struct OtherVersion(Loopback);
 
 impl Transport for OtherVersion {
@@ -275,7 +275,7 @@ impl Transport for OtherVersion {
 fn a_design_that_does_not_fit_is_refused_with_the_reason() {
     let told = refusal(Loopback::new(), |it| it.instance.n = 5);
     let instance =
-        "the target's image carries no controller with n = 5, r = 2, observed channels 2, 4 and a linear model";
+        "the target's firmware has no controller with n = 5, r = 2, observed channels 2, 4 and a linear model";
     assert_eq!(told, instance);
 
     let count = for_target(&shipped("default.toml", &[])).expect("one for a target").words.len();
@@ -284,7 +284,7 @@ fn a_design_that_does_not_fit_is_refused_with_the_reason() {
     assert!(told.starts_with(&counts), "{told}");
 
     let told = refusal(Loopback::new(), |it| *it.words.last_mut().expect("words") = f32::NAN.to_bits());
-    assert!(told.starts_with("the target refuses the numbers of the design: "), "{told}");
+    assert!(told.starts_with("the target rejects the numbers of the design: "), "{told}");
 
     let tampering = |request| {
         Some(match request {
@@ -296,7 +296,7 @@ fn a_design_that_does_not_fit_is_refused_with_the_reason() {
         })
     };
     let told = refusal(Rewritten::new(tampering, Some), |_| {});
-    assert!(told.starts_with("the design was altered on its way: its hash is "), "{told}");
+    assert!(told.starts_with("the design was changed in transit: its hash is "), "{told}");
 }
 
 #[test]
@@ -319,7 +319,7 @@ fn a_scenario_that_no_target_carries_is_refused_with_what_to_change() {
         "controller.nominal.a=[0,0,0,0,0]",
         "controller.observer=[{channel=5, bandwidth_rad_s=10.0, order=1}]",
     ];
-    assert!(told("chain.toml", &fifth).contains("plants up to order 4, this one has order 5"));
+    assert!(told("chain.toml", &fifth).contains("plants up to order 4, this plant has order 5"));
 }
 
 #[test]
@@ -365,7 +365,7 @@ fn a_target_that_restarts_is_told_with_the_tick() {
     }
     remote.transport_mut().restart();
     let told = remote.tick(&[0.1, 0.0, 0.0, 0.0]).expect_err("the design is gone");
-    assert_eq!(told.to_string(), "the target restarted at tick 10: its design is gone");
+    assert_eq!(told.to_string(), "the target restarted at tick 10 and lost its design");
 }
 
 #[test]
@@ -389,14 +389,14 @@ fn a_reset_starts_the_same_design_anew_on_the_target() {
     };
     let first = ticks(&mut remote);
     assert_ne!(ticks(&mut remote), first, "it goes on where it stood");
-    // Told of before the reset, it must not count behind it.
+    // Reported before the reset, so it must not count after it.
     remote.report_applied(7.0);
     remote.reset().unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(ticks(&mut remote), first);
     assert_eq!(remote.transport().ticks(), 3);
 }
 
-/// A wire that hums: other bytes before everything that comes.
+/// Noisy serial link: other bytes before every frame.
 struct Humming {
     inner: Loopback,
     rng: Rng,
@@ -408,7 +408,7 @@ impl Transport for Humming {
     }
 
     fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
-        // Half of them marks or half of a mark, some of them more than a frame.
+        // Half of them marks or half marks; some noise is longer than a frame.
         let hum = self.rng.integer(1, 2 * REPLY_LEN);
         for byte in &mut into[..hum] {
             let any = self.rng.integer(0, 255) as u8;
@@ -427,7 +427,7 @@ fn garbage_before_every_reply_is_skipped() {
     assert_eq!((trace.rows.len(), remote.transport().inner.ticks()), (2000, 2000));
 }
 
-/// Says nothing, or the same bytes for ever.
+/// Serial link that stays silent or repeats the same bytes without end.
 struct Babbling(&'static [u8]);
 
 impl Transport for Babbling {
@@ -445,19 +445,19 @@ impl Transport for Babbling {
 fn a_target_that_says_nothing_or_nonsense_is_given_up_in_the_time_that_the_page_names() {
     let download = for_target(&shipped("default.toml", &[])).expect("one for a target");
     let told = connect(Babbling(&[]), &download).err().map(|error| error.to_string());
-    assert_eq!(told.as_deref(), Some("no answer to the first question within 5 s"));
+    assert_eq!(told.as_deref(), Some("no answer to the first request within 5 s"));
 
     let began = Instant::now();
-    // Mark after mark, never a frame.
+    // Endless marks without a frame.
     let told = connect(Babbling(&[0x5A, 0xE6, 0x5A]), &download).err().map(|error| error.to_string());
     let told = told.expect("nobody is there");
-    assert!(told.starts_with("no answer to the first question within 5 s, but "), "{told}");
+    assert!(told.starts_with("no answer to the first request within 5 s, but "), "{told}");
     // A loaded machine may be late by a time slice per wait.
     assert!(began.elapsed() < LONGEST_WAIT + Duration::from_secs(2), "{:?}", began.elapsed());
 }
 
-/// A drive on the target takes over other bandwidths while it turns, as one in this process does; a design that cannot
-/// take over is refused, and nothing has changed.
+/// A drive on the target switches to other bandwidths in motion, like a drive in this process. An incompatible design
+/// is rejected without any change.
 #[test]
 fn a_drive_is_tuned_anew_in_motion_with_the_same_bits() {
     type Law = MotorDrive<f32, Position, 1>;
@@ -498,7 +498,7 @@ fn a_drive_is_tuned_anew_in_motion_with_the_same_bits() {
         let mut request = Request::Drive(counts);
         if tick % 1000 == 500 {
             let next = &designs[(tick / 1000 + 1) as usize % 3];
-            // Of another gear, of another form, with a bit off, with no numbers: all refused.
+            // Another gear, another form, a flipped bit, no numbers: all rejected.
             let geared = MotorDesign { encoder: next.encoder.geared(3, 1), ..*next };
             opened(&mut host, &loadable(&geared));
             let told = host.refused(&Request::Retune(counts));
@@ -528,7 +528,7 @@ fn a_drive_is_tuned_anew_in_motion_with_the_same_bits() {
         assert!(numbers.map(f32::to_bits).eq(there.map(f32::to_bits)), "tick {tick}: {driven:?}, {output:?}");
         assert_eq!((driven.health, driven.turn), (output.health, known.turn), "tick {tick}");
     }
-    // What is loaded and never started changes nothing; a start does.
+    // A loaded design without a start changes nothing; a start switches to it.
     opened(&mut host, &loadable(&designs[1]));
     let Reply::Driven(_) = host.ask(&Request::Drive(Counts { counts: [None; 2], end: begin, applied: f32::NAN }))
     else {

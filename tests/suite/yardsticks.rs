@@ -1,8 +1,8 @@
-//! Does the C that the tick is measured against compute the same law? A fast yardstick of something else is none.
+//! Correctness of the C reference against which the tick's speed is measured.
 //!
 //! The joint in closed loop under the shipped tick in f64, 10 kHz, 2 s, from 0.3 rad: it saturates, reaches the layer
-//! and settles. The f32 versions get the same samples and are told the same applied u, so that what is left between
-//! them is rounding. u is compared at every tick, in units of its limit.
+//! and settles. The f32 versions get equal samples and equal applied u, so the remaining difference is rounding. u is
+//! compared at every tick, in units of its limit.
 
 use benches::{Joint, NOMINAL, Naive, Noise, Tuned, joint, joint_f64};
 use controller_core::{ControlLaw, Health, JointParameters, Reading};
@@ -10,19 +10,19 @@ use integration_tests::close::Gap;
 use loop_sim::plant::FlexibleJoint;
 use loop_sim::solver;
 
-/// Of the design.
+/// Control period of the design, s.
 const PERIOD_S: f64 = 1e-4;
 const TICKS: usize = 20_000;
-/// Of u.
+/// Limit of u.
 const LIMIT: f64 = 300.0;
-/// u is a sum of some 20 terms of up to a few times the limit, each rounded to 6e-8 of itself. Measured: 4.1e-7 at
-/// most, by the shipped tick as by the tuned C.
+/// Threshold for rounding: u is a sum of some 20 terms of up to a few times the limit, each rounded to 6e-8 of itself.
+/// Measured: 4.1e-7 at most, in the shipped tick and in the tuned C.
 const ROUNDING: f64 = 1e-6;
-/// The naive C rounds the estimate once for every term that it adds, and the observer takes 1/(pole T) = 100 ticks to
-/// correct it: 100 times 6e-8. Measured: 4.3e-6 (r = 3), 2.5e-7 (r = 2).
+/// Threshold for the naive C. It rounds the estimate once for every term, and the observer takes 1/(pole T) = 100 ticks
+/// to correct it: 100 times 6e-8. Measured: 4.3e-6 (r = 3), 2.5e-7 (r = 2).
 const NAIVE_ROUNDING: f64 = 1e-5;
 
-/// Samples and what the actuator holds after each, both exact in f32.
+/// Samples and the applied u after each, both exact in f32.
 struct Tick {
     x: [f32; 4],
     u: f32,
@@ -45,8 +45,8 @@ fn trajectory<const R: usize>() -> Vec<Tick> {
         .collect()
 }
 
-/// Largest difference from the f64 tick in u of the naive C, the same fast, the tuned C, the same guarded, and the
-/// shipped f32 tick; in units of the limit.
+/// Returns the largest difference in u from the f64 tick, in units of the limit. The order is the naive C, the naive C
+/// with fast math, the tuned C, the tuned C with guard, the shipped f32 tick.
 fn differences<const R: usize>() -> [f64; 5] {
     let run = trajectory::<R>();
     let x0 = &run[0].x;
@@ -86,7 +86,7 @@ fn the_c_versions_compute_the_law_of_the_shipped_tick() {
     }
 }
 
-/// Both from noise, with samples that are lost now and then: the same answers, and the same way back.
+/// Both start from noise with missing samples now and then: equal answers, and equal recovery.
 fn guarded_like_the_shipped_tick<const R: usize>() {
     let mut noise = Noise::new(7);
     let x0 = noise.sample();
@@ -101,7 +101,7 @@ fn guarded_like_the_shipped_tick<const R: usize>() {
         }
         let output = shipped.tick(&mut state, &x);
         gap.add(f64::from(guarded.tick(&x)), f64::from(output.u));
-        // The same history for both, as in closed loop: alone they would integrate their roundings.
+        // Both get one history, as in closed loop; alone they would integrate their roundings.
         guarded.applied(output.u);
         rejected += usize::from(output.health.contains(Health::INPUT_REJECTED));
     }

@@ -1,19 +1,19 @@
-//! From values to the items of a straight line: what is needed, each once, behind what it is made of.
+//! Builds the items of a straight line from values: each needed value once, after its operands.
 
 use std::collections::HashMap;
 
 use tick_record::Test;
 
 use crate::graph::{Graph, N, Node};
-use crate::schedule::{Item, Kind, Line, V};
+use crate::schedule::{Item, Line, Operation, V};
 
-/// A [`Line`] that is being made.
+/// A [`Line`] under construction.
 pub(crate) struct Build<'a> {
     pub(crate) graph: &'a Graph,
     pub(crate) line: Line,
-    /// What stands for a value of the graph.
+    /// Value of the line for each value of the graph.
     pub(crate) known: HashMap<N, V>,
-    /// Which item makes a value.
+    /// Item that computes a value.
     pub(crate) producer: Vec<Option<usize>>,
 }
 
@@ -30,7 +30,7 @@ impl<'a> Build<'a> {
         self.line.constants.len() - 1
     }
 
-    pub(crate) fn item(&mut self, kind: Kind, sources: Vec<V>, results: Vec<V>) -> usize {
+    pub(crate) fn item(&mut self, kind: Operation, sources: Vec<V>, results: Vec<V>) -> usize {
         let at = self.line.items.len();
         for v in &results {
             self.producer[*v] = Some(at);
@@ -41,7 +41,7 @@ impl<'a> Build<'a> {
         at
     }
 
-    pub(crate) fn computed(&mut self, kind: Kind, sources: Vec<V>) -> V {
+    pub(crate) fn computed(&mut self, kind: Operation, sources: Vec<V>) -> V {
         let result = self.value(None);
         self.item(kind, sources, vec![result]);
         result
@@ -55,32 +55,32 @@ impl<'a> Build<'a> {
         let node = graph.nodes[n];
         let v = match node {
             Node::Number(bits) => self.value(Some(bits)),
-            Node::Add(a, b) => self.two(Kind::Add, a, b),
-            Node::Sub(a, b) => self.two(Kind::Sub, a, b),
-            // The same bits but for those of a NaN, which mean nothing.
+            Node::Add(a, b) => self.two(Operation::Add, a, b),
+            Node::Sub(a, b) => self.two(Operation::Sub, a, b),
+            // Equal bits except for those of a NaN, which have no meaning.
             Node::Mul(a, b) if graph.nodes[b] == ONE => self.need(a),
             Node::Mul(a, b) if graph.nodes[a] == ONE => self.need(b),
-            Node::Mul(a, b) => self.two(Kind::Mul, a, b),
-            Node::Div(a, b) => self.two(Kind::Div, a, b),
+            Node::Mul(a, b) => self.two(Operation::Mul, a, b),
+            Node::Div(a, b) => self.two(Operation::Div, a, b),
             Node::Neg(a) => {
                 let a = self.need(a);
-                self.computed(Kind::Neg, vec![a])
+                self.computed(Operation::Neg, vec![a])
             }
             Node::Abs(a) => {
                 let a = self.need(a);
-                self.computed(Kind::Abs, vec![a])
+                self.computed(Operation::Abs, vec![a])
             }
             Node::NumberOf(count) => {
                 let bits = self.need(count);
-                self.computed(Kind::Number, vec![bits])
+                self.computed(Operation::Number, vec![bits])
             }
             Node::Select(c, yes, no) => {
                 if let Some((x, high, low)) = clamped(graph, n) {
                     let [x, high, low] = [x, high, low].map(|n| self.need(n));
-                    self.computed(Kind::Clamp, vec![x, high, low])
+                    self.computed(Operation::Clamp, vec![x, high, low])
                 } else if graph.nodes[c] == Node::Compare(Test::Greater, yes, no) {
                     let (yes, no) = (self.need(yes), self.need(no));
-                    self.computed(Kind::Max, vec![no, yes])
+                    self.computed(Operation::Max, vec![no, yes])
                 } else {
                     self.mirrored(c);
                     return self.known[&n];
@@ -92,18 +92,18 @@ impl<'a> Build<'a> {
         v
     }
 
-    /// An angle that is mirrored where it is large, and the constant that changes its sign with it.
+    /// Adds an angle that is mirrored if it is large, and the constant whose sign changes with it.
     fn mirrored(&mut self, c: N) {
         let mirror = Mirror::of(self.graph, c).expect("checked before");
         let [x, size, limit] = [mirror.x, mirror.size, mirror.limit].map(|n| self.need(n));
         let (angle, constant) = (self.value(None), self.value(Some(mirror.usual)));
-        let item = self.item(Kind::Mirror, vec![x, size, limit, constant], vec![angle]);
-        // Who reads the constant comes behind.
+        let item = self.item(Operation::Mirror, vec![x, size, limit, constant], vec![angle]);
+        // Readers of the constant come after this item.
         self.producer[constant] = Some(item);
         self.known.extend([(mirror.angle, angle), (mirror.constant, constant)]);
     }
 
-    /// Loads words of the state in groups that end there, one behind the other; or the search says how many at once.
+    /// Loads state words in groups with these ends, in sequence; or the search selects the group sizes.
     pub(crate) fn load_state(&mut self, words: &[V], ends: &[usize], streamed: bool) -> Vec<usize> {
         if streamed {
             self.line.state = words.to_vec();
@@ -112,7 +112,7 @@ impl<'a> Build<'a> {
         let (mut from, mut loads) = (0, Vec::new());
         for &end in ends {
             if from < end {
-                let load = self.item(Kind::LoadState, vec![], words[from..end].to_vec());
+                let load = self.item(Operation::LoadState, vec![], words[from..end].to_vec());
                 self.line.before[load].extend(loads.last());
                 loads.push(load);
                 from = end;
@@ -121,15 +121,15 @@ impl<'a> Build<'a> {
         loads
     }
 
-    /// Stores u, sigma and sigma*, each of which is this value.
+    /// Stores u, σ and σ* from these values.
     pub(crate) fn store_output(&mut self, of: impl Fn(&str) -> N) {
         for (at, name) in ["u", "sigma", "sigma_star"].into_iter().enumerate() {
             let v = self.need(of(name));
-            self.item(Kind::Store(at), vec![v], vec![]);
+            self.item(Operation::Store(at), vec![v], vec![]);
         }
     }
 
-    /// A bit of the health, if a comparison decides it.
+    /// Adds a status bit if a comparison decides it.
     pub(crate) fn flag(&mut self, bit: u8, n: N) -> Option<usize> {
         let (greater, a, b) = match self.graph.nodes[n] {
             Node::Compare(Test::NotEqual, a, b) => (false, a, b),
@@ -137,15 +137,15 @@ impl<'a> Build<'a> {
             _ => return None,
         };
         let sources = vec![self.need(a), self.need(b)];
-        Some(self.item(Kind::Flag(bit, greater), sources, vec![]))
+        Some(self.item(Operation::Flag(bit, greater), sources, vec![]))
     }
 
-    pub(crate) fn two(&mut self, kind: Kind, a: N, b: N) -> V {
+    pub(crate) fn two(&mut self, kind: Operation, a: N, b: N) -> V {
         let (a, b) = (self.need(a), self.need(b));
         self.computed(kind, vec![a, b])
     }
 
-    /// Orders that are not those of operands.
+    /// Adds order constraints that do not follow from operands.
     pub(crate) fn orders(&mut self, resume: Option<usize>, innovations: &[V]) {
         let readers = |line: &Line, v: V| -> Vec<usize> {
             (0..line.items.len()).filter(|i| line.items[*i].sources.contains(&v)).collect()
@@ -159,7 +159,7 @@ impl<'a> Build<'a> {
                 }
             }
         }
-        // What will be overwritten must have been read.
+        // A word must be read before it is overwritten.
         for at in 0..self.line.finals.len() {
             let last = self.line.finals[at];
             let Some(writer) = self.producer[last] else { continue };
@@ -189,8 +189,8 @@ impl<'a> Build<'a> {
     }
 }
 
-/// x, upper and lower limit, if that is what a value is: the comparison with the upper limit decides first, and the
-/// limits are constants in their order, so that one after the other is the same.
+/// Returns x, upper and lower limit if the value is a clamp. The comparison with the upper limit must come first, and
+/// the limits must be ordered constants, so that two clamps in sequence give an equal result.
 pub(crate) fn clamped(graph: &Graph, n: N) -> Option<(N, N, N)> {
     let Node::Select(above, high, inner) = graph.nodes[n] else { return None };
     let Node::Select(below, low, x) = graph.nodes[inner] else { return None };
@@ -201,25 +201,25 @@ pub(crate) fn clamped(graph: &Graph, n: N) -> Option<(N, N, N)> {
     (ordered && is_above && is(below, Test::Less, low)).then_some((x, high, low))
 }
 
-/// An angle x beyond a limit is taken from the other side, ±((pi - |x|) + rest) with the sign of x, and a constant then
-/// has the other sign: what a sine and its cosine begin with.
+/// An angle x beyond a limit is mirrored to ±((pi - |x|) + rest) with the sign of x, and a constant changes its sign. A
+/// sine and its cosine begin with this operation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mirror {
     pub(crate) x: N,
     /// |x|
     pub(crate) size: N,
     pub(crate) limit: N,
-    /// What the angle and the constant become.
+    /// Results for the angle and the constant.
     pub(crate) angle: N,
     pub(crate) constant: N,
-    /// The constant as it is where nothing is mirrored.
+    /// The constant without mirroring.
     pub(crate) usual: u32,
     pub(crate) pi: u32,
     pub(crate) rest: u32,
 }
 
 impl Mirror {
-    /// What this condition decides, if it is that.
+    /// Returns the mirrored angle if this condition decides one.
     pub(crate) fn of(graph: &Graph, c: N) -> Option<Self> {
         let bits = |n: N| if let Node::Number(bits) = graph.nodes[n] { Some(bits) } else { None };
         let Node::Compare(Test::Greater, size, limit) = graph.nodes[c] else { return None };
@@ -248,5 +248,5 @@ impl Mirror {
 
 /// 1.0
 const ONE: Node = Node::Number(0x3f80_0000);
-/// The sign of a number.
+/// Sign bit of a number.
 const SIGN: u32 = 0x8000_0000;

@@ -1,8 +1,8 @@
-//! Code for what is seldom executed: in the order in which results are asked for, numbers loaded where they are used.
+//! Code for rare paths: in the order of the requested results, with numbers loaded where they are used.
 //!
-//! Numbers take registers of the FPU from the first that is free, counts and truths, as 0 or 1, r4 to r11. Where there
-//! is none, what was not asked for longest waits on the stack. A word of the state is stored as soon as no result that
-//! is still to come reads what it was.
+//! Numbers use FPU registers from the first free one on. Counts and truths (0 or 1) use r4 to r11. If no register is
+//! free, the least recently used value moves to the stack. A state word is stored as soon as no later result reads its
+//! old value.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
@@ -12,36 +12,36 @@ use tick_record::{Block, End, Port, Record, Role, Test};
 use crate::graph::{Graph, N, Node};
 use crate::text::{compare, label, put, saved, words};
 
-/// Where a function finds things.
+/// Locations of the data of a function.
 pub(crate) struct Places<'a> {
-    /// Of what is in memory, the core register that points there, and how far behind it is.
+    /// Returns the core register and the offset of a port in memory.
     pub(crate) place: &'a dyn Fn(&Port) -> Option<(&'static str, i32)>,
-    /// Is u all that goes out, in s0?
+    /// Whether u in s0 is the only output.
     pub(crate) u_alone: bool,
-    /// The core register that points at the table, and where.
+    /// Core register that points to the table, and its position.
     pub(crate) table: &'static str,
     pub(crate) table_at: usize,
-    /// Inputs that are in registers of the FPU.
+    /// Inputs in FPU registers.
     pub(crate) arguments: HashMap<N, u8>,
-    /// A truth that is in `ip`.
+    /// A truth in `ip`.
     pub(crate) flag: Option<N>,
 }
 
-/// Registers of one kind, and whose value is in each.
+/// Registers of one kind, and the value in each.
 #[derive(Clone)]
 struct Registers {
     held: Vec<Option<N>>,
-    /// When each was last asked for.
+    /// Time of the last use of each register.
     asked: Vec<usize>,
-    /// Those below belong to another way.
+    /// Registers below belong to another path.
     first: usize,
-    /// One more than the highest that was written.
+    /// Highest written register plus one.
     used: usize,
 }
 
-/// Reserved for another way.
+/// Reserved for another path.
 const OTHERS: N = N::MAX;
-/// What is in a register for one instruction.
+/// Holder of a register for one instruction.
 const PASSING: N = N::MAX - 1;
 
 impl Registers {
@@ -59,7 +59,7 @@ impl Registers {
 const FLOATS: usize = 0;
 const CORES: usize = 1;
 
-/// Code, and what it uses.
+/// Code, and the registers that it uses.
 pub(crate) struct Cold<'a> {
     graph: &'a Graph,
     inputs: &'a [Port],
@@ -70,23 +70,23 @@ pub(crate) struct Cold<'a> {
     labels: usize,
     pub(crate) code: String,
     files: [Registers; 2],
-    /// Values that wait on the stack, each in its word.
+    /// Values on the stack, one per word.
     slots: Vec<Option<N>>,
     left: HashMap<N, usize>,
-    /// Registers that the instruction to come reads.
+    /// Registers that the next instruction reads.
     pinned: Vec<(usize, usize)>,
     clock: usize,
 }
 
-/// Not enough registers: what to say of it.
+/// Error message if there are not enough registers.
 const CROWDED: &str = "one instruction needs more values than there are registers";
 
-/// A core register by its place.
+/// Returns the name of a core register.
 fn core(at: usize) -> String {
     if at == FLAG { "ip".into() } else { format!("r{}", 4 + at) }
 }
 
-/// The place of `ip`.
+/// Index of `ip`.
 const FLAG: usize = usize::MAX;
 
 impl<'a> Cold<'a> {
@@ -118,12 +118,12 @@ impl<'a> Cold<'a> {
         }
     }
 
-    /// Instructions that keep what the caller needs, and bring it back.
+    /// Returns the instructions that save and restore the caller's registers.
     fn saved(&self) -> (String, String) {
         saved(self.files[FLOATS].used, self.files[CORES].used, self.slots.len())
     }
 
-    /// The code between those.
+    /// Returns the code between these instructions.
     pub(crate) fn whole(&self) -> String {
         let (push, pop) = self.saved();
         push + &self.code + &pop
@@ -133,7 +133,7 @@ impl<'a> Cold<'a> {
         self.graph.nodes[n]
     }
 
-    /// The place of a constant from the table's register on.
+    /// Returns the offset of a constant from the register of the table.
     fn constant(&mut self, bits: u32) -> i32 {
         let at = self.table.iter().position(|entry| *entry == bits).unwrap_or_else(|| {
             self.table.push(bits);
@@ -142,7 +142,7 @@ impl<'a> Cold<'a> {
         4 * (at as i32 - self.places.table_at as i32)
     }
 
-    /// Counts how often each value is still asked for on the way to these.
+    /// Counts the remaining uses of each value for these results.
     fn expect(&mut self, roots: &[N]) {
         self.left.clear();
         let mut open = roots.to_vec();
@@ -183,7 +183,7 @@ impl<'a> Cold<'a> {
         self.slots.iter_mut().for_each(gone);
     }
 
-    /// A register for a value: a free one, or the one that was not asked for longest, whose value goes to the stack.
+    /// Returns a register for a value: a free one, or the least recently used one, whose value moves to the stack.
     fn free(&mut self, kind: usize, holder: N) -> Result<usize, String> {
         self.clock += 1;
         let file = &self.files[kind];
@@ -215,7 +215,7 @@ impl<'a> Cold<'a> {
         Ok(at)
     }
 
-    /// Where a value is that was computed before; back from the stack if it is there.
+    /// Returns the register of a computed value, and reloads the value from the stack if necessary.
     fn found(&mut self, kind: usize, holder: N) -> Result<Option<usize>, String> {
         self.clock += 1;
         if let Some(at) = self.files[kind].of(holder) {
@@ -235,7 +235,7 @@ impl<'a> Cold<'a> {
         (self.places.place)(port).ok_or_else(|| format!("`{}` is in no register and has no place", port.name))
     }
 
-    /// A number in a register; one that is loaded for this use alone is let go by the caller.
+    /// Returns a number in a register. The caller releases a number that is loaded for this use only.
     fn number(&mut self, n: N) -> Result<(usize, bool), String> {
         if let Some(at) = self.found(FLOATS, n)? {
             return Ok((at, false));
@@ -257,7 +257,7 @@ impl<'a> Cold<'a> {
         }
     }
 
-    /// The operands in registers, for an operation that is then written; afterwards what nobody needs is let go.
+    /// Returns the operands in registers for the next operation, and releases unused values.
     fn operands(&mut self, all: &[N]) -> Result<Vec<usize>, String> {
         let (pinned, mut loaded) = (self.pinned.len(), Vec::new());
         for n in all {
@@ -275,7 +275,7 @@ impl<'a> Cold<'a> {
         Ok(loaded.into_iter().map(|(register, _)| register).collect())
     }
 
-    /// The same of counts and truths.
+    /// Returns counts and truths as operands in core registers.
     fn core_operands(&mut self, all: &[N]) -> Result<Vec<String>, String> {
         let (pinned, mut registers) = (self.pinned.len(), Vec::new());
         for n in all {
@@ -315,9 +315,9 @@ impl<'a> Cold<'a> {
         Ok(register)
     }
 
-    /// Under which condition of the flags, now set, a truth holds.
+    /// Sets the flags and returns the condition under which a truth holds.
     fn flags(&mut self, c: N) -> Result<&'static str, String> {
-        // A comparison for this alone stays in the flags.
+        // A comparison with this single use stays in the flags.
         match self.node(c) {
             Node::Compare(test, x, limit) if self.left.get(&c) == Some(&1) && !self.is_held(c) => {
                 let sources = self.operands(&[x, limit])?;
@@ -333,7 +333,7 @@ impl<'a> Cold<'a> {
     }
 
     fn selected(&mut self, n: N, c: N, a: N, b: N) -> Result<usize, String> {
-        // All before the flags are set.
+        // All operands come before the flags are set.
         let pinned = self.pinned.len();
         let (yes, yes_only) = self.number(a)?;
         self.pinned.push((FLOATS, yes));
@@ -359,7 +359,7 @@ impl<'a> Cold<'a> {
         Ok(register)
     }
 
-    /// A count, or a truth as 0 or 1, in a core register.
+    /// Returns a count, or a truth as 0 or 1, in a core register.
     fn core_value(&mut self, n: N) -> Result<usize, String> {
         if self.places.flag == Some(n) {
             return Ok(FLAG);
@@ -377,7 +377,7 @@ impl<'a> Cold<'a> {
             Node::Input(port) => {
                 let port = &self.inputs[port];
                 let (base, from) = self.place(port)?;
-                let load = if port.kind == tick_record::Kind::Truth { "ldrb.w" } else { "ldr.w" };
+                let load = if port.kind == tick_record::ValueKind::Truth { "ldrb.w" } else { "ldr.w" };
                 self.core_computed(n, &[], |at, _| format!("{load} {at}, [{base}, #{from}]"))
             }
             Node::Compare(test, a, b) => {
@@ -389,7 +389,7 @@ impl<'a> Cold<'a> {
                 Ok(at)
             }
             Node::And(a, b) | Node::Or(a, b) => {
-                // A chain from its end, so that it holds two at a time.
+                // A chain starts from its end, so that it holds two values at a time.
                 let (a, b) = if matches!(self.node(b), Node::And(..) | Node::Or(..)) { (b, a) } else { (a, b) };
                 let name = if matches!(self.node(n), Node::And(..)) { "and.w" } else { "orr.w" };
                 self.of_two(n, name, a, b)
@@ -406,7 +406,7 @@ impl<'a> Cold<'a> {
         }
     }
 
-    /// An instruction on core registers: `text` has the register of its result and those of its operands.
+    /// Writes an instruction on core registers: `text` contains the registers of its result and operands.
     fn core_computed(
         &mut self,
         n: N,
@@ -453,7 +453,7 @@ impl<'a> Cold<'a> {
         Ok(at)
     }
 
-    /// A number in a core register, for the next instruction alone.
+    /// Returns a number in a core register for the next instruction only.
     fn passing(&mut self, bits: u32) -> Result<usize, String> {
         let from = self.constant(bits);
         let at = self.free(CORES, PASSING)?;
@@ -462,7 +462,7 @@ impl<'a> Cold<'a> {
         Ok(at)
     }
 
-    /// The truth of one value, in the flags: `ne` if it holds. What `later` needs is kept.
+    /// Writes the truth of a value into the flags: `ne` if it holds. Values that `later` needs are kept.
     pub(crate) fn decide(&mut self, n: N, later: &[N]) -> Result<(), String> {
         self.expect(&[&[n], later].concat());
         let truth = self.core_value(n)?;
@@ -470,7 +470,7 @@ impl<'a> Cold<'a> {
         Ok(())
     }
 
-    /// A block with all that follows; `leave` is written where it ends.
+    /// Writes a block with all following blocks; `leave` is written at its end.
     pub(crate) fn block(&mut self, record: &Record, block: &Block, values: &[N], leave: &str) -> Result<(), String> {
         match &block.end {
             End::Return(results) => {
@@ -502,15 +502,15 @@ impl<'a> Cold<'a> {
         }
     }
 
-    /// All results to their places, and the answer or the health into r0.
+    /// Writes all results to their locations, and the answer or the status to r0.
     pub(crate) fn give(&mut self, record: &Record, results: &[N], leave: &str) -> Result<(), String> {
         let mut open = self.open(record, results);
         self.expect(&open.iter().map(|result| result.n).collect::<Vec<_>>());
         let (told, mut order): (Vec<usize>, Vec<usize>) = (0..open.len()).partition(|k| open[*k].is_told());
-        // Those that many wait for first.
+        // Results that block many others come first.
         order.sort_by_key(|k| (open[*k].own.is_none(), open[*k].reads.len()));
         order.reverse();
-        // Truths that are told stay in their registers; they are few.
+        // Truths for r0 stay in their registers; they are few.
         for k in &told {
             if !matches!(self.node(open[*k].n), Node::Truth(_)) {
                 self.core_value(open[*k].n)?;
@@ -538,7 +538,7 @@ impl<'a> Cold<'a> {
         Ok(())
     }
 
-    /// The results that are to be written.
+    /// Returns the results to write.
     fn open<'r>(&self, record: &'r Record, results: &[N]) -> Vec<Open<'r>> {
         let stays = |port: &Port, n: N| {
             port.role == Role::State && matches!(self.node(n), Node::Input(at) if self.inputs[at].name == port.name)
@@ -553,9 +553,9 @@ impl<'a> Cold<'a> {
             .collect()
     }
 
-    /// It is computed now and stored later: under which name it waits in a register or on the stack.
+    /// Computes a result that is stored later, and returns the name under which it waits in a register or on the stack.
     fn hold(&mut self, k: usize, result: &Open<'_>) -> Result<Option<N>, String> {
-        if result.port.kind != tick_record::Kind::Number {
+        if result.port.kind != tick_record::ValueKind::Number {
             self.core_value(result.n)?;
             return Ok(None);
         }
@@ -565,7 +565,7 @@ impl<'a> Cold<'a> {
         Ok(Some(holder))
     }
 
-    /// The answer, or the bits of the health, in r0.
+    /// Writes the answer, or the status bits, to r0.
     fn tell(&mut self, told: &[&Open<'_>]) -> Result<(), String> {
         if told.is_empty() {
             return Ok(());
@@ -573,7 +573,7 @@ impl<'a> Cold<'a> {
         let bit = |result: &Open<'_>| if let Role::Flag(bit) = result.port.role { 1_u32 << bit } else { 1 };
         let holds = |result: &&&Open<'_>| self.node(result.n) == Node::Truth(true);
         let always: u32 = told.iter().filter(holds).map(|result| bit(result)).sum();
-        // What eight bits do not hold needs the other encoding.
+        // Values above eight bits need the other encoding.
         let mov = if always < 256 { "mov.w" } else { "movw" };
         put!(self.code, "{mov} r0, #{always}");
         for result in told {
@@ -604,10 +604,10 @@ impl<'a> Cold<'a> {
 
     fn store(&mut self, result: &Open<'_>) -> Result<(), String> {
         let Open { port, n, holder: held, .. } = *result;
-        if port.kind != tick_record::Kind::Number {
+        if port.kind != tick_record::ValueKind::Number {
             let (base, at) = self.place(port)?;
             let value = core(self.core_value(n)?);
-            let store = if port.kind == tick_record::Kind::Truth { "strb.w" } else { "str.w" };
+            let store = if port.kind == tick_record::ValueKind::Truth { "strb.w" } else { "str.w" };
             put!(self.code, "{store} {value}, [{base}, #{at}]");
             self.used(n);
             return Ok(());
@@ -637,13 +637,13 @@ impl<'a> Cold<'a> {
     }
 }
 
-/// A result on its way to its place.
+/// A result before it is stored.
 struct Open<'a> {
     port: &'a Port,
     n: N,
     /// The input that it overwrites.
     own: Option<N>,
-    /// The inputs that it is made of.
+    /// The inputs on which it depends.
     reads: HashSet<N>,
     computed: bool,
     stored: bool,
@@ -652,20 +652,20 @@ struct Open<'a> {
 }
 
 impl Open<'_> {
-    /// Is it told in r0?
+    /// Returns whether it is returned in r0.
     fn is_told(&self) -> bool {
         matches!(self.port.role, Role::Flag(_) | Role::Answer)
     }
 }
 
-/// What other words are made of is overwritten last.
+/// Returns whether other words depend on the word that this result overwrites.
 fn waits(open: &[Open<'_>], k: usize) -> bool {
     let needs =
         |own: N| open.iter().enumerate().any(|(j, other)| j != k && !other.computed && other.reads.contains(&own));
     open[k].own.is_some_and(needs)
 }
 
-/// A function in the order of its results, with its table behind it.
+/// Writes a function in the order of its results, with its table after it.
 pub(crate) fn function(
     record: &Record,
     graph: &Graph,
@@ -679,7 +679,7 @@ pub(crate) fn function(
     cold.block(record, &record.body, values, LEAVE)?;
     let (push, pop) = cold.saved();
     let code = cold.code.replace(LEAVE, &format!("{pop}\tbx lr\n"));
-    // ADR reaches 4 kB; what is rare may be longer.
+    // ADR reaches 4 kB; rare code may be longer.
     let adr = if table.is_empty() {
         String::new()
     } else {
@@ -689,7 +689,7 @@ pub(crate) fn function(
     Ok(format!("{push}{adr}{code}{}", words(name, &table)))
 }
 
-/// All that a block and what follows it decide and return.
+/// Collects all decisions and returns of a block and of the following blocks.
 fn wanted(block: &Block, values: &[N], all: &mut Vec<N>) {
     match &block.end {
         End::Return(results) => all.extend(results.iter().map(|id| values[id.index()])),
@@ -701,7 +701,7 @@ fn wanted(block: &Block, values: &[N], all: &mut Vec<N>) {
     }
 }
 
-/// Without an output only u is.
+/// Without an output only u is returned.
 fn is_told(port: &Port) -> bool {
     match port.role {
         Role::Output => port.name == "u",
@@ -710,7 +710,7 @@ fn is_told(port: &Port) -> bool {
     }
 }
 
-/// The conditions after a comparison of floats under which a test holds, and does not, NaN included.
+/// Returns the conditions after a float comparison under which a test holds, and does not hold, NaN included.
 fn condition(test: Test) -> (&'static str, &'static str) {
     match test {
         Test::Less => ("mi", "pl"),

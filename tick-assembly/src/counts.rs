@@ -1,58 +1,58 @@
-//! The counts of an ordinary tick, in core registers: what is to be there at all, differences of counts and turns, and
-//! their way into the FPU. Loads stand together, where each behind the first is one cycle cheaper, and two words go
-//! over at once.
+//! The counts of an ordinary tick in core registers: the required conditions, differences of counts and revolutions,
+//! and their transfer to the FPU. Loads are adjacent, because each load after the first is one cycle cheaper. Two words
+//! are transferred at once.
 
 use std::fmt::Write as _;
 
-use tick_record::{Kind, Port, Role};
+use tick_record::{Port, Role, ValueKind};
 
 use crate::graph::{N, Node};
 use crate::layout::{DriveLayout, Pointers};
 use crate::ordinary::Ordinary;
 use crate::text;
 
-/// The beginning of a tick, and what it leaves for the end.
+/// The beginning of a tick, with the data for its end.
 pub(crate) struct Counts {
-    /// Is there anything that the ordinary way cannot do? The flags say `ne`.
+    /// Tests for a tick that the ordinary path cannot handle. The flags are then `ne`.
     pub(crate) flags: String,
     pub(crate) push: String,
     pub(crate) pop: String,
     code: Vec<Line>,
-    /// Counts that go over into the FPU, into registers in a row; they hold the bits of a count.
+    /// Counts transferred to consecutive FPU registers; they hold the bits of a count.
     pub(crate) moved: Vec<N>,
-    /// Words of the state that have become others, and in which registers they are.
+    /// Changed state words, with their registers.
     stores: Vec<(&'static str, i32)>,
-    /// Those that are counts of the sample as they lie there, and are fetched anew: from where, and to where.
+    /// Changed state words that equal a count of the sample and are loaded again: source and destination offsets.
     again: Vec<(i32, i32)>,
     /// Words that become 0.
     cleared: Vec<i32>,
-    /// Where the table and the health are from here on.
+    /// Register of the table and the status from here on.
     pub(crate) table: &'static str,
     pub(crate) health: &'static str,
-    /// Where the sample's register points at the end.
+    /// Final offset of the register of the sample.
     pub(crate) sample_at: i32,
-    /// Is there a way away before it has moved?
+    /// Whether a path leaves before this register has moved.
     pub(crate) leaves: bool,
-    /// What is saved aside.
+    /// Cycles without saved registers.
     pub(crate) cycles: u32,
-    /// Cycles to keep what the caller needs, and bring it back, or to do with fewer registers.
+    /// Cycles to save and restore the caller's registers, or to use fewer registers.
     pub(crate) saved: u32,
 }
 
 enum Line {
     Text(String),
-    /// Away, if not equal.
+    /// Leave if not equal.
     Leave,
-    /// These of the core registers to the next of the FPU.
+    /// Transfers these core registers to the next FPU registers.
     Move(Vec<&'static str>),
 }
 
 struct Writer<'a> {
     ordinary: &'a Ordinary<'a>,
     layout: &'a DriveLayout,
-    /// How many encoders there are.
+    /// Number of encoders.
     shafts: usize,
-    /// Are counts that are stored as they came fetched anew?
+    /// Whether counts that are stored unchanged are loaded again.
     anew: bool,
     names: Vec<&'static str>,
     held: Vec<Option<N>>,
@@ -66,13 +66,13 @@ struct Writer<'a> {
 /// Cycles of [`Writer::flags`].
 const FLAGS: u32 = 2 + 1 + 1 + 1;
 
-/// Stores from a register, and words that are fetched anew.
+/// Stores from a register, and words that are loaded again.
 type Kept = (Vec<(&'static str, i32)>, Vec<(i32, i32)>);
 
 const BOTH: Pointers = Pointers { state: Some("r0"), sample: Some("r1"), between: None, output: None };
 
 impl Counts {
-    /// A count that is stored as it came stays in its register, or is fetched anew: the cheaper of both.
+    /// Returns the cheaper variant: a count that is stored unchanged stays in its register, or is loaded again.
     pub(crate) fn of(ordinary: &Ordinary<'_>, layout: &DriveLayout, whole: bool) -> Result<Self, String> {
         let stays = Self::written(ordinary, layout, whole, false)?;
         let again = Self::written(ordinary, layout, whole, true)?;
@@ -80,7 +80,7 @@ impl Counts {
         if all(&again) >= all(&stays) {
             return Ok(stays);
         }
-        // What fewer registers cost is none of what must be done.
+        // The cost of fewer registers is not part of the lower bound.
         Ok(Self { cycles: stays.cycles, saved: all(&again) - stays.cycles, ..again })
     }
 
@@ -98,7 +98,7 @@ impl Counts {
         writer.put(1, format!("add.w r1, r1, #{sample_at}"));
         let (stores, again) = writer.kept()?;
         let cleared =
-            layout.cleared.iter().map(|name| writer.word(name, Kind::Number)).collect::<Result<Vec<_>, _>>()?;
+            layout.cleared.iter().map(|name| writer.word(name, ValueKind::Number)).collect::<Result<Vec<_>, _>>()?;
         let table = writer.free(N::MAX)?;
         let health = if whole { writer.free(N::MAX)? } else { "r1" };
         let fetched = again.len() + usize::from(!again.is_empty());
@@ -124,7 +124,7 @@ impl Counts {
         })
     }
 
-    /// The text, with the registers of the FPU from `top` on.
+    /// Returns the text, with the FPU registers from `top` on.
     pub(crate) fn text(&self, top: usize, away: &str) -> String {
         let (mut text, mut top) = (String::new(), top);
         for line in &self.code {
@@ -143,13 +143,13 @@ impl Counts {
         text
     }
 
-    /// Their stores, where r0 and r1 point so far behind state and sample.
+    /// Returns the stores of the counts, for these offsets of r0 and r1 from state and sample.
     pub(crate) fn stores(&self, state: i32, sample: i32) -> String {
         let store = |register: &str, at: i32| format!("\tstr.w {register}, [r0, #{}]\n", at - state);
         let mut text: String = self.stores.iter().map(|(register, at)| store(register, *at)).collect();
         let fetched = || self.stores.iter().map(|(register, _)| register).zip(&self.again);
         for (register, (from, _)) in fetched() {
-            // Behind r1 there is a wide form alone, and not every assembler knows it by that name.
+            // After r1 only the wide form exists, and not every assembler accepts its name.
             let wide = if *from < sample { "" } else { ".w" };
             let _ = writeln!(text, "\tldr{wide} {register}, [r1, #{}]", from - sample);
         }
@@ -184,12 +184,12 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Is it a count as it lies in memory, which is fetched once more to be stored?
+    /// Returns whether the value is an unchanged count in memory, which is loaded again to be stored.
     fn is_fetched(&self, n: N) -> bool {
         self.anew && matches!(self.ordinary.graph.nodes[n], Node::Input(_))
     }
 
-    /// The turns, then each encoder; the counts in the order in which they go over.
+    /// Transfers the revolutions, then each encoder; returns the counts in the order of their transfer.
     fn go_over(&mut self, moved: &[N]) -> Result<Vec<N>, String> {
         let shaft = |n: N| {
             self.ordinary.cone(n).find_map(|input| match self.ordinary.inputs[input].role {
@@ -202,7 +202,7 @@ impl<'a> Writer<'a> {
         for i in 0..=self.shafts {
             let group = moved.iter().zip(&shaft_of).filter(|(_, shaft)| **shaft == i.checked_sub(1));
             let group: Vec<N> = group.map(|(n, _)| *n).collect();
-            // All at once, but for the last encoder where registers are short.
+            // All at once, except for the last encoder if registers are short.
             if !self.anew || i < self.shafts {
                 group.iter().try_for_each(|n| self.load_inputs(*n))?;
             }
@@ -215,7 +215,7 @@ impl<'a> Writer<'a> {
         Ok(order)
     }
 
-    /// Counts that must be equal.
+    /// Writes the tests of counts that must be equal.
     fn test(&mut self) -> Result<(), String> {
         let equal = &self.ordinary.equal;
         equal.iter().flat_map(|(a, b)| [a, b]).try_for_each(|n| self.load_inputs(*n))?;
@@ -243,7 +243,8 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// Words of the state that are stored from a register, and those that are fetched anew: from where, and to where.
+    /// Returns state words that are stored from a register, and words that are loaded again with source and
+    /// destination.
     fn kept(&mut self) -> Result<Kept, String> {
         let (mut stores, mut again) = (Vec::new(), Vec::new());
         for (port, n) in self.ordinary.counts_of_state() {
@@ -256,26 +257,26 @@ impl<'a> Writer<'a> {
                 _ => stores.push((self.value(n)?, at)),
             }
         }
-        // Each into a register that has been stored.
+        // Each uses a register that has been stored.
         if again.len() > stores.len() {
             return Err("more counts to fetch anew than registers".into());
         }
         Ok((stores, again))
     }
 
-    /// Is it the first tick, or is a sample lost?
+    /// Returns the tests for the first tick and for a lost sample.
     fn flags(&self) -> Result<String, String> {
-        let fresh = self.word("fresh", Kind::Truth)?;
+        let fresh = self.word("fresh", ValueKind::Truth)?;
         let mut inputs = self.ordinary.functions_inputs();
-        let lost = inputs.find(|port| port.role == Role::Argument && port.kind == Kind::Truth);
+        let lost = inputs.find(|port| port.role == Role::Argument && port.kind == ValueKind::Truth);
         let (_, lost) = self.place(lost.ok_or("flags of lost samples")?, "flags of lost samples")?;
-        // Two bytes beside one another at once.
+        // Loads two adjacent bytes at once.
         let load = if self.shafts == 2 { "ldrh.w" } else { "ldrb.w" };
         Ok(format!("\tldrb.w ip, [r0, #{fresh}]\n\t{load} r3, [r1, #{lost}]\n\torrs.w ip, ip, r3\n"))
     }
 
-    /// Where a word of the state is.
-    fn word(&self, name: &str, kind: Kind) -> Result<i32, String> {
+    /// Returns the offset of a state word.
+    fn word(&self, name: &str, kind: ValueKind) -> Result<i32, String> {
         let port = Port { name: name.into(), role: Role::State, kind };
         self.place(&port, "a word of the state").map(|(_, at)| at)
     }

@@ -1,39 +1,39 @@
-//! The ordinary way of a drive's tick as a straight line: how its loads and stores are cut, its search, and its text
-//! with the ways that leave it.
+//! The ordinary path of a drive's tick as a straight line: the grouping of its loads and stores, its search, and its
+//! text with the exits.
 //!
-//! Nothing is stored before the tests have passed: where one fails the tick begins anew out of line, in the parts. Of
-//! two encoders what the observers know is stored before the demand is known, and the law goes on as a part.
+//! Nothing is stored before the tests have passed. If a test fails, the tick starts again out of line, in the parts.
+//! With two encoders the observer state is stored before the demand is computed, and the law continues as a part.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use tick_record::Kind as Of;
+use tick_record::ValueKind;
 
 use crate::build::{Build, Mirror};
 use crate::counts::Counts;
 use crate::graph::{N, Node};
 use crate::layout::DriveLayout;
 use crate::ordinary::Ordinary;
-use crate::schedule::{Found, Kind, Line, V, search};
+use crate::schedule::{Found, Line, Operation, V, search};
 use crate::text::{Exit, Flow, bytes, compare, kept, label, put, row, words};
 use crate::tick::{RETURN, TABLE};
 use crate::{Effort, Emitted};
 
-/// How the loads are cut.
+/// Grouping of the loads.
 #[derive(Clone, Debug)]
 struct Cut {
-    /// Where groups of the state end.
+    /// Ends of the groups of the state.
     state: Vec<usize>,
-    /// Is the target at the end loaded apart?
+    /// Whether the target at the end of the tick is loaded separately.
     apart: bool,
-    /// Do words of the state come to where they will be stored from?
+    /// Whether state words are loaded into the registers from which they are stored.
     at_home: bool,
-    /// Does the search say how many words of the state are loaded at once? Then groups are not.
+    /// Whether the search selects the number of state words per load; then groups are not used.
     streamed: bool,
 }
 
-/// A tick that returns u, or one that fills the output and returns the health.
+/// Writes a tick that returns u, or one that fills the output and returns the status.
 pub(crate) fn tick(
     ordinary: &Ordinary<'_>,
     layout: &DriveLayout,
@@ -49,8 +49,8 @@ pub(crate) fn tick(
     if let Some(word) = layout.cleared.iter().find(|word| !is_cleared(word)) {
         return Err(format!("{name}: an ordinary tick does not set `{word}` to 0"));
     }
-    // A short look at every way to cut the loads, and a long one at the best. Of two encoders more numbers than
-    // registers are in use, and one long search finds more than several.
+    // A short search for every grouping, and a long one for the best. Two encoders need more numbers than registers,
+    // and one long search is better than several.
     let few = layout.groups.len() == 1;
     let Effort { rounds, steps, seed } = *effort;
     let (short, long) = if few {
@@ -58,7 +58,7 @@ pub(crate) fn tick(
     } else {
         (Effort { rounds: 1, steps, seed }, Effort { rounds: 1, steps: 3 * rounds * steps, seed })
     };
-    // Registers that the caller keeps cost two cycles each: where there are enough others they are left alone.
+    // Registers that the caller keeps cost two cycles each. They stay unused if there are enough others.
     let enough: &[usize] = if few { &[16, 18, 20, 24, 28, 32] } else { &[28, 32] };
     let of = |streamed: bool| {
         let look = |registers: usize, effort: &Effort| {
@@ -67,7 +67,7 @@ pub(crate) fn tick(
             let found = lines.filter_map(|line| search(&line, effort).map(|found| (line, found)));
             found.min_by_key(|(_, found)| found.cycles)
         };
-        // What a short look has not found a long one may.
+        // A long search may succeed where a short one fails.
         let first = enough.iter().find_map(|registers| look(*registers, &short));
         let longer = || (0..LONGER).find_map(|k| look(32, &Effort { steps: long.steps << k, ..long }));
         let (line, found) = first.or_else(|| if streamed { None } else { longer() })?;
@@ -87,7 +87,7 @@ pub(crate) fn tick(
     Ok(writer.tick(&line, &found))
 }
 
-/// Where a long search finds no order, searches each twice as long as the last before it is given up.
+/// Number of longer searches, each twice as long as the last, before a line without an order is rejected.
 const LONGER: u32 = 6;
 
 fn cuts(layout: &DriveLayout) -> Vec<Cut> {
@@ -106,7 +106,7 @@ fn cuts(layout: &DriveLayout) -> Vec<Cut> {
             }
         }
     }
-    // Of two encoders the groups that are stored early are the better ones to load.
+    // With two encoders the groups that are stored early are better for loading.
     for apart in [false, true].into_iter().filter(|_| one_encoder) {
         for at_home in [false, true] {
             cuts.push(Cut { state: vec![all], apart, at_home, streamed: true });
@@ -118,7 +118,7 @@ fn cuts(layout: &DriveLayout) -> Vec<Cut> {
 impl Ordinary<'_> {
     fn line(&self, layout: &DriveLayout, counts: &Counts, registers: usize, cut: &Cut, whole: bool) -> Line {
         let mut build = Build::new(&self.graph, registers);
-        // Counts come in registers of their own.
+        // Counts arrive in separate registers.
         for (k, n) in counts.moved.iter().enumerate() {
             let v = build.value(None);
             build.line.given.push((v, (registers - counts.moved.len() + k) as u8));
@@ -136,7 +136,7 @@ impl Ordinary<'_> {
         let targets = self.targets(&mut build, layout, &needed, cut.apart);
         let (late, early): (Vec<_>, Vec<_>) = self.sizes.iter().partition(|(size, _)| self.is_asked(*size));
         let mut kept = Kept { ordinary: self, layout, words, targets, values: Vec::new() };
-        // First all that is stored before the demand is known, and what must be known before.
+        // First the values that are stored before the demand is known, and their operands.
         let many = layout.groups.len() > 1;
         for n in needed.iter().filter(|n| many && !self.is_asked(**n)) {
             build.need(*n);
@@ -144,24 +144,24 @@ impl Ordinary<'_> {
         let mut leaves = Vec::new();
         for (k, (size, limit)) in early.iter().enumerate() {
             let sources = vec![build.need(*size), build.need(*limit)];
-            leaves.push(build.item(Kind::Leave(k), sources, vec![]));
+            leaves.push(build.item(Operation::Leave(k), sources, vec![]));
         }
         let mut stored = loads.last().copied();
         for group in layout.groups.windows(2).rev() {
             let sources = kept.row(&mut build, group[0]..group[1]);
-            let save = build.item(Kind::Save, sources, vec![]);
+            let save = build.item(Operation::Save, sources, vec![]);
             build.line.before[save].extend(leaves.iter().chain(&stored).copied());
             stored = Some(save);
         }
         for n in &needed {
             build.need(*n);
         }
-        // What goes out.
+        // Outputs.
         build.line.finals = kept.row(&mut build, 0..layout.stored_last());
         for (k, (size, limit)) in late.iter().enumerate() {
             let handed = self.handed_on(layout).map(|(n, _)| n).filter(|_| many);
             let sources = [*size, *limit].into_iter().chain(handed).map(|n| build.need(n)).collect();
-            let leave = build.item(Kind::Leave(early.len() + k), sources, vec![]);
+            let leave = build.item(Operation::Leave(early.len() + k), sources, vec![]);
             build.line.before[leave].extend(stored.filter(|_| many));
         }
         if whole {
@@ -170,15 +170,16 @@ impl Ordinary<'_> {
                 build.flag(*bit, *n);
             }
         }
-        // What is limited where it stands comes there at once.
-        for item in build.line.items.iter().filter(|item| many && item.kind == Kind::Clamp) {
+        // A value that is limited in place is loaded there at once.
+        for item in build.line.items.iter().filter(|item| many && item.kind == Operation::Clamp) {
             build.line.better[item.sources[0]] = build.line.home[item.results[0]];
         }
         build.orders(None, &[]);
         build.line
     }
 
-    /// The targets, with what lies between them, up to the last that is needed: in one load, or the second apart.
+    /// Loads the targets, with the words between them, up to the last needed one: in one load, or the second
+    /// separately.
     fn targets(&self, build: &mut Build<'_>, layout: &DriveLayout, needed: &[N], apart: bool) -> Vec<V> {
         let (mut targets, mut last) = (Vec::new(), 0);
         for name in &layout.targets {
@@ -195,7 +196,7 @@ impl Ordinary<'_> {
         let mut loaded: Option<usize> = None;
         for row in [&targets[..middle], &targets[middle..last]] {
             if !row.is_empty() {
-                let load = build.item(Kind::LoadSample, vec![], row.to_vec());
+                let load = build.item(Operation::LoadSample, vec![], row.to_vec());
                 build.line.before[load].extend(loaded);
                 loaded = Some(load);
             }
@@ -217,11 +218,11 @@ impl Ordinary<'_> {
     }
 }
 
-/// What the state keeps, each value in the register of its word.
+/// The new state, each value in the register of its word.
 struct Kept<'a> {
     ordinary: &'a Ordinary<'a>,
     layout: &'a DriveLayout,
-    /// What comes in from memory.
+    /// Words loaded from memory.
     words: Vec<V>,
     targets: Vec<V>,
     values: Vec<V>,
@@ -235,7 +236,7 @@ impl Kept<'_> {
             let mut v = becomes.next().map_or(self.words[at], |(_, n)| build.need(*n));
             let elsewhere = [&self.values, &self.words, &self.targets].iter().any(|all| all.contains(&v));
             if elsewhere || build.line.constants[v].is_some() {
-                v = build.computed(Kind::Copy, vec![v]);
+                v = build.computed(Operation::Copy, vec![v]);
             }
             build.line.home[v] = Some(at as u8);
             self.values.push(v);
@@ -244,7 +245,7 @@ impl Kept<'_> {
     }
 }
 
-/// The text of a tick, in the making.
+/// The text of a tick under construction.
 struct Writer<'a> {
     ordinary: &'a Ordinary<'a>,
     layout: &'a DriveLayout,
@@ -253,11 +254,11 @@ struct Writer<'a> {
     name: &'a str,
     whole: bool,
     flow: Flow<'a>,
-    /// The table behind the code.
+    /// The table after the code.
     words: Vec<u32>,
 }
 
-/// The ways that leave the ordinary one: begun anew from so many bytes of state and sample, a mirrored angle with its
+/// The exits of the ordinary path: a restart after this number of bytes of state and sample, a mirrored angle with its
 /// register, the law as a part.
 #[derive(Default)]
 struct Ways<'a> {
@@ -313,11 +314,11 @@ impl<'a> Writer<'a> {
         for event in &found.events {
             let Some((kind, sources, results)) = flow.load(event) else { continue };
             match kind {
-                Kind::LoadSample => {
+                Operation::LoadSample => {
                     put!(flow.text, "vldmia r1!, {}", row(results[0], results.len()));
                     flow.at.sample += bytes(results.len());
                 }
-                Kind::Leave(k) => {
+                Operation::Leave(k) => {
                     compare(&mut flow.text, sources[0], sources[1]);
                     if self.ordinary.is_late(layout, k) {
                         put!(flow.text, "bhi.w .L{name}_law");
@@ -328,14 +329,14 @@ impl<'a> Writer<'a> {
                         ways.away.insert((state, sample));
                     }
                 }
-                Kind::Save => {
+                Operation::Save => {
                     put!(flow.text, "vstmdb r0!, {}", row(sources[0], sources.len()));
                     flow.at.state -= bytes(sources.len());
                     if flow.at.state == bytes(layout.stored_last()) {
                         flow.text += &counts.stores(flow.at.state, flow.at.sample);
                     }
                 }
-                Kind::Mirror => {
+                Operation::Mirror => {
                     let angle = results[0];
                     if sources[0] != angle {
                         put!(flow.text, "vmov.f32 s{angle}, s{}", sources[0]);
@@ -351,7 +352,7 @@ impl<'a> Writer<'a> {
         ways
     }
 
-    /// The angle is large: it is taken from the other side.
+    /// Mirrors a large angle.
     fn mirror(&mut self, exit: Exit<'_>, angle: u8) {
         let (text, table, name) = (&mut self.flow.text, self.counts.table, self.name);
         label!(text, ".L{name}_mirrored");
@@ -360,7 +361,7 @@ impl<'a> Writer<'a> {
             exit.at.to_word(self.words.len() - 1)
         });
         let &[x, size, _, constant] = exit.registers else { unreachable!("the sources of a mirror") };
-        // A register of someone else.
+        // A register that this path does not use.
         let t = (0..32).find(|t| *t != angle && !exit.registers.contains(t)).unwrap_or_default();
         put!(text, "vcmp.f32 s{x}, #0.0\n\tvmrs APSR_nzcv, fpscr\n\tvpush {{s{t}}}");
         put!(text, "vldr s{t}, [{table}, #{pi}]\n\tvsub.f32 s{angle}, s{t}, s{size}");
@@ -369,7 +370,7 @@ impl<'a> Writer<'a> {
         put!(text, "vneg.f32 s{constant}, s{constant}\n\tvpop {{s{t}}}\n\tb.w .L{name}_turned");
     }
 
-    /// The demand is not plausible, and what the observers know is stored already: the part `law` goes on from there.
+    /// Continues with the part `law` for an implausible demand; the observer state is already stored.
     fn go_on_by_law(&mut self, exit: Exit<'_>, pop: &str) {
         let Self { ordinary, layout, prefix, name, .. } = *self;
         let text = &mut self.flow.text;
@@ -382,8 +383,8 @@ impl<'a> Writer<'a> {
             put!(text, "vstr s{register}, [sp, #{at}]");
         }
         put!(text, "mov.w ip, #0");
-        for (port, at) in layout.handed().filter(|(port, _)| port.kind == Of::Truth) {
-            // Of an ordinary tick none is true.
+        for (port, at) in layout.handed().filter(|(port, _)| port.kind == ValueKind::Truth) {
+            // None is true in an ordinary tick.
             debug_assert_eq!(ordinary.graph.nodes[ordinary.handed[&port.name]], Node::Truth(false));
             put!(text, "strb.w ip, [sp, #{at}]");
         }
@@ -401,7 +402,7 @@ impl<'a> Writer<'a> {
         put!(text, "bx lr");
     }
 
-    /// Anew, from where it began.
+    /// Restarts the tick from its beginning.
     fn anew(&mut self, away: BTreeSet<(i32, i32)>, pop: &str) {
         let (text, name, prefix) = (&mut self.flow.text, self.name, self.prefix);
         for (state, sample) in away {

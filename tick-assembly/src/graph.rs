@@ -1,21 +1,21 @@
-//! The values of a record without what need not be computed: constants folded, equal values one, and what an assumption
-//! about the inputs decides decided.
+//! The values of a trace after simplification: constants are folded, equal values are merged, and decisions that follow
+//! from an assumption about the inputs are resolved.
 //!
-//! A simplification is one of numbers as the chip has them, single precision: every bit is that of the record, for
-//! every input. Numbers are folded by the same operation in the same precision; beyond that only x + (-0) = x and
-//! x - 0 = x are used, and x + 0 = x of a count times a positive number, which is never -0.
+//! Simplification uses single precision, as on the target: every bit equals the trace, for every input. Numbers are
+//! folded by the same operation in the same precision. The only other rules are x + (-0) = x and x - 0 = x, and x + 0 =
+//! x for a count times a positive number, which is never -0.
 
 use std::collections::HashMap;
 
 use tick_record::{Id, Op, Record, Test};
 
-/// A value of a [`Graph`], by its place there.
+/// Index of a value in a [`Graph`].
 pub(crate) type N = usize;
 
-/// What makes a value; operands have lower places.
+/// Operation of a value; operands have lower indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Node {
-    /// One of the record's inputs, by its place.
+    /// An input of the trace, by its index.
     Input(usize),
     /// A number, by its bits.
     Number(u32),
@@ -31,13 +31,13 @@ pub(crate) enum Node {
     Or(N, N),
     Not(N),
     Select(N, N, N),
-    /// 32 bits that wrap.
+    /// A wrapping 32-bit count.
     Count(u32),
     CountSince(N, N),
     CountPlus(N, N),
-    /// Its low bits with their sign.
+    /// Low bits of a count, sign-extended.
     CountSigned(N, u32),
-    /// Whole ones of the first number in it, times the second.
+    /// Number of whole units (first number) in a count, times the second number.
     CountWhole(N, u32, u32),
     NumberOf(N),
 }
@@ -67,7 +67,7 @@ impl Node {
     }
 }
 
-/// Values that differ.
+/// A set of distinct values.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
     pub(crate) nodes: Vec<Node>,
@@ -75,7 +75,7 @@ pub(crate) struct Graph {
 }
 
 impl Graph {
-    /// All values of a record, by their [`Id::index`]; `given` stands for the values that it names.
+    /// Adds all values of a trace, by their [`Id::index`]; `given` replaces the values that it contains.
     pub(crate) fn values(&mut self, record: &Record, given: &HashMap<usize, N>) -> Vec<N> {
         let mut values: Vec<N> = Vec::with_capacity(record.values.len());
         for (at, value) in record.values.iter().enumerate() {
@@ -108,7 +108,8 @@ impl Graph {
         values
     }
 
-    /// Is this surely not -0? A count is no -0, and times at least the smallest normal number it is no smaller.
+    /// Returns whether the value is never -0. A count is never -0, and its product with at least the smallest normal
+    /// number does not underflow.
     fn is_no_negative_zero(&self, n: N) -> bool {
         let is_count = |n: N| matches!(self.nodes[n], Node::NumberOf(_));
         let scales = |n: N| self.number(n).is_some_and(|number| number >= f32::MIN_POSITIVE);
@@ -123,13 +124,13 @@ impl Graph {
         if let Node::Number(bits) = self.nodes[n] { Some(f32::from_bits(bits)) } else { None }
     }
 
-    /// The place of a value, which is simplified first.
+    /// Returns the index of a value after simplification.
     pub(crate) fn add(&mut self, node: Node) -> N {
         let number = |n: N| self.number(n);
         let truth = |n: N| if let Node::Truth(truth) = self.nodes[n] { Some(truth) } else { None };
         let is_zero =
             |n: N, sign: f32| number(n).is_some_and(|zero| zero == 0.0 && zero.is_sign_negative() == (sign < 0.0));
-        // What is not a number may have any bits: it is left to the chip.
+        // A NaN may have any bits, so the processor computes it.
         let folded = |number: f32| (!number.is_nan()).then(|| Node::Number(number.to_bits()));
         let two = |a: N, b: N, f: fn(f32, f32) -> f32| number(a).zip(number(b)).and_then(|(a, b)| folded(f(a, b)));
         let simpler = match node {

@@ -1,30 +1,30 @@
-//! Where the words of a drive are in memory, as the C types of the exported header have them.
+//! Memory layout of the words of a drive, as in the C types of the exported header.
 
 use tick_record::drive::{DriveFunctions, JET};
-use tick_record::{Kind, Port, Role};
+use tick_record::{Port, Role, ValueKind};
 
-/// Where the words of a drive's state are, and those of what goes in and out: its types in C, in this order.
+/// Memory layout of a drive's state, inputs and outputs: its C types, in this order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DriveLayout {
-    /// Numbers of the state in order, by name: the current that goes out first.
+    /// Numbers of the state in order, by name; the output current is first.
     pub numbers: Vec<String>,
-    /// Where groups of them end that are stored one by one, the last one first.
+    /// Ends of the groups that are stored one by one, the last one first.
     pub(crate) groups: Vec<usize>,
-    /// Behind them its counts, by name.
+    /// Counts of the state after the numbers, by name.
     pub counts: Vec<String>,
     /// Numbers that an ordinary tick sets to 0.
     pub cleared: Vec<String>,
-    /// Numbers that it leaves as they are; then the flags `fresh` and `started`, a byte each.
+    /// Numbers that an ordinary tick leaves unchanged; then the flags `fresh` and `started`, one byte each.
     pub rare: Vec<String>,
     shafts: Vec<String>,
-    /// The numbers of both targets as they lie behind one another, with what lies between them.
+    /// The numbers of both targets in memory order, with the words between them.
     pub(crate) targets: Vec<Option<String>>,
-    /// How many of them are of the first.
+    /// Number of words of the first target.
     pub(crate) first_target: usize,
     between: Vec<Port>,
 }
 
-/// Core registers that point at the state, the sample, what is handed on, and the output.
+/// Core registers that point to the state, the sample, the values between parts, and the output.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pointers {
     pub(crate) state: Option<&'static str>,
@@ -34,7 +34,7 @@ pub(crate) struct Pointers {
 }
 
 impl Pointers {
-    /// Of a function of a drive, by its name.
+    /// Returns the pointers of a drive function by its name.
     pub(crate) fn of(function: &str) -> Option<Self> {
         let [r0, r1, r2, r3] = ["r0", "r1", "r2", "r3"].map(Some);
         let (state, sample, between, output) = match function {
@@ -52,19 +52,20 @@ impl Pointers {
 }
 
 impl DriveLayout {
-    /// Of a drive's functions.
+    /// Returns the layout for the functions of a drive.
     pub fn of(functions: &DriveFunctions) -> Self {
-        let names =
-            |kind: Kind| functions.state.iter().filter(move |word| word.kind == kind).map(|word| word.name.clone());
+        let names = |kind: ValueKind| {
+            functions.state.iter().filter(move |word| word.kind == kind).map(|word| word.name.clone())
+        };
         let out = if functions.state.iter().any(|word| word.name == "queued") { "queued" } else { "held" };
         let shafts: Vec<String> =
             functions.state.iter().filter_map(|word| word.name.strip_prefix("last")).map(String::from).collect();
         let is_rare = |name: &String| shafts.iter().any(|shaft| *name == format!("off{shaft}"));
-        let (rare, numbers): (Vec<String>, Vec<String>) = names(Kind::Number).partition(is_rare);
+        let (rare, numbers): (Vec<String>, Vec<String>) = names(ValueKind::Number).partition(is_rare);
         let (cleared, mut numbers): (Vec<String>, Vec<String>) =
             numbers.into_iter().partition(|name| name.starts_with("missed"));
-        // Of one encoder all words fit into registers till the end, and what is needed last is loaded last. Of two what
-        // the law keeps is first, and each encoder has its group; what all share is with the last one.
+        // With one encoder all words fit into registers until the end, and the word that is needed last is loaded last.
+        // With two, the words of the law are first, and each encoder has its group; shared words are in the last group.
         let shaft = |name: &str| shafts.iter().position(|shaft| name.ends_with(shaft.as_str()));
         let kept = |name: &str| ["offset", "held", "queued"].contains(&name);
         let key = |name: &str| match (shafts.len(), name) {
@@ -94,7 +95,7 @@ impl DriveLayout {
         let targets = begin.into_iter().chain(turn).chain(target("end")).collect();
         Self {
             numbers,
-            counts: names(Kind::Count).collect(),
+            counts: names(ValueKind::Count).collect(),
             cleared,
             rare,
             groups,
@@ -105,18 +106,18 @@ impl DriveLayout {
         }
     }
 
-    /// Numbers that are stored last of all, from the first on.
+    /// Returns the first number of the words that are stored last.
     pub(crate) fn stored_last(&self) -> usize {
         self.groups[0]
     }
 
-    /// What is handed on, and where behind its register.
+    /// Returns the values between parts with their offsets.
     pub(crate) fn handed(&self) -> impl Iterator<Item = (&Port, usize)> {
         self.between.iter().enumerate().map(|(at, port)| (port, 4 * at))
     }
 
-    /// In which register or where in memory a function, or `tick` or `tick_u`, has what comes in or goes out, as
-    /// `cycle-bound --means` reads it: `r0+8`. `results` are those of its record.
+    /// Returns the register or memory location of a port for `cycle-bound --means`, such as `r0+8`. The function is a
+    /// part, or `tick` or `tick_u`. `results` are the results of its trace.
     pub fn means(&self, function: &str, port: &Port, results: &[Port]) -> Option<String> {
         let pointers = Pointers::of(function)?;
         match port.role {
@@ -133,18 +134,18 @@ impl DriveLayout {
         self.targets.contains(&None)
     }
 
-    /// Where the numbers of the first target begin.
+    /// Returns the offset of the numbers of the first target.
     pub(crate) fn targets_at(&self) -> i32 {
         let counts = 4 * self.shafts.len() as i32;
         counts + 4 + if self.has_turns() { 4 } else { 0 }
     }
 
-    /// Bytes of what is handed on, the stack kept aligned.
+    /// Returns the size of the values between parts, with the stack aligned.
     pub(crate) fn between_bytes(&self) -> usize {
         (4 * self.between.len()).next_multiple_of(8).max(8)
     }
 
-    /// The words of the state in front of the flags.
+    /// Returns the state words before the flags.
     pub fn words(&self) -> impl Iterator<Item = &String> {
         self.numbers.iter().chain(&self.counts).chain(&self.cleared).chain(&self.rare)
     }
@@ -153,7 +154,7 @@ impl DriveLayout {
         4 * self.words().count() as i32
     }
 
-    /// Where a word is behind what its register points at. Results of `estimates` lie in their own order.
+    /// Returns the register and offset of a word. Results of `estimates` have their own order.
     pub(crate) fn place(&self, port: &Port, pointers: &Pointers, results: &[Port]) -> Option<(&'static str, i32)> {
         let bytes = |at: usize| 4 * at as i32;
         let name = port.name.as_str();
@@ -167,7 +168,7 @@ impl DriveLayout {
                 Some((pointers.state?, at))
             }
             Role::Between => {
-                // Numbers first, as they are: then the bytes.
+                // Numbers come first, then the bytes.
                 let at = self.between.iter().position(|word| word.name == name)?;
                 Some((pointers.between?, bytes(at)))
             }

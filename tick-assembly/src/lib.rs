@@ -16,7 +16,7 @@ mod tick;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use tick_record::{Functions, Kind, Port, Record, Role};
+use tick_record::{Functions, Port, Record, Role, ValueKind};
 
 use tick_record::drive::DriveFunctions;
 
@@ -26,23 +26,23 @@ use graph::Graph;
 #[doc(inline)]
 pub use layout::DriveLayout;
 
-/// How long is searched. The same effort gives the same text.
+/// Effort of a search. Equal effort gives identical text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
-    /// Searches from the beginning.
+    /// Number of searches from the beginning.
     pub rounds: usize,
-    /// Changes tried in each.
+    /// Number of changes tried in each.
     pub steps: usize,
-    /// Where luck begins.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
 impl Effort {
-    /// Some seconds: what firmware is made with.
+    /// Effort for firmware; takes some seconds.
     pub const FULL: Self = Self { rounds: 4, steps: 250_000, seed: 1 };
 }
 
-/// Where the words of a state are in memory: numbers first, then the two flags, a byte each.
+/// Memory layout of the state words: numbers first, then the two flags, one byte each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// The numbers in order, by name.
@@ -50,11 +50,16 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// u first, since it goes out in the first register; then the sample, as it lies in memory, with words of the
-    /// state where it is not kept; the rest as the record has it, the offset last. n is the order of the plant.
+    /// Returns the layout for a plant of order n. u is first, since it is returned in the first register. The sample
+    /// follows in memory order, with state words where it is not stored. The other words follow in the order of the
+    /// trace, the offset last.
     pub fn of(functions: &Functions, n: usize) -> Self {
-        let numbers: Vec<&str> =
-            functions.state.iter().filter(|word| word.kind == Kind::Number).map(|word| word.name.as_str()).collect();
+        let numbers: Vec<&str> = functions
+            .state
+            .iter()
+            .filter(|word| word.kind == ValueKind::Number)
+            .map(|word| word.name.as_str())
+            .collect();
         let count = numbers.len();
         let previous = |i: usize| format!("x{i}_prev");
         let mut words = vec![String::new(); count];
@@ -86,7 +91,7 @@ impl Layout {
         self.words.iter().position(|word| word == name)
     }
 
-    /// Where from this word on the estimates begin.
+    /// Returns the start of the estimates, from this word on.
     fn estimates_from(&self, from: usize) -> usize {
         let of_last_tick = |word: &&String| word.starts_with(['p', 'x', 'h', 'g']);
         from + self.words[from..].iter().take_while(of_last_tick).count()
@@ -96,8 +101,8 @@ impl Layout {
         4 * self.words.len() as i32
     }
 
-    /// Where things are in memory, with the state at r0 less so many bytes; `output` points at the output, and what is
-    /// estimated has so many words in a row.
+    /// Returns the memory locations, with the state at r0 minus this number of bytes; `output` points to the output.
+    /// Each row of estimates has this number of words.
     fn places(
         &self,
         state_at: i32,
@@ -121,48 +126,48 @@ impl Layout {
     }
 }
 
-/// The functions of a controller as text for the GNU assembler, and what a caller must know of them.
+/// The functions of a controller as text for the GNU assembler, with the data that a caller needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assembly {
     /// The functions.
     pub text: String,
-    /// Where the words of the state are.
+    /// Layout of the state words.
     pub layout: Layout,
-    /// Typical cycles of a good sample whose u alone is read, by the cost that was searched for, return included.
+    /// Typical cycles of a valid sample if only u is read, by the cost model of the search, return included.
     pub cycles: u32,
-    /// The same with the whole output.
+    /// Typical cycles with the whole output.
     pub cycles_whole: u32,
-    /// What no order takes less than: each operation and each word of memory once, with nothing waited for or saved.
+    /// Lower bound for every order: each operation and each memory word once, without waits and saved registers.
     pub floor: u32,
-    /// The same with the whole output.
+    /// Lower bound with the whole output.
     pub floor_whole: u32,
 }
 
-/// The code of a tick, and what the search says that its ordinary way takes.
+/// The code of a tick, and the cycles of its ordinary path.
 struct Emitted {
     text: String,
     cycles: u32,
     floor: u32,
 }
 
-/// The functions of a drive as text for the GNU assembler, and what a caller must know of them.
+/// The functions of a drive as text for the GNU assembler, with the data that a caller needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DriveAssembly {
     /// The functions.
     pub text: String,
-    /// Where the words of the state are.
+    /// Layout of the state words.
     pub layout: DriveLayout,
-    /// Typical cycles of an ordinary tick whose u alone is read, by the cost that was searched for, return included.
+    /// Typical cycles of an ordinary tick if only u is read, by the cost model of the search, return included.
     pub cycles: u32,
-    /// The same with the whole output.
+    /// Typical cycles with the whole output.
     pub cycles_whole: u32,
-    /// What no order takes less than: each operation and each word of memory once, with nothing waited for or saved.
+    /// Lower bound for every order: each operation and each memory word once, without waits and saved registers.
     pub floor: u32,
-    /// The same with the whole output.
+    /// Lower bound with the whole output.
     pub floor_whole: u32,
 }
 
-/// Text of functions, each in a section of its own.
+/// Text of functions, each in its own section.
 struct Text(String);
 
 impl Text {
@@ -182,7 +187,7 @@ impl Text {
 /// Writes the functions of a drive. All names begin with `prefix`.
 ///
 /// # Errors
-/// What is not scheduled, and why.
+/// If a function cannot be scheduled, with the reason.
 pub fn drive_assembly(functions: &DriveFunctions, prefix: &str, effort: &Effort) -> Result<DriveAssembly, String> {
     let layout = DriveLayout::of(functions);
     let ordinary = ordinary::Ordinary::of(functions)?;
@@ -203,7 +208,7 @@ pub fn drive_assembly(functions: &DriveFunctions, prefix: &str, effort: &Effort)
 /// Writes the functions of a controller of plant order n and highest observer order r. All names begin with `prefix`.
 ///
 /// # Errors
-/// What is not scheduled, and why.
+/// If a function cannot be scheduled, with the reason.
 pub fn assembly(functions: &Functions, n: usize, r: usize, prefix: &str, effort: &Effort) -> Result<Assembly, String> {
     let layout = Layout::of(functions, n);
     let mut text = Text::new();
@@ -226,7 +231,7 @@ pub fn assembly(functions: &Functions, n: usize, r: usize, prefix: &str, effort:
     Ok(Assembly { text: text.0, layout, cycles, cycles_whole, floor: u.floor, floor_whole: whole.floor })
 }
 
-/// A function in the order of its results.
+/// Writes a function in the order of its results.
 fn plain(record: &Record, layout: &Layout, name: &str, r: usize) -> Result<String, String> {
     let mut graph = Graph::default();
     let values = graph.values(record, &HashMap::new());
@@ -235,7 +240,7 @@ fn plain(record: &Record, layout: &Layout, name: &str, r: usize) -> Result<Strin
         (port.role == Role::Argument).then_some((node, 0_u8))
     };
     let has_state = record.inputs.iter().chain(&record.results).any(|port| port.role == Role::State);
-    // What fills an output and nothing else has it first.
+    // A function that only fills an output has it as its first argument.
     let place = layout.places(0, if has_state { "r2" } else { "r0" }, r);
     let places = Places {
         place: &place,

@@ -1,38 +1,39 @@
-//! What a drive's tick computes on its ordinary way: values, made of the recorded parts and of what is assumed.
+//! Values of a drive's tick on its ordinary path, derived from the recorded parts and from assumptions.
 //!
-//! On it every count is there and believed, the base stays, the reference stays within its turn, and the demand is
-//! plausible. What is assumed is what the way needs, no more: an assumption without which the values are the same is
-//! dropped. Each that is left is tested on the way. Counts come first, in core registers; from there on all is numbers.
+//! On the ordinary path every count is present and accepted, the base is unchanged, the reference is within its
+//! revolution, and the demand is plausible. Only necessary assumptions are made: an assumption without an effect on the
+//! values is dropped. Each remaining assumption is tested on the path. Counts come first, in core registers; the rest
+//! are numbers.
 
 use std::collections::HashMap;
 
 use tick_record::drive::DriveFunctions;
-use tick_record::{Block, End, Id, Kind as Of, Op, Port, Record, Role, Test};
+use tick_record::{Block, End, Id, Op, Port, Record, Role, Test, ValueKind};
 
 use crate::build::{Mirror, clamped};
 use crate::graph::{Graph, N, Node};
 use crate::layout::DriveLayout;
 
-/// The ordinary way.
+/// The ordinary path.
 pub(crate) struct Ordinary<'a> {
     pub(crate) graph: Graph,
     pub(crate) inputs: Vec<Port>,
     pub(crate) functions: &'a DriveFunctions,
-    /// Words of the state that change, and what they become.
+    /// Changed state words with their new values.
     pub(crate) state: Vec<(String, N)>,
     pub(crate) output: HashMap<String, N>,
     pub(crate) flags: Vec<(u8, N)>,
-    /// A size and its limit, or a limit and a size that is no less.
+    /// A magnitude and its limit, or a limit and a magnitude that is not less.
     pub(crate) sizes: Vec<(N, N)>,
-    /// What the observers hand to the law.
+    /// Values that the observers pass to the law.
     pub(crate) handed: HashMap<String, N>,
     /// Counts that must be equal.
     pub(crate) equal: Vec<(N, N)>,
-    /// Values in the order of the records.
+    /// Values in the order of the traces.
     order: Vec<N>,
 }
 
-/// What is taken for granted of a value of a record.
+/// An assumption about a value of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Assumed {
     in_law: bool,
@@ -40,7 +41,7 @@ struct Assumed {
     truth: bool,
 }
 
-/// What comes of assumptions: results of both parts, and their values.
+/// Results of both parts under assumptions, with their values.
 struct Resolved {
     observed: Vec<N>,
     asked: Vec<N>,
@@ -90,7 +91,7 @@ impl<'a> Ordinary<'a> {
         ordinary.checked()
     }
 
-    /// Is all that is needed of it computed by the operations there are?
+    /// Checks that the available operations compute all required values.
     fn checked(self) -> Result<Self, String> {
         for n in self.needed(true) {
             let good = match self.graph.nodes[n] {
@@ -109,7 +110,7 @@ impl<'a> Ordinary<'a> {
         Ok(self)
     }
 
-    /// What is not made of anything but numbers, and that.
+    /// Returns the float operands of a value; a converted count has none.
     fn operands(&self, n: N) -> Vec<N> {
         let mirror = |c: N| Mirror::of(&self.graph, c);
         match self.graph.nodes[n] {
@@ -123,7 +124,7 @@ impl<'a> Ordinary<'a> {
         }
     }
 
-    /// Numbers that results and tests need, in the order of the records.
+    /// Returns the numbers that results and tests need, in the order of the traces.
     pub(crate) fn needed(&self, whole: bool) -> Vec<N> {
         let mut open: Vec<N> = self.state.iter().map(|(_, n)| *n).filter(|n| self.is_number(*n)).collect();
         open.extend(self.sizes.iter().flat_map(|(size, limit)| [*size, *limit]));
@@ -144,7 +145,7 @@ impl<'a> Ordinary<'a> {
         order
     }
 
-    /// Is a target in it?
+    /// Returns whether the value depends on a target.
     pub(crate) fn is_asked(&self, n: N) -> bool {
         self.cone(n).any(|at| {
             let port = &self.inputs[at];
@@ -152,15 +153,15 @@ impl<'a> Ordinary<'a> {
         })
     }
 
-    /// Numbers that the observers hand to the law, and where they are kept for it.
+    /// Returns the numbers that the observers pass to the law, with their locations.
     pub(crate) fn handed_on(&self, layout: &DriveLayout) -> impl Iterator<Item = (N, usize)> {
-        let numbers = layout.handed().filter(|(port, _)| port.kind == Of::Number);
+        let numbers = layout.handed().filter(|(port, _)| port.kind == ValueKind::Number);
         numbers.filter_map(|(port, at)| Some((*self.handed.get(&port.name)?, at)))
     }
 
     pub(crate) fn is_number(&self, n: N) -> bool {
         match self.graph.nodes[n] {
-            Node::Input(at) => self.inputs[at].kind == Of::Number,
+            Node::Input(at) => self.inputs[at].kind == ValueKind::Number,
             Node::Select(_, yes, _) => self.is_number(yes),
             Node::Count(_)
             | Node::CountSince(..)
@@ -172,21 +173,21 @@ impl<'a> Ordinary<'a> {
         }
     }
 
-    /// Counts that become numbers.
+    /// Returns counts that are converted to numbers.
     pub(crate) fn counts(&self, whole: bool) -> Vec<N> {
         let of = |n: &N| if let Node::NumberOf(count) = self.graph.nodes[*n] { Some(count) } else { None };
         self.needed(whole).iter().filter_map(of).collect()
     }
 
-    /// Words of the state that are counts, and what they become.
+    /// Returns state words that are counts, with their new values.
     pub(crate) fn counts_of_state(&self) -> Vec<(&Port, N)> {
-        let words = self.functions.state.iter().filter(|word| word.kind == Of::Count);
+        let words = self.functions.state.iter().filter(|word| word.kind == ValueKind::Count);
         words
             .filter_map(|word| self.state.iter().find(|(name, _)| *name == word.name).map(|(_, n)| (word, *n)))
             .collect()
     }
 
-    /// The inputs that a value is made of.
+    /// Returns the inputs on which a value depends.
     pub(crate) fn cone(&self, n: N) -> impl Iterator<Item = usize> {
         let (mut open, mut inputs) = (vec![n], Vec::new());
         while let Some(n) = open.pop() {
@@ -208,7 +209,7 @@ impl<'a> Ordinary<'a> {
     }
 }
 
-/// What may be assumed of a record: sizes within their limits, or not below them, and a base that stays.
+/// Returns possible assumptions about a trace: magnitudes within or not below their limits, and an unchanged base.
 fn candidates(record: &Record, in_law: bool) -> impl Iterator<Item = Assumed> {
     let op = |id: Id| record.value(id).op;
     let truth = move |at: usize| match record.values[at].op {
@@ -220,7 +221,7 @@ fn candidates(record: &Record, in_law: bool) -> impl Iterator<Item = Assumed> {
     (0..record.values.len()).filter_map(move |at| truth(at).map(|truth| Assumed { in_law, at, truth }))
 }
 
-/// The assumptions without which the results would be others, and what comes of them.
+/// Returns the assumptions that affect the results, and the results under these assumptions.
 fn fewest(graph: &mut Graph, functions: &DriveFunctions, inputs: &[Port]) -> Result<(Vec<Assumed>, Resolved), String> {
     let mut assumed: Vec<Assumed> =
         candidates(&functions.observe, false).chain(candidates(&functions.followed, true)).collect();
@@ -244,7 +245,7 @@ fn fewest(graph: &mut Graph, functions: &DriveFunctions, inputs: &[Port]) -> Res
 /// Pairs of values.
 type Pairs = Vec<(N, N)>;
 
-/// What is assumed is tested on the way: sizes with their limits, and counts that must be equal.
+/// Returns the tests of the assumptions: magnitudes with their limits, and counts that must be equal.
 fn tested(
     graph: &Graph,
     functions: &DriveFunctions,
@@ -272,7 +273,7 @@ fn tested(
     Ok((sizes, equal))
 }
 
-/// The results under assumptions; `None` where a decision is left.
+/// Returns the results under assumptions; `None` if a decision remains.
 fn resolved(graph: &mut Graph, functions: &DriveFunctions, inputs: &[Port], assumed: &[Assumed]) -> Option<Resolved> {
     let DriveFunctions { observe, followed: law, .. } = functions;
     let mut part = |record: &Record, in_law: bool, before: &dyn Fn(&Port) -> Option<N>| {
@@ -281,8 +282,8 @@ fn resolved(graph: &mut Graph, functions: &DriveFunctions, inputs: &[Port], assu
             if let Op::Input(port) = value.op {
                 let port = &record.inputs[port];
                 let known = before(port).unwrap_or_else(|| {
-                    // A sample that is lost is not ordinary.
-                    let lost = port.kind == Of::Truth && port.role == Role::Argument;
+                    // A lost sample is not ordinary.
+                    let lost = port.kind == ValueKind::Truth && port.role == Role::Argument;
                     let own = inputs.iter().position(|input| input == port).unwrap_or_default();
                     graph.add(if lost { Node::Truth(false) } else { Node::Input(own) })
                 });

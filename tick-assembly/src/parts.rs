@@ -1,5 +1,5 @@
-//! The functions of a drive beside its ordinary tick: the parts of any tick, in which nothing is in a hurry, and what
-//! calls them one after the other where a tick is not ordinary.
+//! Functions of a drive other than its ordinary tick: the parts of any tick, without optimisation, and the code that
+//! calls them in sequence if a tick is not ordinary.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use crate::cold::{self, Places};
 use crate::graph::{Graph, Node};
 use crate::layout::{DriveLayout, Pointers};
 
-/// Every part by its name.
+/// Returns every part with its name.
 pub(crate) fn all(functions: &DriveFunctions) -> [(&'static str, &Record); 13] {
     [
         ("begin", &functions.begin),
@@ -30,7 +30,7 @@ pub(crate) fn all(functions: &DriveFunctions) -> [(&'static str, &Record); 13] {
     ]
 }
 
-/// One of them.
+/// Writes one part.
 pub(crate) fn part(what: &str, record: &Record, layout: &DriveLayout, name: &str) -> Result<String, String> {
     let pointers = Pointers::of(what).ok_or("a part")?;
     let mut graph = Graph::default();
@@ -51,9 +51,9 @@ pub(crate) fn part(what: &str, record: &Record, layout: &DriveLayout, name: &str
     cold::function(record, &graph, &values, &places, name)
 }
 
-/// Any tick, of the parts: the same arguments and the same answer as `tick`.
+/// Writes the tick from the parts, with the arguments and the return value of `tick`.
 pub(crate) fn rest(layout: &DriveLayout, prefix: &str) -> Result<String, String> {
-    let fresh = Port { name: "fresh".into(), role: Role::State, kind: tick_record::Kind::Truth };
+    let fresh = Port { name: "fresh".into(), role: Role::State, kind: tick_record::ValueKind::Truth };
     let pointers = Pointers { state: Some("r0"), ..Pointers::default() };
     let (_, fresh) = layout.place(&fresh, &pointers, &[]).ok_or("a flag `fresh`")?;
     let bytes = layout.between_bytes();

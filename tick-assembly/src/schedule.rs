@@ -1,101 +1,102 @@
 //! Order and registers of a straight line of float operations, by seeded search.
 //!
-//! A [`Line`] is a list of items: operations, loads of several words, tests. An order of them, with the sizes of the
-//! groups in which constants are loaded, is simulated on the registers of the FPU and costs what DDI 0439D says of it:
+//! A [`Line`] is a list of items: operations, loads of several words, tests. An order of the items, with the sizes of
+//! the groups in which constants are loaded, is simulated on the FPU registers. Its cost follows DDI 0439D:
 //!
 //! * an operation 1, a division 14, a load or store of N words 1 + N,
-//! * 1 more where an instruction reads what the arithmetic just before it has computed,
+//! * 1 more if an instruction reads the result of the arithmetic instruction just before it,
 //! * 2 for each register that the caller keeps, and 2 for the first.
 //!
-//! Constants lie in a table in the order of their use and are loaded as they are needed, several at a time, into
-//! registers in a row. Results that the state keeps have a register each, that of their word in memory, so that one
-//! instruction stores them all. An order for which there is no register, or that reads what is not there, is worth
-//! nothing. Annealing moves items by up to eight places: from there on it is luck, and luck has a seed.
+//! Constants lie in a table in the order of their use. They are loaded when needed, several at a time, into consecutive
+//! registers. Each result that the state keeps has the register of its word in memory, so that one instruction stores
+//! all. An order without enough registers, or with a missing operand, is infeasible. Simulated annealing moves items by
+//! up to eight positions, with seeded random numbers.
 //!
-//! Words of the state are loaded by items of a size that whoever makes the line has chosen, or, as constants are, when
-//! the first of them is needed and as many at a time as the search finds best ([`Line::state`]).
+//! State words are loaded in one of two ways. The creator of the line selects the sizes of the loads; or, like
+//! constants, the words are loaded when the first is needed, in groups of the best size found ([`Line::state`]).
 
 use crate::Effort;
 
 /// A value that a register can hold.
 pub(crate) type V = usize;
 
-/// What an item does.
+/// Operation of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum Operation {
     Add,
     Sub,
     Mul,
     Div,
     Abs,
     Neg,
-    /// Into another register.
+    /// Copies to another register.
     Copy,
-    /// Source, upper, lower limit.
+    /// Operands: source, upper limit, lower limit.
     Clamp,
-    /// The second if it is greater, else the first.
+    /// The second operand if it is greater, otherwise the first.
     Max,
-    /// A count, as it lies there, as a number.
+    /// Converts the bits of a count to a number.
     Number,
-    /// An angle, its size, a limit, and a constant: beyond the limit the angle is mirrored and the constant changes its
-    /// sign, out of line.
+    /// Operands: an angle, its magnitude, a limit, and a constant. Beyond the limit the angle is mirrored and the
+    /// constant changes its sign, out of line.
     Mirror,
-    /// Words in a row, behind one another in memory and in registers: of the sample, or of the state.
+    /// Loads words of the sample or of the state, consecutive in memory and in registers.
     LoadSample,
     LoadState,
-    /// To this place of the output.
+    /// Stores to this position of the output.
     Store(usize),
-    /// The estimates go on by themselves: here another way joins, with other innovations.
+    /// Joins the path after a lost sample, which has other innovations.
     Resume,
-    /// So many pairs of a size and its limit; then what the way beyond needs in registers.
+    /// Tests this number of pairs of a magnitude and its limit; further operands are needed by the exit.
     Guard(usize),
-    /// Away if the first is greater than the second, or no number; the rest is what is needed there. The number tells
-    /// one from another.
+    /// Leaves if the first operand is greater than the second, or NaN; further operands are needed by the exit. The
+    /// number identifies the exit.
     Leave(usize),
-    /// Words in a row to memory, in front of those that were stored before.
+    /// Stores consecutive words, before the words stored earlier.
     Save,
-    /// This bit of the health, if the sources are not equal (`false`), or if the first is greater (`true`).
+    /// Sets this status bit if the sources differ (`false`), or if the first is greater (`true`).
     Flag(u8, bool),
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct Item {
-    pub(crate) kind: Kind,
+    pub(crate) kind: Operation,
     pub(crate) sources: Vec<V>,
     pub(crate) results: Vec<V>,
 }
 
-/// What is to be put in order.
+/// A set of items to schedule.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Line {
     pub(crate) items: Vec<Item>,
-    /// Of each value the constant that it is, if it is one.
+    /// Constant of each value, if it is one.
     pub(crate) constants: Vec<Option<u32>>,
-    /// Of each value the register that it must lie in.
+    /// Required register of each value.
     pub(crate) home: Vec<Option<u8>>,
-    /// Of each value a register in which it saves a copy.
+    /// Register of each value that saves a copy.
     pub(crate) better: Vec<Option<u8>>,
     /// Values that stay to the end, from register 0 on.
     pub(crate) finals: Vec<V>,
-    /// Values that are in registers from the beginning.
+    /// Values in registers at the beginning.
     pub(crate) given: Vec<(V, u8)>,
-    /// Which items must come before which: `before[i]` lists those before i.
+    /// Order constraints: `before[i]` lists the items before i.
     pub(crate) before: Vec<Vec<usize>>,
-    /// How many registers there are.
+    /// Number of registers.
     pub(crate) registers: usize,
-    /// Words of the state in the order of memory that no item loads: they come when they are needed.
+    /// State words in memory order that no item loads: they are loaded when needed.
     pub(crate) state: Vec<V>,
 }
 
-/// Registers of the FPU that a function need not keep for its caller: the most words of a group for which nothing is
-/// saved.
+/// Number of FPU registers that a function need not save for its caller: the maximum size of a group without saved
+/// registers.
 const FREE: usize = 16;
 
 impl Line {
-    /// Cycles that no order of it takes less than, with nothing saved: each operation once, each word in or out in
-    /// groups as long as there are registers, an equal constant once, no result waited for, no number copied.
+    /// Returns a lower bound of the cycles of every order, without saved registers. It counts each operation once, each
+    /// word once in groups as long as there are registers, and an equal constant once. It counts no waits and no
+    /// copies.
     ///
-    /// With saved registers it holds too: one costs two cycles, and makes groups longer by one word.
+    /// The bound also holds with saved registers: one costs two cycles, and makes groups longer by one word.
     pub(crate) fn floor(&self) -> u32 {
         let moved = |words: usize| (words + words.div_ceil(FREE)) as u32;
         let (mut state, mut sample, mut stored) = (self.state.len(), 0, self.finals.len());
@@ -104,12 +105,12 @@ impl Line {
         for item in &self.items {
             item.sources.iter().for_each(|v| used[*v] = true);
             match item.kind {
-                Kind::LoadSample => sample += item.results.len(),
-                Kind::LoadState => state += item.results.len(),
-                Kind::Save => stored += item.sources.len(),
-                Kind::Copy => {}
+                Operation::LoadSample => sample += item.results.len(),
+                Operation::LoadState => state += item.results.len(),
+                Operation::Save => stored += item.sources.len(),
+                Operation::Copy => {}
                 // CBZ compares and branches.
-                Kind::Resume => cycles += 1,
+                Operation::Resume => cycles += 1,
                 kind => cycles += kind.cycles(item),
             }
         }
@@ -120,8 +121,8 @@ impl Line {
     }
 }
 
-impl Kind {
-    /// Cycles of an item whose operands are there: DDI 0439D.
+impl Operation {
+    /// Returns the cycles of an item whose operands are in registers: DDI 0439D.
     fn cycles(self, item: &Item) -> u32 {
         match self {
             Self::Add | Self::Sub | Self::Mul | Self::Abs | Self::Neg | Self::Copy | Self::Number => 1,
@@ -137,42 +138,42 @@ impl Kind {
     }
 }
 
-/// What is emitted.
+/// An emitted instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// A constant that is part of the instruction, into this register.
+    /// A constant in the instruction, into this register.
     Immediate { value: V, register: u8 },
     /// Constants, from this register on.
     Constants { first: u8, count: u8 },
-    /// Words of the state, from this register on.
+    /// State words, from this register on.
     Words { first: u8, count: u8 },
     /// An item, with the registers of its sources and results.
     Item { item: usize, sources: Vec<u8>, results: Vec<u8> },
 }
 
-/// A way to execute a [`Line`].
+/// An execution plan of a [`Line`].
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     order: Vec<u16>,
-    /// Of each group of constants the most words.
+    /// Maximum number of words of each group of constants.
     groups: Vec<u8>,
-    /// Of each group of words of the state.
+    /// Maximum number of words of each group of state words.
     words: Vec<u8>,
-    /// Of each item where its result goes if it is free to choose.
+    /// Preferred register of the result of each item, if it is free to choose.
     choice: Vec<u8>,
-    /// Of each value: is it, as a constant, loaded for each use anew?
+    /// Whether each constant is loaded again for each use.
     again: Vec<bool>,
-    /// Of each value: is it, as a constant, part of an instruction?
+    /// Whether each constant is part of an instruction.
     immediate: Vec<bool>,
 }
 
-/// Cycles of an order that cannot be executed: more, the sooner it ends, by so many for each item that it misses. Few
-/// enough for the search to go back now and then.
+/// Cost of an infeasible order, per missing item: the sooner it fails, the higher the cost. The cost is low enough for
+/// the search to go back sometimes.
 const NEVER: u32 = 1_000_000;
 const SOONER: u32 = 5;
 const NONE: u16 = u16::MAX;
 
-/// SplitMix64.
+/// Random numbers by SplitMix64.
 struct Luck(u64);
 
 impl Luck {
@@ -188,7 +189,7 @@ impl Luck {
     }
 }
 
-/// What the simulation works on, made once.
+/// Data of the simulation, created once.
 struct Simulation<'a> {
     line: &'a Line,
     uses: Vec<u16>,
@@ -201,26 +202,26 @@ struct Simulation<'a> {
     left: Vec<u16>,
     stream: Vec<u16>,
     loaded: Vec<bool>,
-    /// Of each value: may it, as a constant, be loaded for each use anew?
+    /// Whether each constant may be loaded again for each use.
     may_repeat: Vec<bool>,
-    /// One more than the highest register that anything was put into.
+    /// Highest used register plus one.
     above: usize,
     now: Progress,
-    /// What is emitted, where that is asked for.
+    /// The emitted instructions, if requested.
     events: Option<Vec<Event>>,
 }
 
-/// How far a plan has been executed.
+/// Progress of a plan.
 #[derive(Default)]
 struct Progress {
     cycles: u32,
-    /// Constants of the stream that have been loaded, and in how many groups.
+    /// Number of loaded constants and of their groups.
     constants: usize,
     constant_groups: usize,
-    /// Words of the state that have been loaded as they were needed, and in how many groups.
+    /// Number of state words loaded on demand and of their groups.
     words: usize,
     word_groups: usize,
-    /// The register that the arithmetic just before has written.
+    /// Register written by the previous arithmetic instruction.
     fresh: Option<usize>,
 }
 
@@ -240,8 +241,8 @@ impl<'a> Simulation<'a> {
             }
         }
         let mut may_repeat: Vec<bool> = (0..values).map(|v| line.constants[v].is_some() && uses[v] > 1).collect();
-        for item in line.items.iter().filter(|item| item.kind == Kind::Mirror) {
-            // It changes where it lies.
+        for item in line.items.iter().filter(|item| item.kind == Operation::Mirror) {
+            // It changes in place.
             may_repeat[item.sources[3]] = false;
         }
         Self {
@@ -276,7 +277,7 @@ impl<'a> Simulation<'a> {
         self.register[usize::from(self.place[v])] = NONE;
     }
 
-    /// A value comes from memory; its register is free at once if nobody reads it.
+    /// Loads a value from memory. Its register is free at once if the value is unused.
     fn bring(&mut self, v: V, register: usize) {
         self.put(v, register);
         if self.uses[v] == 0 && !self.is_final[v] {
@@ -292,7 +293,7 @@ impl<'a> Simulation<'a> {
         usize::from(self.place[v])
     }
 
-    /// The sources of an item are read; what nobody else needs is free.
+    /// Reads the sources of an item, and frees values without further uses.
     fn read(&mut self, item: &Item, again: &[bool]) {
         for &v in &item.sources {
             self.left[v] -= 1;
@@ -303,7 +304,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Registers in a row that are free: the shortest that is long enough, its upper end.
+    /// Returns the upper end of the shortest sufficient row of free registers.
     fn row(&self, count: usize) -> Option<usize> {
         let (mut best, mut run): (Option<(usize, usize)>, usize) = (None, 0);
         for register in 0..=self.line.registers {
@@ -319,13 +320,13 @@ impl<'a> Simulation<'a> {
         best.map(|(_, first)| first)
     }
 
-    /// The longest row of at most so many free registers, and its length.
+    /// Returns the longest row of at most this number of free registers, with its length.
     fn longest_row(&self, most: usize) -> Option<(usize, usize)> {
         (1..=most).rev().find_map(|count| self.row(count).map(|first| (first, count)))
     }
 
-    /// Where words of the state go from this one on, and how many at once: at most so many, and as many as there is
-    /// room for.
+    /// Returns the registers for state words from this one on, and their number: at most `most`, and as many as there
+    /// is room for.
     fn word_row(&self, from: usize, most: usize) -> Option<(usize, usize)> {
         let words = &self.line.state[from..];
         let home = |word: &V| self.line.home[*word].map(usize::from);
@@ -338,7 +339,7 @@ impl<'a> Simulation<'a> {
         self.longest_row(free)
     }
 
-    /// Cycles of a plan, and the table that it reads.
+    /// Returns the cycles of a plan, and computes the table that it reads.
     fn run(&mut self, plan: &Plan) -> u32 {
         self.begin(plan);
         for (at, &i) in plan.order.iter().enumerate() {
@@ -356,7 +357,7 @@ impl<'a> Simulation<'a> {
         cycles + 1 + finals.len() as u32 + waits + kept(self.above)
     }
 
-    /// The registers as they are given, and the constants in the order of their use.
+    /// Sets the initial registers, and the constants in the order of their use.
     fn begin(&mut self, plan: &Plan) {
         let line = self.line;
         self.now = Progress::default();
@@ -376,7 +377,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// One item, with what it needs from memory; `None` where that cannot be.
+    /// Executes an item with its loads; `None` if this is not possible.
     fn execute(&mut self, i: usize, plan: &Plan) -> Option<()> {
         let item = &self.line.items[i];
         for &v in &item.sources {
@@ -384,8 +385,8 @@ impl<'a> Simulation<'a> {
                 self.fetch(v, plan)?;
             }
         }
-        if item.kind == Kind::Save {
-            // It stores what is behind the last word that was read.
+        if item.kind == Operation::Save {
+            // It stores the words after the last word read.
             let row = self.register_of(item.sources[0])..;
             let apart = item.sources.iter().zip(row).any(|(v, at)| self.register_of(*v) != at);
             if apart || self.now.words < self.line.state.len() {
@@ -397,7 +398,7 @@ impl<'a> Simulation<'a> {
         self.read(item, &plan.again);
         match item.results.as_slice() {
             [] => {}
-            [one] if !matches!(item.kind, Kind::LoadSample | Kind::LoadState) => {
+            [one] if !matches!(item.kind, Operation::LoadSample | Operation::LoadState) => {
                 self.give(item, *one, plan.choice[i])?;
             }
             row => {
@@ -416,7 +417,7 @@ impl<'a> Simulation<'a> {
         Some(())
     }
 
-    /// Brings a constant or a word of the state into a register.
+    /// Loads a constant or a state word into a register.
     fn fetch(&mut self, v: V, plan: &Plan) -> Option<()> {
         if self.line.constants[v].is_none() {
             self.load_words(v, plan)
@@ -431,7 +432,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// The words of the state up to this one, in groups of the plan's sizes.
+    /// Loads the state words up to this one, in groups of the plan's sizes.
     fn load_words(&mut self, v: V, plan: &Plan) -> Option<()> {
         let state = &self.line.state;
         let to = self.now.words + state[self.now.words..].iter().position(|word| *word == v)?;
@@ -447,11 +448,11 @@ impl<'a> Simulation<'a> {
         Some(())
     }
 
-    /// The next group of constants.
+    /// Loads the next group of constants.
     fn load_constants(&mut self, plan: &Plan) -> Option<()> {
         let ahead = &self.stream[self.now.constants..];
         let most = usize::from(plan.groups[self.now.constant_groups % plan.groups.len()]).min(ahead.len());
-        // One constant is in one register only.
+        // A constant is in one register only.
         let twice = |k: &usize| self.holds(usize::from(ahead[*k])) || ahead[..*k].contains(&ahead[*k]);
         let most = (0..most).find(twice).unwrap_or(most);
         let (first, count) = self.longest_row(most)?;
@@ -472,37 +473,38 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Cycles that an item waits for the arithmetic just before.
+    /// Returns the cycles that an item waits for the previous arithmetic instruction.
     fn waits(&self, item: &Item) -> u32 {
         let read_at_once = match item.kind {
-            Kind::LoadSample | Kind::LoadState | Kind::Resume => 0,
-            Kind::Clamp => 1,
-            Kind::Guard(_) | Kind::Leave(_) => 2,
-            Kind::Mirror => 3,
+            Operation::LoadSample | Operation::LoadState | Operation::Resume => 0,
+            Operation::Clamp => 1,
+            Operation::Guard(_) | Operation::Leave(_) => 2,
+            Operation::Mirror => 3,
             _ => item.sources.len(),
         };
         let mut read = item.sources.iter().take(read_at_once);
         u32::from(read.any(|v| Some(self.register_of(*v)) == self.now.fresh))
     }
 
-    /// The result of an operation goes into a register.
+    /// Puts the result of an operation into a register.
     fn give(&mut self, item: &Item, result: V, choice: u8) -> Option<()> {
         let chosen = self.destination(item, result, choice)?;
-        let in_place = matches!(item.kind, Kind::Clamp | Kind::Max | Kind::Mirror);
+        let in_place = matches!(item.kind, Operation::Clamp | Operation::Max | Operation::Mirror);
         if in_place && self.register_of(item.sources[0]) != chosen {
-            // It is copied first, and must not go where a limit is.
+            // It is copied first, and must not overwrite a limit.
             if item.sources[1..].iter().any(|v| self.register_of(*v) == chosen) {
                 return None;
             }
             self.now.cycles += 1;
         }
         self.put(result, chosen);
-        let arithmetic = matches!(item.kind, Kind::Add | Kind::Sub | Kind::Mul | Kind::Div | Kind::Number);
+        let arithmetic =
+            matches!(item.kind, Operation::Add | Operation::Sub | Operation::Mul | Operation::Div | Operation::Number);
         self.now.fresh = arithmetic.then_some(chosen);
         Some(())
     }
 
-    /// Which register: its home, where it saves a copy, that of an operand, or any that is free.
+    /// Returns the register of a result: its home, the one that saves a copy, the one of an operand, or any free one.
     fn destination(&self, item: &Item, result: V, choice: u8) -> Option<usize> {
         let line = self.line;
         let fits = |at: &usize| self.is_free(*at);
@@ -511,9 +513,9 @@ impl<'a> Simulation<'a> {
             return Some(usize::from(home)).filter(fits);
         }
         match item.kind {
-            // Compared and then replaced, where it stands.
-            Kind::Clamp => return operand(0),
-            Kind::Max | Kind::Mirror => return operand(0).or_else(|| self.row(1)),
+            // Compared and replaced in place.
+            Operation::Clamp => return operand(0),
+            Operation::Max | Operation::Mirror => return operand(0).or_else(|| self.row(1)),
             _ => {}
         }
         let better = line.better[result].map(usize::from).filter(fits);
@@ -530,7 +532,7 @@ impl<'a> Simulation<'a> {
         })
     }
 
-    /// Moves what stands at one place to another, if the order allows that.
+    /// Moves an item to another position, if the order allows it.
     fn moved(&self, order: &mut [u16], from: usize, to: usize) -> bool {
         let items = self.line.items.len();
         let i = usize::from(order[from]);
@@ -550,8 +552,8 @@ impl<'a> Simulation<'a> {
     }
 }
 
-/// The first order: as the items stand, each behind what it needs, and loads where the first item needs them. `None` if
-/// items wait for each other.
+/// Returns the first order: the items as listed, each after its operands, and loads where the first item needs them.
+/// `None` for circular dependencies.
 fn natural(line: &Line) -> Option<Vec<u16>> {
     fn put(line: &Line, i: usize, done: &mut [bool], order: &mut Vec<u16>) {
         if !std::mem::replace(&mut done[i], true) {
@@ -565,7 +567,7 @@ fn natural(line: &Line) -> Option<Vec<u16>> {
     }
     let mut order = Vec::with_capacity(line.items.len());
     let mut done = vec![false; line.items.len()];
-    let is_load = |i: &usize| matches!(line.items[*i].kind, Kind::LoadSample | Kind::LoadState);
+    let is_load = |i: &usize| matches!(line.items[*i].kind, Operation::LoadSample | Operation::LoadState);
     let (loads, others): (Vec<usize>, Vec<usize>) = (0..line.items.len()).partition(is_load);
     others.into_iter().chain(loads).for_each(|i| put(line, i, &mut done, &mut order));
     let mut place = vec![0; order.len()];
@@ -574,18 +576,18 @@ fn natural(line: &Line) -> Option<Vec<u16>> {
     kept.then_some(order)
 }
 
-/// Has VMOV a form for this number? ±n/16 2^k with n = 16..=31, k = -3..=4.
+/// Returns whether VMOV has a form for this number: ±n/16 2^k with n = 16..=31, k = -3..=4.
 fn is_immediate(bits: u32) -> bool {
     let exponent = bits >> 23 & 0xff;
     bits.trailing_zeros() >= 19 && (124..=131).contains(&exponent)
 }
 
-/// Cycles to keep what the caller has in registers from 16 up to here, and bring it back.
+/// Returns the cycles to save and restore the caller's registers from 16 up to here.
 fn kept(above: usize) -> u32 {
     if above > FREE { 2 * (1 + (above - FREE)) as u32 } else { 0 }
 }
 
-/// e^x for x <= 0, to a few percent: the same bits on every machine, which those of a platform are not.
+/// Returns e^x for x <= 0 within a few percent, with identical bits on every machine, unlike a platform's exponential.
 fn exp(x: f64) -> f64 {
     let mut power = (1.0 + x / 64.0).max(0.0);
     for _ in 0..6 {
@@ -594,21 +596,21 @@ fn exp(x: f64) -> f64 {
     power
 }
 
-/// What a search came to.
+/// Result of a search.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
     pub(crate) cycles: u32,
     pub(crate) events: Vec<Event>,
-    /// The constants in the order in which they are loaded.
+    /// The constants in the order of their loads.
     pub(crate) table: Vec<u32>,
-    /// One more than the highest register that anything is put into.
+    /// Highest used register plus one.
     pub(crate) above: usize,
 }
 
 impl Plan {
-    /// Where a round begins.
+    /// Returns the start of a round.
     fn first(line: &Line, order: &[u16], luck: &mut Luck) -> Self {
-        // A size for each group of two constants: where sizes are shared by several groups they are not free to change.
+        // One size per two constants: sizes shared by several groups cannot change freely.
         let sizes = (line.constants.iter().flatten().count() / 2).clamp(16, 32);
         Self {
             order: order.to_vec(),
@@ -620,7 +622,7 @@ impl Plan {
         }
     }
 
-    /// Changes it in one thing; `false` where its order may not be changed so.
+    /// Changes the plan in one place; `false` if the order does not allow it.
     fn change(&mut self, simulation: &Simulation<'_>, luck: &mut Luck) -> bool {
         let line = simulation.line;
         let (items, values) = (line.items.len(), line.constants.len());
@@ -659,7 +661,7 @@ impl Plan {
     }
 }
 
-/// The cheapest way that some rounds of annealing find; `None` if none can be executed.
+/// Returns the cheapest plan of several rounds of annealing; `None` if no plan is feasible.
 pub(crate) fn search(line: &Line, effort: &Effort) -> Option<Found> {
     let Effort { rounds, steps, seed } = *effort;
     let mut simulation = Simulation::new(line);

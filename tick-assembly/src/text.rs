@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Write as _};
 
-use crate::schedule::{Event, Kind, Line};
+use crate::schedule::{Event, Line, Operation};
 
 /// Adds an instruction to a text.
 macro_rules! put {
@@ -14,12 +14,12 @@ macro_rules! label {
 }
 pub(crate) use {label, put};
 
-/// Registers `first`, ...
+/// Returns the registers `first`, ...
 pub(crate) fn row(first: u8, count: usize) -> String {
     if count == 1 { format!("{{s{first}}}") } else { format!("{{s{first}-s{}}}", usize::from(first) + count - 1) }
 }
 
-/// A table behind the code.
+/// Returns a table after the code.
 pub(crate) fn words(name: &str, table: &[u32]) -> String {
     let mut text = format!("\t.balign 4\n.L{name}_table:\n");
     for bits in table {
@@ -28,12 +28,12 @@ pub(crate) fn words(name: &str, table: &[u32]) -> String {
     text
 }
 
-/// The flags say how two numbers compare.
+/// Compares two numbers in the flags.
 pub(crate) fn compare(text: &mut String, a: impl Display, b: impl Display) {
     put!(text, "vcmp.f32 s{a}, s{b}\n\tvmrs APSR_nzcv, fpscr");
 }
 
-/// Instructions that keep what the caller has in registers of the FPU from 16 up to here, and those that undo it.
+/// Returns the instructions that save and restore the caller's FPU registers from 16 up to here.
 pub(crate) fn kept(above: usize) -> (String, String) {
     if above <= 16 {
         return (String::new(), String::new());
@@ -42,11 +42,11 @@ pub(crate) fn kept(above: usize) -> (String, String) {
     (format!("\tvpush {row}\n"), format!("\tvpop {row}\n"))
 }
 
-/// Instructions that keep what the caller needs and make room on the stack, and those that undo it.
+/// Returns the instructions that save the caller's registers and reserve stack, and the instructions that undo this.
 pub(crate) fn saved(numbers: usize, cores: usize, slots: usize) -> (String, String) {
     let (mut push, mut pop) = (String::new(), String::new());
     if cores > 0 {
-        // An even number, so that the stack stays aligned.
+        // An even number keeps the stack aligned.
         let last = 3 + cores.next_multiple_of(2);
         put!(push, "push.w {{r4-r{last}}}");
         put!(pop, "pop.w {{r4-r{last}}}");
@@ -61,16 +61,16 @@ pub(crate) fn saved(numbers: usize, cores: usize, slots: usize) -> (String, Stri
     (push, pop)
 }
 
-/// The text of a straight line, and how far it has read.
+/// The text of a straight line, and its read position.
 pub(crate) struct Flow<'a> {
     pub(crate) text: String,
     line: &'a Line,
-    /// The core register that points at the table.
+    /// The core register that points to the table.
     table: &'static str,
     pub(crate) at: Position,
 }
 
-/// How far it has been read: bytes of the state and the sample, words of the table.
+/// Read position: bytes of the state and the sample, words of the table.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Position {
     pub(crate) state: i32,
@@ -79,13 +79,13 @@ pub(crate) struct Position {
 }
 
 impl Position {
-    /// How far a word of the table is behind the register that points there.
+    /// Returns the offset of a table word from the register of the table.
     pub(crate) fn to_word(self, word: usize) -> i32 {
         bytes(word) - bytes(self.constants)
     }
 }
 
-/// Where a way leaves the line, and the registers that it is about.
+/// An exit of the line, and its registers.
 #[derive(Clone, Copy)]
 pub(crate) struct Exit<'a> {
     pub(crate) at: Position,
@@ -105,8 +105,8 @@ impl<'a> Flow<'a> {
         Exit { at: self.at, registers }
     }
 
-    /// A load of constants or of the state is written; of any other item what it is, its sources and its results.
-    pub(crate) fn load(&mut self, event: &'a Event) -> Option<(Kind, &'a [u8], &'a [u8])> {
+    /// Writes a load of constants or of the state. For any other item it returns kind, sources and results.
+    pub(crate) fn load(&mut self, event: &'a Event) -> Option<(Operation, &'a [u8], &'a [u8])> {
         match event {
             Event::Immediate { value, register } => {
                 let number = self.line.constants[*value].map(f32::from_bits).unwrap_or_default();
@@ -118,7 +118,7 @@ impl<'a> Flow<'a> {
             }
             Event::Words { first, count } => self.load_state(*first, usize::from(*count)),
             Event::Item { item, sources, results } => match self.line.items[*item].kind {
-                Kind::LoadState => self.load_state(results[0], results.len()),
+                Operation::LoadState => self.load_state(results[0], results.len()),
                 kind => return Some((kind, sources, results)),
             },
         }
@@ -130,32 +130,32 @@ impl<'a> Flow<'a> {
         self.at.state += bytes(count);
     }
 
-    /// An operation on registers; bits of the health are added up in a core register.
-    pub(crate) fn operation(&mut self, kind: Kind, sources: &[u8], results: &[u8], health: &str) {
+    /// Writes an operation on registers; status bits are accumulated in a core register.
+    pub(crate) fn operation(&mut self, kind: Operation, sources: &[u8], results: &[u8], health: &str) {
         let text = &mut self.text;
         let s = |k: usize| sources[k];
         let d = results.first().copied().unwrap_or_default();
         match kind {
-            Kind::Add => put!(text, "vadd.f32 s{d}, s{}, s{}", s(0), s(1)),
-            Kind::Sub => put!(text, "vsub.f32 s{d}, s{}, s{}", s(0), s(1)),
-            Kind::Mul => put!(text, "vmul.f32 s{d}, s{}, s{}", s(0), s(1)),
-            Kind::Div => put!(text, "vdiv.f32 s{d}, s{}, s{}", s(0), s(1)),
-            Kind::Abs => put!(text, "vabs.f32 s{d}, s{}", s(0)),
-            Kind::Neg => put!(text, "vneg.f32 s{d}, s{}", s(0)),
-            Kind::Copy => put!(text, "vmov.f32 s{d}, s{}", s(0)),
-            Kind::Number => put!(text, "vcvt.f32.s32 s{d}, s{}", s(0)),
-            Kind::Clamp | Kind::Max => {
+            Operation::Add => put!(text, "vadd.f32 s{d}, s{}, s{}", s(0), s(1)),
+            Operation::Sub => put!(text, "vsub.f32 s{d}, s{}, s{}", s(0), s(1)),
+            Operation::Mul => put!(text, "vmul.f32 s{d}, s{}, s{}", s(0), s(1)),
+            Operation::Div => put!(text, "vdiv.f32 s{d}, s{}, s{}", s(0), s(1)),
+            Operation::Abs => put!(text, "vabs.f32 s{d}, s{}", s(0)),
+            Operation::Neg => put!(text, "vneg.f32 s{d}, s{}", s(0)),
+            Operation::Copy => put!(text, "vmov.f32 s{d}, s{}", s(0)),
+            Operation::Number => put!(text, "vcvt.f32.s32 s{d}, s{}", s(0)),
+            Operation::Clamp | Operation::Max => {
                 if s(0) != d {
                     put!(text, "vmov.f32 s{d}, s{}", s(0));
                 }
-                let conditions = if kind == Kind::Max { ["mi"; 2] } else { ["gt", "mi"] };
+                let conditions = if kind == Operation::Max { ["mi"; 2] } else { ["gt", "mi"] };
                 for (limit, condition) in sources[1..].iter().zip(conditions) {
                     compare(text, d, limit);
                     put!(text, "it {condition}\n\tvmov{condition}.f32 s{d}, s{limit}");
                 }
             }
-            Kind::Store(at) => put!(text, "vstr s{}, [r2, #{}]", s(0), 4 * at),
-            Kind::Flag(bit, greater) => {
+            Operation::Store(at) => put!(text, "vstr s{}, [r2, #{}]", s(0), 4 * at),
+            Operation::Flag(bit, greater) => {
                 let condition = if greater { "gt" } else { "ne" };
                 compare(text, s(0), s(1));
                 put!(text, "it {condition}\n\tadd{condition} {health}, #{}", 1 << bit);

@@ -1,8 +1,8 @@
-//! The ordinary way of a tick as a straight line, its search, and its text with the three ways that leave it.
+//! The ordinary path of a tick as a straight line, its search, and its text with the three exits.
 //!
-//! After a lost sample the estimates go on by themselves, which is the ordinary way with innovations of -0: adding -0
-//! changes no bit. So that way is two loads long and joins again. A demand beyond what is plausible is looked at again
-//! out of line, and a sample that is rejected begins anew from memory, since nothing of the state has been stored.
+//! After a lost sample the observers predict. This equals the ordinary path with innovations of -0, since adding -0
+//! changes no bit. So this path consists of two loads and joins the ordinary one. An implausible demand is checked
+//! again out of line. A rejected sample restarts from memory, since nothing of the state has been stored.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -12,22 +12,22 @@ use tick_record::{Block, End, Id, Op, Port, Record, Role, Test};
 use crate::build::{Build, clamped};
 use crate::cold::{Cold, Places};
 use crate::graph::{Graph, N, Node};
-use crate::schedule::{Found, Kind, Line, V, search};
+use crate::schedule::{Found, Line, Operation, V, search};
 use crate::text::{Exit, Flow, compare, kept, label, put, row, words};
 use crate::{Effort, Emitted, Layout};
 
-/// Cycles of `adr`: a caller could hand the table over.
+/// Cycles of `adr`: a caller could pass the table instead.
 pub(crate) const TABLE: u32 = 1;
-/// The core register that points at it.
+/// Core register that points to the table.
 const TABLE_AT: &str = "r3";
-/// Of the return: DDI 0439D, a pipeline refill of 2.
+/// Cycles of the return: DDI 0439D, a pipeline refill of 2.
 pub(crate) const RETURN: u32 = 3;
-/// Of the load of the flag; without an observer of a zero and its store.
+/// Cycles to load the flag; without an observer, to load a zero and store it.
 const FLAG: u32 = 2;
-/// An innovation that changes no estimate: -0.
+/// Innovation that changes no estimate: -0.
 const NOTHING: u32 = 0x8000_0000;
 
-/// A tick that returns u, or one that fills the output and returns the health.
+/// Writes a tick that returns u, or one that fills the output and returns the status.
 pub(crate) fn tick(
     record: &Record,
     layout: &Layout,
@@ -36,8 +36,8 @@ pub(crate) fn tick(
     effort: &Effort,
 ) -> Result<Emitted, String> {
     let straight = Straight::of(record, whole)?;
-    // A short look at every way to cut the loads, and a long one at the best. Registers that the caller keeps cost two
-    // cycles each: they are taken where the others do not suffice.
+    // A short search for every grouping of the loads, and a long one for the best. Registers that the caller keeps cost
+    // two cycles each, and are only used if the others do not suffice.
     let short = Effort { rounds: 1, steps: effort.steps.div_ceil(4), ..*effort };
     let attempt = |moved, streamed| {
         let cuts = || Cut::all(layout).filter(move |cut| cut.streamed == streamed);
@@ -54,7 +54,7 @@ pub(crate) fn tick(
                 break;
             }
         }
-        // What a short look has not found a long one may.
+        // A long search may succeed where a short one fails.
         let long = |cut| {
             let line = straight.line(layout, 32, Cut { moved, ..cut });
             search(&line, effort).map(|found| (line, found))
@@ -71,20 +71,20 @@ pub(crate) fn tick(
     straight.emit(layout, name, &line, &found)
 }
 
-/// What costs a cycle or an operation more and frees registers for a while.
+/// Variants that cost a cycle or an operation and free registers for a time.
 #[derive(Clone, Copy)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a choice of its own")]
 struct Cut {
-    /// The last word of the state is loaded when it is needed.
+    /// The last state word is loaded when it is needed.
     late: bool,
-    /// What is foreseen is computed for the innovation and for the memory each.
+    /// The prediction is computed separately for the innovation and for the memory.
     twice: bool,
-    /// Words of the last tick that do not lie beside the sample are loaded without the estimates.
+    /// Words of the last tick that are not adjacent to the sample are loaded without the estimates.
     apart: bool,
-    /// A word that lies where a sample is loaded is computed elsewhere and moved there: what is still to be made of
-    /// that sample may need the word first.
+    /// A word in the location of a sample is computed elsewhere and moved there, because other values of this sample
+    /// may need the word first.
     moved: bool,
-    /// The search says how many words of the state are loaded at once.
+    /// The search selects the number of state words per load.
     streamed: bool,
 }
 
@@ -108,14 +108,14 @@ struct Straight<'a> {
     record: &'a Record,
     graph: Graph,
     whole: bool,
-    /// Without a lost sample before.
+    /// Innovations without a previous lost sample.
     ordinary: Vec<N>,
     innovations: Vec<N>,
     good: Vec<N>,
     bad: Vec<N>,
     condition: N,
     ordinary_tests: Vec<(N, N)>,
-    /// Foreseen parts of the innovations, which are cheap to compute twice.
+    /// Predicted parts of the innovations, which are cheap to compute twice.
     foreseen: Vec<N>,
 }
 
@@ -139,7 +139,7 @@ impl<'a> Straight<'a> {
         }
         let mut graph = Graph::default();
         let values = graph.values(record, &HashMap::new());
-        // What is assumed of a value stands for it everywhere.
+        // An assumption about a value replaces the value everywhere.
         let with = |graph: &mut Graph, op: &dyn Fn(&Op) -> bool, node: Node| {
             let node = graph.add(node);
             let ids = (0..record.values.len()).filter(|at| op(&record.values[*at].op));
@@ -159,7 +159,7 @@ impl<'a> Straight<'a> {
             (0..record.values.len()).filter(move |at| record.values[*at].name.as_ref().is_some_and(is))
         };
         let good: Vec<N> = yes.iter().map(|id| ordinary[id.index()]).collect();
-        // After a lost sample: the same with other innovations, to the last bit, or not at all.
+        // After a lost sample: bit-identical except for the innovations, otherwise rejected.
         let mut innovations = Vec::new();
         let mut nothing = good_sample;
         for at in named('e') {
@@ -189,7 +189,7 @@ impl<'a> Straight<'a> {
     }
 }
 
-/// Every return.
+/// Visits every return.
 fn ends<'a>(block: &'a Block, visit: &mut dyn FnMut(&'a [Id])) {
     match &block.end {
         End::Return(results) => visit(results),
@@ -200,7 +200,7 @@ fn ends<'a>(block: &'a Block, visit: &mut dyn FnMut(&'a [Id])) {
     }
 }
 
-/// When a sample is taken: all decisions on the way as one.
+/// Returns the condition for an accepted sample: all decisions on the path as one.
 fn decision(graph: &mut Graph, block: &Block, values: &[N], is_taken: &dyn Fn(&[Id]) -> bool) -> N {
     match &block.end {
         End::Return(results) => graph.add(Node::Truth(is_taken(results))),
@@ -215,7 +215,7 @@ fn decision(graph: &mut Graph, block: &Block, values: &[N], is_taken: &dyn Fn(&[
     }
 }
 
-/// Tests |value| <= limit that are together enough for a condition.
+/// Collects tests |value| <= limit that together are sufficient for a condition.
 fn sufficient(graph: &Graph, condition: N, tests: &mut Vec<(N, N)>) -> Result<(), String> {
     match graph.nodes[condition] {
         Node::And(a, b) => {
@@ -231,7 +231,7 @@ fn sufficient(graph: &Graph, condition: N, tests: &mut Vec<(N, N)>) -> Result<()
     }
 }
 
-/// What comes in: the sample, and the words of the state in the order of memory.
+/// The inputs: the sample, and the state words in memory order.
 struct Given {
     sample: Vec<V>,
     words: Vec<V>,
@@ -242,9 +242,9 @@ impl Straight<'_> {
         let mut build = Build::new(&self.graph, registers);
         let given = self.given(&mut build, layout);
         let loads = given.load(&mut build, layout, cut);
-        // What goes out, in the order of the record.
+        // The outputs, in the order of the trace.
         if cut.twice {
-            // Each use of what is foreseen by a value of its own: innovations first.
+            // Each use of the prediction gets its own value; innovations first.
             for n in &self.innovations {
                 build.need(*n);
             }
@@ -253,7 +253,7 @@ impl Straight<'_> {
             }
         }
         let innovations: Vec<V> = self.innovations.iter().map(|n| build.need(*n)).collect();
-        let resume = (!innovations.is_empty()).then(|| build.item(Kind::Resume, innovations.clone(), vec![]));
+        let resume = (!innovations.is_empty()).then(|| build.item(Operation::Resume, innovations.clone(), vec![]));
         let mut order = self.values_in_order();
         order.retain(|n| build.is_number(*n));
         for n in order {
@@ -291,9 +291,9 @@ impl Straight<'_> {
                 _ => {
                     let register = build.line.given.len() as u8;
                     build.line.given.push((v, register));
-                    // The first stays where u will go; another makes room for the sample.
+                    // The first stays in the register of u; another makes room for the sample.
                     if register > 0 {
-                        v = build.computed(Kind::Copy, vec![v]);
+                        v = build.computed(Operation::Copy, vec![v]);
                     }
                 }
             }
@@ -307,7 +307,7 @@ impl Straight<'_> {
         Given { sample, words: words.into_iter().map(|word| word.unwrap_or_else(|| build.value(None))).collect() }
     }
 
-    /// The words of the state as they become stay in registers in a row.
+    /// Keeps the new state words in consecutive registers.
     fn keep(&self, build: &mut Build<'_>, layout: &Layout, cut: Cut, given: &Given) {
         for (at, word) in layout.words.iter().enumerate() {
             let n = self.result(word).expect("a result of the tick");
@@ -318,18 +318,18 @@ impl Straight<'_> {
             let in_the_way = cut.moved && (1..=given.sample.len()).contains(&at) && build.line.home[v].is_none();
             let taken = build.line.constants[v].is_some() || build.line.finals.contains(&v) || given.words[at] == v;
             if elsewhere || came || in_the_way || taken {
-                v = build.computed(Kind::Copy, vec![v]);
+                v = build.computed(Operation::Copy, vec![v]);
             }
             build.line.home[v] = Some(at as u8);
             build.line.finals.push(v);
         }
     }
 
-    /// The tests of an ordinary tick: before u is held.
+    /// Adds the tests of an ordinary tick, before u is limited.
     fn guard(&self, build: &mut Build<'_>) -> usize {
         let tests = self.ordinary_tests.iter().flat_map(|(size, limit)| [*size, *limit]);
         let sources = tests.chain(self.demands()).map(|n| build.need(n)).collect();
-        let guard = build.item(Kind::Guard(self.ordinary_tests.len()), sources, vec![]);
+        let guard = build.item(Operation::Guard(self.ordinary_tests.len()), sources, vec![]);
         let held = build.producer[build.line.finals[0]].expect("u is computed");
         build.line.before[held].push(guard);
         guard
@@ -337,10 +337,10 @@ impl Straight<'_> {
 }
 
 impl Given {
-    /// Loads of the state, then that of the sample.
+    /// Adds the loads of the state, then of the sample.
     fn load(&self, build: &mut Build<'_>, layout: &Layout, cut: Cut) -> Vec<usize> {
         let words = self.words.len();
-        // The first words lie where the sample will: they pass through other registers.
+        // The first words use the registers of the sample and pass through others.
         let beside = (1 + self.sample.len()).min(words);
         for at in beside..words {
             build.line.home[self.words[at]] = Some(at as u8);
@@ -350,13 +350,13 @@ impl Given {
         ends.extend(cut.late.then_some((words - 1).max(beside)));
         ends.push(words);
         let loads = build.load_state(&self.words, &ends, cut.streamed);
-        build.item(Kind::LoadSample, vec![], self.sample.clone());
+        build.item(Operation::LoadSample, vec![], self.sample.clone());
         loads
     }
 }
 
 impl Straight<'_> {
-    /// What is tested, without its size.
+    /// Returns the tested values without their magnitudes.
     fn demands(&self) -> impl Iterator<Item = N> {
         self.ordinary_tests.iter().filter_map(|(size, _)| match self.graph.nodes[*size] {
             Node::Abs(n) => Some(n),
@@ -364,7 +364,7 @@ impl Straight<'_> {
         })
     }
 
-    /// The values that results and tests of an ordinary tick need, in the order of the record.
+    /// Returns the values that results and tests of an ordinary tick need, in the order of the trace.
     fn values_in_order(&self) -> Vec<N> {
         let told = |port: &Port| match port.role {
             Role::Output => self.whole || port.name == "u",
@@ -407,13 +407,13 @@ impl Straight<'_> {
         for event in &found.events {
             let Some((kind, sources, results)) = flow.load(event) else { continue };
             match kind {
-                Kind::LoadSample => put!(flow.text, "vldmia r1, {}", row(results[0], results.len())),
-                Kind::Resume => {
+                Operation::LoadSample => put!(flow.text, "vldmia r1, {}", row(results[0], results.len())),
+                Operation::Resume => {
                     put!(flow.text, "cmp.w ip, #0\n\tbne.w .L{name}_resume");
                     label!(flow.text, ".L{name}_observed");
                     at_resume = Some(flow.exit(sources));
                 }
-                Kind::Guard(tests) => {
+                Operation::Guard(tests) => {
                     let (tests, demands) = sources.split_at(2 * tests);
                     self.test(&mut flow, layout, name, tests);
                     at_guard = Some(flow.exit(demands));
@@ -439,7 +439,7 @@ impl Straight<'_> {
         Ok(Emitted { text, cycles, floor })
     }
 
-    /// Each size with its limit behind it.
+    /// Writes the tests of magnitudes, each followed by its limit.
     fn test(&self, flow: &mut Flow<'_>, layout: &Layout, name: &str, tests: &[u8]) {
         let text = &mut flow.text;
         for test in tests.chunks_exact(2) {
@@ -455,7 +455,7 @@ impl Straight<'_> {
         }
     }
 
-    /// Beyond what is plausible: the whole condition; rejected, all anew.
+    /// Writes the exit for an implausible demand: the whole condition; a rejected sample restarts the tick.
     fn beyond(
         &self,
         layout: &Layout,
@@ -493,7 +493,7 @@ impl Straight<'_> {
     }
 }
 
-/// After a lost sample: the ordinary way goes on with innovations that change nothing.
+/// Writes the exit after a lost sample: the ordinary path continues with innovations without effect.
 fn resume(layout: &Layout, name: &str, exit: Exit<'_>, table: &mut Vec<u32>) -> String {
     let mut text = format!(".L{name}_resume:\n");
     let nothing = exit.at.to_word(table.len());
@@ -501,7 +501,7 @@ fn resume(layout: &Layout, name: &str, exit: Exit<'_>, table: &mut Vec<u32>) -> 
     for register in exit.registers {
         put!(text, "vldr s{register}, [{TABLE_AT}, #{nothing}]");
     }
-    // The flag itself is still asked for if this sample is rejected too.
+    // The flag itself is still read if this sample is rejected too.
     put!(text, "mov.w ip, #0\n\tstrb.w ip, [r0, #{}]\n\tmov.w ip, #1", layout.resuming() - exit.at.state);
     put!(text, "b.w .L{name}_observed");
     text

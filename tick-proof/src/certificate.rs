@@ -1,4 +1,4 @@
-//! A certificate: what was proved of an exported file, as text beside it.
+//! Certificate of an exported file: the statements and their verdicts, as a text file.
 
 use std::fmt::Write as _;
 
@@ -6,8 +6,8 @@ use sha2::{Digest as _, Sha256};
 
 use crate::run::Row;
 
-/// The certificate of the file of this name and text, of a design with this title and fingerprint. `sha256sum --check`
-/// finds the line with the two.
+/// Returns the certificate of a file with this name and text, for a design with this title and fingerprint.
+/// `sha256sum --check` reads the line with the digest and the name.
 pub fn text([file, exported]: [&str; 2], (title, fingerprint): (&str, u32), rows: &[Row], solver: &str) -> String {
     let digest = <[u8; 32]>::from(Sha256::digest(exported)).map(|byte| format!("{byte:02x}")).concat();
     let mut out = format!(
@@ -15,7 +15,7 @@ pub fn text([file, exported]: [&str; 2], (title, fingerprint): (&str, u32), rows
          {digest}  {file}\n\n\
          Of: {title}\nDesign: {fingerprint:08x}\nSolver: {solver}\n\
          Assumes: IEEE 754 binary32, round to nearest even, subnormal numbers, nothing contracted or reordered.\n\
-         Shown of the operations that the file is written from (docs/proofs.md says what this is not).\n\n",
+         Shown of the operations that the file is written from (docs/verification.md says what this is not).\n\n",
         env!("CARGO_PKG_VERSION"),
     );
     let wide = rows.iter().map(|row| row.statement.chars().count()).max().unwrap_or(0);

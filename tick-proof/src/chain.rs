@@ -1,24 +1,26 @@
-//! What is claimed of a controller on a measured state, for every sample and every state.
+//! Claims about a controller on a measured state, for every sample and every state.
 //!
-//! # The invariant
-//! Every number of the state is finite, and the u that is held lies within ±1e12 (the most that `report_applied`
-//! takes). A start makes it so whatever was there, a sample that does not start leaves all as it was, every tick and
-//! every report keep it: so it holds for ever. Many claims need none of it, and are made for *any bits* in the state.
+//! # Invariant
+//! Every number of the state is finite, and the held u lies within ±1e12 (the limit of `report_applied`). A start
+//! establishes the invariant from any state. A sample that does not start the controller leaves the state unchanged.
+//! Every tick and every report keep the invariant, so it holds for all time. Many claims do not need it and are made
+//! for *any bits* in the state.
 //!
 //! # The set M of a design
-//! With every word as a number (module `design` of the core, "Range"): the largest B for which the law's product
-//! k B does not overflow, and likewise C, W and the sum x + A of each channel; in the driven channel a(x)/b + A within
-//! Λ (1 + most), where `most` is the larger of what may be asked without a doubt over Λ and the share of the offset.
+//! M is a bound for each state word (module `design` of the core, "Range"): the largest B for which the product k B of
+//! the law does not overflow. C, W and the sum x + A of each channel have such a bound as well. In the driven channel
+//! a(x)/b + A is within Λ (1 + most). Here `most` is the larger of two numbers: the plausibility limit over Λ, and the
+//! share of the offset.
 //!
-//! # One of three is taken
-//! A sample may be refused for ever only if the estimates stay spoilt, and two refused ones clear them. How large a
-//! sample may be for that is a box: every term that it has in the law at most a 32nd of what may be asked without a
-//! doubt, a(x)/b too, and of its σ as much (b(x) within half and twice its nominal value). Then of three in a row one
-//! is taken: if the first two are refused the estimates are zero, W is the σ of the second, and the third asks for
-//! less than may be asked.
+//! # One of three samples is accepted
+//! A sample can be rejected for ever only if the estimates stay corrupted, and two rejected samples clear them. The
+//! claim holds for samples in a box. In the box every term of the sample in the law is at most 1/32 of the plausibility
+//! limit. The same bound applies to a(x)/b and to the term of σ; b(x) is within half and twice its nominal value. If
+//! the first two samples are rejected, the estimates are zero, W is the σ of the second sample, and the demand of the
+//! third is below the limit.
 
 use controller_core::MAX_N;
-use tick_record::{Functions, Kind, Role};
+use tick_record::{Functions, Role, ValueKind};
 
 use crate::drive::applied;
 use crate::smt::{Script, number};
@@ -26,17 +28,17 @@ use crate::statement::{
     Question, Statement, Step, all, bounded, called, either, finite, not, numbers, same, then, within,
 };
 
-/// Into how many shares what may be asked is cut in the box of samples.
+/// Divisor of the plausibility limit: in the box each term of a sample is at most this share.
 const SHARES: f32 = 32.0;
 
-/// What a record knows of its design.
+/// Constants of a design, read from its traces.
 struct Design<'a> {
     functions: &'a Functions,
     limit: f32,
     u: [f32; 2],
 }
 
-/// The largest number whose product with k is one.
+/// Returns the largest number whose product with k is finite.
 fn largest(k: f32) -> f32 {
     let (mut low, mut high) = (0_u32, f32::MAX.to_bits());
     if (k * f32::MAX).is_finite() {
@@ -49,7 +51,7 @@ fn largest(k: f32) -> f32 {
     f32::from_bits(low)
 }
 
-/// Everything that is claimed of a controller.
+/// Returns all claims about a controller.
 pub fn statements(functions: &Functions) -> Vec<Statement> {
     let design = Design::of(functions);
     let [refused, kept] = [design.second_chance(), design.kept_in_m()];
@@ -57,7 +59,8 @@ pub fn statements(functions: &Functions) -> Vec<Statement> {
     design.all_but_m().into_iter().chain([design.led_into_m(), refused, kept]).chain(one).collect()
 }
 
-/// The same of one that sees its state through a map: the sums x + A of M are not those of the sample.
+/// Returns the claims about a controller that maps its state. The claims on the sums x + A of M are left out, because
+/// these sums are not sums of the sample.
 pub fn of_a_map(functions: &Functions) -> Vec<Statement> {
     let design = Design::of(functions);
     let [refused, kept] = [design.second_chance(), design.kept_in_m()];
@@ -83,7 +86,7 @@ impl<'a> Design<'a> {
         ]
     }
 
-    /// Every number of the state is finite, the u that is held within ±1e12.
+    /// Term: every number of the state is finite, and the held u is within ±1e12.
     fn invariant(&self) -> String {
         let finite = numbers(&self.functions.state).filter(|name| *name != "held").map(finite);
         all(finite.chain([bounded("held", self.limit)]))
@@ -113,7 +116,7 @@ impl<'a> Design<'a> {
         let mut step = Step::of(&self.functions.tick);
         step.script.suppose(&self.invariant());
         let mut names: Vec<&str> = numbers(&self.functions.state).collect();
-        // What takes longest last: a fault shows sooner.
+        // The slowest query is last, so that a fault shows sooner.
         names.sort_by_key(|name| name.starts_with('p'));
         let questions = names.into_iter().map(|name| {
             let after = step.after(name);
@@ -154,7 +157,7 @@ impl<'a> Design<'a> {
         for word in &self.functions.state {
             let after = step.after(&word.name);
             let claim = match word.kind {
-                Kind::Number => {
+                ValueKind::Number => {
                     let good = if word.name == "held" { bounded(after, self.limit) } else { finite(after) };
                     format!("(ite {answer} {good} (= {after} {}))", word.name)
                 }
@@ -171,7 +174,7 @@ impl<'a> Design<'a> {
         applied(&self.functions.report_applied, &self.functions.state, self.limit)
     }
 
-    /// What M asks of each word after a tick that took its sample: a name and the claim.
+    /// Returns the conditions of M for each word after a tick that accepted its sample, as pairs of name and claim.
     fn m(&self, step: &Step) -> Vec<(String, String)> {
         let tick = &self.functions.tick;
         let of = |name: &str| tick.constant(name).unwrap_or(0.0);
@@ -205,14 +208,14 @@ impl<'a> Design<'a> {
         Statement::new("a sample that is taken leads into M, from any bits in the state", questions)
     }
 
-    /// W takes four steps: each alone is a matter of a second, all at once of a minute.
+    /// Splits the claim on W into four queries: each takes a second, all at once take a minute.
     fn offset_in_m(&self, step: &Step) -> [Question; 4] {
         let of = |name: &str| number(self.functions.tick.constant(name).unwrap_or(0.0));
         let bound = largest(self.functions.tick.constant("kw").unwrap_or(0.0));
         let faded = |w: &str| format!("(fp.sub RNE {w} (fp.mul RNE {} {w}))", of("decay"));
         let asked = |w: &str| finite(&format!("(fp.mul RNE {} {w})", of("kw")));
         let mut any = Script::default();
-        let w = any.any("W", Kind::Number);
+        let w = any.any("W", ValueKind::Number);
         [
             step.ask("W fades", &format!("(= {} {})", step.after("offset"), faded("offset"))),
             step.ask("kw W before", &asked("offset")),
@@ -221,7 +224,7 @@ impl<'a> Design<'a> {
         ]
     }
 
-    /// What a(x)/b and A of the driven channel make together, from what the law asks for: u asked = v unit - (a/b + A).
+    /// Bounds a(x)/b + A of the driven channel by the demand of the law: demanded u = v unit - (a/b + A).
     fn drift_in_m(&self, step: &Step) -> Vec<Question> {
         let tick = &self.functions.tick;
         let of = |name: &str| tick.constant(name).unwrap_or(0.0);
@@ -241,7 +244,7 @@ impl<'a> Design<'a> {
         let of_offset = format!("(fp.abs {})", product("ko", "offset"));
         let plausible = either([bounded(&asked, of("plausible")), format!("(fp.lt (fp.abs {asked}) {of_offset})")]);
         let mut any = Script::default();
-        let [a, b, w] = ["a", "b", "W"].map(|name| any.any(name, Kind::Number));
+        let [a, b, w] = ["a", "b", "W"].map(|name| any.any(name, ValueKind::Number));
         let difference = format!("(fp.sub RNE {a} {b})");
         let (far, total) = (all([bounded(&a, lambda), bounded(&difference, most)]), (lambda + most) * 1.001);
         vec![
@@ -265,7 +268,7 @@ impl<'a> Design<'a> {
         ]
     }
 
-    /// Where a sample that is lost leaves its own sigma.
+    /// Returns the state word in which a rejected sample leaves its σ.
     fn aside(&self) -> Option<String> {
         numbers(&self.functions.state)
             .find(|name| name.strip_prefix('p').is_some_and(|channel| channel.parse::<u8>().is_ok()))
@@ -282,7 +285,7 @@ impl<'a> Design<'a> {
             let far = format!("(fp.eq {sum} {})", number(1e38));
             questions
                 .push(step.ask("the first leaves its sum", &all([resuming, either([bounded(&sum, self.limit), far])])));
-            // The second is of the same plant.
+            // The second sample is of the same plant.
             let of = |name: &str| self.functions.tick.constant(name).unwrap_or(0.0);
             let bound = largest(of("kw")).min(self.limit);
             step.script.suppose(&all(["resuming".into(), bounded(&aside, bound), bounded(&sum, bound)]));
@@ -297,7 +300,7 @@ impl<'a> Design<'a> {
         Statement::new("of two good samples, both refused, the second starts anew: into M, from any bits", questions)
     }
 
-    /// The box of samples in which one of three is taken: bounds of the entries, of a(x)/b, and of their σ.
+    /// Returns the box of samples in which one of three is accepted: bounds of the entries, of a(x)/b and of σ.
     fn of_no_doubt(&self) -> ([f32; MAX_N], f32, f32) {
         let of = |name: &str| self.functions.tick.constant(name).unwrap_or(0.0).abs();
         let share = of("plausible") / SHARES;
@@ -315,7 +318,7 @@ impl<'a> Design<'a> {
         self.functions.tick.inputs.iter().filter(|port| matches!(port.role, Role::Sample(_))).count()
     }
 
-    /// Not of one behind a gate, which has a doubt of its own.
+    /// Returns `None` for a controller behind a sample gate, because the gate has its own check.
     fn one_of_three(&self) -> Option<Statement> {
         let tick = &self.functions.tick;
         let gated = self.functions.state.iter().any(|word| word.name.ends_with("_seen"));
@@ -357,7 +360,7 @@ impl<'a> Design<'a> {
         let sound = bounded(step.after("offset"), bound);
         let questions = [
             step.ask("estimates stay, or are zero", &estimates),
-            // A sample with a sum beyond belief does not start anew.
+            // A sample with an implausible sum does not restart the controller.
             step.ask(
                 "W stays",
                 &either([sound, not(&bounded(step.after(&self.aside().unwrap_or_else(|| "offset".into())), bound))]),
@@ -367,31 +370,31 @@ impl<'a> Design<'a> {
     }
 }
 
-/// A, B or C of a channel?
+/// Returns whether the word is A, B or C of a channel.
 fn is_estimate(name: &str) -> bool {
     name.strip_prefix(['a', 'b', 'c']).is_some_and(|channel| channel.parse::<u8>().is_ok())
 }
 
 #[cfg(test)]
 mod tests {
-    use tick_record::{Kind, Word};
+    use tick_record::{ValueKind, Word};
 
     use super::*;
     use crate::instances::{ALL, sampled};
 
-    /// A box that no plant stays in would promise nothing.
+    /// The box must contain normal operation of a plant.
     #[test]
     fn the_box_has_room() {
         let crate::Functions::Chain(functions) = (ALL[1].functions)() else { panic!("a chain") };
         let (x, drift, sigma) = Design::of(&functions).of_no_doubt();
-        // rad, rad/s, and the same of the motor as the chain has it; 300 is the limit of u.
+        // rad, rad/s, and the motor's angle and speed in chain coordinates; 300 is the limit of u.
         for (bound, at_work) in x.into_iter().zip([0.5, 1.7, 17.0, 500.0]) {
             assert!(bound > at_work, "{x:?}");
         }
         assert!(drift > 15.0 * 300.0 && sigma > 6e3, "{drift} {sigma}");
     }
 
-    /// What nothing fulfils is easily proved of: each supposition has an example.
+    /// A claim with a false assumption is always proved, so each assumption must have an example.
     #[test]
     fn what_is_supposed_can_be() {
         let chains = sampled(4).filter_map(|instance| match (instance.functions)() {
@@ -402,8 +405,8 @@ mod tests {
             let tick = functions.tick;
             let answer = |given: &dyn Fn(&str) -> f32, result: &str| {
                 let inputs = tick.inputs.iter().map(|port| match port.kind {
-                    Kind::Truth => Word::Truth(port.name == "resuming" && given("resuming") > 0.0),
-                    // b(x) as the design has it.
+                    ValueKind::Truth => Word::Truth(port.name == "resuming" && given("resuming") > 0.0),
+                    // The nominal b(x).
                     _ if port.name == "gain" => Word::Number(1.0),
                     _ => Word::Number(given(&port.name)),
                 });
@@ -411,7 +414,7 @@ mod tests {
                 tick.run(&inputs.collect::<Vec<_>>())[at]
             };
             assert!(!answer(&|_| 0.0, "input_rejected").truth(), "{name}: rest is taken");
-            // Estimates beyond belief, and two samples of the same sum.
+            // Implausible estimates, and two samples with equal sums.
             let spoilt = |word: &str| match word {
                 "resuming" => 1.0,
                 _ if is_estimate(word) => 1e30,

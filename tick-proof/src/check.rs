@@ -1,20 +1,20 @@
-//! Is the translation right? The solver itself computes what the record computes, on random bits.
+//! Check of the translation: the solver computes the results of a trace on random bits.
 //!
-//! Every record of an instance is run by `tick_record`'s interpreter on inputs of any bits, and the solver is asked
-//! whether its formulas, with these inputs put in, have the same results: bit by bit, every NaN being one. That the
-//! interpreter gives the bits of the compiled C, and both those of the tick, are the tests of `tick-record` (a million
-//! ticks of every shape, and of the drives). So solver, interpreter, C and tick are held together, two and two.
+//! The interpreter of `tick_record` runs every trace of an instance on random inputs. The solver then checks that its
+//! formulas have equal results for these inputs, bit by bit; all NaN count as equal. The tests of `tick-record` compare
+//! the interpreter with the compiled C and with the tick (a million ticks of every configuration, and of the drives).
+//! Together the tests link solver, interpreter, C and tick.
 
-use tick_record::{Kind, Record, Word};
+use tick_record::{Record, ValueKind, Word};
 
 use crate::Functions;
 use crate::smt::{Script, word};
 use crate::statement::{Question, Statement, all, same};
 
-/// Inputs of each record.
+/// Number of inputs per trace.
 pub const SAMPLES: usize = 16;
 
-/// A linear congruence with a mixer (SplitMix64): the same inputs every time.
+/// Random bits from a linear congruential generator with a mixer (SplitMix64); the inputs are reproducible.
 struct Noise(u64);
 
 impl Noise {
@@ -25,7 +25,7 @@ impl Noise {
         (z ^ z >> 31) as u32
     }
 
-    /// Any bits, a number of a plant at work, or one that is none of them.
+    /// Returns any bits, a normal operating value, or a special value.
     fn number(&mut self) -> f32 {
         const SPECIAL: [f32; 8] = [0.0, -0.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e-45, f32::MAX, 1e12];
         match self.bits() % 8 {
@@ -35,18 +35,18 @@ impl Noise {
         }
     }
 
-    fn word(&mut self, kind: Kind) -> Word<f32> {
+    fn word(&mut self, kind: ValueKind) -> Word<f32> {
         match kind {
-            Kind::Number => Word::Number(self.number()),
-            Kind::Truth => Word::Truth(!self.bits().is_multiple_of(3)),
-            Kind::Count => {
+            ValueKind::Number => Word::Number(self.number()),
+            ValueKind::Truth => Word::Truth(!self.bits().is_multiple_of(3)),
+            ValueKind::Count => {
                 Word::Count(if self.bits().is_multiple_of(4) { self.bits() as i32 } else { self.bits() as i32 >> 20 })
             }
         }
     }
 }
 
-/// The questions of all records of an instance.
+/// Returns the statement with one query per trace of an instance.
 pub fn statement(functions: &Functions) -> Statement {
     let records: Vec<(&str, &Record)> = match functions {
         Functions::Chain(all) | Functions::Measured(all) => vec![

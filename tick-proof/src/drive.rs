@@ -1,36 +1,35 @@
-//! What is claimed of a drive on the counts of encoders, for every count, every order of lost samples and every target.
+//! Claims about a drive on encoder counts, for every count, every order of lost samples and every target.
 //!
-//! A drive's tick is made of parts (`tick_record::drive`), and what is claimed of u and of the output is claimed of
-//! each part for *any bits* in the state, in the sample and in what another part hands over. So it holds whatever the
-//! order of the parts, and needs no invariant.
+//! The tick of a drive consists of parts (`tick_record::drive`). The claims about u and the output are made for each
+//! part, with *any bits* in the state, in the sample and in the values from other parts. They hold for every order of
+//! the parts and need no invariant.
 //!
 //! # The box of a motor
-//! That every word stays finite needs one. It is a box that the rounding itself closes: a number within ±2^k to which
-//! no more than 2^(k - 25) is added rounds to no more than 2^k. With G the widest gate, L the gains, U what may be
-//! held:
+//! The claim that every word stays finite needs an invariant, a box that rounding closes. A number within ±2^k to which
+//! at most 2^(k - 25) is added rounds to at most 2^k. Let G be the widest gate, L the gains, U the bound of the held u:
 //!
 //! ```text
 //! D1 >= 2^25 L4 G      D >= 2^25 max(T D1, L3 G)      M = D + b U
 //! V >= 2^25 max(g2 M, g1 D1, L2 G)                    P >= 2^25 (g2 V + g1 M + h1 D1)
 //! ```
 //!
-//! as powers of two bound d', d, v and p: they are far from any motor, and they are numbers. Beside them: the smoothed
-//! innovation within 2 G, the level within \[0, 1\], the reach of the gate within two half spans, lost samples within
-//! 2^24, doubt within 4 or the ticks of a start, held within 1e12, what is queued within the limits of u, the offset
-//! finite.
+//! As powers of two these numbers bound d', d, v and p. They are finite and far outside the range of any motor. Further
+//! bounds: the smoothed innovation is within 2 G, the level within \[0, 1\], and the reach of the gate within two half
+//! spans. Lost samples are within 2^24, and the doubt counter is within 4 or the ticks of a start. The held u is within
+//! 1e12, the queued u is within the limits of u, and the offset is finite.
 //!
-//! A joint has no such box. Its couplings are polynomials of the link's angle, and where the link has been seen to jump
-//! by half a turn in its first ticks, and fifty samples are lost then, what is foreseen does overflow (test
-//! `a_joint_may_lose_its_numbers_and_u_stays_good`). What is claimed of it instead is that no bits in the state do
-//! harm, and that they are gone when the samples that may be lost are.
+//! A joint has no such box. Its couplings are polynomials of the link angle. If the link seems to jump by half a
+//! revolution in its first ticks and fifty samples are then lost, the prediction overflows (test
+//! `a_joint_may_lose_its_numbers_and_u_stays_good`). The claims for the joint are that no bits in the state cause harm,
+//! and that these bits are gone after the permitted number of lost samples.
 
 use tick_record::drive::DriveFunctions;
-use tick_record::{Kind, Op, Record, Role};
+use tick_record::{Op, Record, Role, ValueKind};
 
 use crate::smt::{Script, number};
 use crate::statement::{Question, Statement, Step, all, bounded, either, finite, not, numbers, same, then, within};
 
-/// The parts in which a tick ends, by their names.
+/// Returns the parts that can end a tick, with their names.
 fn ends(functions: &DriveFunctions) -> [(&'static str, &Record); 4] {
     let DriveFunctions { law, give_up, refuse, not_started, .. } = functions;
     [("law", law), ("give_up", give_up), ("refuse", refuse), ("not_started", not_started)]
@@ -38,13 +37,13 @@ fn ends(functions: &DriveFunctions) -> [(&'static str, &Record); 4] {
 
 struct Design<'a> {
     functions: &'a DriveFunctions,
-    /// Ends of the names that belong to each encoder.
+    /// Suffixes of the names that belong to each encoder.
     shafts: Vec<&'a str>,
     u: [f32; 2],
     limit: f32,
 }
 
-/// Everything that is claimed.
+/// Returns all claims about a drive.
 pub fn statements(functions: &DriveFunctions) -> Vec<Statement> {
     let of = |name: &str| functions.law.constant(name).unwrap_or(0.0);
     let shafts = functions.state.iter().filter_map(|word| word.name.strip_prefix("missed")).collect();
@@ -72,7 +71,7 @@ impl Design<'_> {
         let questions = ends(self.functions).map(|(part, record)| {
             let step = Step::of(record);
             let (u, of_design) = (step.after("u"), within(step.after("u"), self.u[0], self.u[1]));
-            // Before a start there is no word of it.
+            // The word does not exist before a start.
             let has_limit = record.inputs.iter().any(|port| port.name == "limit");
             let of_the_stage = either(["(fp.isNaN limit)".into(), format!("(fp.leq (fp.abs {u}) (fp.abs limit))")]);
             step.ask(part, &if has_limit { all([of_design, of_the_stage]) } else { of_design })
@@ -80,7 +79,7 @@ impl Design<'_> {
         Statement::new("u within its limits and that of the stage, any bits in counts, targets and state", questions)
     }
 
-    /// For targets and offsets beyond 1e30 sigma* may be infinite; that is the difference of two numbers then.
+    /// Claims that σ is finite and σ* is not NaN. For targets and offsets beyond 1e30 σ* may be infinite.
     fn output(&self) -> Statement {
         let questions = ends(self.functions).into_iter().flat_map(|(part, record)| {
             let step = Step::of(record);
@@ -98,7 +97,7 @@ impl Design<'_> {
         Statement::new("sigma finite; sigma* no NaN, and finite if W is within 1e30; any bits", questions)
     }
 
-    /// Targets as far as the law reads them.
+    /// Claims that a non-finite target is rejected, for the targets that the law reads.
     fn rejected(&self) -> Statement {
         let law = &self.functions.law;
         let step = Step::of(law);
@@ -107,7 +106,7 @@ impl Design<'_> {
             .inputs
             .iter()
             .enumerate()
-            .filter(|(at, port)| port.role == Role::Argument && port.kind == Kind::Number && read(*at));
+            .filter(|(at, port)| port.role == Role::Argument && port.kind == ValueKind::Number && read(*at));
         let mut questions: Vec<Question> = targets
             .map(|(_, port)| step.ask(&port.name, &then(&not(&finite(&port.name)), step.after("input_rejected"))))
             .collect();
@@ -118,7 +117,7 @@ impl Design<'_> {
         Statement::new("a target that is not finite is refused, and costs the observers nothing", questions)
     }
 
-    /// Do the observers correct each other, as those of a joint as a whole do?
+    /// Returns whether each count corrects both observers, as in a joint as a whole.
     fn is_whole(&self) -> bool {
         self.functions.state.iter().any(|word| word.name == "burst")
     }
@@ -167,8 +166,9 @@ impl Design<'_> {
         applied(&self.functions.report_applied, &self.functions.state, self.limit)
     }
 
-    /// Two ticks that differ in a count that is lost, and in nothing else, are one; and what was not used corrects
-    /// neither d nor d'. Of a joint as a whole each count corrects both shafts: nothing is learned where none is used.
+    /// Claims that two ticks that differ in a lost count only are equal, and that an unused count corrects neither d
+    /// nor d'. In a joint as a whole each count corrects both shafts, so the claim covers ticks in which no count is
+    /// used.
     fn lost(&self) -> Statement {
         let observe = &self.functions.observe;
         let mut questions = Vec::new();
@@ -195,8 +195,8 @@ impl Design<'_> {
         Statement::new("nothing is learned from a lost sample, any bits", questions)
     }
 
-    /// In both cases of the other shaft, since one count decides what becomes of the other. What is lost is a constant:
-    /// as a supposition it does not reach into all that depends on it.
+    /// Compares two ticks for both cases of the other shaft, since one count decides the use of the other. The lost
+    /// flag is a constant: the solver does not propagate an assumption into all dependent terms.
     fn is_not_read(&self, shaft: &str, count: &str) -> Vec<Question> {
         let observe = &self.functions.observe;
         let ask = |others: bool| {
@@ -209,7 +209,7 @@ impl Design<'_> {
             });
             let other = script.record("o_", observe, &mut |script, port| match is_lost(&port.name) {
                 Some(lost) => lost,
-                None if port.name == count => script.any("other_count", Kind::Count),
+                None if port.name == count => script.any("other_count", ValueKind::Count),
                 None => port.name.clone(),
             });
             let alike = one.iter().zip(other.iter()).map(|((_, one), (_, other))| same(one, other));
@@ -220,7 +220,7 @@ impl Design<'_> {
         cases.iter().copied().map(ask).collect()
     }
 
-    /// From any bits in the state a count is believed, or the drive gives up before too many are lost.
+    /// Claims that, from any bits in the state, a count is used or the drive gives up before too many are lost.
     fn counted(&self) -> Statement {
         let step = Step::of(&self.functions.observe);
         let most = self.functions.observe.constant("lost_ticks").unwrap_or(0.0);
@@ -257,7 +257,7 @@ impl Design<'_> {
             let d = format!("d{shaft}");
             step.ask(&d, &format!("(fp.isZero {})", step.after(&d)))
         }));
-        // The tick after it, and every one that waits, makes all words anew.
+        // The next tick, and every waiting tick, rewrites all words.
         let mut step = Step::of(&self.functions.begin);
         step.script.suppose("(fp.gt doubt (_ +zero 8 24))");
         step.script.suppose("(fp.isZero reach)");
@@ -279,7 +279,7 @@ impl Design<'_> {
         Statement::new("giving up, with all counts there, is a start that waits: from any bits", questions)
     }
 
-    /// Bounds of the box, word by word.
+    /// Returns the bounds of the box, word by word.
     fn motor_box(&self) -> Vec<(String, [f32; 2])> {
         let observe = &self.functions.observe;
         let of = |name: &str| f64::from(observe.constant(name).unwrap_or(0.0)).abs();
@@ -349,12 +349,12 @@ impl Design<'_> {
     }
 }
 
-/// What is claimed of a report, for chains and drives alike.
+/// Returns the claims about a report, for chains and drives.
 pub(crate) fn applied(report: &Record, state: &[tick_record::Port], limit: f32) -> Statement {
     let step = Step::of(report);
     let (answer, held) = (step.after("answer"), step.after("held"));
     let sound = bounded("u", limit);
-    // Of a drive also the limit of the stage, as far as reports show it.
+    // A drive also has the limit of the power stage, as far as reports show it.
     let (of_the_stage, others): (Vec<_>, Vec<_>) =
         state.iter().filter(|word| word.name != "held").partition(|word| ["limit", "reported"].contains(&&*word.name));
     let untouched = others.iter().map(|word| same(step.after(&word.name), &word.name));
@@ -378,8 +378,8 @@ mod tests {
     use controller_core::drive::{Encoder, Joint, JointDesign, JointDrive, Position, Sample, Target};
     use controller_core::{ControlLaw as _, Health, Limits, Words as _};
 
-    /// Why nothing is claimed of a joint's numbers for all time: the link is seen to jump by half a turn from tick to
-    /// tick right after the start, and then 50 samples are lost.
+    /// Shows why no claim bounds the numbers of a joint for all time: the link seems to jump by half a revolution from
+    /// tick to tick right after the start, and then 50 samples are lost.
     #[test]
     fn a_joint_may_lose_its_numbers_and_u_stays_good() {
         let encoders = [Encoder::absolute(20); 2];
@@ -396,11 +396,11 @@ mod tests {
         for _ in 0..400 {
             let output = law.tick(&mut state, &sample(None));
             assert!(output.u.abs() <= 30.0 && output.sigma.is_finite(), "{output:?}");
-            // Six words before them are flag and counts.
+            // The first six words are the flag and counts.
             lost |= state.words().skip(6).any(|word| !f32::from_bits(word).is_finite());
         }
         assert!(lost, "the state stayed finite: there may be a box after all");
-        // Good counts, and it runs again.
+        // The drive runs again with valid counts.
         for _ in 0..60 {
             law.tick(&mut state, &sample(Some(0)));
         }

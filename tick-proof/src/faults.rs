@@ -1,24 +1,24 @@
-//! Faults that a reviewer might miss, each as one change of a record: the statements must notice.
+//! Injected faults that a reviewer might miss, each as one change of a trace. The statements must detect them.
 //!
-//! A fault that is proved to be harmless would mean that the statement says nothing.
+//! A statement that is still proved with a fault has no value.
 
-use tick_record::{Block, End, Id, Kind, Op, Record, Role, Test};
+use tick_record::{Block, End, Id, Op, Record, Role, Test, ValueKind};
 
 use crate::instances::{CHAIN_WITH_FAULTS, DRIVE_WITH_FAULTS, Instance, MONITORS_WITH_FAULTS};
 use crate::statement::Statement;
 use crate::{Functions, claims};
 
-/// A change, and the statement that it breaks.
+/// A change, and the statement that it violates.
 pub struct Fault {
-    /// What is wrong.
+    /// Description of the fault.
     pub name: &'static str,
-    /// How the statement begins that notices.
+    /// Beginning of the statement that detects the fault.
     notices: &'static str,
     instance: Instance,
     change: fn(&mut Record) -> bool,
 }
 
-/// All of them.
+/// All injected faults.
 pub const FAULTS: [Fault; 7] = [
     Fault {
         name: "the guard looks at one side",
@@ -55,11 +55,11 @@ pub const FAULTS: [Fault; 7] = [
 ];
 
 impl Fault {
-    /// The statement about what is wrong. Where it is asked `at_rest`, of a started state of zeros only, a
-    /// counter-example is found in a second, and is one; a proof is none.
+    /// Returns the statement that the fault violates. With `at_rest` the state is restricted to a started state of
+    /// zeros: a counter-example is then found within a second and is valid, but a proof is not.
     ///
     /// # Errors
-    /// When the change finds nothing to change, or no statement to notice it.
+    /// If the change has no effect, or if no statement covers it.
     pub fn statement(&self, at_rest: bool) -> Result<Statement, String> {
         let mut functions = (self.instance.functions)();
         let broken = match &mut functions {
@@ -78,20 +78,20 @@ impl Fault {
     }
 }
 
-/// What a free name is in a started state of zeros; an entry of the sample and what one part of a tick tells the next
-/// stay free.
-fn at_rest(name: &str, kind: Kind) -> Option<&'static str> {
+/// Returns the value of a free name in a started state of zeros. Entries of the sample and values between the parts of
+/// a tick stay free.
+fn at_rest(name: &str, kind: ValueKind) -> Option<&'static str> {
     let is_input = ["x", "begin", "end", "lost", "missing", "count", "other", "u", "law", "d1"];
     let given = is_input.iter().any(|start| name.starts_with(start)) && !name.ends_with("_prev");
     match kind {
         _ if given => None,
-        Kind::Number => Some("(_ +zero 8 24)"),
-        Kind::Truth => Some(if name == "started" { "true" } else { "false" }),
-        Kind::Count => Some("#x00000000"),
+        ValueKind::Number => Some("(_ +zero 8 24)"),
+        ValueKind::Truth => Some(if name == "started" { "true" } else { "false" }),
+        ValueKind::Count => Some("#x00000000"),
     }
 }
 
-/// Where a constant of this name is compared with: the place of the comparison and what is compared.
+/// Returns the comparison with the constant of this name: its position and its operands.
 fn compared_with(record: &Record, name: &str) -> Option<(usize, Id, Id)> {
     record.values.iter().enumerate().find_map(|(at, value)| match value.op {
         Op::Compare(Test::LessOrEqual, a, b) if record.value(b).name.as_deref() == Some(name) => Some((at, a, b)),
@@ -106,7 +106,7 @@ fn one_sided(record: &mut Record) -> bool {
     true
 }
 
-/// `|v| <= most || ..` becomes `!(|v| > most)`.
+/// Changes `|v| <= most || ..` to `!(|v| > most)`.
 fn nan_passes(record: &mut Record) -> bool {
     let Some((at, magnitude, most)) = compared_with(record, "plausible") else { return false };
     let guard = record.values.iter().enumerate().find_map(|(or, value)| match value.op {
@@ -119,7 +119,7 @@ fn nan_passes(record: &mut Record) -> bool {
     true
 }
 
-/// The last entry of the sample is remembered of a sample that is lost, too.
+/// Stores the last entry of the sample even if the sample is lost.
 fn early_memory(record: &mut Record) -> bool {
     let place = |role: &dyn Fn(&str, Role) -> bool| record.results.iter().position(|port| role(&port.name, port.role));
     let Some(word) = place(&|name, role| name.ends_with("_prev") && role == Role::State) else { return false };
@@ -131,7 +131,7 @@ fn early_memory(record: &mut Record) -> bool {
     true
 }
 
-/// What is put out is what was demanded.
+/// Outputs the demanded u without limits.
 fn no_limits(record: &mut Record) -> bool {
     let Some(u) = record.results.iter().position(|port| port.name == "u") else { return false };
     let demand = record.values.iter().flat_map(|value| value.op.operands()).find(|id| {
@@ -143,7 +143,7 @@ fn no_limits(record: &mut Record) -> bool {
     true
 }
 
-/// A count is used if it fits, lost or not.
+/// Uses a count that fits, even if it is lost.
 fn learns(record: &mut Record) -> bool {
     let Some(lost) = record.inputs.iter().position(|port| port.name.starts_with("lost")) else { return false };
     let mut changed = false;
@@ -166,7 +166,7 @@ fn learns(record: &mut Record) -> bool {
     changed
 }
 
-/// The bound is held to itself.
+/// Compares the bound with itself.
 fn blind(record: &mut Record) -> bool {
     let Some((at, _, bound)) = compared_with(record, "d1_bound") else { return false };
     record.values[at].op = Op::Compare(Test::LessOrEqual, bound, bound);

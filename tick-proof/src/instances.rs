@@ -1,7 +1,7 @@
-//! What is shipped: ticks whose records are proved, or at least tried.
+//! Shipped ticks whose traces are proved, or at least tried.
 //!
-//! Those of the image `budget` (`firmware/budgets.toml`) have its names and designs; the drives among them are those of
-//! the files to start from, too. A scenario's own C file is proved by `host-sim export --certificate`.
+//! The instances of the image `budget` (`firmware/budgets.toml`) have the same names and designs. The drives among them
+//! also have the designs of the template scenarios. `host-sim export --certificate` proves the C file of a scenario.
 
 use controller_core::drive::{
     ALARMS, Aim, BRAKING, FullState, Hold, Joint, JointDesign, JointModel, Mounting, Position, Speed,
@@ -24,13 +24,13 @@ mod designs;
 /// A tick with a name.
 #[derive(Clone, Copy)]
 pub struct Instance {
-    /// What it is called in the list.
+    /// Name in the list.
     pub name: &'static str,
-    /// What it is.
+    /// Description.
     pub what: &'static str,
-    /// Its records.
+    /// Function that records its traces.
     pub functions: fn() -> Functions,
-    /// Must everything be proved?
+    /// Whether every statement must be proved.
     pub must: bool,
 }
 
@@ -47,7 +47,7 @@ const BOTH: u8 = channels(4, 2, [2, 4]);
 const UPPER: u8 = channels(4, 2, [2, 3, 4]);
 const ALL_FOUR: u8 = channels(4, 3, [1, 2, 3, 4]);
 
-/// All of them, those that must be proved first.
+/// All instances; the ones that must be proved come first.
 pub const ALL: [Instance; 30] = [
     must("joint_r1", "joint, observer of order 1", joint::<1, DRIVEN, 1>),
     must("joint_r2", "joint, observers of order 2", joint::<2, BOTH, 2>),
@@ -81,17 +81,17 @@ pub const ALL: [Instance; 30] = [
     tried("joint_measured_held", "the same, held at 0", measured::<Hold>),
 ];
 
-/// Whose records are broken on purpose.
+/// The controller for the injected faults.
 pub const CHAIN_WITH_FAULTS: Instance = ALL[1];
-/// The same of a drive.
+/// The drive for the injected faults.
 pub const DRIVE_WITH_FAULTS: Instance = ALL[5];
-/// And of monitors.
+/// The monitors for the injected faults.
 pub const MONITORS_WITH_FAULTS: Instance = ALL[7];
 
 const JOINT: Nominal<4> = JointParameters::TABLE_I.chain(Reading::Reconstructed).nominal();
 const GATE: SampleLimits<MAX_N> = SampleLimits { min: [-12.0; MAX_N], max: [12.0; MAX_N], jump: [12.0; MAX_N] };
 
-/// What the chains have in common, as in the image.
+/// Returns the common configuration of the chains, as in the image.
 const fn config<const N: usize, const R: usize>(mask: u8, period_s: f64, nominal: Nominal<N>) -> Config<N, R> {
     let mut observers = [None; N];
     let mut i = 0;
@@ -111,7 +111,7 @@ const fn config<const N: usize, const R: usize>(mask: u8, period_s: f64, nominal
     }
 }
 
-/// a(x), and b(x) where it varies, are arguments: what is proved holds for any.
+/// Records a chain. a(x), and a varying b(x), are arguments, so the proofs hold for any values.
 fn chain<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     nominal: Nominal<N>,
     drift: Drift,
@@ -165,7 +165,7 @@ where
     Functions::Measured(drive::measured(&law.expect("a good design")))
 }
 
-/// The instances that a test looks at: all at full size (`DEEP=1`), every `n`th in the fast tier.
+/// Returns the instances for a test: all at full size (`DEEP=1`), every `n`th in the fast tier.
 #[cfg(test)]
 pub(crate) fn sampled(n: usize) -> impl Iterator<Item = &'static Instance> {
     let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");

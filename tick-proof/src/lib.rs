@@ -17,33 +17,33 @@ pub mod smt;
 pub mod solver;
 pub mod statement;
 
-/// A law as its records.
+/// The operation traces of a control law.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is one at a time")]
 pub enum Functions {
-    /// A law on a state that is measured.
+    /// A control law on a measured state.
     Chain(tick_record::Functions),
-    /// A drive's law on a state that is measured, through the map of its model.
+    /// The control law of a drive on a measured state, through the map of its model.
     Measured(tick_record::Functions),
-    /// A drive on the counts of encoders.
+    /// A drive on encoder counts.
     Drive(DriveFunctions),
-    /// The monitors around any drive: where it brakes at an alarm, where an alarm stops it, and where they only tell.
+    /// The monitors around any drive, with three reactions to an alarm: brake, stop, report only.
     Monitors {
-        /// Every alarm makes it brake, or stops it.
+        /// Every alarm brakes or stops the drive.
         braking: Record,
-        /// Every alarm stops.
+        /// Every alarm stops the drive.
         stopping: Record,
-        /// None does.
+        /// No configured alarm stops the drive.
         telling: Record,
     },
 }
 
-/// Everything that is asked of an instance: the check of the translation, then what is claimed.
+/// Returns all statements about an instance: the check of the translation, then the claims.
 pub fn statements(functions: &Functions) -> Vec<statement::Statement> {
     [check::statement(functions)].into_iter().chain(claims(functions)).collect()
 }
 
-/// What is claimed of an instance.
+/// Returns the claims about an instance.
 pub fn claims(functions: &Functions) -> Vec<statement::Statement> {
     match functions {
         Functions::Chain(functions) => chain::statements(functions),

@@ -1,4 +1,4 @@
-//! `tick-proof`: is it true for every input? The page of the library says what is asked.
+//! `tick-proof`: proves statements about ticks for every input. The library page describes the statements.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -11,28 +11,28 @@ use tick_proof::instances::ALL;
 use tick_proof::page;
 use tick_proof::run::{self, Job, Row};
 use tick_proof::solver::{Solver, Which};
-use whole_file::{Existing, Kind};
+use whole_file::{Existing, FileKind};
 
-/// Proves statements about the ticks that are shipped for every input, and that faults put in on purpose are noticed.
-/// For a scenario of your own: host-sim export FILE.toml --standalone --certificate.
+/// Prove statements about the shipped ticks for every input, and check that injected faults are detected. For a
+/// scenario of your own: host-sim export FILE.toml --standalone --certificate.
 #[derive(Parser, Debug)]
 struct Options {
     /// Try all shipped instances, not only those that must be proved.
     #[arg(long)]
     all: bool,
-    /// Only the instance of this name, or else instances and faults whose name has this in it.
+    /// Only the instance of this name, otherwise instances and faults whose name contains TEXT.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
-    /// Write the table of what was tried into this page.
+    /// Write the table of instances into this page.
     #[arg(long, value_name = "FILE", requires = "all")]
     page: Option<PathBuf>,
-    /// Seconds for one question to the solver.
+    /// Computing time per query, s.
     #[arg(long, value_name = "S", default_value_t = 120)]
     budget: u64,
-    /// Who is asked.
+    /// Solver.
     #[arg(long, value_enum, default_value = "bitwuzla")]
     solver: Which,
-    /// The Python that has the solver.
+    /// Python interpreter with the solver.
     #[arg(long, value_name = "PATH")]
     python: Option<PathBuf>,
 }
@@ -51,7 +51,7 @@ fn main() -> ExitCode {
 fn prove(options: &Options) -> Result<bool, String> {
     let solver = &Solver::find(options.solver, options.python.as_deref())?;
     let budget = Duration::from_secs(options.budget);
-    // A name, or a part of some.
+    // An exact name, otherwise a part of a name.
     let is_one = |name: &&str| ALL.iter().any(|instance| instance.name == *name);
     let exact = options.only.as_deref().filter(is_one);
     let is_asked = |name: &str| match (exact, &options.only) {
@@ -68,7 +68,7 @@ fn prove(options: &Options) -> Result<bool, String> {
     let proved = listed(&asked, solver, budget)?;
     if let Some(page) = &options.page {
         let told = |error: &dyn std::fmt::Display| format!("{}: {error}", page.display());
-        let text = whole_file::read_text(page, Kind::SETTINGS).map_err(|error| told(&error))?;
+        let text = whole_file::read_text(page, FileKind::SETTINGS).map_err(|error| told(&error))?;
         let text = page::with_table(&text, &proved).map_err(|error| told(&error))?;
         whole_file::write(page, Existing::Replace, |to| to.write_all(text.as_bytes())).map_err(|error| told(&error))?;
         say(&format!("wrote the table of {}", page.display()))?;
@@ -104,7 +104,7 @@ fn prove(options: &Options) -> Result<bool, String> {
     Ok(unproved == 0 && missed == 0)
 }
 
-/// Asks, and shows a line for each as it comes.
+/// Runs the jobs and prints a line for each result.
 fn listed(jobs: &[Job], solver: &Solver, budget: Duration) -> Result<Vec<Row>, String> {
     let wide = |of: &dyn Fn(&Job) -> usize, name: &str| jobs.iter().map(of).max().unwrap_or(0).max(name.len());
     let instance = wide(&|job| job.instance.chars().count(), "instance");
@@ -118,7 +118,7 @@ fn listed(jobs: &[Job], solver: &Solver, budget: Duration) -> Result<Vec<Row>, S
         let line = format!("{name:instance$}  {claim:statement$}  {verdict:9}  {asked:>9}  {seconds:>7.1}");
         let lines: Vec<String> =
             [line].into_iter().chain(row.details().iter().map(|detail| format!("    {detail}"))).collect();
-        // A reader that has gone away is told at the end.
+        // A closed output is reported at the end.
         let _ = say(&lines.join("\n"));
     })
 }

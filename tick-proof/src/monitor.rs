@@ -1,18 +1,18 @@
-//! What is claimed of the monitors around a drive, whatever the law puts out and whatever their thresholds are.
+//! Claims about the monitors around a drive, for any output of the control law and any thresholds.
 //!
-//! Any bits in state, thresholds, u, σ, σ* and disturbances. What a law promises of u and σ is proved of the law; here
-//! it is shown that nothing is lost on the way: u is the law's, the fallback or a brake within the limits, and no cause
-//! of an alarm goes untold.
+//! State, thresholds, u, σ, σ* and disturbances may have any bits. The properties of the law's u and σ are proved for
+//! the law. The claims here show that the monitors preserve them: u is the u of the law, the fallback, or a brake
+//! within the limits, and every cause of an alarm is reported.
 
-use tick_record::{Kind, Record};
+use tick_record::{Record, ValueKind};
 
 use crate::smt::number;
 use crate::statement::{Question, Statement, Step, all, either, finite, not, same, then, within};
 
-/// Counters up to here lose no tick to rounding: 2^24.
+/// Counters up to 2^24 lose no tick to rounding.
 const COUNTED: f32 = 16_777_216.0;
 
-/// What the law says, and how a drive with monitors hands it on.
+/// Flags of the law, and the names under which a monitored drive passes them on.
 const SAID: [(&str, &str); 5] = [
     ("law_rejected", "input_rejected"),
     ("law_saturated", "saturated"),
@@ -21,20 +21,20 @@ const SAID: [(&str, &str); 5] = [
     ("law_waits", "waits"),
 ];
 
-/// What the monitors say of a tick themselves.
+/// Alarms of the monitors themselves.
 const ALARMS: [&str; 5] =
     ["disturbance_over_bound", "sigma_star_over_bound", "stuck_at_limit", "wrong_way", "oscillates"];
 
-/// What stops a drive whatever is chosen.
+/// Alarms that stop a drive in every configuration.
 const RUNAWAY: [&str; 2] = ["wrong_way", "oscillates"];
 
-/// What is counted from tick to tick; never below 0.
+/// Counters from tick to tick; never below 0.
 const COUNTS: [&str; 5] = ["stuck", "swings", "against", "over", "braking"];
 
-/// What is claimed of a tick, each with its name.
+/// Claims about a tick, each with its name.
 type Claims = Vec<(&'static str, String)>;
 
-/// Everything that is claimed of monitors that brake, of those that stop, and of those that tell.
+/// Returns all claims about monitors that brake, monitors that stop, and monitors that only report.
 pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<Statement> {
     let all_parts = [("braking", Step::of(braking)), ("stopping", Step::of(stopping)), ("telling", Step::of(telling))];
     let each = |name, of: &dyn Fn(&str, &Step) -> Claims| {
@@ -135,7 +135,7 @@ pub fn statements(braking: &Record, stopping: &Record, telling: &Record) -> Vec<
     ]
 }
 
-/// When it is told that something is over its bound.
+/// Claims when an exceeded bound is reported.
 fn over_bounds(telling: &Record, part: &str, step: &Step) -> Claims {
     let over = either(disturbances(telling).map(|d| not(&format!("(fp.leq (fp.abs {d}) {d}_bound)"))));
     let star = all([not("(fp.leq (fp.abs law_sigma_star) sigma_star_bound)"), not("law_saturated")]);
@@ -151,7 +151,7 @@ fn over_bounds(telling: &Record, part: &str, step: &Step) -> Claims {
     ]
 }
 
-/// That a brake comes to its end.
+/// Claims that a brake comes to its end.
 fn ends(part: &str, step: &Step) -> Claims {
     let one_more = same(step.after("braking"), &format!("(fp.add RNE braking {})", number(1.0)));
     let slower = all(["(fp.lt (fp.abs v) last_sigma)".into(), same(step.after("last_sigma"), "(fp.abs v)")]);
@@ -165,7 +165,8 @@ fn ends(part: &str, step: &Step) -> Claims {
     vec![("ends", going(&watching(&then(&all([supposed, before()]), &ends))))]
 }
 
-/// What goes out: the law's u, the fallback, or what opposes the speed and a motor's load within its bound.
+/// Claims the value of u: the u of the law, the fallback, or a brake that opposes the speed and a motor's load within
+/// its bound.
 fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
     let of = |source: &str| same(step.after("u"), source);
     let not_braking = then(&not(step.after("brakes")), &of("law_u"));
@@ -180,7 +181,7 @@ fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
             format!("(ite (fp.lt {below} {low}) {low} {below})")
         };
         let slows = "(fp.neg (fp.mul RNE brake v))".to_string();
-        // Of a joint no load is held.
+        // A joint's brake does not hold a load.
         let one_shaft = disturbances(telling).count() == 1;
         let load = format!("(ite (fp.gt brake_most {zero}) d1 {zero})");
         let load = format!("(fp.mul RNE per_gain {load})");
@@ -196,7 +197,7 @@ fn outputs(telling: &Record, part: &str, step: &Step) -> Claims {
     claims
 }
 
-/// What follows an alarm.
+/// Claims the reaction to an alarm.
 fn follows(part: &str, step: &Step) -> Claims {
     let after = |name: &str| step.after(name).to_string();
     let runaway = either(RUNAWAY.iter().map(|alarm| after(alarm)));
@@ -207,7 +208,7 @@ fn follows(part: &str, step: &Step) -> Claims {
     let blind = all(["law_rejected", "law_lost"].map(String::from));
     let stops = |stops: String| {
         let stops = either([all([not("law_waits"), either([stops, runaway.clone()])]), given_up.clone()]);
-        // Who waits has rejected its sample.
+        // A waiting law has rejected its sample.
         let supposed = all([before(), then("law_waits", "law_rejected")]);
         going(&then(&supposed, &format!("(= {} {stops})", after("stopped"))))
     };
@@ -236,27 +237,27 @@ fn follows(part: &str, step: &Step) -> Claims {
     }
 }
 
-/// Has it been braking before this tick?
+/// Term: the drive was braking before this tick.
 fn is_braking(part: &str) -> String {
     if part == "braking" { "(fp.gt braking (_ +zero 8 24))".into() } else { "false".into() }
 }
 
-/// Is this the first tick of a brake, which looks at nothing?
+/// Term: this is the first tick of a brake, which is not checked.
 fn begins(part: &str) -> String {
     if part == "braking" { all([is_braking(part), "(fp.isZero brake_most)".into()]) } else { "false".into() }
 }
 
-/// Will it brake from the next tick on?
+/// Term: the drive brakes from the next tick on.
 fn will_brake(part: &str, step: &Step) -> String {
     if part == "braking" { format!("(fp.gt {} (_ +zero 8 24))", step.after("braking")) } else { "false".into() }
 }
 
-/// Is a tick over a bound, or without a sample, one too many?
+/// Term: this tick over a bound, or without a sample, exceeds the patience.
 fn late() -> String {
     format!("(fp.gt (fp.add RNE over {}) patience_ticks)", number(1.0))
 }
 
-/// That a disturbance changes its side beyond its bound.
+/// Claims the count of sign changes of a disturbance beyond its bound.
 fn sides(telling: &Record, part: &str, step: &Step) -> Claims {
     let twice = "(fp.add RNE stuck_ticks stuck_ticks)";
     let sound = all([positive("stuck_ticks"), before()]);
@@ -273,17 +274,17 @@ fn sides(telling: &Record, part: &str, step: &Step) -> Claims {
     vec![told, ("kept", going(&watching(&then(&supposed, &kept))))]
 }
 
-/// Not below 0, and a number.
+/// Term: a number that is not below 0.
 fn positive(term: &str) -> String {
     format!("(fp.geq {term} (_ +zero 8 24))")
 }
 
-/// That of the words that a tick begins with.
+/// Term: the words before the tick are consistent.
 fn before() -> String {
     consistent(&|name| name.into())
 }
 
-/// No count is below 0, and where all of them together are 0 each is.
+/// Term: no counter is below 0, and each is 0 if the sum of all is 0.
 fn consistent(word: &dyn Fn(&str) -> String) -> String {
     let counts = COUNTS.map(word);
     let none = all(counts.iter().map(|count| format!("(fp.isZero {count})")));
@@ -291,19 +292,19 @@ fn consistent(word: &dyn Fn(&str) -> String) -> String {
     all(counts.iter().map(|count| positive(count)).chain([calm]))
 }
 
-/// Of a drive that goes on.
+/// Restricts a claim to a drive that has not stopped.
 fn going(claim: &str) -> String {
     then(&not("stopped"), claim)
 }
 
-/// Of a tick that is looked at: before the counts have agreed none is.
+/// Restricts a claim to a checked tick. Ticks before the counts have agreed are not checked.
 fn watching(claim: &str) -> String {
     then(&not("law_waits"), claim)
 }
 
-/// The disturbances that are watched.
+/// Returns the monitored disturbances.
 fn disturbances(record: &Record) -> impl Iterator<Item = &str> {
     let numbered = |name: &str| name.strip_prefix('d').is_some_and(|shaft| shaft.parse::<u8>().is_ok());
-    let words = record.inputs.iter().filter(|port| port.kind == Kind::Number).map(|port| port.name.as_str());
+    let words = record.inputs.iter().filter(|port| port.kind == ValueKind::Number).map(|port| port.name.as_str());
     words.filter(move |name| numbered(name))
 }

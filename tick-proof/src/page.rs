@@ -1,18 +1,18 @@
-//! The table of what was tried, in `docs/proofs.md`: written by a run of all instances, checked by a test.
+//! The table of instances in `docs/verification.md`: a run of all instances writes it, and a test checks it.
 
 use std::fmt::Write as _;
 
 use crate::instances::{ALL, Instance};
 use crate::run::Row;
 
-/// Between these lines of the page the table stands.
+/// The table is between these lines of the page.
 const BEGIN: &str = "<!-- cargo xtask prove --all writes from here -->\n";
 const END: &str = "<!-- to here -->\n";
 
-/// The page with the table of these rows; of an instance that has none what the page had stays.
+/// Returns the page with the table of these rows. An instance without a row keeps its line of the page.
 ///
 /// # Errors
-/// When the page has no place for it.
+/// If the page has no place for the table.
 pub fn with_table(page: &str, rows: &[Row]) -> Result<String, String> {
     let place = page
         .split_once(BEGIN)
@@ -51,10 +51,10 @@ mod tests {
     use crate::instances::sampled;
     use crate::statements;
 
-    /// Every instance is there with as many statements as it has, and what must be proved is.
+    /// Every instance is listed with the number of its statements, and the required ones are proved.
     #[test]
     fn the_page_lists_what_is_shipped() {
-        let page = include_str!("../../docs/proofs.md");
+        let page = include_str!("../../docs/verification.md");
         let (_, rest) = page.split_once(BEGIN).expect("a table");
         let rows: Vec<Vec<&str>> = rest.split_once(END).expect("its end").0.lines().skip(2).map(cells).collect();
         assert_eq!(rows.len(), ALL.len(), "an instance without a row, or the other way round: cargo xtask prove --all");

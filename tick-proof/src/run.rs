@@ -1,4 +1,4 @@
-//! Statements, asked in parallel, and what came out as rows.
+//! Runs statements in parallel and returns the results as rows.
 
 use std::sync::Mutex;
 use std::thread;
@@ -10,39 +10,39 @@ use crate::{Functions, statements};
 
 /// A statement about an instance.
 pub struct Job {
-    /// Of which instance.
+    /// Name of the instance.
     pub instance: String,
-    /// What is claimed.
+    /// The statement.
     pub statement: Statement,
 }
 
-/// Everything that is asked of an instance.
+/// Returns all statements about an instance.
 pub fn jobs(name: &str, functions: &Functions) -> Vec<Job> {
     let of = |statement| Job { instance: name.into(), statement };
     statements(functions).into_iter().map(of).collect()
 }
 
-/// What became of a job.
+/// Result of a job.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Of which instance.
+    /// Name of the instance.
     pub instance: String,
-    /// What was claimed.
+    /// Text of the statement.
     pub statement: &'static str,
-    /// Proved if every question was; else that of the first that was not.
+    /// Proved if every query was proved; otherwise the verdict of the first other query.
     pub verdict: Verdict,
-    /// The question that was not proved.
+    /// The query that was not proved.
     pub question: Option<String>,
-    /// Questions asked.
+    /// Number of queries.
     pub asked: usize,
-    /// Computing time of the solver for all of them.
+    /// Computing time of the solver for all queries, s.
     pub seconds: f64,
 }
 
-/// Asks all of them, as many at a time as there are processors. Rows are shown as they come and returned in order.
+/// Runs all jobs, one per processor at a time. Rows are shown as they arrive and returned in order.
 ///
 /// # Errors
-/// When the solver cannot be started.
+/// If the solver cannot be started.
 pub fn all(jobs: &[Job], solver: &Solver, budget: Duration, show: &(dyn Fn(&Row) + Sync)) -> Result<Vec<Row>, String> {
     let next = Mutex::new(0..jobs.len());
     let rows: Mutex<Vec<(usize, Row)>> = Mutex::default();
@@ -88,12 +88,12 @@ fn one(Job { instance, statement }: &Job, solver: &Solver, budget: Duration) -> 
 }
 
 impl Row {
-    /// Every question?
+    /// Returns whether every query was proved.
     pub fn is_proved(&self) -> bool {
         self.verdict == Verdict::Proved
     }
 
-    /// What is to be said of a row that is not proved: the question, and the counter-example in plain numbers.
+    /// Returns the details of a row that is not proved: the query and the counter-example in plain numbers.
     pub fn details(&self) -> Vec<String> {
         let Some(question) = &self.question else { return Vec::new() };
         match &self.verdict {

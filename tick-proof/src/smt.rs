@@ -1,28 +1,28 @@
-//! A record as SMT-LIB 2: one definition per value, over IEEE 754 binary32.
+//! Translation of a trace to SMT-LIB 2: one definition per value, over IEEE 754 binary32.
 //!
-//! | record | SMT-LIB |
+//! | trace | SMT-LIB |
 //! |---|---|
 //! | number, f32 | `Float32`; `+ - * /` are `fp.add RNE`, .. : one rounding to nearest, ties to even |
-//! | NaN | the one NaN of `Float32`: what its bits are means nothing in a record either |
+//! | NaN | the one NaN of `Float32`; its bits have no meaning in a trace either |
 //! | truth | `Bool` |
 //! | count | `(_ BitVec 32)`, modulo 2^32 |
-//! | a decision between two blocks | `ite`; every value is total, so what is not executed may be defined |
+//! | a decision between two blocks | `ite`; every value is total, so values that are not executed may be defined |
 //!
-//! Nothing is simplified here: whoever doubts a proof reads operation by operation what was asked.
+//! Nothing is simplified, so the text of a query can be checked operation by operation.
 
 use std::fmt::Write as _;
 
-use tick_record::{Block, End, Id, Kind, Op, Port, Record, Test, Word};
+use tick_record::{Block, End, Id, Op, Port, Record, Test, ValueKind, Word};
 
-/// The text of a question: declarations and definitions, then what is supposed.
+/// Text of a query: declarations, definitions and assumptions.
 #[derive(Clone, Default)]
 pub struct Script {
     text: String,
-    /// What is free: names with their kinds.
-    free: Vec<(String, Kind)>,
+    /// Free names with their kinds.
+    free: Vec<(String, ValueKind)>,
 }
 
-/// The results of a record within a script, as terms.
+/// The results of a trace within a script, as terms.
 #[derive(Clone)]
 pub struct Results {
     ports: Vec<Port>,
@@ -30,46 +30,46 @@ pub struct Results {
 }
 
 impl Results {
-    /// The term of this result.
+    /// Returns the term of a result.
     ///
     /// # Panics
-    /// If there is none: a statement that asks for what a record does not give is a mistake of the program.
+    /// If the trace has no such result; the statement is then a programming error.
     pub fn of(&self, name: &str) -> &str {
         let at = self.ports.iter().position(|port| port.name == name);
         &self.terms[at.unwrap_or_else(|| panic!("no result `{name}`"))]
     }
 
-    /// Ports with their terms.
+    /// Returns the ports with their terms.
     pub fn iter(&self) -> impl Iterator<Item = (&Port, &str)> {
         self.ports.iter().zip(self.terms.iter().map(String::as_str))
     }
 }
 
 impl Script {
-    /// Something of which nothing is known: any bits.
-    pub fn any(&mut self, name: &str, kind: Kind) -> String {
+    /// Declares a free name with any bits.
+    pub fn any(&mut self, name: &str, kind: ValueKind) -> String {
         let _ = writeln!(self.text, "(declare-const {name} {})", sort(kind));
         self.free.push((name.into(), kind));
         name.into()
     }
 
-    /// What is free.
-    pub fn free(&self) -> &[(String, Kind)] {
+    /// Returns the free names.
+    pub fn free(&self) -> &[(String, ValueKind)] {
         &self.free
     }
 
     /// Gives a term a name.
-    pub fn define(&mut self, name: &str, kind: Kind, term: &str) -> String {
+    pub fn define(&mut self, name: &str, kind: ValueKind, term: &str) -> String {
         let _ = writeln!(self.text, "(define-fun {name} () {} {term})", sort(kind));
         name.into()
     }
 
-    /// Supposes it.
+    /// Adds an assumption.
     pub fn suppose(&mut self, claim: &str) {
         let _ = writeln!(self.text, "(assert {claim})");
     }
 
-    /// The values of a record, each under `prefix` and its place. `input` gives the terms that come in.
+    /// Defines the values of a trace, each under `prefix` and its position. `input` returns the input terms.
     pub fn record(
         &mut self,
         prefix: &str,
@@ -91,7 +91,7 @@ impl Script {
         Results { ports: record.results.clone(), terms: named.collect() }
     }
 
-    /// The question whether this can fail to hold: `unsat` means that it always does.
+    /// Returns the query for a violation of the claim: `unsat` means that the claim always holds.
     pub fn question(&self, claim: &str) -> String {
         let free: Vec<&str> = self.free.iter().map(|(name, _)| name.as_str()).collect();
         let shown = if free.is_empty() { String::new() } else { format!("(get-value ({}))\n", free.join(" ")) };
@@ -100,20 +100,20 @@ impl Script {
     }
 }
 
-/// The kind of the value at a place.
-fn kind_at(record: &Record, at: usize) -> Kind {
+/// Returns the kind of the value at a position.
+fn kind_at(record: &Record, at: usize) -> ValueKind {
     match record.values[at].op {
         Op::Input(input) => record.inputs[input].kind,
-        Op::Truth(_) | Op::Compare(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => Kind::Truth,
+        Op::Truth(_) | Op::Compare(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => ValueKind::Truth,
         Op::CountOf(_) | Op::CountSince(..) | Op::CountPlus(..) | Op::CountSigned(..) | Op::CountWhole(..) => {
-            Kind::Count
+            ValueKind::Count
         }
         Op::Select(_, a, _) => record.kind(a),
-        _ => Kind::Number,
+        _ => ValueKind::Number,
     }
 }
 
-/// A result: that of the block in which a run ends.
+/// Returns the term of a result, from the block in which a run ends.
 fn ended(block: &Block, prefix: &str, at: usize) -> String {
     match &block.end {
         End::Return(results) => format!("{prefix}{}", results[at].index()),
@@ -162,22 +162,22 @@ fn term(op: Op, inputs: &[String], of: &dyn Fn(Id) -> String) -> String {
     }
 }
 
-/// The name of a kind.
-pub const fn sort(kind: Kind) -> &'static str {
+/// Returns the SMT-LIB sort of a kind.
+pub const fn sort(kind: ValueKind) -> &'static str {
     match kind {
-        Kind::Number => "Float32",
-        Kind::Truth => "Bool",
-        Kind::Count => "(_ BitVec 32)",
+        ValueKind::Number => "Float32",
+        ValueKind::Truth => "Bool",
+        ValueKind::Count => "(_ BitVec 32)",
     }
 }
 
-/// A number by its bits.
+/// Returns a number by its bits.
 pub fn number(number: f32) -> String {
     let bits = number.to_bits();
     format!("(fp #b{} #b{:08b} #b{:023b})", bits >> 31, bits >> 23 & 0xff, bits & 0x7f_ffff)
 }
 
-/// A value as a term.
+/// Returns a value as a term.
 pub fn word(word: Word<f32>) -> String {
     match word {
         Word::Number(number) => self::number(number),
@@ -191,7 +191,7 @@ mod tests {
     use super::*;
     use tick_record::{Role, record};
 
-    /// Against the text that one would write by hand.
+    /// Compares the text with a hand-written one.
     #[test]
     fn a_record_becomes_one_definition_per_value() {
         let guarded = record(|recorder| {
@@ -214,7 +214,7 @@ mod tests {
         ] {
             assert!(text.contains(line), "{line} is not in\n{text}");
         }
-        // As many definitions as values, and one for the result.
+        // There is one definition per value, and one for the result.
         assert_eq!(text.matches("(define-fun ").count(), guarded.values.len() + 1);
     }
 

@@ -1,4 +1,4 @@
-//! Solvers as programs of their own: SMT-LIB on their input, a verdict on their output, killed when their time is up.
+//! Solvers as separate programs: SMT-LIB in, a verdict out, killed after their time limit.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -7,8 +7,8 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A program that asks the module of a solver. What counts is computing time, so that a busy machine proves as much as
-/// an idle one; where that cannot be limited the clock does.
+/// Python program that runs the module of a solver. The limit is computing time, so that a busy machine proves as much
+/// as an idle one. Where computing time cannot be limited, the clock is.
 macro_rules! asking {
     ($($line:literal)*) => {
         concat!(
@@ -45,21 +45,21 @@ const CVC5: &str = asking! {
     "    command = parser.nextCommand()"
 };
 
-/// Which solver.
+/// The solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Which {
-    /// The one that proves.
+    /// Solver for the proofs.
     Bitwuzla,
-    /// Another, slower here, that looks over its shoulder.
+    /// Second solver for comparison; slower here.
     Cvc5,
 }
 
-/// How much longer than its computing time a solver may take by the clock.
+/// Limit of the wall-clock time of a solver, as a multiple of its computing time.
 const SHARED: u32 = 20;
-/// Where `cargo xtask prove` puts it.
+/// Python interpreter that `cargo xtask prove` installs.
 const INSTALLED: &str = "target/solvers/bin/python";
 
-/// A solver that is there.
+/// An installed solver.
 #[derive(Clone, Debug)]
 pub struct Solver {
     program: PathBuf,
@@ -67,14 +67,14 @@ pub struct Solver {
     name: String,
 }
 
-/// What became of a question.
+/// Result of a query.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It holds for every input.
+    /// The claim holds for every input.
     Proved,
-    /// It does not, for these: names and terms of SMT-LIB.
+    /// The claim fails for these values: names and SMT-LIB terms.
     Refuted(Vec<(String, String)>),
-    /// No answer within its time, or none at all: why.
+    /// There was no answer within the time limit, or none at all, with the reason.
     Undecided(String),
 }
 
@@ -89,11 +89,11 @@ impl fmt::Display for Verdict {
 }
 
 impl Solver {
-    /// The first that is there of the interpreter that is asked for, the one that `cargo xtask prove` installs into,
-    /// and `python3`.
+    /// Returns the first interpreter that has the solver: the given one, the one that `cargo xtask prove` installs, or
+    /// `python3`.
     ///
     /// # Errors
-    /// When none has the solver, with the remedy.
+    /// If no interpreter has the solver; the message contains the remedy.
     pub fn find(which: Which, asked: Option<&Path>) -> Result<Self, String> {
         let (name, version, program) = match which {
             Which::Bitwuzla => ("Bitwuzla", "import bitwuzla; print(bitwuzla.version())", BITWUZLA),
@@ -120,20 +120,20 @@ impl Solver {
         ))
     }
 
-    /// Its name and version.
+    /// Returns the name and version.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Asks whether what is asserted can be; the budget is computing time. The answer, and what it took in seconds.
+    /// Runs a query with a limit of computing time. Returns the verdict and the computing time, s.
     ///
     /// # Errors
-    /// When the solver cannot be started.
+    /// If the solver cannot be started.
     pub fn ask(&self, question: &str, budget: Duration) -> Result<(Verdict, f64), String> {
         let cannot = |error: std::io::Error| format!("{}: {error}", self.program.display());
         let mut child = Command::new(&self.program)
             .args(&self.arguments)
-            // It ends by itself, too: when this program is ended before it.
+            // The solver also ends by itself if this program is killed first.
             .arg(budget.as_secs().to_string())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -143,7 +143,7 @@ impl Solver {
         let (input, output, trouble) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
         let ended = thread::scope(|scope| {
             scope.spawn(move || {
-                // A solver that has ended reads no more: its answer says why.
+                // A solver that has ended stops reading; its answer gives the reason.
                 if let Some(mut input) = input {
                     let _ = input.write_all(question.as_bytes());
                 }
@@ -155,14 +155,14 @@ impl Solver {
         });
         let (in_time, text, trouble) = ended;
         let late = || Verdict::Undecided(format!("no answer within {} s", budget.as_secs()));
-        // The last that it says; whoever is ended says nothing, and took all there was.
+        // The last line is the time. A killed solver prints none and used the whole budget.
         let took = trouble.lines().next_back().map_or(Ok(budget.as_secs_f64()), str::parse).unwrap_or(0.0);
         let verdict = match text.lines().next().map(str::trim) {
             _ if !in_time => late(),
             Some("unsat") => Verdict::Proved,
             Some("sat") => Verdict::Refuted(values(text.split_once('\n').map_or("", |(_, rest)| rest))),
             Some("unknown") => late(),
-            // Ended by the limit of its time, without a word.
+            // The time limit ended the solver without output.
             None if trouble.is_empty() => late(),
             _ => Verdict::Undecided(format!("the solver said: {}", [text, trouble].concat().trim())),
         };
@@ -178,7 +178,7 @@ fn read(from: Option<impl Read>) -> String {
     text
 }
 
-/// Has it ended in time? If not it is ended.
+/// Returns whether the child ended in time, and kills it otherwise.
 fn wait(child: &mut Child, budget: Duration) -> bool {
     let end = Instant::now() + budget;
     loop {
@@ -194,7 +194,7 @@ fn wait(child: &mut Child, budget: Duration) -> bool {
     }
 }
 
-/// Names and terms of an answer to `get-value`.
+/// Returns the names and terms of an answer to `get-value`.
 fn values(text: &str) -> Vec<(String, String)> {
     let (mut found, mut depth, mut start) = (Vec::new(), 0, 0);
     for (at, c) in text.char_indices() {
@@ -219,7 +219,7 @@ fn values(text: &str) -> Vec<(String, String)> {
     found
 }
 
-/// A value as a person writes it.
+/// Returns a value in plain notation.
 fn plain(term: &str) -> String {
     let words: Vec<&str> =
         term.split(|c: char| c.is_whitespace() || c == '(' || c == ')').filter(|w| !w.is_empty()).collect();

@@ -1,17 +1,17 @@
-//! A statement: questions that a solver answers one by one, all of which must be proved.
+//! A statement: queries that a solver answers one by one; all must be proved.
 
-use tick_record::{Kind, Port, Record};
+use tick_record::{Port, Record, ValueKind};
 
 use crate::smt::{Results, Script, number};
 
-/// One question of a statement.
+/// One query of a statement.
 #[derive(Clone, Debug)]
 pub struct Question {
-    /// Which of those of its statement.
+    /// Name of the query within its statement.
     pub what: String,
-    /// SMT-LIB: `unsat` is a proof.
+    /// SMT-LIB text: `unsat` is a proof.
     pub text: String,
-    free: Vec<(String, Kind)>,
+    free: Vec<(String, ValueKind)>,
 }
 
 impl Question {
@@ -19,20 +19,20 @@ impl Question {
         Self { what: what.into(), text: script.question(claim), free: script.free().to_vec() }
     }
 
-    /// Supposes of each free name that it is this.
-    pub(crate) fn suppose(&mut self, is: &dyn Fn(&str, Kind) -> Option<&'static str>) {
+    /// Assumes a value for each free name for which `is` returns one.
+    pub(crate) fn suppose(&mut self, is: &dyn Fn(&str, ValueKind) -> Option<&'static str>) {
         let facts = self.free.iter().filter_map(|(name, kind)| is(name, *kind).map(|term| (name, term)));
         let facts = facts.map(|(name, term)| format!("(assert (= {name} {term}))\n")).collect::<Vec<_>>().concat();
         self.text = self.text.replace("(check-sat)", &format!("{facts}(check-sat)"));
     }
 }
 
-/// What is claimed, in words and in questions.
+/// A claim as text and as queries.
 #[derive(Clone, Debug)]
 pub struct Statement {
-    /// In words.
+    /// Text of the claim.
     pub name: &'static str,
-    /// All must be proved.
+    /// The queries; all must be proved.
     pub questions: Vec<Question>,
 }
 
@@ -42,10 +42,10 @@ impl Statement {
     }
 }
 
-/// The prefix of the values of a record that stands alone in a question.
+/// Prefix of the values of the only trace in a query.
 const PREFIX: &str = "t_";
 
-/// One execution of a record, of any bits.
+/// One execution of a trace on any bits.
 #[derive(Clone)]
 pub(crate) struct Step {
     pub(crate) script: Script,
@@ -59,12 +59,12 @@ impl Step {
         Self { script, results }
     }
 
-    /// A result.
+    /// Returns the term of a result.
     pub(crate) fn after(&self, name: &str) -> &str {
         self.results.of(name)
     }
 
-    /// Is there such a result?
+    /// Returns whether the trace has this result.
     pub(crate) fn gives(&self, name: &str) -> bool {
         self.results.iter().any(|(port, _)| port.name == name)
     }
@@ -74,18 +74,18 @@ impl Step {
     }
 }
 
-/// The last value of this name, as a term.
+/// Returns the last value of this name, as a term.
 pub(crate) fn called(record: &Record, name: &str) -> Option<String> {
     let at = record.values.iter().rposition(|value| value.name.as_deref() == Some(name))?;
     Some(format!("{PREFIX}{at}"))
 }
 
-/// The numbers among the words of a state.
+/// Returns the numbers among the words of a state.
 pub(crate) fn numbers(state: &[Port]) -> impl Iterator<Item = &str> {
-    state.iter().filter(|port| port.kind == Kind::Number).map(|port| port.name.as_str())
+    state.iter().filter(|port| port.kind == ValueKind::Number).map(|port| port.name.as_str())
 }
 
-/// The same bits, or both NaN.
+/// Term: equal bits, or both NaN.
 pub(crate) fn same(a: &str, b: &str) -> String {
     format!("(= {a} {b})")
 }
@@ -94,7 +94,7 @@ pub(crate) fn not(claim: &str) -> String {
     format!("(not {claim})")
 }
 
-/// If the first then the second.
+/// Term: the first implies the second.
 pub(crate) fn then(first: &str, second: &str) -> String {
     format!("(=> {first} {second})")
 }
@@ -109,17 +109,17 @@ pub(crate) fn either(claims: impl IntoIterator<Item = String>) -> String {
     format!("(or false {})", claims.join(" "))
 }
 
-/// Neither NaN nor infinite.
+/// Term: neither NaN nor infinite.
 pub(crate) fn finite(term: &str) -> String {
     format!("(not (or (fp.isNaN {term}) (fp.isInfinite {term})))")
 }
 
-/// Between both; no NaN is.
+/// Term: within both bounds; false for NaN.
 pub(crate) fn within(term: &str, low: f32, high: f32) -> String {
     format!("(and (fp.leq {} {term}) (fp.leq {term} {}))", number(low), number(high))
 }
 
-/// Within ± the bound.
+/// Term: within ± the bound.
 pub(crate) fn bounded(term: &str, bound: f32) -> String {
     within(term, -bound, bound)
 }

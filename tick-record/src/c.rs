@@ -1,35 +1,35 @@
-//! A record as the body of a function in C99, which is C++11 too.
+//! Writes a trace as the body of a C99 function, which is valid C++11 too.
 //!
-//! One statement a line. A value with a name becomes a constant of that name, a sum that grows under one name a
-//! variable; a value without a name that is used once stands where it is used, in parentheses. Constants are declared
-//! in the function that uses them, as decimals that give exactly the number. The order of the operations on numbers,
-//! and every rounding, are those of the record; two things are written another way that has the same answer for every
-//! bit pattern: |a| <= b is `a >= -b && a <= b`, and a word of the state that mostly stays is assigned under `if`.
+//! Each line is one statement. A named value becomes a constant of that name; a sum that grows under one name becomes a
+//! variable. A value without a name that is used once is written in place, in parentheses. Constants are declared in
+//! the function that uses them, as decimals that give the number exactly. The order of the operations and every
+//! rounding are kept from the trace. Two constructs are written differently, with an equal result for every bit
+//! pattern: |a| <= b is `a >= -b && a <= b`, and a state word that rarely changes is assigned under `if`.
 //!
-//! C must not contract operations, compute in more digits or reorder: the file around the function sees to that.
+//! C must not contract operations, use excess precision or reorder. The surrounding file ensures this.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fmt::Write as _;
 
-use crate::record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Test, Value};
+use crate::record::{Block, End, Id, Op, Port, Record, Role, Step, Test, Value, ValueKind};
 
-/// How a function is written.
+/// A trace and the rules for writing it.
 pub struct Function<'a> {
-    /// What it does.
+    /// The trace.
     pub record: &'a Record,
-    /// Where an input comes from and a result goes, as an expression: `state->a2`, `x[0]`, `output->u`. For a flag its
-    /// value as an unsigned constant. Not asked of the answer.
+    /// Returns the expression of an input or a result: `state->a2`, `x[0]`, `output->u`. For a flag it returns the
+    /// value as an unsigned constant. Not called for the answer.
     pub place: &'a dyn Fn(&Port) -> String,
-    /// What to say beside a constant of this name; nothing if empty.
+    /// Returns the comment for a constant of this name; empty for none.
     pub meaning: &'a dyn Fn(&str) -> String,
-    /// `double` instead of `float`.
+    /// Selects `double` instead of `float`.
     pub double: bool,
     /// Name of the function that [`signed`] defines.
     pub signed: &'a str,
 }
 
-/// A count of 32 bits as the number with a sign that it is in two's complement, as a function in C. A conversion to
-/// `int32_t` would be for the compiler to define; compilers see that this is none.
+/// Returns a C function that converts a 32-bit count to a signed number (two's complement). A conversion to `int32_t`
+/// is implementation-defined; compilers translate this function to no code.
 pub fn signed(name: &str) -> String {
     format!(
         "static inline int32_t {name}(uint32_t count)
@@ -42,9 +42,9 @@ pub fn signed(name: &str) -> String {
 }
 
 impl Function<'_> {
-    /// The statements between the braces of the function, indented by four.
+    /// Returns the statements between the braces of the function, indented by four.
     ///
-    /// Flags, if it has any, are returned as `unsigned`; else the answer, if it has one, as `bool`.
+    /// Flags are returned as `unsigned`; without flags the answer is returned as `bool`.
     pub fn body(&self) -> String {
         let mut text = Text::new(self);
         text.block(&self.record.body, 1);
@@ -68,27 +68,27 @@ impl Function<'_> {
         if self.double { "double" } else { "float" }
     }
 
-    fn type_of(&self, kind: Kind) -> &'static str {
+    fn type_of(&self, kind: ValueKind) -> &'static str {
         match kind {
-            Kind::Number => self.number_type(),
-            Kind::Truth => "bool",
-            Kind::Count => "uint32_t",
+            ValueKind::Number => self.number_type(),
+            ValueKind::Truth => "bool",
+            ValueKind::Count => "uint32_t",
         }
     }
 }
 
-/// A number, rounded to the precision, as a decimal of C that gives exactly it, whether a compiler reads it at once or
-/// as a double first.
+/// Returns a number, rounded to the precision, as a C decimal that gives it exactly. The result is exact whether a
+/// compiler reads it directly or as a double first.
 ///
 /// # Panics
-/// If it is not finite.
+/// If the number is not finite.
 pub fn decimal(number: f64, double: bool) -> String {
     assert!(number.is_finite(), "{number} cannot be written in C");
     if double {
         return format!("{number:?}");
     }
     let single = number as f32;
-    // Short where that is the very number; else with the nine digits that every f32 can be told by.
+    // The short form if it is exact; otherwise the nine digits that identify every f32.
     let short = format!("{single:?}");
     let text = if short.parse() == Ok(f64::from(single)) { short } else { format!("{single:.8e}") };
     let read: [f32; 2] = [text.parse().expect("a decimal"), text.parse::<f64>().expect("a decimal") as f32];
@@ -96,33 +96,33 @@ pub fn decimal(number: f64, double: bool) -> String {
     text + "f"
 }
 
-/// Of a line.
+/// Maximum width of a line.
 const WIDTH: usize = 120;
 
 struct Text<'a> {
     function: &'a Function<'a>,
     record: &'a Record,
-    /// How often a value stands in the text if every operation is written once.
+    /// Number of uses of a value in the text if every operation is written once.
     uses: Vec<usize>,
     /// Names of the values that are statements.
     local: HashMap<Id, String>,
-    /// Values that go on under the name of their first part: `v += ..`.
+    /// Values that continue under the name of their first part: `v += ..`.
     grows: HashMap<Id, Id>,
-    /// The first values of those.
+    /// The first values of these sums.
     variable: HashSet<Id>,
-    /// In the order of their first use.
+    /// Constants, in the order of their first use.
     constants: BTreeMap<Id, (String, f64)>,
     samples: BTreeSet<usize>,
     section: &'static str,
     lines: String,
 }
 
-/// How strongly an expression holds together.
+/// Binding strength of an expression.
 #[derive(Clone, Copy, PartialEq)]
 enum Bond {
-    /// A name, a literal, a call.
+    /// A name, a literal or a call.
     Atom,
-    /// Operands with an operator between.
+    /// Operands with an operator between them.
     Operation,
 }
 
@@ -144,13 +144,13 @@ impl<'a> Text<'a> {
         let (mut steps, mut returns) = (Vec::new(), Vec::new());
         flatten(&record.body, &mut steps, &mut returns, &mut text.uses);
         for id in &steps {
-            // In |a| < b, and where whole ones of a count are counted, a is written more than once.
+            // In |a| < b, and in a count of whole units, a is written more than once.
             let twice = usize::from(matches!(record.value(*id).op, Op::Abs(_) | Op::CountWhole(..)));
             for operand in record.value(*id).op.operands() {
                 text.uses[operand.index()] += 1 + twice;
             }
         }
-        // Words of the state that change under one condition stand under one `if`.
+        // State words that change under one condition are assigned under one `if`.
         for results in &returns {
             let mut groups: HashMap<Id, usize> = HashMap::new();
             for (port, id) in record.results.iter().zip(results.iter()) {
@@ -174,16 +174,16 @@ impl<'a> Text<'a> {
         self.record.value(id).op
     }
 
-    /// Is this the word of the state that it is the result for?
+    /// Returns whether the value is the input word of this result.
     fn is_own(&self, id: Id, port: &Port) -> bool {
         port.role == Role::State && matches!(self.op(id), Op::Input(at) if self.record.inputs[at].name == port.name)
     }
 
-    /// Which values are statements, and the names that they ask for.
+    /// Returns the values that are statements, with the names that they request.
     fn wanted(&self, steps: &[Id], returns: &[&[Id]]) -> HashMap<Id, String> {
         let named = |id: &Id| Some((*id, self.record.value(*id).name.clone()?));
         let mut wanted: HashMap<Id, String> = steps.iter().filter_map(named).collect();
-        // A select takes over the name of what it selects, if nobody else asks for that.
+        // A select takes over the name of its operand if no other value requests that name.
         for &id in steps {
             if let (Op::Select(_, a, b), false) = (self.op(id), wanted.contains_key(&id)) {
                 let mut parts = [a, b].into_iter().filter(|part| self.uses[part.index()] == 1);
@@ -192,7 +192,7 @@ impl<'a> Text<'a> {
                 }
             }
         }
-        // What is used more than once needs a name: that of a result, or any.
+        // A value that is used more than once needs a name: the name of a result, or any name.
         for &id in steps {
             let light = match self.op(id) {
                 Op::Abs(_) => true,
@@ -202,7 +202,7 @@ impl<'a> Text<'a> {
             if self.uses[id.index()] > 1 && !light && !wanted.contains_key(&id) {
                 let name = match (self.given_as(id, returns), self.record.kind(id)) {
                     (Some(port), _) => port.name.clone(),
-                    (None, Kind::Truth) => "holds".into(),
+                    (None, ValueKind::Truth) => "holds".into(),
                     (None, _) => "part".into(),
                 };
                 wanted.insert(id, name);
@@ -211,7 +211,7 @@ impl<'a> Text<'a> {
         wanted
     }
 
-    /// The result that a value is, or that it becomes under a condition.
+    /// Returns the result that a value is, or becomes under a condition.
     fn given_as(&self, id: Id, returns: &[&[Id]]) -> Option<&'a Port> {
         let gives = |port: &Port, result: Id| {
             let selected = match self.op(result) {
@@ -224,10 +224,10 @@ impl<'a> Text<'a> {
         results.find(|(port, result)| gives(port, **result)).map(|(port, _)| port)
     }
 
-    /// Gives every statement a name of its own.
+    /// Gives every statement a unique name.
     fn names(&mut self, steps: &[Id], returns: &[&[Id]]) {
         let wanted = self.wanted(steps, returns);
-        // A word of the state is never meant by its bare name.
+        // A state word is never written by its bare name.
         let bare = |value: &&Value| match value.op {
             Op::Input(at) => self.record.inputs[at].role != Role::State,
             Op::Constant(_) => true,
@@ -266,7 +266,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// A statement; a long one goes on in lines of its own, broken where its parentheses are fewest.
+    /// Writes a statement. A long statement is broken where its parentheses are fewest.
     fn line(&mut self, depth: usize, text: &str) {
         let (mut rest, mut indent) = (text, 4 * depth);
         while indent + rest.len() > WIDTH {
@@ -309,7 +309,7 @@ impl<'a> Text<'a> {
         match &block.end {
             End::Return(results) => self.give(results, depth),
             End::Branch { condition, yes, no } => {
-                // What is not as it should be goes inside, unless that is the longer way by far.
+                // The exceptional case goes inside, unless that is much longer.
                 let negated = length(no) <= 2 * length(yes);
                 let (inside, on) = if negated { (no, yes) } else { (yes, no) };
                 let condition = self.condition(*condition, negated);
@@ -341,7 +341,7 @@ impl<'a> Text<'a> {
         self.line(depth, &format!("{constant}{t} {name} = {text};"));
     }
 
-    /// Results go where they belong, the state last: what is computed here may still read it.
+    /// Writes the results, the state last, since the values computed here may still read the state.
     fn give(&mut self, results: &[Id], depth: usize) {
         let record = self.record;
         let given = || record.results.iter().zip(results.iter().copied());
@@ -353,11 +353,11 @@ impl<'a> Text<'a> {
         let goes_out = |port: &Port| matches!(port.role, Role::Between | Role::Output | Role::Estimate(..));
         for (port, id) in given().filter(|(port, _)| goes_out(port)) {
             let place = (self.function.place)(port);
-            let value = if port.kind == Kind::Count { self.signed(id) } else { self.shown(id) };
+            let value = if port.kind == ValueKind::Count { self.signed(id) } else { self.shown(id) };
             self.line(depth, &format!("{place} = {value};"));
         }
 
-        // Words of the state: what reads another word that is assigned before gets a name first.
+        // A value that reads a word assigned earlier gets a name first.
         let changed: HashSet<&str> = changes.iter().map(|(port, _)| port.name.as_str()).collect();
         let mut answers = flags.iter().map(|(_, id)| *id).chain(answer);
         if answers.any(|id| self.reads(id).iter().any(|name| changed.contains(name.as_str()))) {
@@ -383,12 +383,12 @@ impl<'a> Text<'a> {
         if let Some(returned) = returned {
             self.line(depth, &format!("return {returned};"));
         } else if depth > 1 {
-            // On the way out of an `if`, what follows is another way.
+            // On the exit of an `if`, the following statements are on another path.
             self.line(depth, "return;");
         }
     }
 
-    /// The flags as a sum of bits, or the answer.
+    /// Returns the flags as a sum of bits, or the answer.
     fn returned(&mut self, flags: &[(&Port, Id)], answer: Option<Id>) -> Option<String> {
         if flags.is_empty() {
             return answer.map(|id| self.shown(id));
@@ -401,7 +401,7 @@ impl<'a> Text<'a> {
         })
     }
 
-    /// Words of the state, grouped by the condition under which they change.
+    /// Groups the state words by the condition under which they change.
     fn groups<'p>(&self, changes: Vec<(&'p Port, Id)>) -> Vec<Group<'p>> {
         let mut groups: Vec<Group<'p>> = Vec::new();
         for (port, id) in changes {
@@ -426,7 +426,7 @@ impl<'a> Text<'a> {
         groups
     }
 
-    /// What is made of a word that is assigned before.
+    /// Returns the values that depend on a word assigned earlier.
     fn late(&self, groups: &[Group<'_>]) -> Vec<Id> {
         let (mut assigned, mut late) = (HashSet::new(), Vec::new());
         for (condition, group) in groups {
@@ -441,7 +441,7 @@ impl<'a> Text<'a> {
         late
     }
 
-    /// The words of one group, under their condition.
+    /// Assigns the words of one group under their condition.
     fn assign(&mut self, (condition, group): Group<'_>, depth: usize) {
         let inside = depth + usize::from(condition.is_some());
         if let Some((condition, negated)) = condition {
@@ -462,7 +462,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// A count as a number with a sign.
+    /// Returns a count as a signed number.
     fn signed(&mut self, id: Id) -> String {
         if let Op::CountOf(count) = self.op(id) {
             return (count as i32).to_string();
@@ -479,7 +479,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Words of the state that an expression reads where it stands.
+    /// Returns the state words that an expression reads in place.
     fn reads(&self, id: Id) -> BTreeSet<String> {
         match self.op(id) {
             _ if self.local.contains_key(&id) => BTreeSet::new(),
@@ -494,12 +494,12 @@ impl<'a> Text<'a> {
         if negated { format!("!{}", parenthesised(self.shown_with_bond(id))) } else { self.shown(id) }
     }
 
-    /// A value where it is used.
+    /// Returns the text of a value at its use.
     fn shown(&mut self, id: Id) -> String {
         self.shown_with_bond(id).0
     }
 
-    /// A value as an operand.
+    /// Returns the text of a value as an operand.
     fn part(&mut self, id: Id) -> String {
         parenthesised(self.shown_with_bond(id))
     }
@@ -511,7 +511,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// The expression that makes a value.
+    /// Returns the expression that computes a value.
     fn made(&mut self, id: Id) -> (String, Bond) {
         let binary =
             |text: &mut Self, sign: &str, a, b| (format!("{} {sign} {}", text.part(a), text.part(b)), Bond::Operation);
@@ -538,7 +538,7 @@ impl<'a> Text<'a> {
             Op::Abs(a) => {
                 let zero = decimal(0.0, self.function.double);
                 let a = self.part(a);
-                // Of -0 the sum is +0, as it should be.
+                // For -0 the sum is +0, as required.
                 (format!("({a} < {zero}) ? (-{a}) : ({a} + {zero})"), Bond::Operation)
             }
             Op::Add(a, b) | Op::CountPlus(a, b) => binary(self, "+", a, b),
@@ -569,7 +569,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// The parts of `a && b && ..`, or of `a || b || ..`.
+    /// Collects the parts of `a && b && ..`, or of `a || b || ..`.
     fn chain(&self, id: Id, like: Op, parts: &mut Vec<Id>) {
         match (self.op(id), like) {
             (Op::And(a, b), Op::And(..)) | (Op::Or(a, b), Op::Or(..))
@@ -607,14 +607,14 @@ impl<'a> Text<'a> {
     }
 }
 
-/// A condition, and whether its opposite is meant.
+/// A condition, and whether it is negated.
 type Condition = (Id, bool);
-/// Words of the state that change under one condition, and what they become.
+/// State words that change under one condition, with their new values.
 type Group<'a> = (Option<Condition>, Vec<(&'a Port, Id)>);
 
-/// Stands for "true" where a word of the state is set.
+/// Placeholder for "true" where a state word is set.
 const TRUE: Id = Id(u32::MAX);
-/// And "false" where it is taken back.
+/// Placeholder for "false" where a state word is cleared.
 const FALSE: Id = Id(u32::MAX - 1);
 
 fn parenthesised((text, bond): (String, Bond)) -> String {
@@ -629,7 +629,7 @@ fn length(block: &Block) -> usize {
         }
 }
 
-/// Every step once, every return, and the uses by decisions and returns.
+/// Collects every step once, every return, and the uses by decisions and returns.
 fn flatten<'a>(block: &'a Block, steps: &mut Vec<Id>, returns: &mut Vec<&'a [Id]>, uses: &mut [usize]) {
     for step in &block.steps {
         if !steps.contains(&step.value) {

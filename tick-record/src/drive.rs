@@ -1,4 +1,4 @@
-//! A drive as records: counts and targets in, u out, in the parts that its tick is made of.
+//! Traces of a drive: counts and targets in, u out, as the parts of its tick.
 //!
 //! ```text
 //! tick:  fresh?  begin --known?--> not_started      else  observe --known?--> give_up --> follow --> carry
@@ -8,8 +8,8 @@
 //!        else      observe, nothing there --known?--> give_up, else refuse, then follow, carry
 //! ```
 //!
-//! A part is a function of the core that its tick calls. What one hands to another that is no word of the state
-//! (sines, cosines, couplings, whether a sample was lost) goes from the one to the other by its name.
+//! A part is a function of the core that the tick calls. Values that one part passes to another, and that are not words
+//! of the state (sines, cosines, couplings, a lost sample), are matched by their names.
 
 use controller_core::drive::{
     ANY_STAGE, Aim, ChainModel, CoupledDrive, DriveError, DriveEstimates, EncoderForm, FullState, Hold, JointDesign,
@@ -19,61 +19,61 @@ use controller_core::drive::{
 use controller_core::{ControlLaw, Controller, Health, Linear, Output, Real, Words as _, as_within};
 
 use crate::law::{Around, Functions, Recorded, Words, around, coefficients_of, functions, of_numbers, recorded};
-use crate::record::{Kind, Port, Record, Role};
+use crate::record::{Port, Record, Role, ValueKind};
 use crate::recorder::{CountSymbol, Recorder, Symbol, port};
 
-/// What a drive does, each as a record. The head of the module says how they make a tick.
+/// The functions of a drive, each as a trace. The module page shows how they make a tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveFunctions {
-    /// The words of the state, in the order of `words` of a running one, then `started`.
+    /// The state words, in the order of `words` of a running drive, then `started`.
     pub state: Vec<Port>,
-    /// What the parts of a tick hand on.
+    /// The values that the parts of a tick pass on.
     pub between: Vec<Port>,
-    /// [`ControlLaw::start_from`] without a guess: sample -> state, and the answer whether it has started.
+    /// [`ControlLaw::start_from`] without a guess: sample -> state. The answer is true if it has started.
     pub start: Record,
     /// [`ControlLaw::not_started`].
     pub not_started: Record,
-    /// The first tick of a state: there is none that has passed.
+    /// The first tick of a state, without a previous tick.
     pub begin: Record,
-    /// Which counts are believed, and the observers. The answer is "no" where too many samples are missing.
+    /// Selects the accepted counts and runs the observers. The answer is false if too many samples are missing.
     pub observe: Record,
-    /// The law, from the estimates to u, and the memory.
+    /// The control law, from the estimates to u, and the memory.
     pub law: Record,
-    /// Nothing is known any more: the fallback goes out, and the observers start again.
+    /// Outputs the fallback and restarts the observers, since the position is unknown.
     pub give_up: Record,
-    /// Nothing is asked for: the fallback goes out.
+    /// Outputs the fallback, since there is no valid demand.
     pub refuse: Record,
-    /// A period that passed without a tick. The answer is "no" where too much is missing.
+    /// A period without a tick. The answer is false if too many samples are missing.
     pub pass: Record,
-    /// After a tick: the base follows.
+    /// Moves the base after a tick.
     pub follow: Record,
-    /// Law and follow as one: what an ordinary tick supposes is in it.
+    /// Law and follow in one trace, with the conditions of an ordinary tick.
     pub followed: Record,
-    /// After a tick in which a count was missing: counts go along with the prediction.
+    /// Moves counts with the prediction, after a tick with a missing count.
     pub carry: Record,
-    /// The limits of u with that of the power stage, `u_low` and `u_high`.
+    /// The limits of u with the limit of the power stage, `u_low` and `u_high`.
     pub limits: Record,
     /// [`Running::report_applied`](controller_core::Running::report_applied).
     pub report_applied: Record,
-    /// [`Running::estimates`](controller_core::Running::estimates); zeros and the answer "no" before the start.
+    /// [`Running::estimates`](controller_core::Running::estimates); zeros and the answer false before the start.
     pub estimates: Record,
     /// [`Running::reset`](controller_core::Running::reset).
     pub reset: Record,
 }
 
-/// A model of a drive whose names are known.
+/// A model of a drive with names for its values.
 pub trait NamedModel<const E: usize, const N: usize>: ChainModel<Symbol, E, N> + 'static {
-    /// What ends the names that belong to each shaft.
+    /// Suffixes of the names that belong to each shaft.
     const SHAFTS: [&'static str; E];
-    /// Those that are pushed.
+    /// Suffixes of the `push` words: couplings and other terms that act on the model.
     const PUSHED: &'static [&'static str];
-    /// What follows the smoothed innovation of each encoder.
+    /// Names of the values that follow the smoothed innovation of each encoder.
     const LEVELS: [&'static str; E];
-    /// What is seen of the positions.
+    /// Names of the values computed from the positions.
     const SEEN: &'static [&'static str];
-    /// That, as numbers.
+    /// Returns these values as numbers.
     fn numbers_of(seen: &Self::Seen) -> Vec<Symbol>;
-    /// And back.
+    /// Returns these values from numbers.
     fn seen_of(numbers: &[Symbol]) -> Self::Seen;
 }
 
@@ -114,13 +114,13 @@ impl NamedModel<2, 4> for TwoMass<Symbol> {
     }
 }
 
-/// An aim whose targets have names.
+/// A control mode with names for its targets.
 pub trait NamedAim<const N: usize>: Aim<Symbol, N> {
-    /// The target at the `begin` or the `end` of a tick, from the inputs.
+    /// Returns the target at the `begin` or the `end` of a tick, from the inputs.
     fn target(recorder: &Recorder, when: &str) -> Self::Target;
 }
 
-/// r and its derivatives.
+/// Names of r and its derivatives.
 pub const JET: [&str; 4] = ["r", "r_dot", "r_ddot", "r_dddot"];
 
 impl<const N: usize> NamedAim<N> for Position {
@@ -137,7 +137,7 @@ impl NamedAim<2> for Speed {
     }
 }
 
-/// An encoder form and how its encoders are mounted.
+/// A drive and the mounting of its encoders.
 struct Mounted<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> {
     law: EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>,
     mounting: [Mounting; E],
@@ -149,7 +149,7 @@ where
     M: NamedModel<E, N>,
     A: NamedAim<N>,
 {
-    /// Counts as a drive takes them, `None` for those that are lost.
+    /// Returns the counts of the sample, `None` for lost ones.
     fn counts(&self, recorder: &Recorder) -> [Option<CountSymbol>; E] {
         core::array::from_fn(|i| {
             let shaft = M::SHAFTS[i];
@@ -160,7 +160,7 @@ where
         })
     }
 
-    /// The law, on what the observers hand on.
+    /// Runs the control law on the results of the observers.
     fn ask(&self, recorder: &Recorder, state: &mut StateOf<M, A, E, N, S, FAST, LATE>) {
         let begins = recorder.truth("begins", Role::Between);
         let number = |name: &str| recorder.number(name, Role::Between);
@@ -186,12 +186,12 @@ where
     }
 }
 
-/// The u that are under way with three ticks of delay: that which is held now comes first, with fewer the others are
-/// not there.
+/// Names of the queued u with three ticks of delay. The u held now comes first; with a shorter delay the other names
+/// are absent.
 pub const QUEUED: [&str; 3] = ["queued", "queued_2", "queued_3"];
 
-/// Names of the numbers of a state, in their order: of `states` estimates a shaft, with two gain sets, so many ticks
-/// late.
+/// Returns the names of the state numbers, in their order, for `states` estimates per shaft, two gain sets and `late`
+/// ticks of delay.
 fn state_names<M, const E: usize, const N: usize>(states: usize, has_fast: bool, late: usize) -> Vec<String>
 where
     M: NamedModel<E, N>,
@@ -255,7 +255,7 @@ where
     }
 }
 
-/// What the health of a drive may say.
+/// Status flags of a drive.
 const FLAGS: [(&str, Health); 5] = [
     ("input_rejected", Health::INPUT_REJECTED),
     ("saturated", Health::SATURATED),
@@ -264,14 +264,14 @@ const FLAGS: [(&str, Health); 5] = [
     ("waits", Health::WAITS),
 ];
 
-/// What a tick adds to the health of its law: what the observers saw, by its name among what is handed on.
+/// Flags that a tick adds to the status of its law: observations of the observers, by their names between the parts.
 pub const TOLD: [(&str, Health); 2] = [("missing", Health::SAMPLE_LOST), ("stepped", Health::POSITION_STEPPED)];
 
-/// Records a drive in its parts. `design` makes it, of [constants](Recorder::constant) or of
+/// Records a drive in its parts. `design` creates it from [constants](Recorder::constant), or from
 /// [numbers](Recorder::number) that any design may hold.
 ///
 /// # Panics
-/// If the names of a model or of an aim do not fit its state.
+/// If the names of a model or of a control mode do not fit its state.
 pub fn drive<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     design: &dyn Fn(&Recorder) -> EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>,
     mounting: [Mounting; E],
@@ -286,7 +286,7 @@ where
     };
     let (words, Around { start, not_started, report_applied, estimates, reset }) =
         around(&|recorder| (mounted(recorder), EncoderForm::<Symbol, M, A, E, N, S, FAST, LATE>::NO_GUESS));
-    // A state that is not fresh, and stays so.
+    // A state that is not fresh and stays so.
     let going_on = words.without("fresh");
     let part = |words: &Words, f: &Part<'_, Mounted<M, A, E, N, S, FAST, LATE>, StateOf<M, A, E, N, S, FAST, LATE>>| {
         recorded(&mounted, &|recorder, law| {
@@ -298,12 +298,12 @@ where
     let law = part(&going_on, &|recorder, law, state| law.ask(recorder, state));
     let mut between: Vec<Port> =
         law.inputs.iter().filter(|port| port.role == Role::Between && law.reads(port)).cloned().collect();
-    // What the tick tells beside what the law says.
-    between.extend(TOLD.map(|(name, _)| port(name, Role::Between, Kind::Truth)));
+    // The flags of the tick besides the flags of the law.
+    between.extend(TOLD.map(|(name, _)| port(name, Role::Between, ValueKind::Truth)));
     let put_seen = |recorder: &Recorder, seen: &M::Seen| {
         M::SEEN.iter().zip(M::numbers_of(seen)).for_each(|(name, number)| hand_on(recorder, &between, name, number));
     };
-    // Couplings of the tick that has passed go on as they stand.
+    // Couplings of the previous tick are passed on unchanged.
     let put_before = |recorder: &Recorder| {
         for shaft in M::PUSHED {
             hand_on(recorder, &between, &push_before(shaft), recorder.number(&format!("push{shaft}"), Role::State));
@@ -371,25 +371,25 @@ where
     }
 }
 
-/// A number for the law, if that reads it.
+/// Passes a number to the law if the law reads it.
 fn hand_on(recorder: &Recorder, between: &[Port], name: &str, number: Symbol) {
     if between.iter().any(|port| port.name == name) {
         recorder.put(name, Role::Between, number);
     }
 }
 
-/// The name of a coupling of the tick that has passed.
+/// Returns the name of a coupling of the previous tick.
 fn push_before(shaft: &str) -> String {
     format!("push{shaft}_before")
 }
 
-/// What is recorded of a law and a state.
+/// A recorded function of a law and a state.
 type Part<'a, L, S> = dyn Fn(&Recorder, &L, &mut S) + 'a;
 
 type StateOf<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> =
     <EncoderForm<Symbol, M, A, E, N, S, FAST, LATE> as ControlLaw>::State;
 
-/// A number of the design as a constant with its name: `unit_link`, `gain_motor_2`, `kx_3`.
+/// Returns a number of the design as a named constant: `unit_link`, `gain_motor_2`, `kx_3`.
 fn named<M: NamedModel<E, N>, const E: usize, const N: usize>(
     recorder: &Recorder,
     name: NumberName,
@@ -409,8 +409,8 @@ impl<const N: usize> NamedAim<N> for Hold {
     fn target(_: &Recorder, _: &str) {}
 }
 
-/// Records one tick of a drive as a whole. `design` makes it, of constants or of [numbers](Recorder::number) that any
-/// design may hold; its encoders count as its shafts turn.
+/// Records one tick of a drive as a whole. `design` creates it from constants or from [numbers](Recorder::number) that
+/// any design may hold. Its encoders count in the direction of the shafts.
 pub fn tick<M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
     design: &dyn Fn(&Recorder) -> EncoderForm<Symbol, M, A, E, N, S, FAST, LATE>,
 ) -> Record
@@ -433,7 +433,7 @@ where
     crate::tick::<Mounted<M, A, E, N, S, FAST, LATE>>(&mounted, Mounted::tick)
 }
 
-/// The drive of a motor with other numbers: `number` gives them, by name.
+/// Returns the drive of a motor with the numbers that `number` returns by name.
 pub fn motor_of<U: Real, A: Aim<f32, 2>, const FAST: usize, const LATE: usize, const S: usize>(
     drive: &MotorDrive<f32, A, FAST, LATE, S>,
     number: &mut dyn FnMut(&str) -> U,
@@ -442,7 +442,7 @@ pub fn motor_of<U: Real, A: Aim<f32, 2>, const FAST: usize, const LATE: usize, c
     drive.converted(model, &mut |name, _| number(&full_name::<MotorModel<Symbol>, 1, 2>(name)))
 }
 
-/// The drive of a joint with other numbers: `number` gives them, by name.
+/// Returns the drive of a joint with the numbers that `number` returns by name.
 pub fn joint_of<U: Real, A: Aim<f32, 4>, const FAST: usize, const LATE: usize>(
     drive: &JointDrive<f32, A, FAST, LATE>,
     number: &mut dyn FnMut(&str) -> U,
@@ -451,12 +451,12 @@ pub fn joint_of<U: Real, A: Aim<f32, 4>, const FAST: usize, const LATE: usize>(
     drive.converted(model, &mut |name, _| number(&full_name::<JointModel<Symbol>, 2, 4>(name)))
 }
 
-/// The law of a joint whose whole state is measured, with other numbers: `number` gives them, by name.
+/// Returns the law of a joint on a measured state with the numbers that `number` returns by name.
 pub fn measured_of<U: Real, A: Aim<f32, 4>, const R: usize, const MASK: u8, const O: usize>(
     law: &FullState<f32, JointModel<f32>, A, 2, 4, R, MASK, O, 0>,
     number: &mut dyn FnMut(&str) -> U,
 ) -> FullState<U, JointModel<U>, A, 2, 4, R, MASK, O, 0> {
-    // What the map gives goes in the place of the row.
+    // The results of the map replace the row.
     let within = Controller::from_parts(coefficients_of(MASK, number), Linear::from_row([U::ZERO; 4]));
     let map = law.model().converted(&mut |name, _| number(&format!("model_{name}")));
     law.converted(within, map, &mut |name, entry, _| {
@@ -465,10 +465,10 @@ pub fn measured_of<U: Real, A: Aim<f32, 4>, const R: usize, const MASK: u8, cons
     })
 }
 
-/// The parts of the drive of a motor in f32.
+/// Records the parts of a motor's drive in f32.
 ///
 /// # Errors
-/// Those of the design.
+/// If the design is invalid.
 pub fn motor<A, const FAST: usize, const LATE: usize, const S: usize>(
     design: &MotorDesign,
     mounting: Mounting,
@@ -480,10 +480,10 @@ where
     Ok(self::drive(&|recorder| motor_of_constants(&drive, recorder), [mounting]))
 }
 
-/// One tick of the drive of a motor in f32, as a whole.
+/// Records one tick of a motor's drive in f32, as a whole.
 ///
 /// # Errors
-/// Those of the design.
+/// If the design is invalid.
 pub fn motor_tick<A, const FAST: usize, const LATE: usize, const S: usize>(
     design: &MotorDesign,
     mounting: Mounting,
@@ -503,10 +503,10 @@ fn motor_of_constants<A: Aim<f32, 2> + Aim<Symbol, 2>, const FAST: usize, const 
     drive.converted(model, &mut |name, number| named::<MotorModel<Symbol>, 1, 2>(recorder, name, number))
 }
 
-/// The parts of the drive of a joint in f32.
+/// Records the parts of a joint's drive in f32.
 ///
 /// # Errors
-/// Those of the design.
+/// If the design is invalid.
 pub fn joint<A, const FAST: usize, const LATE: usize>(
     design: &JointDesign,
     mounting: [Mounting; 2],
@@ -522,10 +522,10 @@ where
     Ok(self::drive(&|recorder| joint_of_constants(&drive, recorder), mounting))
 }
 
-/// One tick of the drive of a joint in f32, as a whole.
+/// Records one tick of a joint's drive in f32, as a whole.
 ///
 /// # Errors
-/// Those of the design.
+/// If the design is invalid.
 pub fn joint_tick<A, const FAST: usize, const LATE: usize>(
     design: &JointDesign,
     mounting: [Mounting; 2],
@@ -581,7 +581,7 @@ where
     }
 }
 
-/// Records the law of a joint whose whole state is measured, in f32.
+/// Records the law of a joint on a measured state, in f32.
 pub fn measured<A, const R: usize, const MASK: u8, const O: usize>(
     law: &FullState<f32, JointModel<f32>, A, 2, 4, R, MASK, O, 0>,
 ) -> Functions
@@ -591,7 +591,7 @@ where
     let numbers: Vec<f64> = law.controller().coefficients().numbers().map(f64::from).collect();
     functions(&|recorder| {
         let coefficients = of_numbers(recorder, &numbers, MASK);
-        // What the map gives goes in its place.
+        // The results of the map replace the row.
         let within = Controller::from_parts(coefficients, Linear::from_row([Symbol::ZERO; 4]));
         let map = law.model().converted(&mut |name, number| recorder.constant(name, f64::from(number)));
         let converted = law.converted(within, map, &mut |name, entry, number| {

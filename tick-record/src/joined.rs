@@ -1,17 +1,17 @@
-//! Records one after the other, as one record without a branch.
+//! Joins several traces into one trace without a branch.
 //!
-//! What has too many ways to be recorded as a whole, since those of one part are multiplied by those of the next, is
-//! made of the records of its parts. Each is computed once, whatever its decisions are, which
-//! [`record`](crate::record()) allows: it has no other effect. Of what it gives on its ways the decisions then select
-//! one.
+//! Some functions have too many paths to be recorded as a whole, because the paths of one part are multiplied by the
+//! paths of the next. Such a function is joined from the traces of its parts. Each part is computed once, whatever its
+//! decisions are. [`record`](crate::record()) allows this, because operations have no other effect. The decisions then
+//! select one of the results.
 
 use std::collections::HashMap;
 
 use controller_core::Health;
 
-use crate::record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Value};
+use crate::record::{Block, End, Id, Op, Port, Record, Role, Step, Value, ValueKind};
 
-/// A record that is being joined.
+/// A trace under construction.
 #[derive(Default)]
 pub struct Joined {
     inputs: Vec<(Port, Id)>,
@@ -19,30 +19,30 @@ pub struct Joined {
     steps: Vec<Id>,
 }
 
-/// What a part gives.
+/// The results of a part.
 pub struct Given(Vec<(Port, Id)>);
 
 impl Given {
-    /// The value of a result; none if there is no such result.
+    /// Returns the value of a result; `None` if there is no such result.
     pub fn get(&self, name: &str, role: Role) -> Option<Id> {
         self.0.iter().find(|(port, _)| port.name == name && port.role == role).map(|(_, id)| *id)
     }
 
-    /// A flag of the health.
+    /// Returns a status flag.
     pub(crate) fn get_flag(&self, flag: Health) -> Option<Id> {
         let bit = flag.bits().trailing_zeros() as u8;
         self.0.iter().find(|(port, _)| port.role == Role::Flag(bit)).map(|(_, id)| *id)
     }
 
-    /// All results.
+    /// Returns all results.
     pub fn all(&self) -> impl Iterator<Item = &(Port, Id)> {
         self.0.iter()
     }
 }
 
 impl Joined {
-    /// An input of the whole: the same each time that it is asked for.
-    pub fn input(&mut self, name: &str, role: Role, kind: Kind) -> Id {
+    /// Returns an input of the joined trace; repeated calls return one input.
+    pub fn input(&mut self, name: &str, role: Role, kind: ValueKind) -> Id {
         let port = Port { name: name.into(), role, kind };
         if let Some((_, id)) = self.inputs.iter().find(|(known, _)| *known == port) {
             return *id;
@@ -52,19 +52,19 @@ impl Joined {
         id
     }
 
-    /// An operation on values that are there.
+    /// Adds an operation on existing values.
     pub fn op(&mut self, op: Op) -> Id {
         let id = self.value(op, None);
         self.steps.push(id);
         id
     }
 
-    /// If the first holds the second, else the third.
+    /// Returns the second value if the first is true, otherwise the third.
     pub fn select(&mut self, condition: Id, yes: Id, no: Id) -> Id {
         if yes == no { yes } else { self.op(Op::Select(condition, yes, no)) }
     }
 
-    /// A constant.
+    /// Adds a constant.
     pub fn constant(&mut self, op: Op) -> Id {
         self.value(op, None)
     }
@@ -74,7 +74,7 @@ impl Joined {
         Id(self.values.len() as u32 - 1)
     }
 
-    /// What a part gives of these inputs; one that is not `given` is an input of the whole.
+    /// Adds a part and returns its results. An input that is not `given` becomes an input of the joined trace.
     pub fn call(&mut self, part: &Record, given: &dyn Fn(&Port) -> Option<Id>) -> Given {
         let one = |port: &Port| given(port).unwrap_or_else(|| self.input(&port.name, port.role, port.kind));
         let inputs: Vec<Id> = part.inputs.iter().map(one).collect();
@@ -110,7 +110,7 @@ impl Joined {
         }
     }
 
-    /// The whole, of which these go out.
+    /// Returns the joined trace with these results.
     pub fn record(self, results: Vec<(Port, Id)>) -> Record {
         let Self { inputs, values, mut steps } = self;
         let mut needed = vec![false; values.len()];

@@ -1,4 +1,4 @@
-//! The functions of a control law as records: what `controller-core` executes, run with a recording scalar.
+//! Traces of the functions of a control law: the code of `controller-core`, run with a recording scalar.
 
 use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
@@ -8,42 +8,42 @@ use controller_core::{
     Running, SampleLimits, Shape, Words as _,
 };
 
-use crate::record::{Kind, Port, Record, Role};
+use crate::record::{Port, Record, Role, ValueKind};
 use crate::recorder::{Recorder, StateWord, Symbol, every_way, port, record};
 
-/// A law over the recording scalar, and how its parts are called outside.
+/// A control law over the recording scalar, with names for its inputs and outputs.
 pub trait Recorded: ControlLaw<Scalar = Symbol> + 'static {
-    /// The words of its state in order, by name.
+    /// Returns the names of the state words in order.
     fn state_names() -> Vec<String>;
 
-    /// The sample, taken from the inputs.
+    /// Returns the sample, taken from the inputs.
     fn sample(&self, recorder: &Recorder) -> Self::Sample;
 
-    /// Puts an output among the results.
+    /// Adds an output to the results.
     fn put_output(recorder: &Recorder, output: &Self::Output);
 
-    /// Puts estimates among the results, zeros where there are none.
+    /// Adds estimates to the results; zeros if there are none.
     fn put_estimates(recorder: &Recorder, estimates: Option<&Self::Estimates>);
 }
 
-/// What a control law does, each as a record. A word of the state keeps its name as input and as result; before the
-/// start every word is 0. Words that nothing depends on are left out.
+/// The functions of a control law, each as a trace. A state word has one name as input and as result; before the start
+/// every word is 0. Unused words are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Functions {
-    /// The words of the state, the last one `started`.
+    /// The state words; `started` is the last one.
     pub state: Vec<Port>,
-    /// [`ControlLaw::start_from`]: sample -> state, and the answer whether it has started. If not the state is as it
-    /// was.
+    /// [`ControlLaw::start_from`]: sample -> state. The answer is true if it has started; otherwise the state is
+    /// unchanged.
     pub start: Record,
     /// [`ControlLaw::tick`]: state, sample -> output, state.
     pub tick: Record,
-    /// [`ControlLaw::not_started`]: the output before there is a good sample.
+    /// [`ControlLaw::not_started`]: the output before the first valid sample.
     pub not_started: Record,
     /// [`Running::tick`] as a whole: all three.
     pub running: Record,
     /// [`Running::report_applied`]: state, `u` -> state, answer.
     pub report_applied: Record,
-    /// [`Running::estimates`]: state -> estimates; zeros and the answer "no" before the start.
+    /// [`Running::estimates`]: state -> estimates; zeros and the answer false before the start.
     pub estimates: Record,
     /// [`Running::reset`]: the state before the start.
     pub reset: Record,
@@ -52,10 +52,11 @@ pub struct Functions {
 const STARTED: &str = "started";
 const ANSWER: &str = "answer";
 
-/// Records a law. `design` makes it and its guess of the disturbances, of [constants](Recorder::constant).
+/// Records a control law. `design` creates the law and its guess of the disturbances from
+/// [constants](Recorder::constant).
 ///
 /// # Panics
-/// If the law does not keep to what [`record`] asks of a function, or its names do not fit its state.
+/// If the law violates the rules of [`record`] for a function, or if its names do not fit its state.
 pub fn functions<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> Functions {
     let law = |recorder: &Recorder| -> Rc<dyn Law> {
         let (law, guess) = recorder.silently(|| design(recorder));
@@ -88,14 +89,14 @@ fn all(design: &dyn Fn(&Recorder) -> Rc<dyn Law>, words: &Words) -> Functions {
     }
 }
 
-/// Records a function of a law, which is made once: its constants are the same on every way.
+/// Records a function of a law. The law is created once, so its constants are shared by all paths.
 pub(crate) fn recorded<L>(design: &dyn Fn(&Recorder) -> L, f: &dyn Fn(&Recorder, &L)) -> Record {
     let law = OnceCell::new();
     every_way(&mut |recorder| f(recorder, law.get_or_init(|| design(recorder))))
 }
 
-/// Records one tick of a law, all words of its state among inputs and results. `design` makes the law, of constants or
-/// of [numbers](Recorder::number) that any design may hold; `tick` is [`ControlLaw::tick`] or another of its kind.
+/// Records one tick of a law, with all state words among inputs and results. `design` creates the law from constants or
+/// from [numbers](Recorder::number) that any design may hold. `tick` is [`ControlLaw::tick`] or a variant of it.
 pub fn tick<D: Recorded>(
     design: &dyn Fn(&Recorder) -> D,
     tick: fn(&D, &mut D::State, &D::Sample) -> D::Output,
@@ -103,7 +104,7 @@ pub fn tick<D: Recorded>(
     part(design, &|recorder, law, state| D::put_output(recorder, &tick(law, state, &law.sample(recorder))))
 }
 
-/// Records a part of a tick, all words of the state among inputs and results.
+/// Records a part of a tick, with all state words among inputs and results.
 pub(crate) fn part<D: Recorded>(
     design: &dyn Fn(&Recorder) -> D,
     part: &dyn Fn(&Recorder, &D, &mut D::State),
@@ -118,22 +119,22 @@ pub(crate) fn part<D: Recorded>(
     })
 }
 
-/// What a running law does, each as a record, with all words of its state.
+/// The functions of a running law, each as a trace, with all state words.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Whole {
-    /// The words of the state, the last one `started`.
+    /// The state words; `started` is the last one.
     pub state: Vec<Port>,
     /// [`Running::tick`]: state, sample -> output, state.
     pub tick: Record,
     /// [`Running::report_applied`]: state, `u` -> state, answer.
     pub report_applied: Record,
-    /// [`ControlLaw::estimates`]: the state of a law that has started -> estimates, and the answer that it knows some.
+    /// [`ControlLaw::estimates`]: the state of a started law -> estimates. The answer is true if there are estimates.
     pub estimates: Record,
     /// [`Running::reset`].
     pub reset: Record,
 }
 
-/// Records a running law. `design` makes it and its guess of the disturbances, of constants or of
+/// Records a running law. `design` creates the law and its guess of the disturbances from constants or from
 /// [numbers](Recorder::number) that any design may hold.
 pub fn whole<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> Whole {
     let law = |recorder: &Recorder| -> Rc<dyn Law> {
@@ -161,10 +162,10 @@ fn report_applied(design: &dyn Fn(&Recorder) -> Rc<dyn Law>, words: &Words) -> R
     })
 }
 
-/// Coefficients that any design may have: inputs with their names, in the order of [`LAYOUT`].
+/// Returns the coefficients of any design: named inputs, in the order of [`LAYOUT`].
 ///
 /// # Panics
-/// If the mask has not O channels.
+/// If the mask does not have O channels.
 pub fn coefficients<const N: usize, const R: usize, const O: usize>(
     recorder: &Recorder,
     mask: u8,
@@ -172,7 +173,7 @@ pub fn coefficients<const N: usize, const R: usize, const O: usize>(
     coefficients_of(mask, &mut |name| recorder.number(name, Role::Argument))
 }
 
-/// Coefficients that `number` gives, by name.
+/// Returns the coefficients that `number` returns by name.
 pub(crate) fn coefficients_of<U: Real, const N: usize, const R: usize, const O: usize>(
     mask: u8,
     number: &mut dyn FnMut(&str) -> U,
@@ -182,7 +183,7 @@ pub(crate) fn coefficients_of<U: Real, const N: usize, const R: usize, const O: 
     Coefficients::from_trusted_numbers(numbers).expect("a name for every coefficient")
 }
 
-/// Records what is done with a running law.
+/// Records a function of a running law.
 fn running(
     design: &dyn Fn(&Recorder) -> Rc<dyn Law>,
     words: &Words,
@@ -210,7 +211,7 @@ fn running(
     })
 }
 
-/// What is around the ticks of a law.
+/// The functions of a law other than its ticks.
 pub(crate) struct Around {
     pub(crate) start: Record,
     pub(crate) not_started: Record,
@@ -219,7 +220,7 @@ pub(crate) struct Around {
     pub(crate) reset: Record,
 }
 
-/// Records what is around the ticks of a law, with all words of its state.
+/// Records the functions of a law other than its ticks, with all state words.
 pub(crate) fn around<D: Recorded>(design: &dyn Fn(&Recorder) -> (D, D::Guess)) -> (Words, Around) {
     let law = |recorder: &Recorder| -> Rc<dyn Law> {
         let (law, guess) = design(recorder);
@@ -256,8 +257,8 @@ impl Around {
     }
 }
 
-/// A law without its type: its state is words, and it takes its sample from the inputs and puts what it gives among the
-/// results by itself. For many shapes there is then little to instantiate.
+/// A control law without its type: its state is words, and it reads its inputs and writes its results itself. Many
+/// configurations then share one instantiation.
 trait Law {
     fn start(&self, recorder: &Recorder) -> Option<Vec<u32>>;
     fn not_started(&self, recorder: &Recorder);
@@ -270,7 +271,7 @@ trait Law {
 
 type ReportApplied = fn(&mut Vec<u32>, Symbol) -> bool;
 
-// The one function of a law that does not get the law.
+// `report_applied` is the only function of a law that has no access to the law.
 thread_local!(static REPORT_APPLIED: Cell<Option<ReportApplied>> = const { Cell::new(None) });
 
 struct Designed<D: Recorded> {
@@ -323,8 +324,8 @@ impl<D: Recorded> Law for Designed<D> {
     }
 }
 
-/// The law that runs: what [`Running`] makes of a [`ControlLaw`] is recorded through it. While a state is `given`
-/// nothing is computed: a start takes it, and the estimates are the words of the state that runs.
+/// The law inside [`Running`], through which `Running` is recorded. While a state is `given` nothing is computed: a
+/// start takes this state, and the estimates are the words of the running state.
 struct Erased {
     law: Rc<dyn Law>,
     given: RefCell<Option<Vec<u32>>>,
@@ -385,35 +386,35 @@ impl ControlLaw for Erased {
 }
 
 impl Functions {
-    /// Does anything but the word itself depend on it? Not on the last b(x) where b is constant.
+    /// Returns whether another value depends on the word. The last b(x) is unused where b is constant.
     fn read(&self, word: &Port) -> bool {
         let Self { state: _, start, tick, not_started, running, report_applied, estimates, reset } = self;
         [start, tick, not_started, running, report_applied, estimates, reset].iter().any(|record| record.reads(word))
     }
 }
 
-/// The words of a state, without `started`, and which of them are kept.
+/// The words of a state without `started`, and which of them are kept.
 pub(crate) struct Words(Vec<Port>, Vec<bool>);
 
 impl Words {
-    /// Those that are kept, and `started`.
+    /// Returns the kept words and `started`.
     pub(crate) fn ports(&self) -> Vec<Port> {
-        self.kept().map(|(word, _)| word.clone()).chain([port(STARTED, Role::State, Kind::Truth)]).collect()
+        self.kept().map(|(word, _)| word.clone()).chain([port(STARTED, Role::State, ValueKind::Truth)]).collect()
     }
 
-    /// The same without one, which is 0 and stays so.
+    /// Returns the words without one that is always 0.
     pub(crate) fn without(&self, name: &str) -> Self {
         let kept = self.0.iter().zip(&self.1).map(|(word, kept)| *kept && word.name != name).collect();
         Self(self.0.clone(), kept)
     }
 
-    /// The state, taken from the inputs.
+    /// Returns the state, taken from the inputs.
     pub(crate) fn state<S: controller_core::Words>(&self, recorder: &Recorder) -> S {
         let words = self.take(recorder);
         recorder.silently(|| S::from_words(&mut words.into_iter())).expect("the words of a state")
     }
 
-    /// Of which kind they are, the first state shows that starts.
+    /// Takes the kinds of the words from the first state that starts.
     fn of(names: &[String], law: &dyn Fn(&Recorder) -> Rc<dyn Law>) -> Self {
         let mut words = Vec::new();
         record(|recorder| {
@@ -427,36 +428,36 @@ impl Words {
         Self(words, kept)
     }
 
-    /// Those that are kept, with their places.
+    /// Returns the kept words with their positions.
     fn kept(&self) -> impl Iterator<Item = (&Port, usize)> {
         self.0.iter().zip(0..).zip(&self.1).filter_map(|(word, kept)| kept.then_some(word))
     }
 
     fn take(&self, recorder: &Recorder) -> Vec<u32> {
         let take = |word: &Port| match word.kind {
-            Kind::Number => StateWord::Number(recorder.number(&word.name, word.role)),
-            Kind::Count => StateWord::Count(recorder.count(&word.name, word.role)),
-            Kind::Truth => StateWord::Truth(recorder.truth(&word.name, word.role)),
+            ValueKind::Number => StateWord::Number(recorder.number(&word.name, word.role)),
+            ValueKind::Count => StateWord::Count(recorder.count(&word.name, word.role)),
+            ValueKind::Truth => StateWord::Truth(recorder.truth(&word.name, word.role)),
         };
         let zero = |word: &Port| match word.kind {
-            Kind::Number => StateWord::Number(Symbol::ZERO),
-            Kind::Count => StateWord::Count(recorder.count_of(0)),
-            Kind::Truth => StateWord::Truth(false),
+            ValueKind::Number => StateWord::Number(Symbol::ZERO),
+            ValueKind::Count => StateWord::Count(recorder.count_of(0)),
+            ValueKind::Truth => StateWord::Truth(false),
         };
         let mut words: Vec<u32> = self.0.iter().map(|word| zero(word).to_word()).collect();
         self.kept().for_each(|(word, at)| words[at] = take(word).to_word());
         words
     }
 
-    /// What the words become; the word 0 is zero of every kind.
+    /// Writes the new values of the words; the word 0 is zero of every kind.
     pub(crate) fn put(&self, recorder: &Recorder, words: &[u32]) {
         for (port, at) in self.kept() {
             match (StateWord::of(words[at]), port.kind) {
-                (StateWord::Number(number), Kind::Number) => recorder.put(&port.name, port.role, number),
-                (StateWord::Count(count), Kind::Count) => recorder.put_count(&port.name, port.role, count),
-                (StateWord::Truth(truth), Kind::Truth) => recorder.put_truth(&port.name, port.role, truth),
-                (StateWord::Truth(false), Kind::Number) => recorder.put(&port.name, port.role, Symbol::ZERO),
-                (StateWord::Truth(false), Kind::Count) => {
+                (StateWord::Number(number), ValueKind::Number) => recorder.put(&port.name, port.role, number),
+                (StateWord::Count(count), ValueKind::Count) => recorder.put_count(&port.name, port.role, count),
+                (StateWord::Truth(truth), ValueKind::Truth) => recorder.put_truth(&port.name, port.role, truth),
+                (StateWord::Truth(false), ValueKind::Number) => recorder.put(&port.name, port.role, Symbol::ZERO),
+                (StateWord::Truth(false), ValueKind::Count) => {
                     recorder.put_count(&port.name, port.role, recorder.count_of(0));
                 }
                 _ => panic!("`{}` changes its kind", port.name),
@@ -524,19 +525,20 @@ where
     }
 }
 
-/// The observed channels, from 1.
+/// Returns the observed channels, from 1.
 fn observed(n: usize, mask: u8) -> impl Iterator<Item = usize> {
     (1..=n).filter(move |i| mask >> (i - 1) & 1 == 1)
 }
 
-/// The names of the coefficients in the order of [`LAYOUT`], with channel and order: `gamma2_1`, `k4_b`, `kx_3`.
+/// Returns the names of the coefficients in the order of [`LAYOUT`], with channel and order: `gamma2_1`, `k4_b`,
+/// `kx_3`.
 fn coefficient_names(n: usize, r: usize, mask: u8) -> Vec<String> {
     let mut names = Vec::new();
     for field in LAYOUT.split_whitespace() {
         match field.split_once('[') {
             None => names.push(field.into()),
             Some((name, "N]")) => names.extend((1..=n).map(|j| format!("{name}_{j}"))),
-            // γ_1 .. γ_r; the rows of sigma and of the law belong to A, B, C.
+            // γ_1 .. γ_r; the rows of σ and of the law belong to A, B, C.
             Some(("gamma", _)) => {
                 names.extend(observed(n, mask).flat_map(|i| (1..=r).map(move |m| format!("gamma{i}_{m}"))));
             }
@@ -549,7 +551,7 @@ fn coefficient_names(n: usize, r: usize, mask: u8) -> Vec<String> {
     names
 }
 
-/// Coefficients that are known, in the order of [`LAYOUT`].
+/// Returns coefficients from numbers, in the order of [`LAYOUT`].
 pub(crate) fn of_numbers<const N: usize, const R: usize, const O: usize>(
     recorder: &Recorder,
     numbers: &[f64],
@@ -560,12 +562,12 @@ pub(crate) fn of_numbers<const N: usize, const R: usize, const O: usize>(
     Coefficients::from_trusted_numbers(numbers).expect("the coefficients of a design")
 }
 
-/// Records a controller with these coefficients, in the order of [`LAYOUT`], and these estimates to start from, in
-/// physical units; behind a gate, if there are limits of samples. `model` is its nominal model over the recording
-/// scalar, made of [constants](Recorder::constant).
+/// Records a controller with these coefficients, in the order of [`LAYOUT`], and these initial estimates in physical
+/// units. With sample limits it is behind a sample gate. `model` is its nominal model over the recording scalar,
+/// created from [constants](Recorder::constant).
 ///
 /// # Panics
-/// If there are too few coefficients, or if the model does more than `+ - * /`, comparisons and `abs`.
+/// If there are too few coefficients, or if the model uses more than `+ - * /`, comparisons and `abs`.
 pub fn controller<M, const N: usize, const R: usize, const MASK: u8, const O: usize>(
     coefficients: &[f64],
     model: &dyn Fn(&Recorder) -> M,
@@ -590,12 +592,12 @@ where
     })
 }
 
-/// Where the nominal a(x)/b_0 and b(x)/b_0 of a recorded chain come from.
+/// Source of the nominal a(x)/b_0 and b(x)/b_0 of a recorded chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drift {
     /// [`controller_core::Linear`]: a product for every state.
     Linear,
-    /// The same without the products with a 0, as [`controller_core::FlexibleJoint`] has it: other signs of zeros.
+    /// `Linear` without the products with 0, as in [`controller_core::FlexibleJoint`]; signs of zeros differ.
     Sparse,
     /// a(x)/b_0 is an argument, `drift`; b is constant.
     Argument,
@@ -608,7 +610,7 @@ pub enum Drift {
 struct Chain<const N: usize> {
     drift: Drift,
     row: [Symbol; N],
-    /// Which entries of the row are not 0.
+    /// Entries of the row that are not 0.
     present: [bool; N],
 }
 
@@ -633,7 +635,7 @@ impl<const N: usize> NominalModel<Symbol, N> for Chain<N> {
 
 macro_rules! linear_of_shape {
     ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
-        /// Records a controller whose nominal model is linear: [`chain`] with [`Drift::Linear`].
+        /// Records a controller with a linear nominal model: [`chain`] with [`Drift::Linear`].
         pub fn linear(
             shape: Shape,
             coefficients: &[f64],
@@ -644,10 +646,10 @@ macro_rules! linear_of_shape {
             chain(shape, coefficients, Drift::Linear, row, guess, samples)
         }
 
-        /// Records the controller of a chain. The coefficients are in the order of [`LAYOUT`], `row`
-        /// is that of a(x)/b_0, if it is linear, and will be called `drift_1`, `drift_2`, .., `guess` are the estimates
-        /// it starts from, `samples` what a sample may be, of which the first n entries are read.
-        /// `None` if there is no such shape, or if a list is too short.
+        /// Records the controller of a chain. The coefficients are in the order of [`LAYOUT`]. `row` is a(x)/b_0, if it
+        /// is linear, with the names `drift_1`, `drift_2`, ... `guess` are the initial estimates. `samples` are the
+        /// sample limits, of which the first n entries are read. Returns `None` if there is no such configuration, or
+        /// if a list is too short.
         pub fn chain(
             shape: Shape,
             coefficients: &[f64],

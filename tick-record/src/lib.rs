@@ -15,6 +15,6 @@ pub mod text;
 #[doc(inline)]
 pub use law::{Drift, Functions, Recorded, Whole, chain, coefficients, controller, functions, linear, tick, whole};
 #[doc(inline)]
-pub use record::{Block, End, Id, Kind, Op, Port, Record, Role, Step, Test, Value, Word};
+pub use record::{Block, End, Id, Op, Port, Record, Role, Step, Test, Value, ValueKind, Word};
 #[doc(inline)]
 pub use recorder::{CountSymbol, Recorder, Symbol, record};

@@ -1,16 +1,16 @@
-//! From the runs of a function to one record: a tree of decisions, and what both branches do is done once.
+//! Merges the runs of a function into one trace: a tree of decisions in which common operations of both branches are
+//! done once.
 //!
-//! 1. The runs share their beginnings: together they are a tree, with a decision at every fork.
-//! 2. From the leaves up the two branches of each decision c are laid side by side. A statement of the source (a kind
-//!    of operation, a place in the text, an equation group) that stands in both becomes one operation; an operand that
-//!    differs becomes `Select(c, yes, no)`. What only one branch has between two such statements is computed always. So
-//!    a clamp, the saturation flag and the estimates that wait become selects, and what follows them is not there
-//!    twice. Where the branches have nothing in common, as beyond the guard, the decision stays one.
-//! 3. Values are put where they are first needed on each way, those that nobody needs are left out.
+//! 1. The runs share their beginnings. Together they are a tree with a decision at every fork.
+//! 2. From the leaves up, the two branches of each decision c are aligned. A source statement (a kind of operation, a
+//!    source location, an equation group) that is in both branches becomes one operation. An operand that differs
+//!    becomes `Select(c, yes, no)`. Operations that one branch has between two common statements are always computed.
+//!    So a clamp, the saturation flag and waiting estimates become selects, and the code after them is not duplicated.
+//!    If the branches have nothing in common, as beyond the guard, the decision remains.
+//! 3. Values are placed where they are first needed on each path. Unused values are left out.
 //!
-//! Whichever statements are laid side by side, the result means the same: under c each operation has the operands of
-//! the one branch, else those of the other, and no operation has another effect than its value. No step changes an
-//! operation on numbers.
+//! Every alignment gives an equal result: under c each operation has the operands of one branch, otherwise the operands
+//! of the other, and no operation has an effect besides its value. No step changes an operation on numbers.
 
 use std::collections::{HashMap, HashSet};
 use std::panic::Location;
@@ -18,14 +18,14 @@ use std::panic::Location;
 use crate::record::{Block, End, Id, Op, Port, Record, Role, Step, Table, Value};
 use crate::recorder::{self, Event, Graph, What};
 
-/// Operations before the end that one branch alone has and that are yet done always: a decision would cost more.
-/// Comparisons do not count: they are what decisions are made of.
+/// Maximum number of operations of one branch before the end that are always computed, since a decision would cost
+/// more. Comparisons do not count, because decisions consist of them.
 const FEW: usize = 4;
-/// Events of both branches between two statements that they share. All of them are done always: else what follows would
-/// stand there twice.
+/// Maximum number of events of both branches between two common statements. All of them are always computed, to avoid
+/// duplicating the code after them.
 const NEAR: usize = 200;
 
-/// Steps and names in a row, and what comes after.
+/// Steps and names in sequence, and the end.
 #[derive(Clone, Debug)]
 struct Draft {
     events: Vec<Event>,
@@ -38,9 +38,9 @@ enum DraftEnd {
     Branch { condition: Id, at: &'static Location<'static>, yes: Box<Draft>, no: Box<Draft> },
 }
 
-type Way = (Vec<Event>, Vec<(Port, Id)>);
+type TracePath = (Vec<Event>, Vec<(Port, Id)>);
 
-pub(crate) fn record(mut graph: Graph, ways: &[Way]) -> Record {
+pub(crate) fn record(mut graph: Graph, ways: &[TracePath]) -> Record {
     let results: Vec<Port> = ways[0].1.iter().map(|(port, _)| port.clone()).collect();
     for (_, puts) in ways {
         assert!(puts.iter().map(|(port, _)| port).eq(&results), "every way has the same results in the same order");
@@ -52,7 +52,7 @@ pub(crate) fn record(mut graph: Graph, ways: &[Way]) -> Record {
     placed(graph, results, &draft)
 }
 
-/// The ways as a tree. What comes before a decision is the same in all ways that come to it.
+/// Returns the paths as a tree. Events before a decision are equal on all paths that reach it.
 fn tree(ways: &[(&[Event], Vec<Id>)]) -> Draft {
     let (first, results) = &ways[0];
     let fork = first.iter().position(|event| matches!(event.what, What::Decide { .. }));
@@ -83,7 +83,7 @@ struct Merge<'a> {
     graph: &'a mut Graph,
 }
 
-/// What a value of a branch has become.
+/// New values of the values of a branch.
 type Becomes = Table<Id>;
 
 impl Merge<'_> {
@@ -100,7 +100,7 @@ impl Merge<'_> {
         }
     }
 
-    /// The value that is `yes` under c, else `no`.
+    /// Returns the value that is `yes` under c, otherwise `no`.
     fn either(&mut self, c: Id, yes: Id, no: Id) -> Id {
         let truth = |graph: &Graph, id| match graph.op(id) {
             Op::Truth(truth) => Some(truth),
@@ -134,7 +134,7 @@ impl Merge<'_> {
         self.graph.value(op)
     }
 
-    /// The value, made of what its operands have become.
+    /// Returns the value with its new operands.
     fn rewritten(&mut self, id: Id, becomes: &mut Becomes) -> Id {
         if let Some(now) = becomes.get(id) {
             return now;
@@ -151,7 +151,7 @@ impl Merge<'_> {
         now
     }
 
-    /// The event with its value's operands as they have become.
+    /// Returns the event with the new operands of its value.
     fn event(&mut self, event: Event, becomes: &mut Becomes) -> Event {
         let what = match event.what {
             What::Compute(id) => What::Compute(self.rewritten(id, becomes)),
@@ -177,7 +177,7 @@ impl Merge<'_> {
         Draft { events, end }
     }
 
-    /// The same statement of the source?
+    /// Returns whether both events are one source statement.
     fn same_statement(&self, a: &Event, b: &Event) -> bool {
         a.at == b.at
             && a.section == b.section
@@ -209,7 +209,7 @@ impl Merge<'_> {
         events.iter().map(cost).sum()
     }
 
-    /// How many events of each side come before the next statement of both, or before both ends.
+    /// Returns the number of events of each branch before the next common statement, or before both ends.
     fn gap(&self, yes: &[Event], no: &[Event]) -> Option<(usize, usize)> {
         let near = NEAR.min(yes.len() + no.len());
         (0..=near).flat_map(|both| (0..=both).map(move |i| (i, both - i))).find(|&(i, j)| {
@@ -227,7 +227,7 @@ impl Merge<'_> {
         })
     }
 
-    /// One draft of the two branches of a decision.
+    /// Returns one draft of the two branches of a decision.
     fn merged(&mut self, c: Id, at: &'static Location<'static>, yes: Draft, no: Draft) -> Draft {
         if let Some(draft) = self.joint(c, at, &yes, &no) {
             return draft;
@@ -287,7 +287,7 @@ impl Merge<'_> {
         Draft { events, end }
     }
 
-    /// Two decisions that are one: both must hold, or one of them must.
+    /// Returns one decision for two nested ones: both must hold, or one of them.
     fn joint(&mut self, c: Id, at: &'static Location<'static>, yes: &Draft, no: &Draft) -> Option<Draft> {
         if let DraftEnd::Branch { condition: d, yes: inner, no: other, .. } = &yes.end
             && self.cost(&yes.events) <= FEW
@@ -309,7 +309,7 @@ impl Merge<'_> {
     }
 }
 
-/// The same values in the same order?
+/// Returns whether both drafts have equal values in equal order.
 fn same(a: &Draft, b: &Draft) -> bool {
     a.events.iter().map(|event| event.what).eq(b.events.iter().map(|event| event.what))
         && match (&a.end, &b.end) {
@@ -322,7 +322,7 @@ fn same(a: &Draft, b: &Draft) -> bool {
         }
 }
 
-/// Puts values where they are first needed and numbers them in that order.
+/// Places values where they are first needed and numbers them in that order.
 fn placed(graph: Graph, results: Vec<Port>, draft: &Draft) -> Record {
     let (names, number) = (HashMap::new(), HashMap::new());
     let mut place = Place { graph: &graph, results: &results, names, number, values: Vec::new() };
@@ -358,7 +358,7 @@ impl Place<'_> {
         }
     }
 
-    /// The number of a value in the record.
+    /// Returns the number of a value in the trace.
     fn numbered(&mut self, id: Id) -> Id {
         if let Some(number) = self.number.get(&id) {
             return *number;
@@ -372,7 +372,7 @@ impl Place<'_> {
         number
     }
 
-    /// What a draft needs, operands of operands too.
+    /// Collects the values that a draft needs, including operands of operands.
     fn live(&self, draft: &Draft, live: &mut HashSet<Id>) {
         let mut open = match &draft.end {
             DraftEnd::Return(results) => results.clone(),
@@ -393,7 +393,7 @@ impl Place<'_> {
         matches!(self.graph.op(id), Op::Input(_) | Op::Constant(_) | Op::Truth(_) | Op::CountOf(_))
     }
 
-    /// What no event computes and yet the events of this draft need: selects of what two branches had.
+    /// Returns the values that events of this draft need but no event computes: selects of values of two branches.
     fn between(&self, draft: &Draft, live: &HashSet<Id>) -> Vec<Id> {
         let computed = |event: &Event| match event.what {
             What::Compute(id) if live.contains(&id) => Some(id),
@@ -414,7 +414,7 @@ impl Place<'_> {
         between
     }
 
-    /// A word of the state that is set to what it is known to be stays as it was.
+    /// Leaves a state word unchanged if it is set to its known value.
     fn kept(&self, id: Id, port: &Port, known: &HashMap<Id, bool>) -> Id {
         let (Op::Truth(truth), Role::State) = (self.graph.op(id), port.role) else { return id };
         let own = |of: Id| matches!(self.graph.op(of), Op::Input(at) if self.graph.inputs[at].name == port.name);
@@ -433,7 +433,7 @@ impl Place<'_> {
         steps.push(Step { value: self.numbered(id), section });
     }
 
-    /// `known`: what the decisions on the way to this block have answered.
+    /// `known` holds the answers of the decisions on the path to this block.
     fn block(&mut self, draft: &Draft, ready: &HashSet<Id>, known: &HashMap<Id, bool>) -> Block {
         let (mut ready, mut live, mut steps) = (ready.clone(), HashSet::new(), Vec::new());
         self.live(draft, &mut live);
@@ -449,7 +449,7 @@ impl Place<'_> {
             if live.contains(&value) {
                 self.put(value, section, &mut ready, &mut steps);
             }
-            // A select stands where what it selects has been computed.
+            // A select stands where its operands have been computed.
             for &id in &between {
                 let computed = |id: &Id| ready.contains(id) || self.is_given(*id);
                 if self.graph.op(id).operands().all(|operand| computed(&operand)) {

@@ -1,6 +1,6 @@
-//! The monitors around a drive as a record, around any law at all: what goes out of the law comes in, and so do the
-//! thresholds. What holds of this record holds for every drive, design and threshold. Around the record of a drive's
-//! tick it is that of the tick with its monitors ([`watched`]).
+//! Trace of the monitors around a drive, for any control law: the outputs of the law and the thresholds are inputs.
+//! Claims about this trace hold for every drive, design and threshold. [`watched`] joins it with the trace of a drive's
+//! tick to the trace of the monitored tick.
 
 use controller_core::drive::{Monitored, WatchTicks, Watched};
 use controller_core::{ControlLaw, Health, Output, Real, RetuneError, Words};
@@ -8,13 +8,13 @@ use controller_core::{ControlLaw, Health, Output, Real, RetuneError, Words};
 use crate::drive::QUEUED;
 use crate::joined::{Given, Joined};
 use crate::law::{self, Recorded};
-use crate::record::{Id, Kind, Op, Port, Record, Role};
+use crate::record::{Id, Op, Port, Record, Role, ValueKind};
 use crate::recorder::{Recorder, Symbol, port};
 
-/// A law of which nothing is known: its output is an input.
+/// A control law without assumptions: its output is an input.
 struct AnyLaw<const E: usize>;
 
-/// The disturbances that it sees after its tick, and the speed of the driven shaft.
+/// The disturbances after its tick, and the speed of the driven shaft.
 #[derive(Clone)]
 struct Seen<const E: usize>([Symbol; E], Symbol);
 
@@ -28,7 +28,7 @@ impl<const E: usize> Words for Seen<E> {
     }
 }
 
-/// What it may say of itself.
+/// Status flags of the law.
 const SAID: [(&str, Health); 5] = [
     ("law_rejected", Health::INPUT_REJECTED),
     ("law_saturated", Health::SATURATED),
@@ -37,7 +37,7 @@ const SAID: [(&str, Health); 5] = [
     ("law_waits", Health::WAITS),
 ];
 
-/// What the law has put out, of its health these bits.
+/// Returns the output of the law with these status bits.
 fn said(bits: u16) -> Output<Symbol> {
     let mut health = Health::OK;
     for (name, flag) in SAID.into_iter().filter(|(_, flag)| flag.bits() & bits != 0) {
@@ -112,7 +112,7 @@ impl<const E: usize> Watched<E> for AnyLaw<E> {
     }
 }
 
-/// What a drive with its monitors says.
+/// Status flags of a monitored drive.
 const FLAGS: [(&str, Health); 12] = [
     ("input_rejected", Health::INPUT_REJECTED),
     ("saturated", Health::SATURATED),
@@ -128,16 +128,16 @@ const FLAGS: [(&str, Health); 12] = [
     ("brakes", Health::BRAKES),
 ];
 
-/// What monitors count to, as they are called.
+/// Names of the tick thresholds of the monitors.
 pub const TICKS: [&str; 4] = ["stuck_ticks", "wrong_way_ticks", "patience_ticks", "brake_ticks"];
 
-/// The same as numbers.
+/// Returns the tick thresholds as numbers.
 pub fn ticks<T>(of: impl FnMut(&'static str) -> T) -> WatchTicks<T> {
     let [stuck, wrong_way, patience, brake] = TICKS.map(of);
     WatchTicks { stuck, wrong_way, patience, brake }
 }
 
-/// Puts what the monitors make of an output among the results.
+/// Adds the output of the monitors to the results.
 fn put_answer(recorder: &Recorder, output: &Output<Symbol>) {
     for (name, number) in [("u", output.u), ("sigma", output.sigma), ("sigma_star", output.sigma_star)] {
         recorder.put(name, Role::Output, number);
@@ -159,14 +159,18 @@ impl<const E: usize> Recorded for Monitored<AnyLaw<E>, E> {
     fn put_estimates(_: &Recorder, _: Option<&()>) {}
 }
 
-/// Records what the monitors of E shafts make of what a law put out (`law_u`, `law_sigma`, `law_saturated`, ..), of the
-/// disturbances `d1`, .. and the speed `v` that it sees, of the `gain`, of 1/gain as `per_gain`, of the
-/// present limits `u_min`, `u_max` of its input and those of the design, `nominal_min`, `nominal_max`, and of the
-/// thresholds `d1_bound`, .., `sigma_star_bound`, [`TICKS`] and of `brake`, the u per unit of speed while it brakes.
-/// The alarms `stops_at` stop the drive. A tick with a sample and one without are the same to them.
+/// Records the monitors of E shafts. The inputs are:
+///
+/// * the output of a law: `law_u`, `law_sigma`, `law_saturated`, ...,
+/// * the disturbances `d1`, .. and the speed `v`,
+/// * the `gain` and its inverse `per_gain`,
+/// * the present limits of u, `u_min` and `u_max`, and the limits of the design, `nominal_min` and `nominal_max`,
+/// * the thresholds `d1_bound`, .., `sigma_star_bound`, [`TICKS`], and `brake`, the u per unit of speed during a brake.
+///
+/// The alarms `stops_at` stop the drive. Ticks with and without a sample are treated equally.
 ///
 /// # Panics
-/// Never: each part has the results that are asked for.
+/// Never: each part has the required results.
 pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     let design = |recorder: &Recorder| {
         let bounds = core::array::from_fn(|i| recorder.number(&format!("d{}_bound", i + 1), Role::Argument));
@@ -174,7 +178,7 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
         let watched = Monitored::from_parts(AnyLaw::<E>, bounds, sigma_star, ticks(argument), argument("brake"));
         watched.stopping_at(stops_at)
     };
-    // A way through all of it at once is one of too many.
+    // Recording all parts at once has too many paths.
     let part = |f: &dyn Fn(&Recorder, &Monitored<AnyLaw<E>, E>, &mut StateOf<E>)| law::part(&design, f);
     let truth = |name: &str| Recorder::of_this_thread().truth(name, Role::Between);
     let slowing_of = || (Recorder::of_this_thread().number("slowing", Role::Between), truth("is_short"));
@@ -225,15 +229,15 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     let slowed = joined.call(&slow_down, &|port| braked.get(&port.name, port.role).or_else(|| of_slowing(port)));
     let waited = joined.call(&waits, &|_| None);
     let is_braking = joined.call(&braking, &|_| None).get("is_braking", Role::Between).expect("whether it brakes");
-    let is_waiting = joined.input("law_waits", Role::Argument, Kind::Truth);
+    let is_waiting = joined.input("law_waits", Role::Argument, ValueKind::Truth);
     let is_calm = joined.call(&calm, &|_| None).get("is_calm", Role::Between).expect("whether it is calm");
-    let stopped = joined.input("stopped", Role::State, Kind::Truth);
+    let stopped = joined.input("stopped", Role::State, ValueKind::Truth);
     let [yes, no] = [true, false].map(|truth| joined.constant(Op::Truth(truth)));
     let zero = joined.constant(Op::Constant(0.0));
     let mut results = Vec::new();
     for (port, answer) in answered.all() {
         let mut input = |name: &str, kind| joined.input(name, Role::Argument, kind);
-        // Of a tick that is not looked into, and of a drive that has stopped.
+        // Values for a tick that is not checked, and for a stopped drive.
         let (calm, at_rest) = match port.role {
             Role::State => {
                 let before = joined.input(&port.name, port.role, port.kind);
@@ -241,13 +245,13 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
             }
             Role::Flag(bit) => {
                 let told = SAID.iter().find(|(_, flag)| flag.bits() == 1 << bit);
-                let told = told.map_or(no, |(name, _)| input(name, Kind::Truth));
+                let told = told.map_or(no, |(name, _)| input(name, ValueKind::Truth));
                 let flags = Health::INPUT_REJECTED | Health::STOPPED;
                 (told, if flags.bits() >> bit & 1 == 1 { yes } else { no })
             }
             _ => {
-                let told = input(&format!("law_{}", port.name), Kind::Number);
-                (told, if port.name == "u" { input("fallback", Kind::Number) } else { zero })
+                let told = input(&format!("law_{}", port.name), ValueKind::Number);
+                (told, if port.name == "u" { input("fallback", ValueKind::Number) } else { zero })
             }
         };
         let handed_on = port.role == Role::Flag(Health::POSITION_STEPPED.bits().trailing_zeros() as u8);
@@ -261,26 +265,26 @@ pub fn monitor<const E: usize>(stops_at: Health) -> Record {
     joined.record(results)
 }
 
-/// The state of a drive of which nothing is known, with its monitors.
+/// The state of a drive without assumptions, with its monitors.
 type StateOf<const E: usize> = <Monitored<AnyLaw<E>, E> as ControlLaw>::State;
 
-/// The words that the monitors add to the state of a drive with so many shafts, before its own.
+/// Returns the words that the monitors add before the state of a drive with this number of shafts.
 pub fn state(shafts: usize) -> Vec<Port> {
     let numbers =
         ["counted", "stuck", "last_sigma", "swings", "against", "last_speed", "over", "braking", "brake_most"];
     let numbers = numbers.map(String::from);
     let sides = (1..=shafts).map(|shaft| format!("side{shaft}"));
-    let number = |name: String| port(&name, Role::State, Kind::Number);
-    let stopped = port("stopped", Role::State, Kind::Truth);
+    let number = |name: String| port(&name, Role::State, ValueKind::Number);
+    let stopped = port("stopped", Role::State, ValueKind::Truth);
     [stopped].into_iter().chain(numbers.into_iter().chain(sides).map(number)).collect()
 }
 
-/// Joins the tick of a drive with its monitors, of the records of its `tick`, of what it puts out before it has
-/// started, of its `limits`, and of the monitors ([`monitor`]). `before` is the state that it begins with, of all words
-/// of it; `shafts` is what the name of each disturbance ends with.
+/// Joins the tick of a drive with its monitors. The inputs are the traces of its `tick`, of its output before the
+/// start, of its `limits`, and of the monitors ([`monitor`]). `before` holds all words of the initial state. `shafts`
+/// are the suffixes of the names of the disturbances.
 ///
 /// # Panics
-/// If the records are not those of a drive and of monitors for so many shafts.
+/// If the traces do not belong to a drive and to monitors for this number of shafts.
 pub fn watched(
     joined: &mut Joined,
     [tick, not_started, limits, monitors]: [&Record; 4],
@@ -327,10 +331,10 @@ pub fn watched(
     .cloned()
     .collect();
     let (brakes, u) = (judged.get_flag(Health::BRAKES), judged.get("u", Role::Output));
-    // What was commanded last: the newest of those that are under way.
+    // The last command is the newest one in the queue.
     let commanded = QUEUED.into_iter().rev().find(|name| told.get(name, Role::State).is_some()).unwrap_or("held");
     let zero = joined.constant(Op::Constant(0.0));
-    // A drive that has stopped stays as it is; one that brakes has put out another u, and begins anew from there.
+    // A stopped drive keeps its state. A braking drive has put out another u, and continues from there.
     for (port, id) in told.all().filter(|(port, _)| port.role == Role::State) {
         let instead = if port.name == "offset" { Some(zero) } else { u.filter(|_| port.name == commanded) };
         let id = match (brakes, instead) {

@@ -1,7 +1,7 @@
-//! What a planned way of a drive computes, as records: the sine, the polynomial of a join, and its coefficients.
+//! Traces of the planned moves of a drive: the sine, the polynomial of a transition, and its coefficients.
 //!
-//! The first two are part of every tick, in the precision of the law. The coefficients are found once for each plan, in
-//! f64. Which half of a join a tick is in, and whether it is over, has no operation on numbers.
+//! Sine and polynomial are part of every tick, in the precision of the law. The coefficients are computed once per
+//! plan, in f64. The choice of the half of a transition, and the check of its end, contain no operation on numbers.
 
 use controller_core::drive::{jet_of_profile, jet_of_sine, jet_of_way, powers_of_join};
 use controller_core::{Real, Sealed};
@@ -10,23 +10,23 @@ use crate::drive::JET;
 use crate::record::{Record, Role};
 use crate::recorder::{Recorder, Symbol, record};
 
-/// A plan that takes over r and its derivatives, `M` of them.
+/// A plan for r and its derivatives, `M` values in all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanFunctions {
-    /// `phase` (2^-32 turns), `amplitude`, `omega` -> jet.
+    /// `phase` (2^-32 revolutions), `amplitude`, `omega` -> trajectory point.
     pub sine: Record,
-    /// `ticks` of the way that are done or left, `per_tick`, `rate`, the `rest` of its position in 2^-32 turns, by how
-    /// much of a tick it is `early` (2^-32) and what that is in s (`instant_s`), `power_0`.. and the jet of the goal,
-    /// `goal_r`.. -> jet.
+    /// `ticks` done or left, `per_tick`, `rate`, the `rest` of its position in 2^-32 revolutions, the lead `early` in
+    /// 2^-32 ticks and in s (`instant_s`), `power_0`.. and the trajectory point of the goal, `goal_r`.. -> trajectory
+    /// point.
     pub join: Record,
-    /// `moved_0`.. (whole number and rest of the last M - 1 ticks), `behind_0`, `behind_1`, `rest`, `part_rad`, `per_s`
-    /// -> jet of a profile with M - 1 averages.
+    /// `moved_0`.. (integer part and rest of the last M - 1 ticks), `behind_0`, `behind_1`, `rest`, `part_rad`, `per_s`
+    /// -> trajectory point of a profile with M - 1 averages.
     pub profile: Record,
-    /// `gap_0`.., `tau_s` -> `s_0`.. in powers of what is done, `left_0`.. of what is left. In f64.
+    /// `gap_0`.., `tau_s` -> `s_0`.. in powers of the part done, `left_0`.. of the part left. In f64.
     pub powers: Record,
 }
 
-/// Records it.
+/// Records a plan.
 pub fn plan<const M: usize>() -> PlanFunctions {
     let number = |recorder: &Recorder, name: &str| recorder.number(name, Role::Argument);
     let put = |recorder: &Recorder, jet: [Symbol; M]| {

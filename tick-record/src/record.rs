@@ -1,80 +1,80 @@
-//! A function as a list of operations on numbers of one precision, and what it means.
+//! A function as a list of operations on numbers of one precision, and its semantics.
 //!
-//! # Meaning
-//! * A [number](Kind::Number) is an IEEE 754 value, f32 or f64; which of them is said when the record is run or written
-//!   out, and is the same for all numbers. Every arithmetic operation is *one* rounding to nearest, ties to even, with
+//! # Semantics
+//! * A [number](Kind::Number) is an IEEE 754 value, f32 or f64. The precision is chosen when the trace is run or
+//!   written, and is equal for all numbers. Every arithmetic operation is *one* rounding to nearest, ties to even, with
 //!   subnormal numbers, on any bit pattern. Nothing is fused, reassociated or simplified.
-//! * What is not a number is *a* NaN: its sign and payload mean nothing. Every comparison with a NaN is false but
-//!   [`Test::NotEqual`]. So `!(a <= b)` is not `a > b`, and a record keeps the one that was written.
+//! * A value that is not a number is *a* NaN; its sign and payload have no meaning. Every comparison with a NaN is
+//!   false except [`Test::NotEqual`]. So `!(a <= b)` differs from `a > b`, and a trace keeps the form of the source.
 //! * A constant is its f64 rounded to the precision.
-//! * Operations have no other effect. They may be computed where their value is not used: [`Op::Select`] looks at all
-//!   of its operands and takes one of two.
+//! * Operations have no other effect. They may be computed where their value is not used: [`Op::Select`] evaluates all
+//!   of its operands and returns one of two.
 //!
 //! # Invariants
-//! * An operand has a lower [`Id`] than the operation, and is an input, a constant, or stands in an earlier
-//!   [`Step`] of the same block or of one that leads to it.
-//! * No value stands twice on a way from the first step to a [`Return`](End::Return); two blocks of which one only is
-//!   executed may both have it.
-//! * Every step is used by a later one, by a [`Branch`](End::Branch) or by a return.
+//! * An operand has a lower [`Id`] than the operation. It is an input, a constant, or is in an earlier [`Step`] of the
+//!   same block or of a block that leads to it.
+//! * No value occurs twice on a path from the first step to a [`Return`](End::Return). Two blocks of which only one is
+//!   executed may both contain it.
+//! * Every step is used by a later step, by a [`Branch`](End::Branch) or by a return.
 //! * Every return has one value for each of the [`results`](Record::results), in that order.
 
 use controller_core::{Count, Real};
 
-/// What a value is.
+/// Kind of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum ValueKind {
     /// f32 or f64.
     Number,
     /// True or false.
     Truth,
-    /// 32 bits of a counter that wraps.
+    /// 32 bits of a wrapping counter.
     Count,
 }
 
-/// Where an input comes from, where a result goes.
+/// Source of an input, or destination of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
-    /// Part of the sample, counted from 0.
+    /// An entry of the sample, counted from 0.
     Sample(usize),
-    /// A word of the state. As a result it is what the word becomes.
+    /// A state word. As a result it is the new value of the word.
     State,
-    /// An argument that is no sample.
+    /// An argument that is not part of the sample.
     Argument,
-    /// Handed by one part of a tick to the next: a result of the one, an input of the other.
+    /// A value between two parts of a tick: a result of one, an input of the other.
     Between,
     /// Part of the output.
     Output,
-    /// An estimate of this row and column, both from 0.
+    /// An estimate in this row and column, both from 0.
     Estimate(usize, usize),
-    /// A flag of the health, by its bit.
+    /// A status flag, by its bit.
     Flag(u8),
-    /// What the function answers.
+    /// The return value of the function.
     Answer,
 }
 
 /// An input or a result.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Port {
-    /// Its name, without the function's.
+    /// Name, without the name of the function.
     pub name: String,
-    /// Where it comes from or goes.
+    /// Source or destination.
     pub role: Role,
-    /// What it is.
-    pub kind: Kind,
+    /// Kind of the value.
+    pub kind: ValueKind,
 }
 
-/// Names a value of a [`Record`]: its place in [`Record::values`].
+/// Identifier of a value of a [`Record`]: its index in [`Record::values`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct Id(pub(crate) u32);
 
 impl Id {
-    /// The place in [`Record::values`].
+    /// Returns the index in [`Record::values`].
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// Something for each of many values.
+/// A table with an entry for each of many values.
 pub(crate) struct Table<T>(Vec<Option<T>>);
 
 impl<T: Copy> Table<T> {
@@ -94,7 +94,7 @@ impl<T: Copy> Table<T> {
     }
 }
 
-/// A comparison, as it is written.
+/// A comparison as in the source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Test {
     /// `<`
@@ -112,7 +112,7 @@ pub enum Test {
 }
 
 impl Test {
-    /// The answer, for numbers of any precision.
+    /// Returns the result of the comparison for numbers of any precision.
     pub fn of<T: PartialOrd>(self, a: &T, b: &T) -> bool {
         match self {
             Self::Less => a < b,
@@ -125,53 +125,53 @@ impl Test {
     }
 }
 
-/// One operation of a record.
+/// One operation of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Op {
-    /// One of [`Record::inputs`], by its place.
+    /// One of [`Record::inputs`], by its index.
     Input(usize),
-    /// This number, rounded to the precision.
+    /// A number, rounded to the precision.
     Constant(f64),
-    /// Always true, or always false.
+    /// A constant truth value.
     Truth(bool),
-    /// Always this count.
+    /// A constant count.
     CountOf(u32),
-    /// The other sign, of a zero too.
+    /// Negation, including the sign of zero.
     Neg(Id),
-    /// Without its sign.
+    /// Absolute value.
     Abs(Id),
     /// Sum, rounded once.
     Add(Id, Id),
-    /// The first less the second, rounded once.
+    /// Difference, first minus second, rounded once.
     Sub(Id, Id),
     /// Product, rounded once.
     Mul(Id, Id),
-    /// The first by the second, rounded once.
+    /// Quotient, first by second, rounded once.
     Div(Id, Id),
     /// Comparison of two numbers.
     Compare(Test, Id, Id),
-    /// Are both true?
+    /// Logical and.
     And(Id, Id),
-    /// One of them, or both.
+    /// Logical or.
     Or(Id, Id),
-    /// Is it false?
+    /// Logical not.
     Not(Id),
-    /// If the first holds the second, else the third: the bits, nothing is computed.
+    /// The bits of the second value if the first holds, otherwise of the third; nothing is computed.
     Select(Id, Id, Id),
-    /// The first less the second, modulo 2^32.
+    /// Difference of two counts, first minus second, modulo 2^32.
     CountSince(Id, Id),
     /// Sum of two counts, modulo 2^32.
     CountPlus(Id, Id),
-    /// The low bits of a count, 1..=32 of them, with the highest of them in all bits above (two's complement).
+    /// The low bits of a count, 1..=32 of them, sign-extended (two's complement).
     CountSigned(Id, u32),
-    /// So many of the last as there are whole ones of the other (more than 0) in a count, with its sign, modulo 2^32.
+    /// Number of whole units (second, more than 0) in a signed count, times the third, modulo 2^32.
     CountWhole(Id, u32, u32),
-    /// A count as a number with a sign (two's complement), rounded once.
+    /// A signed count (two's complement) as a number, rounded once.
     NumberOf(Id),
 }
 
 impl Op {
-    /// What it needs, in order.
+    /// Returns the operands in order.
     pub fn operands(&self) -> impl Iterator<Item = Id> + use<> {
         let all = match *self {
             Self::Input(_) | Self::Constant(_) | Self::Truth(_) | Self::CountOf(_) => [None; 3],
@@ -195,7 +195,7 @@ impl Op {
         all.into_iter().flatten()
     }
 
-    /// The same operation on other operands.
+    /// Returns the operation with other operands.
     #[must_use]
     pub fn map(&self, mut to: impl FnMut(Id) -> Id) -> Self {
         match *self {
@@ -220,56 +220,56 @@ impl Op {
     }
 }
 
-/// A value: what it is made by, and what it is called, if it has a name. Names of constants are their identity: two of
-/// one number stay two. Names of steps may repeat, where a sum grows under one name.
+/// A value: its operation, and its name if it has one. Constants are identified by their names: two constants of one
+/// number stay two. Names of steps may repeat, where a sum grows under one name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
-    /// What makes it.
+    /// Operation that computes the value.
     pub op: Op,
-    /// Its name in the formulas: `e4`, `sigma_star`, `gamma2_1`.
+    /// Name in the formulas: `e4`, `sigma_star`, `gamma2_1`.
     pub name: Option<String>,
 }
 
 /// One operation in its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// What is computed.
+    /// The computed value.
     pub value: Id,
-    /// The group of equations it belongs to; empty before the first.
+    /// The group of equations; empty before the first.
     pub section: &'static str,
 }
 
-/// Steps in a row, and what comes after.
+/// A sequence of steps and its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// In an order that may be executed as it stands, which is that of the source.
+    /// The steps in an executable order, as in the source.
     pub steps: Vec<Step>,
-    /// What comes after.
+    /// The end of the block.
     pub end: End,
 }
 
-/// What comes after the steps of a block.
+/// The end of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub enum End {
-    /// The end: a value for every result.
+    /// The end of the function: a value for every result.
     Return(Vec<Id>),
-    /// One of two blocks.
+    /// A choice of two blocks.
     Branch {
-        /// The value that decides.
+        /// The condition.
         condition: Id,
-        /// Where it holds.
+        /// The block if the condition holds.
         yes: Box<Block>,
-        /// Where it does not.
+        /// The block if it does not hold.
         no: Box<Block>,
     },
 }
 
-/// A function: inputs, operations, results. The page of this module says what it means.
+/// A function: inputs, operations, results. The module page defines its semantics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// What comes in; those that no operation reads are named too.
+    /// Inputs, including the ones that no operation reads.
     pub inputs: Vec<Port>,
-    /// What goes out.
+    /// Results.
     pub results: Vec<Port>,
     /// Every value, operands first.
     pub values: Vec<Value>,
@@ -287,19 +287,19 @@ impl Block {
     }
 }
 
-/// A value of a running record.
+/// A value during a run of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Word<T> {
     /// A number of the precision.
     Number(T),
     /// True or false.
     Truth(bool),
-    /// A count that wraps.
+    /// A wrapping count.
     Count(i32),
 }
 
 impl<T: Real> Word<T> {
-    /// The number; NaN for what is none.
+    /// Returns the number; NaN for another kind.
     pub fn number(self) -> T {
         match self {
             Self::Number(number) => number,
@@ -307,12 +307,12 @@ impl<T: Real> Word<T> {
         }
     }
 
-    /// The truth; false for what is none.
+    /// Returns the truth value; false for another kind.
     pub fn truth(self) -> bool {
         matches!(self, Self::Truth(true))
     }
 
-    /// The count; 0 for what is none.
+    /// Returns the count; 0 for another kind.
     pub fn count(self) -> i32 {
         match self {
             Self::Count(count) => count,
@@ -322,25 +322,25 @@ impl<T: Real> Word<T> {
 }
 
 impl Record {
-    /// The value of an id.
+    /// Returns the value of an id.
     pub fn value(&self, id: Id) -> &Value {
         &self.values[id.index()]
     }
 
-    /// What a value is.
-    pub fn kind(&self, id: Id) -> Kind {
+    /// Returns the kind of a value.
+    pub fn kind(&self, id: Id) -> ValueKind {
         match self.value(id).op {
             Op::Input(at) => self.inputs[at].kind,
-            Op::Truth(_) | Op::Compare(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => Kind::Truth,
+            Op::Truth(_) | Op::Compare(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => ValueKind::Truth,
             Op::CountOf(_) | Op::CountSince(..) | Op::CountPlus(..) | Op::CountSigned(..) | Op::CountWhole(..) => {
-                Kind::Count
+                ValueKind::Count
             }
             Op::Select(_, a, _) => self.kind(a),
-            _ => Kind::Number,
+            _ => ValueKind::Number,
         }
     }
 
-    /// A constant of the design, by its name.
+    /// Returns a constant of the design by its name.
     pub fn constant(&self, name: &str) -> Option<f32> {
         self.values.iter().find_map(|value| match value.op {
             Op::Constant(number) if value.name.as_deref() == Some(name) => Some(number as f32),
@@ -348,12 +348,12 @@ impl Record {
         })
     }
 
-    /// Where in [`inputs`](Self::inputs) this name is.
+    /// Returns the index of this name in [`inputs`](Self::inputs).
     pub fn input(&self, name: &str) -> Option<usize> {
         self.inputs.iter().position(|port| port.name == name)
     }
 
-    /// Does anything but this word of the state itself depend on it?
+    /// Returns whether another result depends on this state word.
     pub(crate) fn reads(&self, word: &Port) -> bool {
         let Some(at) = self.inputs.iter().position(|port| port == word) else { return false };
         let mut open = Vec::new();
@@ -373,10 +373,10 @@ impl Record {
         self.values.iter().zip(seen).any(|(value, seen)| seen && value.op == Op::Input(at))
     }
 
-    /// Executes it: the results for these inputs.
+    /// Runs the trace and returns the results for these inputs.
     ///
     /// # Panics
-    /// If there is not one word of the right kind for every input.
+    /// If an input lacks a word of the right kind.
     pub fn run<T: Real<Count = i32>>(&self, inputs: &[Word<T>]) -> Vec<Word<T>> {
         assert_eq!(inputs.len(), self.inputs.len(), "a word for every input");
         let mut words: Vec<Option<Word<T>>> = vec![None; self.values.len()];

@@ -1,11 +1,11 @@
-//! The recording scalar, and the runs from which a record is made.
+//! The recording scalar, and the runs from which a trace is made.
 //!
-//! A [`Symbol`] is a number whose value nobody knows yet: an operation on it is written down. Only a comparison has to
-//! be answered at once, so the function is run once for every possible row of answers (the first run says "true" to
-//! all), and [`merge`](crate::merge) makes one record of what the runs have written.
+//! A [`Symbol`] is a number without a value: an operation on it is recorded. Only a comparison needs an answer at once.
+//! The function is therefore run once for every possible sequence of answers; the first run answers "true" to all.
+//! [`merge`](crate::merge) makes one trace of the recorded runs.
 //!
-//! Every event remembers the line of the source it comes from. The same line in two runs is the same statement, also
-//! where its operands differ: that is how the runs are laid side by side.
+//! Every event stores its source line. One line in two runs is one statement, even if its operands differ. The runs are
+//! aligned by these lines.
 
 use std::cell::RefCell;
 use std::cmp::Ordering;
@@ -18,17 +18,17 @@ use std::panic::Location;
 use controller_core::{Count, Real, Sealed};
 
 use crate::merge;
-use crate::record::{Id, Kind, Op, Port, Record, Role, Table, Test, Value};
+use crate::record::{Id, Op, Port, Record, Role, Table, Test, Value, ValueKind};
 
-/// A number of a tick that is being recorded. It lives inside [`record`] only.
+/// A number of a tick during recording. It is valid inside [`record`] only.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Symbol(pub(crate) Id);
 
-/// A count of a tick that is being recorded.
+/// A count of a tick during recording.
 #[derive(Clone, Copy, Debug)]
 pub struct CountSymbol(pub(crate) Id);
 
-/// Counts are the same if their difference is 0, as a number too: no rounding makes another count 0.
+/// Two counts are equal if their difference is 0 as a number; no rounding makes another count 0.
 impl PartialEq for CountSymbol {
     #[track_caller]
     fn eq(&self, other: &Self) -> bool {
@@ -49,18 +49,18 @@ impl PartialEq for CountSymbol {
 pub(crate) const ZERO: Id = Id(0);
 pub(crate) const HALF: Id = Id(1);
 
-/// What one run writes down.
+/// An event of one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum What {
     /// A value is computed.
     Compute(Id),
-    /// A value gets a name; one that the source gives goes before one that a sum inherits from its first part.
+    /// A value gets a name. A name from the source has priority over a name that a sum inherits from its first part.
     Name { value: Id, name: usize, given: bool },
-    /// A comparison, or an input that is true or false, is answered.
+    /// A comparison, or a truth input, is answered.
     Decide { condition: Id, answer: bool },
 }
 
-/// An event, where in the source it was, of which channel, and the equation group.
+/// An event with its source location, its channel and its equation group.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Event {
     pub(crate) what: What,
@@ -69,7 +69,7 @@ pub(crate) struct Event {
     pub(crate) section: &'static str,
 }
 
-/// Every value of every run, each once: the same operation on the same operands is the same value.
+/// Every value of every run, each once: one operation on the same operands is one value.
 #[derive(Default)]
 pub(crate) struct Graph {
     pub(crate) values: Vec<Value>,
@@ -78,7 +78,7 @@ pub(crate) struct Graph {
     known: HashMap<Key, Id, BuildHasherDefault<Mixed>>,
 }
 
-/// Multiply and rotate: the library's hash withstands an attacker, and takes a third of a recording.
+/// A multiply-and-rotate hash. The hash of the standard library resists attacks and takes a third of a recording.
 #[derive(Default)]
 struct Mixed(u64);
 
@@ -105,7 +105,7 @@ impl Hasher for Mixed {
     }
 }
 
-/// Tells values apart; a constant by its name and its bits.
+/// Key of a value; for a constant its name and its bits.
 #[derive(PartialEq, Eq, Hash)]
 enum Key {
     Constant(Option<String>, u64),
@@ -162,7 +162,7 @@ impl Graph {
         })
     }
 
-    /// The number, where it is known in f32 and f64 alike but for its rounding.
+    /// Returns the number, if it is equal in f32 and f64 except for its rounding.
     fn constant(&self, id: Id) -> Option<f64> {
         match self.op(id) {
             Op::Constant(number) => Some(number),
@@ -172,7 +172,7 @@ impl Graph {
         }
     }
 
-    /// The answer that a comparison of two constants has in f32 and f64 alike.
+    /// Returns the answer of a comparison of two constants, if it is equal in f32 and f64.
     fn certain(&self, test: Test, a: Id, b: Id) -> Option<bool> {
         let (a, b) = (self.constant(a)?, self.constant(b)?);
         let answer = test.of(&a, &b);
@@ -180,22 +180,22 @@ impl Graph {
     }
 }
 
-/// One run under way.
+/// A run in progress.
 struct Run {
     graph: Graph,
-    /// What to answer to the first decisions; after them true.
+    /// Answers to the first decisions; later answers are true.
     script: Vec<bool>,
     decisions: usize,
     answers: Table<bool>,
     events: Vec<Event>,
     /// Names given in this run.
     names: Table<usize>,
-    /// Sums that were made by `+=` and `-=`, and their first part.
+    /// Sums made by `+=` and `-=`, with their first part.
     grown: Table<Id>,
     section: &'static str,
     channel: usize,
     results: Vec<(Port, Id)>,
-    /// Above zero nothing is written and every comparison is true.
+    /// Above zero nothing is recorded and every comparison is true.
     silent: usize,
 }
 
@@ -238,7 +238,7 @@ impl Run {
         self.decide(condition, at)
     }
 
-    /// What an operation grows on has its name from now on: of a value in this run, or a word of the state.
+    /// Returns the name that an operation inherits: the name of a value in this run, or of a state word.
     fn name_of(&self, id: Id) -> Option<String> {
         match self.graph.op(id) {
             Op::Input(at) if self.graph.inputs[at].role == Role::State => Some(self.graph.inputs[at].name.clone()),
@@ -263,15 +263,15 @@ impl Run {
         id
     }
 
-    /// Gives a value its name. What has a name keeps it, and yet the event is noted: in another run this may be a value
-    /// without.
+    /// Gives a value its name. An existing name is kept. The event is still recorded, since in another run the value
+    /// may have no name.
     fn called(&mut self, id: Id, name: String, at: &'static Location<'static>) {
         if self.silent > 0 {
             return;
         }
         let name = self.graph.name(name);
         self.give(id, name, true, at);
-        // The sums it has grown from, as far as they have no name of their own.
+        // The sums it has grown from, if they have no name of their own.
         let mut last = id;
         while let Some(before) = self.grown.get(last) {
             let given = matches!(self.graph.op(before), Op::Input(_) | Op::Constant(_));
@@ -290,7 +290,7 @@ fn with<R>(f: impl FnOnce(&mut Run) -> R) -> R {
     RUN.with_borrow_mut(|run| f(run.as_mut().expect("a Symbol lives inside tick_record::record only")))
 }
 
-// Not inlined: a law is instantiated for many shapes, and recording is in no hurry.
+// Not inlined: a law is instantiated for many configurations, and recording need not be fast.
 
 #[inline(never)]
 fn compute(op: Op, at: &'static Location<'static>) -> Id {
@@ -327,43 +327,44 @@ impl Drop for Ended {
     }
 }
 
-/// Inputs and results of the function that is being recorded.
+/// Inputs and results of the function during recording.
 pub struct Recorder(());
 
 impl Recorder {
-    /// The recorder of what is being recorded in this thread.
+    /// Returns the recorder of the recording in this thread.
     pub(crate) fn of_this_thread() -> Self {
         Self(())
     }
 
-    /// A number that comes in.
+    /// Returns a number as an input.
     pub fn number(&self, name: &str, role: Role) -> Symbol {
-        Symbol(input(name, role, Kind::Number))
+        Symbol(input(name, role, ValueKind::Number))
     }
 
-    /// A count that comes in.
+    /// Returns a count as an input.
     pub fn count(&self, name: &str, role: Role) -> CountSymbol {
-        CountSymbol(input(name, role, Kind::Count))
+        CountSymbol(input(name, role, ValueKind::Count))
     }
 
-    /// Something true or false that comes in: a decision.
+    /// Returns a truth value as an input: a decision.
     #[track_caller]
     pub fn truth(&self, name: &str, role: Role) -> bool {
-        let (id, at) = (input(name, role, Kind::Truth), Location::caller());
+        let (id, at) = (input(name, role, ValueKind::Truth), Location::caller());
         with(|run| run.decide(id, at))
     }
 
-    /// A number that is known, with its name.
+    /// Returns a known number with its name.
     pub fn constant(&self, name: &str, number: f64) -> Symbol {
         Symbol(with(|run| run.graph.named(Op::Constant(number), Some(name.into()))))
     }
 
-    /// A count that is known.
+    /// Returns a known count.
     pub fn count_of(&self, count: u32) -> CountSymbol {
         CountSymbol(with(|run| run.graph.value(Op::CountOf(count))))
     }
 
-    /// Runs what is no part of the function: operations leave no trace and give 0, and every comparison is true.
+    /// Runs code that is not part of the function: operations are not recorded and return 0, and every comparison is
+    /// true.
     pub fn silently<R>(&self, f: impl FnOnce() -> R) -> R {
         with(|run| run.silent += 1);
         let result = f();
@@ -371,41 +372,41 @@ impl Recorder {
         result
     }
 
-    /// A number that goes out.
+    /// Adds a number to the results.
     pub fn put(&self, name: &str, role: Role, number: Symbol) {
-        with(|run| run.results.push((port(name, role, Kind::Number), number.0)));
+        with(|run| run.results.push((port(name, role, ValueKind::Number), number.0)));
     }
 
-    /// A count that goes out.
+    /// Adds a count to the results.
     pub fn put_count(&self, name: &str, role: Role, count: CountSymbol) {
-        with(|run| run.results.push((port(name, role, Kind::Count), count.0)));
+        with(|run| run.results.push((port(name, role, ValueKind::Count), count.0)));
     }
 
-    /// Something true or false that goes out.
+    /// Adds a truth value to the results.
     pub fn put_truth(&self, name: &str, role: Role, truth: bool) {
         with(|run| {
             let id = run.graph.value(Op::Truth(truth));
-            run.results.push((port(name, role, Kind::Truth), id));
+            run.results.push((port(name, role, ValueKind::Truth), id));
         });
     }
 }
 
-pub(crate) fn port(name: &str, role: Role, kind: Kind) -> Port {
+pub(crate) fn port(name: &str, role: Role, kind: ValueKind) -> Port {
     Port { name: name.into(), role, kind }
 }
 
-fn input(name: &str, role: Role, kind: Kind) -> Id {
+fn input(name: &str, role: Role, kind: ValueKind) -> Id {
     with(|run| run.graph.input(port(name, role, kind)))
 }
 
-/// More ways through a function than any tick has.
+/// Maximum number of paths through a function; no tick has more.
 const WAYS: usize = 1 << 16;
 
-/// Records a function: `f` takes its inputs from the recorder, computes with them, and puts its results there. It is
-/// run once for every way through it, and must do the same each time as long as the answers are the same.
+/// Records a function: `f` takes its inputs from the recorder, computes with them, and writes its results there. It is
+/// run once per path, and must be deterministic for equal answers.
 ///
 /// # Panics
-/// If `f` does not, if it has more than 65 536 ways, or if it records while it is being recorded.
+/// If `f` is not deterministic, if it has more than 65 536 paths, or if recordings are nested.
 pub fn record(mut f: impl FnMut(&Recorder)) -> Record {
     every_way(&mut f)
 }
@@ -441,7 +442,7 @@ pub(crate) fn every_way(f: &mut dyn FnMut(&Recorder)) -> Record {
         script = run.events.iter().filter_map(answer).collect();
         ways.push((run.events, run.results));
         assert!(ways.len() <= WAYS, "more than {WAYS} ways through the function");
-        // The next way: the last "true" becomes "false".
+        // The next path: the last "true" becomes "false".
         while script.pop_if(|answer| !*answer).is_some() {}
         match script.last_mut() {
             Some(last) => *last = false,
@@ -538,11 +539,11 @@ impl fmt::Display for Symbol {
     }
 }
 
-/// Marks the words of a [`Symbol`] and of a [`CountSymbol`] among those of a state; what is left is 0 or 1.
+/// Marks the words of a [`Symbol`] and of a [`CountSymbol`] in a state; all other words are 0 or 1.
 const NUMBER: u32 = 0x8000_0000;
 const COUNT: u32 = 0x4000_0000;
 
-/// What a word of a recorded state is.
+/// Kind of a word of a recorded state.
 pub(crate) enum StateWord {
     Number(Symbol),
     Count(CountSymbol),
@@ -550,11 +551,11 @@ pub(crate) enum StateWord {
 }
 
 impl StateWord {
-    pub(crate) fn kind(&self) -> Kind {
+    pub(crate) fn kind(&self) -> ValueKind {
         match self {
-            Self::Number(_) => Kind::Number,
-            Self::Count(_) => Kind::Count,
-            Self::Truth(_) => Kind::Truth,
+            Self::Number(_) => ValueKind::Number,
+            Self::Count(_) => ValueKind::Count,
+            Self::Truth(_) => ValueKind::Truth,
         }
     }
 
@@ -650,7 +651,7 @@ impl Real for Symbol {
         Self(constant(value))
     }
 
-    /// NaN: a symbol has no value yet.
+    /// Returns NaN: a symbol has no value yet.
     fn to_f64(self) -> f64 {
         f64::NAN
     }

@@ -1,14 +1,14 @@
-//! A record as the text that `cycle-bound --means` holds machine code to: what becomes of which register and word of
-//! memory. The format stands at the head of `cycle-bound`'s module `meaning`.
+//! Writes a trace as the text with which `cycle-bound --means` compares machine code: the location of each input and
+//! result in registers and memory. The module `meaning` of `cycle-bound` defines the format.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use crate::record::{Block, End, Id, Kind, Op, Port, Record, Test};
+use crate::record::{Block, End, Id, Op, Port, Record, Test, ValueKind};
 
-/// The text of a function. `input` and `result` say where a port lies, `r1+44` or `s0`, a result maybe in several
-/// places; inputs and results without a place are left out. `more` are lines of the head that the record does not
-/// know: `known`, `pad`.
+/// Returns the text of a function. `input` and `result` return the location of a port, `r1+44` or `s0`; a result can
+/// have several. Inputs and results without a location are left out. `more` are additional lines of the head: `known`,
+/// `pad`.
 pub fn text(
     function: &str,
     record: &Record,
@@ -45,18 +45,18 @@ pub fn text(
 struct Text<'a> {
     record: &'a Record,
     out: String,
-    /// Those that have a place.
+    /// Indices of the results with a location.
     results: Vec<usize>,
 }
 
 impl Text<'_> {
-    /// A place may say its kind itself: `either r2+0 0 1`.
+    /// Writes a port. A location may contain its kind: `either r2+0 0 1`.
     fn port(&mut self, way: &str, port: &Port, place: &str) {
         let kind = match port.kind {
             _ if place.starts_with("either ") => "",
-            Kind::Number => "number ",
-            Kind::Count => "count ",
-            Kind::Truth => "truth ",
+            ValueKind::Number => "number ",
+            ValueKind::Count => "count ",
+            ValueKind::Truth => "truth ",
         };
         let _ = writeln!(self.out, "{way} {} {kind}{place}", port.name);
     }
@@ -73,12 +73,12 @@ impl Text<'_> {
         }
     }
 
-    /// Names in a row, each behind a blank.
+    /// Returns the names in a row, each after a space.
     fn names(&self, ids: impl Iterator<Item = Id>) -> String {
         ids.fold(String::new(), |names, id| names + " " + &self.name(id))
     }
 
-    /// All values that a block needs.
+    /// Collects all values that a block needs.
     fn needs(&self, block: &Block, needed: &mut BTreeSet<Id>) {
         for step in &block.steps {
             needed.extend(self.record.value(step.value).op.operands());

@@ -7,29 +7,30 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
 
-/// What a file is for, and how long one of that kind may be.
+/// Kind of a file, with its largest size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kind {
+pub struct FileKind {
     name: &'static str,
     longest_mib: u64,
 }
 
-impl Kind {
-    /// What a person writes: a page of text, 1 MiB at most.
-    pub const SETTINGS: Self = Self { name: "a file of settings", longest_mib: 1 };
-    /// A linked firmware with all that a debugger wants, 256 MiB at most.
-    pub const IMAGE: Self = Self { name: "an image", longest_mib: 256 };
-    /// What an emulator executed, 256 MiB at most: some four million instructions.
+impl FileKind {
+    /// Settings that a person writes, at most 1 MiB.
+    pub const SETTINGS: Self = Self { name: "a settings file", longest_mib: 1 };
+    /// Linked firmware with debug information, at most 256 MiB.
+    pub const IMAGE: Self = Self { name: "a firmware image", longest_mib: 256 };
+    /// Instruction trace of an emulator, at most 256 MiB: some four million instructions.
     pub const TRACE: Self = Self { name: "a trace", longest_mib: 256 };
-    /// A page with all numbers of its figures, 256 MiB at most.
+    /// Page with the data of its plots, at most 256 MiB.
     pub const REPORT: Self = Self { name: "a report", longest_mib: 256 };
 }
 
-/// All bytes of a regular file.
+/// Reads all bytes of a regular file.
 ///
 /// # Errors
-/// When there is none, it is no regular file, cannot be read, or is too long for its kind: in words, without its name.
-pub fn read(path: &Path, kind: Kind) -> Result<Vec<u8>, String> {
+/// Fails if the file does not exist, is not a regular file, cannot be read, or is too long for its kind. The message
+/// does not contain the name.
+pub fn read(path: &Path, kind: FileKind) -> Result<Vec<u8>, String> {
     let file = open(path)?;
     let mut bytes = Vec::new();
     let longest = kind.longest_mib << 20;
@@ -40,28 +41,28 @@ pub fn read(path: &Path, kind: Kind) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// All of a file as text.
+/// Reads a regular file as text.
 ///
 /// # Errors
-/// Those of [`read`], and a file that is not UTF-8.
-pub fn read_text(path: &Path, kind: Kind) -> Result<String, String> {
+/// Fails like [`read`], and if the file is not UTF-8.
+pub fn read_text(path: &Path, kind: FileKind) -> Result<String, String> {
     String::from_utf8(read(path, kind)?)
         .map_err(|error| format!("not UTF-8 text (byte {})", error.utf8_error().valid_up_to() + 1))
 }
 
-/// Opens a regular file to read it.
+/// Opens a regular file for reading.
 ///
 /// # Errors
-/// When there is none, it is no regular file, or it may not be read: in words, without its name.
+/// Fails if the file does not exist, is not a regular file, or cannot be read. The message does not contain the name.
 pub fn open(path: &Path) -> Result<File, String> {
-    // Opening may wait for ever (a pipe) or do something (a device): so look first.
+    // Opening may block (a pipe) or have side effects (a device), so the type is checked first.
     let regular = |about: &Metadata| if about.is_file() { Ok(()) } else { Err(no_regular_file(about.file_type())) };
     regular(&fs::metadata(path).map_err(|error| cannot_be_read(&error))?)?;
     let mut options = OpenOptions::new();
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, rustix::fs::OFlags::NONBLOCK.bits() as i32);
     let file = options.read(true).open(path).map_err(|error| cannot_be_read(&error))?;
-    // It may have become another one since.
+    // The file may have been replaced since the check.
     regular(&file.metadata().map_err(|error| cannot_be_read(&error))?)?;
     Ok(file)
 }
@@ -89,20 +90,20 @@ fn no_regular_file(found: FileType) -> String {
     format!("this is {name}, expected a regular file")
 }
 
-/// What becomes of a file that is there already.
+/// Handling of a file that exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// It stays, and the new one is not written.
+    /// The file stays, and the new file is not written.
     Keep,
-    /// It is replaced, and keeps its permissions.
+    /// The file is replaced and keeps its permissions.
     Replace,
 }
 
-/// Writes a file whole or not at all: under another name in the same folder, which then becomes its own.
+/// Writes a file whole or not at all: under a temporary name in the same folder, which is then renamed.
 ///
 /// # Errors
-/// When the file cannot be written or `fill` fails: what was there before is there still. What is no regular file, or
-/// is read-only, is not replaced; with [`Existing::Keep`] nothing is ([`ErrorKind::AlreadyExists`]).
+/// Fails if the file cannot be written or `fill` fails. An existing file then stays unchanged. A file that is not
+/// regular or is read-only is not replaced. With [`Existing::Keep`] no file is replaced ([`ErrorKind::AlreadyExists`]).
 pub fn write(path: &Path, existing: Existing, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let refused = |why: String| io::Error::new(ErrorKind::InvalidInput, why);
     let mut target = path.to_owned();
@@ -111,7 +112,7 @@ pub fn write(path: &Path, existing: Existing, fill: impl FnOnce(&mut dyn Write) 
         if existing == Existing::Keep {
             return Err(ErrorKind::AlreadyExists.into());
         }
-        // A link stays, and leads to the new file.
+        // A symbolic link stays and points to the new file.
         target = fs::canonicalize(path).map_err(|error| refused(format!("a link that cannot be followed: {error}")))?;
         let about = fs::metadata(&target)?;
         if !about.is_file() {
@@ -130,7 +131,7 @@ pub fn write(path: &Path, existing: Existing, fill: impl FnOnce(&mut dyn Write) 
     fill(&mut buffered)?;
     buffered.flush()?;
     drop(buffered);
-    // Some file systems tell only now that they are full.
+    // Some file systems report a full disk only here.
     file.as_file().sync_all()?;
     if let Some(permissions) = permissions {
         file.as_file().set_permissions(permissions)?;
@@ -142,10 +143,10 @@ pub fn write(path: &Path, existing: Existing, fill: impl FnOnce(&mut dyn Write) 
     persisted.map(drop).map_err(|error| error.error)
 }
 
-/// Would [`write()`] find a place for this file? Asked before minutes of work: its folder is tried, and its name.
+/// Checks before long work that [`write()`] can create this file. It tries the folder and the name.
 ///
 /// # Errors
-/// Why it would not.
+/// Returns the reason why the file cannot be written.
 pub fn may_be_made(path: &Path) -> io::Result<()> {
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
@@ -161,21 +162,21 @@ fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// A folder that is one program's; until this is dropped or the program dies.
+/// Exclusive claim of a folder, until this is dropped or the program dies.
 #[derive(Debug)]
 pub struct Claim {
-    /// None where the file system knows no locks.
+    /// `None` on a file system without locks.
     _lock: Option<File>,
 }
 
-/// Makes the folder if there is none, tries that it can be written, and takes it for this program.
+/// Creates the folder if it is missing, checks that it is writable, and claims it for this program.
 ///
 /// # Errors
-/// [`ErrorKind::ResourceBusy`] when another program has it; else why it cannot be written.
+/// Fails with [`ErrorKind::ResourceBusy`] if another program has claimed the folder, or if it cannot be written.
 pub fn claim(folder: &Path) -> io::Result<Claim> {
     fs::create_dir_all(folder)?;
     drop(temporary(folder)?);
-    // Only on Unix is a folder a file that can be locked.
+    // Only on Unix a folder can be opened and locked like a file.
     if !cfg!(unix) {
         return Ok(Claim { _lock: None });
     }
@@ -187,10 +188,10 @@ pub fn claim(folder: &Path) -> io::Result<Claim> {
     }
 }
 
-/// An empty file in the system's folder for such, gone when dropped.
+/// Creates an empty file in the temporary folder of the system. It is removed when dropped.
 ///
 /// # Errors
-/// When it cannot be made.
+/// Fails if the file cannot be created.
 pub fn scratch() -> io::Result<NamedTempFile> {
     temporary(&std::env::temp_dir())
 }
@@ -198,30 +199,30 @@ pub fn scratch() -> io::Result<NamedTempFile> {
 const PREFIX: &str = ".whole-file.";
 const SUFFIX: &str = ".tmp";
 
-/// A fresh file in this folder, locked; those of dead programs are removed.
+/// Creates a locked file in this folder and removes the files of dead programs.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     sweep(folder);
     let mut builder = Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
-    // As any other file, not for this user alone.
+    // The permissions are those of other files, not of a private file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     loop {
-        // Nobody asked for the name of the fresh file, and its error tells it.
+        // The caller did not choose the name of the temporary file, and the original error contains it.
         let file = builder.tempfile_in(folder).map_err(|error| match error.kind() {
             ErrorKind::NotFound => {
                 io::Error::new(ErrorKind::NotFound, format!("there is no folder {}", folder.display()))
             }
             kind => io::Error::new(kind, format!("in the folder {}: {kind}", folder.display())),
         })?;
-        // Another program may have seen it before it was locked, and taken it for one that was left behind.
+        // Another program may have removed the file before the lock, as a leftover.
         if !matches!(file.as_file().try_lock(), Err(TryLockError::WouldBlock)) && file.path().exists() {
             return Ok(file);
         }
     }
 }
 
-/// Removes what programs that died while writing left behind; what cannot be removed stays.
+/// Removes temporary files of programs that died while writing. Files that cannot be removed stay.
 fn sweep(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();

@@ -27,7 +27,7 @@ fn a_failed_write_leaves_the_old_file_and_nothing_else() {
     assert_eq!(names(folder.path()), ["a.txt"]);
 }
 
-/// The name of the fresh file is nobody's business.
+/// The message does not contain the temporary name.
 #[test]
 fn a_folder_that_is_not_there_is_told_by_its_name() {
     let folder = folder();
@@ -53,9 +53,9 @@ fn a_file_is_kept_or_replaced_as_is_asked() {
     let path = folder.path().join("a.txt");
     put(&path, "old", Existing::Keep).expect("written");
     assert_eq!(put(&path, "new", Existing::Keep).expect_err("kept").kind(), ErrorKind::AlreadyExists);
-    assert_eq!(read(&path, Kind::SETTINGS).as_deref(), Ok(&b"old"[..]));
+    assert_eq!(read(&path, FileKind::SETTINGS).as_deref(), Ok(&b"old"[..]));
     put(&path, "new", Existing::Replace).expect("written");
-    assert_eq!(read_text(&path, Kind::SETTINGS).as_deref(), Ok("new"));
+    assert_eq!(read_text(&path, FileKind::SETTINGS).as_deref(), Ok("new"));
     assert!(put(Path::new("/"), "", Existing::Replace).is_err());
     assert!(put(Path::new(""), "", Existing::Keep).is_err());
 }
@@ -82,13 +82,13 @@ fn what_was_left_behind_is_removed_and_what_is_being_written_is_not() {
 fn a_file_that_is_absent_too_long_or_no_text_is_refused_in_words() {
     let folder = folder();
     let path = folder.path().join("a");
-    assert_eq!(read(&path, Kind::IMAGE), Err("there is no such file".into()));
+    assert_eq!(read(&path, FileKind::IMAGE), Err("there is no such file".into()));
     fs::write(&path, vec![b' '; (1 << 20) + 1]).expect("a file");
-    assert_eq!(read(&path, Kind::SETTINGS), Err("longer than 1 MiB: not a file of settings".into()));
-    assert!(read(&path, Kind::IMAGE).is_ok());
+    assert_eq!(read(&path, FileKind::SETTINGS), Err("longer than 1 MiB: not a settings file".into()));
+    assert!(read(&path, FileKind::IMAGE).is_ok());
     fs::write(&path, b"ab\xff").expect("a file");
-    assert_eq!(read_text(&path, Kind::SETTINGS), Err("not UTF-8 text (byte 3)".into()));
-    assert_eq!(read(folder.path(), Kind::SETTINGS), Err("this is a directory, expected a regular file".into()));
+    assert_eq!(read_text(&path, FileKind::SETTINGS), Err("not UTF-8 text (byte 3)".into()));
+    assert_eq!(read(folder.path(), FileKind::SETTINGS), Err("this is a directory, expected a regular file".into()));
 }
 
 #[cfg(unix)]
@@ -122,7 +122,7 @@ mod unix {
         let path = folder.path().join("socket");
         let _socket = UnixListener::bind(&path).expect("a socket");
         let told = "this is a socket, expected a regular file";
-        assert_eq!(read(&path, Kind::SETTINGS), Err(told.into()));
+        assert_eq!(read(&path, FileKind::SETTINGS), Err(told.into()));
         assert_eq!(put(&path, "", Existing::Replace).expect_err("refused").to_string(), told);
         assert!(path.exists());
     }

@@ -1,19 +1,19 @@
-//! Random campaigns: ticks, scenario files, bytes on the wire, ELF files, bad boards, drawn anew each time. What they
-//! are stands in the head of `tests/attack/main.rs`; the profile is that of the tests, so that nothing is compiled
-//! twice and every overflow is a panic.
+//! Random campaigns with ticks, scenario files, bytes on the serial line, ELF files and bad boards. The head of
+//! `tests/attack/main.rs` describes them. The profile is the profile of the tests, so nothing is compiled twice and
+//! every overflow panics.
 //!
-//! All other steps are the same in every run. This one is not, on purpose: a fixed seed finds nothing after its first
-//! run, and a campaign that runs every night sees other input each time. So it may fail with a change
-//! that is innocent: the fault was there before, and the command that it prints repeats it.
+//! All other steps are identical in every run. This step uses a new seed in each run, because a fixed seed finds
+//! nothing after its first run. The step can therefore fail with an unrelated change, if the fault existed before. The
+//! command that it prints repeats the failure.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::step::{Gate, Outcome};
 
-/// Of the campaigns together, in the deep tier.
+/// Duration of all campaigns together in the deep tier, s.
 const SECONDS: &str = "60";
 
-/// Runs the campaigns with the arguments behind the command; without any, to the full amounts.
+/// Runs the campaigns with the arguments behind the command; without arguments, with the full amounts.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let arguments: Vec<String> = std::env::args().skip(2).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();

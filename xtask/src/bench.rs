@@ -1,8 +1,9 @@
-//! What a tick costs on the chip beside other code: everything in the image `yardsticks` measured in one run by the
-//! same tool, `cycle-bound`, as a table for the README.
+//! Cost of a tick on the chip next to other code, as a table for docs/reference/cycles.md. The tool `cycle-bound`
+//! measures all functions of the image `yardsticks` in one run.
 //!
-//! Instructions are those that the emulator executed, exact; cycles come from the table of cycle-bound/README.md. Both
-//! are of the dearest tick of the run; "pipelined" is the typical figure with VLDR and VSTR taken for LDR and STR.
+//! Instructions are the exact executed instructions of the emulator. Cycles come from the table of
+//! cycle-bound/README.md. Both belong to the most expensive tick of the run. "Pipelined" is the typical figure with
+//! VLDR and VSTR treated as LDR and STR.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,10 +17,10 @@ use crate::python::Environment;
 use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// The manifest of the image, a workspace of its own.
+/// Manifest of the image, a separate workspace.
 const MANIFEST: &str = "benches/chip/Cargo.toml";
 const RERUN: &str = "cargo xtask bench";
-/// What one would simulate many loops with instead (BSD-3-Clause, BSD-2-Clause).
+/// Alternatives for simulating many loops (BSD-3-Clause, BSD-2-Clause).
 const RIVALS: Environment = Environment {
     folder: "target/rivals",
     packages: &["numba==0.68.1", "numpy==2.4.6", "scipy==1.17.1"],
@@ -29,7 +30,7 @@ const RIVALS: Environment = Environment {
 struct Yardstick {
     symbol: &'static str,
     what: &'static str,
-    /// The shipped tick of the same order.
+    /// Shipped tick of the same order, the reference of the comparison.
     against: &'static str,
 }
 
@@ -59,13 +60,13 @@ const YARDSTICKS: [Yardstick; 16] = [
     row("idsp_biquad", "`idsp` 0.23: clamped biquad, a PID of one error; no observer", ORDER_2),
 ];
 
-/// What the functions above call.
+/// Functions that the measured functions call.
 const CALLED: [&str; 1] = ["expf"];
 
-/// Format and lints, as the firmware's.
+/// Checks format and lints, as for the firmware.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
     gate.commands(
-        "format and lints, image of the yardsticks",
+        "format and lints, image of the compared functions",
         &[
             Invocation::cargo(&["fmt", "--manifest-path", MANIFEST, "--check"]),
             Invocation::cargo(&["clippy", "--release", "--manifest-path", MANIFEST, "--", "-D", "warnings"]),
@@ -73,18 +74,18 @@ pub(crate) fn lint(gate: &mut Gate) -> Outcome {
     )
 }
 
-/// Instructions of the host against their ceilings; says so where there is no valgrind.
+/// Compares the instruction counts of the host with their limits; fails if valgrind is missing.
 pub(crate) fn count_on_host(gate: &mut Gate) -> Outcome {
     gate.step("instructions on the host, by callgrind", |gate| gate.built()?.bench("counts")?.run(gate))
 }
 
-/// Closed loops on the host: ours beside SciPy, numba and C.
+/// Measures closed loops on the host: edo-smc, SciPy, numba and C.
 pub(crate) fn lanes(gate: &mut Gate) -> Outcome {
-    gate.step("SciPy and numba, to be compared with", |gate| RIVALS.ready(gate))?;
+    gate.step("SciPy and numba, for comparison", |gate| RIVALS.ready(gate))?;
     let bench = Invocation::cargo(&["bench", "-p", "benches", "--bench", "lanes", "--"]);
     // A bench runs in the folder of its package.
     let python = gate.root.join(RIVALS.program("python"));
-    gate.commands("million ticks a second", &[bench.with(&["--python", &python.display().to_string()])])
+    gate.commands("million ticks per second", &[bench.with(&["--python", &python.display().to_string()])])
 }
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
@@ -95,8 +96,8 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         });
     }
     let build = compiler::build(&gate.root, MANIFEST)?;
-    gate.commands("image of the yardsticks", &[build])?;
-    gate.check("what a tick costs: Cortex-M4F, zero wait states", RERUN, |gate| {
+    gate.commands("image of the compared functions", &[build])?;
+    gate.check("cost of a tick: Cortex-M4F, zero wait states", RERUN, |gate| {
         let image = gate.root.join("benches/chip/target").join(TARGET).join("release/yardsticks");
         let log = gate.root.join("target/yardsticks.log");
         trace(&image, &log)?;
@@ -108,7 +109,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Runs the image and logs what it executes of the functions that are measured.
+/// Runs the image and logs the executed instructions of the measured functions.
 fn trace(image: &Path, log: &Path) -> Result<(), String> {
     let elf = std::fs::read(image).map_err(|error| format!("{}: {error}", image.display()))?;
     let elf = object::File::parse(&*elf).map_err(|error| format!("{}: {error}", image.display()))?;
@@ -116,7 +117,7 @@ fn trace(image: &Path, log: &Path) -> Result<(), String> {
     for name in YARDSTICKS.iter().map(|yardstick| yardstick.symbol).chain(CALLED) {
         let symbol = elf.symbols().find(|symbol| symbol.name() == Ok(name));
         let symbol = symbol.ok_or_else(|| format!("{}: there is no function `{name}`", image.display()))?;
-        // The lowest bit of a function's address says Thumb.
+        // The lowest bit of a function address marks Thumb code.
         ranges.push(format!("{:#x}+{:#x}", symbol.address() & !1, symbol.size()));
     }
     let emulator = Command::new("qemu-system-arm")
@@ -135,13 +136,13 @@ fn trace(image: &Path, log: &Path) -> Result<(), String> {
     }
 }
 
-/// What one function costs.
+/// Cost of one function.
 struct Cost {
     symbol: &'static str,
     instructions: u64,
     cycles: u64,
     pipelined: u64,
-    /// None where there are loops of unknown length.
+    /// Upper bound; `None` with loops of unknown length.
     bound: Option<u64>,
     flash_bytes: u64,
 }
@@ -176,7 +177,7 @@ fn cost(verifier: &Path, image: &Path, log: &Path, symbol: &'static str) -> Resu
     })
 }
 
-/// As Markdown, in the order of [`YARDSTICKS`].
+/// Returns the table as Markdown, in the order of [`YARDSTICKS`].
 fn table(costs: &[Cost]) -> Result<String, String> {
     let mut text = String::from(
         "| | instructions | cycles, typical | pipelined | bound | flash, bytes | typical over ours |\n\

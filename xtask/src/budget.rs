@@ -1,21 +1,21 @@
-//! What the images cost, held to its ceilings by `cycle-bound`.
+//! Cycle budgets of the images, checked by `cycle-bound`.
 
 use crate::step::{Gate, Outcome};
 use crate::{capi, firmware};
 
-/// Ceilings of what the images cost.
+/// File with the limits of the images.
 pub(crate) const CEILINGS: &str = "firmware/budgets.toml";
 
-/// Builds the images, then holds what they cost to its ceilings.
+/// Builds the images and checks their limits.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     firmware::run(gate)?;
     capi::run(gate, capi::Cores::Emulated)?;
     judge(gate)
 }
 
-/// Every shipped instance of the tick, and the interrupt of `drive`, against their ceilings.
+/// Checks the limits of every shipped instance of the tick and of the control interrupts.
 pub(crate) fn judge(gate: &mut Gate) -> Outcome {
-    gate.step("ceilings of every instance of the tick and of the interrupt", |gate| {
+    gate.step("limits of every instance of the tick and of the interrupts", |gate| {
         gate.built()?.program("cycle-bound")?.with(&["--ceilings", CEILINGS]).run(gate)
     })
 }

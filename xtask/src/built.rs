@@ -1,7 +1,8 @@
-//! The one build of the host. Every program and test that a step runs comes out of it, by the path that cargo reports;
-//! no step starts `cargo run -p` or `cargo test -p`, which select other features and compile the same sources again.
+//! The only build for the host. Every program and test that a step runs comes from it, by the path that cargo reports.
+//! No step uses `cargo run -p` or `cargo test -p`, which would select other features and recompile the sources.
 //!
-//! [`Built::compiled`] holds both tiers to it: it lists libraries and programs of ours that are newer than the build.
+//! [`Built::compiled`] checks this rule in both tiers: it lists workspace libraries and programs that are newer than
+//! the build.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -14,15 +15,15 @@ use serde_json::Value;
 
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// The build: programs, tests and benches of all crates, with the features that the whole workspace selects. A library
-/// without tests of its own is compiled once (`test = false`), which `--all-targets` would not heed.
+/// Build command: programs, tests and benches of all crates, with the features of the whole workspace. A library
+/// without tests of its own is compiled once (`test = false`), which `--all-targets` would ignore.
 const BUILD: [&str; 6] =
     ["test", "--workspace", "--tests", "--benches", "--no-run", "--message-format=json-render-diagnostics"];
 
 /// A test program, and the folder of its package, in which cargo would start it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TestProgram {
-    /// `package/target`, as `integration-tests/suite`.
+    /// Name as `package/target`, for example `integration-tests/suite`.
     pub(crate) name: String,
     program: PathBuf,
     folder: PathBuf,
@@ -38,7 +39,7 @@ pub(crate) struct Built {
 }
 
 impl Built {
-    /// Runs the build, or finds that it is up to date.
+    /// Runs the build, or confirms that it is up to date.
     pub(crate) fn new(gate: &Gate) -> Result<Self, Failure> {
         let build = Invocation::cargo(&BUILD);
         println!("$ {build}");
@@ -58,13 +59,13 @@ impl Built {
         for message in messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
             built.add(&message).ok_or_else(|| failed(format!("cargo reports a target in unknown form: {message}")))?;
         }
-        // The largest program is the one that runs longest; the others fill the second core.
+        // The largest program runs longest; the others share the second core.
         let size = |test: &TestProgram| fs::metadata(&test.program).map_or(0, |data| data.len());
         built.tests.sort_by_key(|test| Reverse(size(test)));
         Ok(built)
     }
 
-    /// Takes one message of cargo; nothing if it is not of the expected form.
+    /// Adds one message of cargo; `None` if it has an unknown form.
     fn add(&mut self, message: &Value) -> Option<()> {
         let Some(executable) = message["executable"].as_str() else { return Some(()) };
         let name = message["target"]["name"].as_str()?.to_owned();
@@ -84,27 +85,27 @@ impl Built {
         Some(())
     }
 
-    /// A program of the workspace with these arguments.
+    /// Returns the invocation of a workspace program.
     pub(crate) fn program(&self, name: &str) -> Result<Invocation, Failure> {
         Ok(Invocation::new(&self.path(name)?.display().to_string(), &[]))
     }
 
-    /// The path of a program of the workspace.
+    /// Returns the path of a workspace program.
     pub(crate) fn path(&self, name: &str) -> Result<&Path, Failure> {
         of(&self.programs, name)
     }
 
-    /// A bench, which must be told that it is one.
+    /// Returns the invocation of a bench, which needs the argument `--bench`.
     pub(crate) fn bench(&self, name: &str) -> Result<Invocation, Failure> {
         Ok(Invocation::new(&of(&self.benches, name)?.display().to_string(), &["--bench"]))
     }
 
-    /// The test program of a package and a target, as `tests/suite`.
+    /// Returns the test program of a package and a target, for example `tests/suite`.
     pub(crate) fn test(&self, name: &str) -> Result<&TestProgram, Failure> {
         self.tests.iter().find(|test| test.name == name).ok_or_else(|| no_such(name))
     }
 
-    /// Our libraries and programs that are newer than the build: whatever a later step compiled for the host again.
+    /// Returns the workspace libraries and programs newer than the build: a later step compiled them again.
     pub(crate) fn compiled(&self, gate: &Gate) -> Result<Vec<String>, String> {
         let Some(target) = self.programs.values().next().and_then(|program| program.parent()?.parent()) else {
             return Err(String::from("the build made no program"));
@@ -129,8 +130,8 @@ fn no_such(name: &str) -> Failure {
     Failure { reason, rerun: Invocation::cargo(&BUILD[..4]).to_string() }
 }
 
-/// Names of the crates and targets of the workspace, as rustc writes them, but for a test that no build makes unless it
-/// is named.
+/// Returns the names of the crates and targets of the workspace in rustc's spelling, without tests that are built only
+/// by name.
 fn members(root: &Path) -> Result<Vec<String>, String> {
     let metadata = Invocation::cargo(&["metadata", "--format-version", "1", "--no-deps", "--offline"]);
     let mut command = metadata.command();
@@ -142,8 +143,8 @@ fn members(root: &Path) -> Result<Vec<String>, String> {
     Ok(targets.filter(is_built).filter_map(|target| Some(target["name"].as_str()?.replace('-', "_"))).collect())
 }
 
-/// Files of these crates in `deps` that code was generated for after the moment: libraries and programs. Checks leave
-/// metadata alone.
+/// Returns the libraries and programs of these crates in `deps` that are newer than a moment. Checks produce only
+/// metadata.
 fn newer(deps: &Path, crates: &[String], moment: SystemTime) -> Result<Vec<String>, String> {
     let wrong = |error: std::io::Error| format!("{}: {error}", deps.display());
     let mut found = Vec::new();
@@ -162,14 +163,14 @@ fn newer(deps: &Path, crates: &[String], moment: SystemTime) -> Result<Vec<Strin
 }
 
 impl TestProgram {
-    /// The program in the folder of its package, with what cargo would set.
+    /// Returns the command in the folder of its package, with cargo's environment variables.
     pub(crate) fn command(&self) -> Command {
         let mut command = Command::new(&self.program);
         command.current_dir(&self.folder).env_remove("LD_LIBRARY_PATH");
         command
     }
 
-    /// Runs its tests, then prints their output.
+    /// Runs the tests, then prints their output.
     pub(crate) fn run(&self, environment: &[(&str, &str)]) -> Outcome {
         let mut command = self.command();
         let started = Instant::now();

@@ -1,10 +1,9 @@
-//! The archive and header for firmware in C, for the chip and for this machine, and the examples in C.
+//! Static libraries and header for firmware in C, for the chip and for this machine, and the C examples.
 //!
-//! rustc's own archive carries its arithmetic of 64 bits, `memcpy` and a panic handler under their common names, which
-//! a program in C has too. So everything that `edo_smc.h` declares is linked, with what it needs, into one object in
-//! which only names with our prefix stay visible. Its functions keep sections of their own: a linker with
-//! `--gc-sections` drops the instances that a program does not call. Its bytes do not depend on the folder of the
-//! checkout.
+//! rustc's own static library contains 64-bit arithmetic, `memcpy` and a panic handler under their common names, which
+//! a C program also defines. Everything that `edo_smc.h` declares is therefore linked with its dependencies into one
+//! object. In this object only names with the prefix stay visible. Its functions keep separate sections, so a linker
+//! with `--gc-sections` drops unused instances. Its bytes do not depend on the folder of the checkout.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,28 +11,28 @@ use std::path::{Path, PathBuf};
 use crate::compiler::{self, Compiler};
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// The manifest of the C interface, a workspace of its own.
+/// Manifest of the C interface, a separate workspace.
 pub(crate) const MANIFEST: &str = "controller-capi/Cargo.toml";
-/// What cargo makes of it.
+/// Build folder of the C interface.
 const BUILT: &str = "controller-capi/target/build";
 const ARCHIVES: &str = "controller-capi/target/archive";
 const ARCHIVE: &str = "libedo_smc.a";
 const HEADER: &str = "controller-capi/include/edo_smc.h";
 const PREFIX: &str = "edo_smc_";
-/// What a line of the header declares functions with: macros, whose bodies say which.
+/// Macros whose lines declare functions in the header; their bodies contain the functions.
 const DECLARING: [&str; 4] = ["EDO_SMC_INSTANCE(", "EDO_SMC_DRIVE(", "EDO_SMC_PLANS(", "EDO_SMC_PROFILES("];
 
-/// Format and lints of the C interface.
+/// Checks format and lints of the C interface.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
     gate.commands("format, C interface", &[Invocation::cargo(&["fmt", "--manifest-path", MANIFEST, "--check"])])?;
     let clippy = Invocation::cargo(&["clippy", "--release", "--manifest-path", MANIFEST, "--", "-D", "warnings"]);
     gate.commands("lints, C interface", &[clippy])
 }
 
-/// An archive: its folder under that of all of them, and what it is compiled for.
+/// A static library: its folder, and its target.
 struct Form {
     folder: &'static str,
-    /// The compiler's name of the core, and the variable in which cargo looks for its linker; nothing for this machine.
+    /// Compiler name of the core, and the variable of its linker for cargo; `None` for this machine.
     target: Option<(&'static str, &'static str)>,
 }
 
@@ -45,17 +44,17 @@ const FORMS: [Form; 5] = [
         folder: "thumbv8m",
         target: Some(("thumbv8m.main-none-eabihf", "CARGO_TARGET_THUMBV8M_MAIN_NONE_EABIHF_LINKER")),
     },
-    // M3, and whatever is as large and passes floats in integer registers.
+    // M3, and larger cores that pass floats in integer registers.
     Form { folder: "thumbv7m", target: Some(("thumbv7m-none-eabi", "CARGO_TARGET_THUMBV7M_NONE_EABI_LINKER")) },
     // M0 and M0+.
     Form { folder: "thumbv6m", target: Some(("thumbv6m-none-eabi", "CARGO_TARGET_THUMBV6M_NONE_EABI_LINKER")) },
     Form { folder: "host", target: None },
 ];
 
-/// Folders of the archives that the fast tier builds.
+/// Folders of the libraries that the fast tier builds.
 const EMULATED: [&str; 2] = ["thumbv7em", "host"];
 
-/// The cores that there are archives for, by the compiler's names.
+/// Returns the compiler names of the supported cores.
 pub(crate) fn targets() -> impl Iterator<Item = &'static str> {
     FORMS.iter().filter_map(|form| Some(form.target?.0))
 }
@@ -68,7 +67,7 @@ impl Form {
         }
     }
 
-    /// Where cargo leaves it.
+    /// Returns the path of cargo's output.
     fn built(&self) -> PathBuf {
         Path::new(BUILT).join(self.target.map_or("", |(target, _)| target)).join("release").join(ARCHIVE)
     }
@@ -77,17 +76,17 @@ impl Form {
         if self.target.is_some() { "arm-none-eabi-ar" } else { "ar" }
     }
 
-    /// Sections that are taken out: a note on the stack means something to a hosted linker only; that of a chip warns
-    /// of objects without one.
+    /// Returns the sections to remove: a stack note is for hosted linkers only, and a chip's linker warns of objects
+    /// without it.
     fn without(&self) -> &'static [&'static str] {
         if self.target.is_some() { &[".note.GNU-stack"] } else { &[] }
     }
 }
 
-/// The cores that archives are built for.
+/// Cores to build for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cores {
-    /// The emulated chip and this machine: the fast tier.
+    /// Emulated chip and this machine: the fast tier.
     Emulated,
     /// Every core: the deep tier.
     All,
@@ -99,21 +98,21 @@ impl Cores {
     }
 }
 
-/// Builds the archives into `controller-capi/target/archive`, a folder for each core, then the examples.
+/// Builds the libraries into `controller-capi/target/archive`, a folder per core, then the examples.
 pub(crate) fn run(gate: &mut Gate, cores: Cores) -> Outcome {
     let builds = builds(&gate.root.clone(), cores)?;
     gate.commands("C interface for chips and host", &builds)?;
     pack(gate, cores)?;
-    // From nothing: make does not see a new archive of the same age.
+    // Builds from scratch: make does not detect a new library with an equal date.
     gate.commands("examples in C", &[Invocation::new("make", &["--no-print-directory", "-C", "examples/c", "-B"])])
 }
 
-/// Builds the archives of the emulated chip and of this machine from a copy of the sources, then from this folder: an
-/// archive has the same bytes from any folder.
+/// Builds the libraries of the emulated chip and of this machine from a copy of the sources and from this folder, and
+/// checks that the bytes are equal.
 pub(crate) fn reproduce(gate: &mut Gate) -> Outcome {
     let elsewhere = gate.root.join(BUILT).join("elsewhere");
     copy(&gate.root, &elsewhere).map_err(failed)?;
-    // The archives of this folder stay.
+    // The libraries of this folder are built last and stay.
     let mut packed = Vec::new();
     for (headline, root) in
         [("C interface, from a copy of the sources", elsewhere), ("C interface, from this folder", gate.root.clone())]
@@ -121,7 +120,7 @@ pub(crate) fn reproduce(gate: &mut Gate) -> Outcome {
         gate.commands(headline, &builds(&root, Cores::Emulated)?)?;
         packed.push(pack(gate, Cores::Emulated)?);
     }
-    gate.check("archives for C: the same bytes from both folders", "cargo xtask test --deep cores", |_| {
+    gate.check("C libraries: equal bytes from both folders", "cargo xtask test --deep cores", |_| {
         let differ = packed[0].iter().zip(&packed[1]).find(|(one, other)| one.1 != other.1);
         match differ {
             None => Ok(format!("{} bytes", packed[1].iter().map(|(_, bytes)| bytes.len()).sum::<usize>())),
@@ -130,7 +129,7 @@ pub(crate) fn reproduce(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// The commands that build the archives from the sources in a folder.
+/// Returns the commands that build the libraries from the sources in a folder.
 fn builds(root: &Path, cores: Cores) -> Result<Vec<Invocation>, Failure> {
     let manifest = root.join(MANIFEST).display().to_string();
     let build = |form: &Form| {
@@ -144,8 +143,7 @@ fn failed(reason: String) -> Failure {
     Failure { reason, rerun: String::from("cargo xtask capi") }
 }
 
-/// What the archive is made of, in another folder. A file that is the same there already is left as it is, so that
-/// nothing is compiled for it.
+/// Copies the sources of the library to another folder. Unchanged files stay, so nothing is recompiled for them.
 fn copy(from: &Path, to: &Path) -> Result<(), String> {
     let told = |path: &Path, error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let mut open: Vec<PathBuf> = ["Cargo.toml", "controller-core", "controller-capi"].map(PathBuf::from).into();
@@ -156,7 +154,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
             for entry in fs::read_dir(&source).map_err(|error| told(&source, &error))?.flatten() {
                 open.extend((entry.file_name() != "target").then(|| path.join(entry.file_name())));
             }
-            // What has gone here goes there: of two files for one module the compiler takes neither.
+            // Removes deleted files there too: the compiler rejects two files for one module.
             for entry in fs::read_dir(&copied).map_err(|error| told(&copied, &error))?.flatten() {
                 if !source.join(entry.file_name()).exists() {
                     let (gone, is_folder) = (entry.path(), entry.path().is_dir());
@@ -174,10 +172,10 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Makes the archives of what has been built; their folders and bytes.
+/// Packs the built libraries; returns their folders and bytes.
 fn pack(gate: &mut Gate, cores: Cores) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
     let mut packed = Vec::new();
-    gate.step("archives for C, only their own names visible", |gate| {
+    gate.step("C libraries, only their own names visible", |gate| {
         let names = declared(&gate.root.join(HEADER)).map_err(failed)?;
         let tools = toolchain_tools().map_err(failed)?;
         for form in cores.forms() {
@@ -193,44 +191,44 @@ fn pack(gate: &mut Gate, cores: Cores) -> Result<Vec<(&'static str, Vec<u8>)>, F
     Ok(packed)
 }
 
-/// Links one archive into one object, hides all but our names, packs it again.
+/// Links one library into one object, hides all names without the prefix, and packs it again.
 fn hide(gate: &Gate, names: &[String], tools: &Tools, archive: &Path, folder: &Path, form: &Form) -> Outcome {
     let text = |path: &Path| path.display().to_string();
     let (linked, object) = (text(&folder.join("linked.o")), text(&folder.join("edo_smc.o")));
     let roots: Vec<&str> = names.iter().flat_map(|name| ["-u", name]).collect();
     let link = Invocation::new(&text(&tools.linker), &["-flavor", "gnu", "-r", "-S", "--gc-sections"]).with(&roots);
     link.with(&["-o", &linked, &text(archive)]).run(gate)?;
-    // Intermediate code for a linker of another version of LLVM goes too: GNU tools stumble over it.
+    // Removes the LLVM intermediate code too: GNU tools fail on it.
     let keep = format!("--keep-global-symbol={PREFIX}*");
     let sections: Vec<String> =
         [".llvmbc", ".llvmcmd"].iter().chain(form.without()).map(|name| format!("--remove-section={name}")).collect();
     let sections: Vec<&str> = sections.iter().map(String::as_str).collect();
-    // It finds its library by this path only, which a command of ours does not inherit.
+    // The tool finds its library only by this path, which the command does not inherit.
     let library = format!("LD_LIBRARY_PATH={}", tools.library.display());
     let objcopy = Invocation::new("env", &[&library, &text(&tools.objcopy), "--wildcard", &keep]);
     objcopy.with(&sections).with(&[&linked, &object]).run(gate)?;
     let packed = folder.join(ARCHIVE);
     if packed.exists() {
-        // `ar` adds to what is there.
+        // `ar` adds to an existing file.
         fs::remove_file(&packed).map_err(|error| failed(format!("{}: {error}", packed.display())))?;
     }
     Invocation::new(form.ar(), &["rcsD", &text(&packed), &object]).run(gate)
 }
 
-/// The archive for the chip that is emulated.
+/// Library for the emulated chip.
 pub(crate) const FOR_THE_CHIP: &str = "controller-capi/target/archive/thumbv7em/libedo_smc.a";
 
-/// Every function that the header declares, by its name.
+/// Returns the names of all functions that the header declares.
 pub(crate) fn functions(root: &Path) -> Result<Vec<String>, String> {
     declared(&root.join(HEADER))
 }
 
-/// The archives as files.
+/// Returns the paths of the libraries.
 pub(crate) fn files() -> Vec<String> {
     FORMS.iter().map(|form| format!("{ARCHIVES}/{}/{ARCHIVE}", form.folder)).collect()
 }
 
-/// Names of all functions that the header declares.
+/// Returns the names of all functions that a header declares.
 fn declared(header: &Path) -> Result<Vec<String>, String> {
     let text = fs::read_to_string(header).map_err(|error| format!("{}: {error}", header.display()))?;
     let mut names = vec![format!("{PREFIX}version"), format!("{PREFIX}modes_ok")];
@@ -247,10 +245,10 @@ fn declared(header: &Path) -> Result<Vec<String>, String> {
     Ok(names)
 }
 
-/// The functions in the body of a macro of the header: `PREFIXfunction_##name(`.
+/// Returns the functions in the body of a header macro: `PREFIXfunction_##name(`.
 fn functions_of<'a>(header: &'a str, declaring: &str) -> Vec<&'a str> {
     let body = header.split_once(&format!("#define {declaring}")).map_or("", |(_, behind)| behind);
-    // It goes on as long as its lines end with a backslash.
+    // The body continues while its lines end with a backslash.
     let lines = body.split_inclusive('\n').scan(true, |goes_on, line| {
         let is_in = *goes_on;
         *goes_on = line.trim_end().ends_with('\\');
@@ -264,7 +262,7 @@ fn declared_by<'a>(header: &'a str, declaring: &str) -> impl Iterator<Item = &'a
     header.lines().filter_map(move |line| Some(line.strip_prefix(declaring)?.split_once(',')?.0))
 }
 
-/// What the toolchain in use brings beside its compiler.
+/// Additional tools of the active toolchain.
 struct Tools {
     linker: PathBuf,
     objcopy: PathBuf,

@@ -1,6 +1,6 @@
-//! `cluster`: a Monte Carlo run in shards on Dask, with two workers of which one is killed in the middle of a shard,
-//! leaves the bytes of an undisturbed run; and pyarrow reads out of them what was told
-//! ([docs/monte-carlo.md](../../docs/monte-carlo.md)).
+//! Command `cluster`: a Monte Carlo run in shards on two Dask workers, one of which is killed in the middle of a shard,
+//! produces the bytes of an undisturbed run. pyarrow reads the expected trials from the files
+//! ([docs/evidence/monte-carlo-speed.md](../../docs/evidence/monte-carlo-speed.md)).
 
 use std::fs;
 use std::io::ErrorKind;
@@ -8,20 +8,20 @@ use std::io::ErrorKind;
 use crate::python::Environment;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// BSD-3-Clause: wheels of PyPI.
+/// Dask, BSD-3-Clause: wheels of PyPI.
 const DASK: Environment =
     Environment { folder: "target/cluster", packages: &["distributed==2026.8.0"], rerun: "cargo xtask cluster" };
-/// Apache-2.0: a wheel of PyPI, 55 MB.
+/// pyarrow, Apache-2.0: a wheel of PyPI, 55 MB.
 const PYARROW: Environment =
     Environment { folder: "target/pyarrow", packages: &["pyarrow==26.0.1"], rerun: "cargo xtask cluster" };
-/// Where the runs are kept while they are compared.
+/// Folder of the runs during their comparison.
 const RUNS: &str = "target/cluster-runs";
 const TEST: &str = "examples/cluster/test_dask_shards.py";
 const READ: &str = "host-sim/tests/parquet.py";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    gate.step("Dask for shards", |gate| DASK.ready(gate))?;
-    gate.step("shards on two workers, one of them killed", |gate| {
+    gate.step("Dask, for shards", |gate| DASK.ready(gate))?;
+    gate.step("shards on two workers, one killed", |gate| {
         match fs::remove_dir_all(gate.root.join(RUNS)) {
             Err(error) if error.kind() != ErrorKind::NotFound => {
                 let rerun = String::from("cargo xtask cluster");
@@ -31,14 +31,14 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Invocation::new(&DASK.program("python"), &[TEST, &program(gate)?, RUNS]).run(gate)
     })?;
-    gate.step("pyarrow, to read trials", |gate| PYARROW.ready(gate))?;
-    gate.step("trials as pyarrow reads them", |gate| {
+    gate.step("pyarrow, for reading trials", |gate| PYARROW.ready(gate))?;
+    gate.step("trials read by pyarrow", |gate| {
         let folder = format!("{RUNS}/read");
         Invocation::new(&PYARROW.program("python"), &[READ, &program(gate)?, &folder]).run(gate)
     })
 }
 
-/// The path of `host-sim` as it was built.
+/// Returns the path of the built `host-sim`.
 fn program(gate: &Gate) -> Result<String, Failure> {
     Ok(gate.built()?.path("host-sim")?.display().to_string())
 }

@@ -1,8 +1,8 @@
-//! Which compiler builds for the chip, and for WebAssembly.
+//! Compiler for the chip and for WebAssembly.
 //!
-//! Two worlds of machine. Where the toolchain carries the target's core library it builds normally. Elsewhere Debian's
-//! second compiler comes with the library's sources and builds core itself, with the linker of the toolchain in use;
-//! that needs `RUSTC_BOOTSTRAP`, which touches only this one child process.
+//! Two kinds of machine are supported. If the toolchain contains the target's core library, it builds normally.
+//! Otherwise Debian's second compiler, which includes the library sources, builds core itself, with the linker of the
+//! active toolchain. This needs `RUSTC_BOOTSTRAP`, which is set for that child process only.
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
@@ -11,26 +11,26 @@ use std::process::{Command, ExitCode};
 
 use crate::step::{Failure, Invocation};
 
-/// Cortex-M4F with hardware floats of 32 bits.
+/// Cortex-M4F with a 32-bit FPU.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
-/// The second compiler and its library sources.
+/// Debian packages of the second compiler and of its library sources.
 pub(crate) const DEBIAN_PACKAGES: [&str; 2] = ["rustc-web", "rust-web-src"];
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 
-/// Who can build for the target.
+/// Compiler for a target.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Compiler {
-    /// The toolchain in use has the target's core library.
+    /// Active toolchain, which has the target's core library.
     Toolchain,
-    /// Debian's, which builds core from source.
+    /// Debian's compiler, which builds core from source.
     Debian {
-        /// That of the toolchain in use: Debian brings none.
+        /// Linker of the active toolchain, since Debian has none.
         linker: PathBuf,
     },
 }
 
 impl Compiler {
-    /// Who builds here for a target with this library, `core` or `std`, if anybody.
+    /// Returns the compiler that can build for a target with this library (`core` or `std`), if any.
     pub(crate) fn find_for(target: &str, library: &str) -> Option<Self> {
         let libraries = Invocation::new("rustc", &["--print", "target-libdir", "--target", target]).answer();
         if libraries.is_some_and(|directory| holds(Path::new(&directory), library)) {
@@ -38,18 +38,18 @@ impl Compiler {
         }
         let sysroot = Invocation::new(DEBIAN_RUSTC, &["--print", "sysroot"]).answer()?;
         let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library").join(library).join("Cargo.toml");
-        // Beside the libraries of the host, `lib/rustlib/HOST/lib`, stand its tools.
+        // The tools are next to the host libraries in `lib/rustlib/HOST/lib`.
         let host_libraries = Invocation::new("rustc", &["--print", "target-libdir"]).answer()?;
         let linker = Path::new(&host_libraries).with_file_name("bin").join("rust-lld");
         (sources.exists() && linker.exists()).then_some(Self::Debian { linker })
     }
 
-    /// Who builds for the chip, where it must be there.
+    /// Returns the compiler for the chip, or the error that it is missing.
     pub(crate) fn required() -> Result<Self, Failure> {
         Self::required_for(TARGET)
     }
 
-    /// The same for another core.
+    /// Returns the compiler for another core, or the error that it is missing.
     pub(crate) fn required_for(target: &str) -> Result<Self, Failure> {
         Self::find_for(target, "core").ok_or_else(|| Failure {
             reason: format!(
@@ -60,18 +60,18 @@ impl Compiler {
         })
     }
 
-    /// Its name and version.
+    /// Returns name and version of the compiler.
     pub(crate) fn version(&self) -> String {
         let program = if *self == Self::Toolchain { "rustc" } else { DEBIAN_RUSTC };
         Invocation::new(program, &["--version"]).answer().unwrap_or_default()
     }
 
-    /// `cargo VERB` for the chip in release mode.
+    /// Returns `cargo VERB` for the chip in release mode.
     pub(crate) fn cargo(&self, verb: &str) -> Invocation {
         self.cargo_for(verb, TARGET, "core", "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER")
     }
 
-    /// The same for a target with these libraries; `linker_variable` is the one in which cargo looks for its linker.
+    /// Returns `cargo VERB` for a target with these libraries; `linker_variable` names cargo's variable for its linker.
     pub(crate) fn cargo_for(
         &self,
         verb: &str,
@@ -91,21 +91,21 @@ impl Compiler {
     }
 }
 
-/// Builds a workspace of its own for the chip. The one way: paths in it would change not only messages but, through the
-/// hashes in symbols, the order of instructions.
+/// Returns the build of a separate workspace for the chip. All builds use this function: different paths would change
+/// messages and, through the hashes in symbols, the order of instructions.
 pub(crate) fn build(root: &Path, manifest: &str) -> Result<Invocation, Failure> {
     let build = Compiler::required()?.cargo("build").with(&["--manifest-path", manifest]);
     Ok(build.with(&["--config", &without_paths(root)]))
 }
 
-/// A setting of cargo, on top of those in the files: a panic tells its place relative to this workspace or to the crate
-/// it is in, so that an image is the same, and as large, wherever it was built.
+/// Returns a cargo setting that makes panic locations relative to the workspace or to the crate. An image is then
+/// identical, and of equal size, on every machine.
 fn without_paths(root: &Path) -> String {
     let remaps: Vec<String> = remaps(root).into_iter().map(|remap| format!("'{remap}'")).collect();
     format!("target.{TARGET}.rustflags=[{}]", remaps.join(", "))
 }
 
-/// Tells the compiler other names for the folders of this workspace and of the crates.
+/// Returns the compiler options that rename the folders of this workspace and of the crates.
 fn remaps(root: &Path) -> Vec<String> {
     let home = std::env::home_dir().unwrap_or_default().join(".cargo");
     let home = std::env::var_os("CARGO_HOME").map_or(home, PathBuf::from);
@@ -115,13 +115,13 @@ fn remaps(root: &Path) -> Vec<String> {
     all.map(|remap| format!("--remap-path-prefix={remap}")).collect()
 }
 
-/// Where this program, which cargo runs as its compiler, finds the folder whose name is to be in no file.
+/// Variable with the folder whose name must not appear in any file, for this program as cargo's compiler.
 pub(crate) const ROOT: &str = "XTASK_COMPILES_IN";
 
-/// The same, and the name of the folder is in no byte of what comes out.
+/// Returns a cargo invocation whose output does not contain the name of the folder in any byte.
 ///
-/// Cargo numbers a package by its folder, the compiler makes hashes in symbols of that, and its linker an order of
-/// functions. Nothing in a manifest changes it. So cargo is given this program for a compiler.
+/// Cargo numbers a package by its folder. The compiler derives hashes in symbols from the number, and its linker
+/// derives the order of functions. No manifest setting changes this, so cargo uses this program as its compiler.
 pub(crate) fn anywhere(cargo: Invocation, root: &Path) -> Result<Invocation, Failure> {
     let this = std::env::current_exe()
         .map_err(|error| Failure { reason: format!("this program has no path: {error}"), rerun: String::new() })?;
@@ -129,7 +129,7 @@ pub(crate) fn anywhere(cargo: Invocation, root: &Path) -> Result<Invocation, Fai
     Ok(wrapped.env(ROOT, &root.to_string_lossy()))
 }
 
-/// Compiles as cargo asks, but for [`anywhere`].
+/// Compiles for cargo with the replacements of [`anywhere`].
 pub(crate) fn compile(root: &OsStr) -> ExitCode {
     let mut asked = std::env::args_os().skip(1);
     let Some(compiler) = asked.next() else { return ExitCode::FAILURE };
@@ -148,7 +148,7 @@ pub(crate) fn compile(root: &OsStr) -> ExitCode {
     }
 }
 
-/// A package of ours by its name and version instead of cargo's number.
+/// Returns the arguments with a package number from name and version instead of cargo's number.
 fn numbered(asked: impl Iterator<Item = OsString>, package: Option<&str>) -> Vec<OsString> {
     let number = |argument: OsString| match package {
         Some(package) if argument.to_string_lossy().starts_with("metadata=") => format!("metadata={package}").into(),

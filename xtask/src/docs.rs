@@ -1,8 +1,9 @@
-//! `cargo doc` without a warning, with formulas that a browser shows as formulas, with and without a connection.
+//! Documentation build: `cargo doc` without a warning, and formulas that browsers render, with and without a
+//! connection.
 //!
-//! Formulas stand between `$` in doc comments, and rustdoc puts KaTeX, which shows them, into the head of every page.
-//! Two things spoil them silently: markdown eats a backslash before anything but a letter or a blank (`\,` arrives as
-//! `,`, so formulas say `\thinspace`) and may take `]_` or `*` for emphasis.
+//! Formulas stand between `$` in doc comments. rustdoc adds KaTeX, which renders them, to the head of every page. Two
+//! things corrupt formulas silently. Markdown removes a backslash before any character except a letter or a blank (`\,`
+//! becomes `,`, so formulas use `\thinspace`). Markdown also may treat `]_` or `*` as emphasis.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,17 +11,20 @@ use std::path::{Path, PathBuf};
 use crate::scan::files_with;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// What loads KaTeX; from the root, where cargo starts rustdoc for the crates of the workspace.
+/// File that loads KaTeX; relative to the root, where cargo starts rustdoc for the workspace crates.
 const HEADER: &str = "controller-core/katex.html";
-/// Where the header takes it from, up to its version.
+/// Address of KaTeX in the header, up to its version.
 const NETWORK: &str = "https://cdn.jsdelivr.net/npm/katex@";
 const PAGES: &str = "target/doc";
+/// Program that makes a book of the pages, its version, and the folder of installed programs.
+const MDBOOK: &str = "0.5.4";
+const TOOLS: &str = "target/tools";
 
-/// Builds the pages and looks at their formulas.
+/// Builds the pages and checks their formulas.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let flags = format!("-D warnings --html-in-header {HEADER}");
     let doc = Invocation::cargo(&["doc", "--workspace", "--no-deps"]).without_own().env("RUSTDOCFLAGS", &flags);
-    gate.commands("documentation without a warning", &[doc])?;
+    gate.commands("documentation without warnings", &[doc])?;
     gate.check("formulas in the documentation", "cargo xtask docs", |gate| {
         let sources = each(&gate.root, "rs", spoiled)?;
         let mut pages = 0;
@@ -31,12 +35,26 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Computes the tables and figures of docs/bandwidth.md, docs/joints.md and docs/cycles.md anew.
+/// Builds the pages in `docs` as a book for a browser, in `target/book`.
+pub(crate) fn book(gate: &mut Gate) -> Outcome {
+    let program = format!("{TOOLS}/bin/mdbook");
+    if Invocation::new(&program, &["--version"]).answer_in(gate).is_none_or(|answer| !answer.contains(MDBOOK)) {
+        let install = Invocation::cargo(&["install", "mdbook", "--locked", "--version", MDBOOK, "--root", TOOLS]);
+        gate.commands(
+            &format!("mdbook {MDBOOK}"),
+            &[install.with(&["--no-default-features", "--features", "search"])],
+        )?;
+    }
+    gate.commands("book in target/book", &[Invocation::new(&program, &["build", "docs"])])
+}
+
+/// Computes the tables and figures of docs/tuning.md, docs/joints.md, docs/evidence/commissioning.md,
+/// docs/evidence/tuning.md and docs/reference/cycles.md again.
 pub(crate) fn tables(gate: &mut Gate) -> Outcome {
     let write = |invocation: Invocation| invocation.env("GOLDEN", "write").env("DEEP", "1");
     let figures = Invocation::cargo(&["test", "-p", "host-sim", "--test", "rest", "--test", "design", "--"]);
     let tables = Invocation::cargo(&["test", "-p", "integration-tests", "--test", "suite", "--"]);
-    // They write the same pages: one after the other.
+    // Both commands write the same pages, so they run one after the other.
     let tables = tables.with(&[
         "--test-threads",
         "1",
@@ -47,13 +65,10 @@ pub(crate) fn tables(gate: &mut Gate) -> Outcome {
         "budget::the_table",
     ]);
     let figures = figures.with(&["--test-threads", "1", "in_its_band", "in_play", "its_price", "the_page"]);
-    gate.commands(
-        "tables and figures of bandwidth.md, joints.md and cycles.md in docs, written anew",
-        &[write(figures), write(tables)],
-    )
+    gate.commands("tables and figures in docs", &[write(figures), write(tables)])
 }
 
-/// The same, then KaTeX beside the pages, so that they are read without a connection.
+/// Builds the pages with a local copy of KaTeX, for reading without a connection.
 pub(crate) fn offline(gate: &mut Gate) -> Outcome {
     run(gate)?;
     let failed = |reason: String| Failure { reason, rerun: String::from("cargo xtask docs --offline") };
@@ -73,7 +88,7 @@ pub(crate) fn offline(gate: &mut Gate) -> Outcome {
         let unpack = Invocation::new("tar", &["-xzf", &archive, "-C", &folder]);
         gate.commands(&format!("KaTeX {version}"), &[pack, unpack])?;
     }
-    gate.check("pages that need no connection", "cargo xtask docs --offline", |gate| {
+    gate.check("pages for reading offline", "cargo xtask docs --offline", |gate| {
         let pages = gate.root.join(PAGES);
         lay_beside(&gate.root.join(&fetched).join("package/dist"), &pages.join("katex"))?;
         let mut local = 0;
@@ -91,12 +106,12 @@ pub(crate) fn offline(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// The version of KaTeX in a header, as `0.19.1`.
+/// Returns the version of KaTeX in a header, for example `0.19.1`.
 fn version(header: &str) -> Option<&str> {
     header.split_once(NETWORK)?.1.split('/').next()
 }
 
-/// The header for a page so many folders deep. A checksum is for what comes from the network.
+/// Returns the header for a page at a folder depth. Local files need no checksum.
 fn beside(header: &str, version: &str, depth: usize) -> String {
     let local = header.replace(&format!("{NETWORK}{version}/dist/"), &format!("{}katex/", "../".repeat(depth)));
     let mut text = String::new();
@@ -108,14 +123,14 @@ fn beside(header: &str, version: &str, depth: usize) -> String {
     text + rest
 }
 
-/// An address that a page loads a script or a style from.
+/// Returns an address from which a page loads a script or a style.
 fn loaded(page: &str) -> Option<&str> {
     let tags = page.split('<').filter(|tag| tag.starts_with("script") || tag.starts_with("link"));
     let mut addresses = tags.flat_map(|tag| tag.split('"')).filter(|value| value.contains("://"));
     addresses.next()
 }
 
-/// What a browser needs of a distribution: scripts, style, fonts.
+/// Copies the parts of a distribution that a browser needs: scripts, style, fonts.
 fn lay_beside(distribution: &Path, folder: &Path) -> Result<(), String> {
     let told = |path: &Path, error: &std::io::Error| format!("{}: {error}", path.display());
     fs::create_dir_all(folder.join("contrib")).map_err(|error| told(folder, &error))?;
@@ -129,7 +144,7 @@ fn lay_beside(distribution: &Path, folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Folders with the pages of the crates of this workspace.
+/// Returns the folders with the pages of the workspace crates.
 fn pages_of_members(root: &Path) -> Result<Vec<PathBuf>, String> {
     let manifest = fs::read_to_string(root.join("Cargo.toml")).map_err(|error| format!("Cargo.toml: {error}"))?;
     let members = manifest.split_once("members = [").and_then(|(_, rest)| rest.split(']').next()).unwrap_or_default();
@@ -138,7 +153,7 @@ fn pages_of_members(root: &Path) -> Result<Vec<PathBuf>, String> {
     if folders.is_empty() { Err(format!("no pages in {PAGES}")) } else { Ok(folders) }
 }
 
-/// Applies `fault` to the text of every such file; their number, or the first fault.
+/// Applies `fault` to the text of every file with the extension; returns their number, or the first fault.
 fn each(directory: &Path, extension: &str, fault: fn(&str) -> Option<String>) -> Result<usize, String> {
     let files = files_with(directory, extension).map_err(|error| format!("{}: {error}", directory.display()))?;
     for file in &files {
@@ -150,7 +165,7 @@ fn each(directory: &Path, extension: &str, fault: fn(&str) -> Option<String>) ->
     Ok(files.len())
 }
 
-/// A formula of a doc comment that markdown would change.
+/// Returns a formula of a doc comment that Markdown would change.
 fn spoiled(source: &str) -> Option<String> {
     let mut fenced = false;
     let mut prose = String::new();
@@ -163,7 +178,7 @@ fn spoiled(source: &str) -> Option<String> {
             prose.push('\n');
         }
     }
-    // A backslash stays before a letter or a blank. Outside of code spans every second stretch between `$` is a
+    // A backslash survives before a letter or a blank. Outside of code spans, every second section between `$` is a
     // formula.
     let prose: String = prose.split('`').step_by(2).collect();
     let prose = prose.replace("$$", "$");
@@ -176,7 +191,7 @@ fn spoiled(source: &str) -> Option<String> {
     })
 }
 
-/// A page that does not show its formulas as they were meant.
+/// Returns the error of a page whose formulas are not rendered correctly.
 fn unrendered(page: &str) -> Option<String> {
     let body = page.split_once("<body").map_or(page, |(_, body)| body);
     let text = without_code(body).replace("$$", "$");
@@ -194,7 +209,7 @@ fn formulas(text: &str) -> impl Iterator<Item = &str> {
     text.split('$').skip(1).step_by(2)
 }
 
-/// The page without what KaTeX leaves alone.
+/// Returns the page without the parts that KaTeX ignores.
 fn without_code(page: &str) -> String {
     let mut text = page.to_string();
     for tag in ["pre", "code", "script"] {

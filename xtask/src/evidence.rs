@@ -1,11 +1,11 @@
-//! The C that users get, before outside programs: MISRA C:2012 by cppcheck's addon, every sensible warning of two
-//! compilers, their analysers, clang-tidy. Nothing may be found but what `docs/misra.md` lists.
+//! Static analysis of the C code that users get: MISRA C:2012 by cppcheck's addon, most warnings of two compilers,
+//! their analysers, and clang-tidy. Only the findings that `docs/safety.md` lists are allowed.
 //!
-//! Files are looked at as C themselves, not through an `#include`: analysers pass over functions of headers, and would
-//! find nothing in anything. Each program is shown a planted fault as well, and must find it.
+//! Files are analysed directly as C, not through an `#include`, because analysers skip functions of headers and would
+//! report nothing. Each program also gets a planted fault and must report it.
 //!
-//! Frama-C's Eva is a command of its own: Debian's package brings 862 MB, a GTK and an OCaml compiler among them, for a
-//! minute of analysis. What is shown, and what is not: docs/safety.md.
+//! Frama-C's Eva is a separate command: its Debian package installs 862 MB, including GTK and an OCaml compiler, for a
+//! minute of analysis. docs/safety.md lists the results and their limits.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,11 +15,13 @@ use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
 const RERUN: &str = "cargo xtask evidence";
-const DEVIATIONS: &str = "docs/misra.md";
-/// Where the files are while they are looked at.
+const DEVIATIONS: &str = "docs/safety.md";
+/// Heading of the appendix of [`DEVIATIONS`]; its table is the list.
+const APPENDIX: &str = "## Appendix: MISRA C:2012 deviations";
+/// Working folder of the analysed files.
 const FOLDER: &str = "target/evidence";
 
-/// A file in C: its name here, what [`DEVIATIONS`] calls its like, where it is or the scenario it is exported from.
+/// A C file: name in the folder, name in [`DEVIATIONS`], and its path or the scenario of its export.
 const FILES: [(&str, &str, &str); 5] = [
     ("chain.h", "exported", "scenario/scenarios/chain.toml"),
     ("motor.h", "exported", "scenario/scenarios/motor.toml"),
@@ -28,7 +30,7 @@ const FILES: [(&str, &str, &str); 5] = [
     ("edo_smc.h", "header", "controller-capi/include/edo_smc.h"),
 ];
 
-/// Uninitialised on one way through, and a number cut: each of the programs knows at least one.
+/// Planted fault: an uninitialised variable on one path, and a truncated number. Each program reports at least one.
 const PLANTED: &str = "
 static inline int planted(int x)
 {
@@ -40,27 +42,27 @@ static inline int planted(int x)
 }
 ";
 
-/// Rules of MISRA C:2012 that are advisory: only these may be deviated from.
+/// Advisory rules of MISRA C:2012; only these rules may have deviations.
 const ADVISORY: [&str; 30] = [
     "2.3", "2.4", "2.5", "2.6", "2.7", "4.2", "5.9", "8.7", "8.9", "8.11", "8.13", "10.5", "11.4", "11.5", "12.1",
     "12.3", "12.4", "13.3", "13.4", "15.1", "15.4", "15.5", "17.5", "17.8", "18.4", "18.5", "19.2", "20.1", "20.5",
     "20.10",
 ];
 
-/// What a finding of the addon begins with.
+/// Prefix of the addon's findings.
 const MISRA: &str = "misra-c2012-";
 
-/// A program that looks at a file, which comes last.
+/// An analysis program; the file is its last argument.
 struct Tool {
     program: &'static str,
     arguments: &'static str,
-    /// After the file.
+    /// Arguments after the file.
     then: &'static str,
 }
 
-/// The addon, and cppcheck's own findings. It has no headers of the system: what `float.h` says stands here, and with a
-/// macro given only the one configuration is looked at, which is C. Not asked: whether a condition is known; what is
-/// written from a record may ask again what a way out before it has decided.
+/// The addon, and cppcheck's own findings. cppcheck has no system headers, so the contents of `float.h` are defined
+/// here. With a macro defined, it checks one configuration only, which is C. The check for always-true conditions is
+/// disabled: code from an operation trace may repeat a comparison that an earlier branch has decided.
 const CPPCHECK: Tool = Tool {
     program: "cppcheck",
     arguments: "--language=c --std=c99 --platform=unix32 --addon=misra --enable=style,warning,portability,performance \
@@ -70,10 +72,13 @@ const CPPCHECK: Tool = Tool {
     then: "",
 };
 
-/// What `-Wall -Wextra` leave out. Not here: `-Wfloat-equal` (whether a limit cut u is asked by comparing exactly),
-/// `-Wbad-function-cast` (an integer that a function gives is made a float on purpose), `-Wunused-macros`,
-/// `-Wunused-const-variable` (a header's are for the program), `-Wunsuffixed-float-constants` (plans are made in
-/// double), `-Wpadded`, `-Winline`, `-Waggregate-return`, `-Wlong-long`, `-Wtraditional` (no faults).
+/// Warnings outside `-Wall -Wextra`. These warnings are excluded:
+///
+/// * `-Wfloat-equal`: clamping of u is detected by an exact comparison.
+/// * `-Wbad-function-cast`: the float conversion of an integer result is intended.
+/// * `-Wunused-macros`, `-Wunused-const-variable`: names of a header are for the program.
+/// * `-Wunsuffixed-float-constants`: plans are computed in double.
+/// * `-Wpadded`, `-Winline`, `-Waggregate-return`, `-Wlong-long`, `-Wtraditional`: these findings are not faults.
 const GCC: &str = "-x c -std=c99 -O2 -pedantic -Wall -Wextra -Wno-unused-const-variable -Wconversion -Wsign-conversion \
                    -Warith-conversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wcast-align=strict \
                    -Wstrict-prototypes -Wmissing-prototypes -Wmissing-declarations -Wold-style-definition \
@@ -81,15 +86,14 @@ const GCC: &str = "-x c -std=c99 -O2 -pedantic -Wall -Wextra -Wno-unused-const-v
                    -Wduplicated-branches -Wswitch-default -Wswitch-enum -Wwrite-strings -Wvla -Wjump-misses-init \
                    -Wstrict-overflow=2 -Wpointer-arith -Winit-self -fkeep-inline-functions -fanalyzer -S -o /dev/null";
 
-/// Beside those of [`GCC`], not: `-Wdeclaration-after-statement` (C99 has it), `-Wunused-function` (a header's are for
-/// the program), `-Wunsafe-buffer-usage` (C has no other arrays).
+/// Excluded in addition to [`GCC`]: `-Wdeclaration-after-statement` (allowed in C99), `-Wunused-function` (functions of
+/// a header are for the program), `-Wunsafe-buffer-usage` (C has no other arrays).
 const CLANG: &str = "-x c -std=c99 -Weverything -Wno-unknown-warning-option -Wno-float-equal -Wno-bad-function-cast \
                      -Wno-unused-macros -Wno-unused-const-variable -Wno-unused-function -Wno-padded \
                      -Wno-declaration-after-statement -Wno-unsafe-buffer-usage -O2 -S -o /dev/null";
 
-/// Not: lengths of names, since formulas keep the paper's letters; digits in a formula as magic numbers; `f` for `F`;
-/// how long a function is (straight-line code is); arguments that could be swapped; sizes that are asserted as
-/// products.
+/// Excluded: lengths of names, since formulas keep the paper's letters; digits in a formula as magic numbers; `f` for
+/// `F`; function length, since the code is straight-line; swappable arguments; sizes that are asserted as products.
 const TIDY: &str = "--quiet --checks=-*,clang-analyzer-*,bugprone-*,cert-*,misc-*,performance-*,portability-*,\
                     readability-*,-readability-identifier-length,-readability-magic-numbers,\
                     -readability-uppercase-literal-suffix,-readability-function-cognitive-complexity,\
@@ -104,12 +108,12 @@ const TOOLS: [Tool; 6] = [
     Tool { program: "clang-tidy", arguments: TIDY, then: "-- -x c -std=c99" },
 ];
 
-/// Programs of the step and the packages that bring them.
+/// Programs of the step, and their packages.
 pub(crate) const PROGRAMS: [(&str, &[&str]); 4] =
     [("cppcheck", &["cppcheck"]), ("gcc", &["gcc"]), ("clang", &["clang"]), ("clang-tidy", &["clang-tidy"])];
 
 impl Tool {
-    /// Its findings in a file of [`FOLDER`], each a line of file, place and what is the matter.
+    /// Returns the findings in a file of [`FOLDER`]: one line each with file, place and message.
     fn findings(&self, gate: &Gate, file: &str) -> Result<Vec<String>, String> {
         let words = |text: &'static str| text.split(' ').filter(|word| !word.is_empty()).collect::<Vec<_>>();
         let path = format!("{FOLDER}/{file}");
@@ -122,14 +126,16 @@ impl Tool {
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     exports(gate)?;
-    gate.check("C before cppcheck, its MISRA addon, gcc, clang and their analysers", RERUN, |gate| {
+    gate.check("C analysed by cppcheck, its MISRA addon, gcc, clang and their analysers", RERUN, |gate| {
         let page = fs::read_to_string(gate.root.join(DEVIATIONS)).map_err(|error| format!("{DEVIATIONS}: {error}"))?;
-        let listed = listed(&page)?;
+        let (_, appendix) =
+            page.split_once(APPENDIX).ok_or_else(|| format!("{DEVIATIONS} has no section `{APPENDIX}`"))?;
+        let listed = listed(appendix)?;
         let (mut found, mut faults) = (BTreeSet::new(), Vec::new());
         for (file, like, _) in FILES {
             for tool in &TOOLS {
                 for finding in tool.findings(gate, file)? {
-                    // What is in a file that it includes was found there.
+                    // Findings in included files are reported for those files.
                     if !finding.contains(&format!("{FOLDER}/{file}:")) {
                         continue;
                     }
@@ -154,7 +160,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// The fault at the end of a good file: who does not find it found nothing in the others either.
+/// Checks that every program reports the planted fault; without it, a clean result would mean nothing.
 fn planted(gate: &Gate) -> Result<(), String> {
     let folder = gate.root.join(FOLDER);
     let text = fs::read_to_string(folder.join("motor.h")).map_err(|error| format!("motor.h: {error}"))?;
@@ -168,9 +174,9 @@ fn planted(gate: &Gate) -> Result<(), String> {
     Ok(())
 }
 
-/// All files into [`FOLDER`].
+/// Writes all files into [`FOLDER`].
 fn exports(gate: &mut Gate) -> Outcome {
-    gate.step("C as it is exported", |gate| {
+    gate.step("exported C files", |gate| {
         let failed = |reason: String| Failure { reason, rerun: RERUN.into() };
         fs::create_dir_all(gate.root.join(FOLDER)).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
         for (file, _, source) in FILES {
@@ -187,7 +193,7 @@ fn exports(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Rows `| file | rule | why |` of the page.
+/// Rows `| file | rule | why |` of the appendix.
 fn listed(page: &str) -> Result<BTreeSet<(String, String)>, String> {
     let mut rows = BTreeSet::new();
     for line in page.lines().filter(|line| line.starts_with('|')).skip(2) {
@@ -203,18 +209,18 @@ fn listed(page: &str) -> Result<BTreeSet<(String, String)>, String> {
     Ok(rows)
 }
 
-/// What calls a chain, and a drive; `@` is the prefix, `@@` that of macros.
+/// C program that calls the functions of a chain, or of a drive; `@` is the prefix, `@@` the prefix of macros.
 const CHAIN: &str = include_str!("evidence/chain.c");
 const DRIVE: &str = include_str!("evidence/drive.c");
 
-/// A prefix among [`FILES`], what calls it, and the ends of the names that belong to an encoder.
+/// Prefix in [`FILES`], calling program, and name suffixes of the encoders.
 const PROGRAMS_OF_EVA: [(&str, &str, &[&str]); 3] =
     [("chain", CHAIN, &[]), ("motor", DRIVE, &[""]), ("drive", DRIVE, &["_link", "_motor"])];
 
-/// Eva over the exported files: undefined behaviour, for every input and every order of calls.
+/// Runs Eva on the exported files: undefined behaviour for every input and every order of calls.
 pub(crate) fn eva(gate: &mut Gate) -> Outcome {
     exports(gate)?;
-    gate.check("exported C before Frama-C's Eva", "cargo xtask eva", |gate| {
+    gate.check("exported C analysed by Frama-C's Eva", "cargo xtask eva", |gate| {
         let mut told = Vec::new();
         for (prefix, calls, shafts) in PROGRAMS_OF_EVA {
             let any = |shaft: &&str| format!("sample.count{shaft} = any; sample.lost{shaft} = any != 0u;");
@@ -232,7 +238,7 @@ pub(crate) fn eva(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// How many statements were reached, or what Eva said. An analysis that ends early has no alarms either.
+/// Returns the coverage of the analysis, or Eva's message. An analysis that ends early reports no alarms either.
 fn free_of_alarms(gate: &Gate, program: &str) -> Result<String, String> {
     let file = format!("{FOLDER}/eva.c");
     fs::write(gate.root.join(&file), program).map_err(|error| format!("{file}: {error}"))?;

@@ -1,4 +1,4 @@
-//! The images for the chip: built and weighed.
+//! Images for the chip: build and size.
 
 use object::elf::{SHF_ALLOC, SHF_WRITE};
 use object::{Object, ObjectSection, SectionFlags, SectionKind};
@@ -6,31 +6,31 @@ use object::{Object, ObjectSection, SectionFlags, SectionKind};
 use crate::compiler::{TARGET, build};
 use crate::step::{Gate, Invocation, Outcome};
 
-/// The manifest of the firmware, a workspace of its own.
+/// Manifest of the firmware, a separate workspace.
 pub(crate) const MANIFEST: &str = "firmware/Cargo.toml";
 const IMAGES: [&str; 5] = ["pil", "drive", "motor", "budget", "assembly"];
 
-/// The images as files.
+/// Returns the paths of the images.
 pub(crate) fn files() -> Vec<String> {
     IMAGES.iter().map(|image| format!("firmware/target/{TARGET}/release/{image}")).collect()
 }
 
-/// Format and lints of the firmware.
+/// Checks format and lints of the firmware.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
     gate.commands("format, firmware", &[Invocation::cargo(&["fmt", "--manifest-path", MANIFEST, "--check"])])?;
-    // clippy belongs to the toolchain in use, which need not have the chip's core library: the host's stands in.
-    // Release, since only that profile aborts on a panic, which a program without std must.
+    // clippy belongs to the active toolchain, which may lack the chip's core library, so the host's library replaces
+    // it. Only the release profile aborts on a panic, as a program without std must.
     let clippy = Invocation::cargo(&["clippy", "--release", "--manifest-path", MANIFEST, "--", "-D", "warnings"]);
     gate.commands("lints, firmware", &[clippy])
 }
 
-/// Builds the images, then says how large they are.
+/// Builds the images and prints their sizes.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     images(gate, &IMAGES)
 }
 
-/// The same without the last image, which holds assembly to the tick for a million ticks: that is for the deep tier. In
-/// the fast one tests of `tick-assembly` do the same for assembly of every kind.
+/// Builds the images except the last one, which compares assembly with the tick over a million ticks and belongs to the
+/// deep tier. In the fast tier, tests of `tick-assembly` make this comparison for every kind of assembly.
 pub(crate) fn without_assembly(gate: &mut Gate) -> Outcome {
     images(gate, &IMAGES[..4])
 }
@@ -52,17 +52,17 @@ fn images(gate: &mut Gate, images: &[&str]) -> Outcome {
     })
 }
 
-/// What an image takes, in bytes.
+/// Memory use of an image, bytes.
 #[derive(Debug, PartialEq, Eq)]
 struct Size {
-    /// Code, constants, and the first values of variables.
+    /// Flash: code, constants, and initial values of variables.
     flash: u64,
-    /// Variables; the stack has the rest.
+    /// RAM: variables; the rest is stack.
     ram: u64,
 }
 
-/// By the sections that are loaded: those with contents lie in flash, those that are written to lie in RAM, and
-/// initialised variables in both.
+/// Returns the size from the loaded sections. Sections with contents are in flash, writable sections are in RAM, and
+/// initialised variables are in both.
 fn size(elf: &[u8]) -> Result<Size, object::Error> {
     let mut size = Size { flash: 0, ram: 0 };
     for section in object::File::parse(elf)?.sections() {
@@ -84,8 +84,8 @@ mod tests {
 
     use super::*;
 
-    /// An ELF file of 32 bits with sections of these types, flags and sizes, the last one for their names; their
-    /// contents lie over its head.
+    /// Returns a 32-bit ELF file with sections of these types, flags and sizes; the last section holds their names. The
+    /// contents of the sections overlap the head of the file.
     fn elf(sections: &[(u32, u32, u32)]) -> Vec<u8> {
         let half = |value: u16| value.to_le_bytes().to_vec();
         let word = |value: u32| value.to_le_bytes().to_vec();

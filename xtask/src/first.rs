@@ -8,9 +8,9 @@ use std::fs;
 
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// A folder of its own, so that nothing of the tests is compiled again.
+/// Separate target folder, so that the build of the tests stays valid.
 const TARGET_DIR: &str = "target/first";
-/// A folder to work in, and the program as seen from there.
+/// Working folder, and the program's path relative to it.
 const FOLDER: &str = "target/first-run";
 const PROGRAM: &str = "../first/release/host-sim";
 
@@ -59,7 +59,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         Invocation::cargo(&shared).with(arguments)
     };
     let example = [example("clippy", &["-D", "warnings"]), example("run", &[SCENARIO])];
-    gate.commands("a program of one's own that calls study", &example)?;
+    gate.commands("an external program that calls study", &example)?;
     gate.check("left-out commands name their feature", "cargo xtask test --deep first", |gate| {
         for (words, feature) in LEFT_OUT {
             left_out(gate, words, feature)?;
@@ -72,7 +72,7 @@ fn failed(reason: String) -> Failure {
     Failure { reason, rerun: String::from("cargo xtask test --deep first") }
 }
 
-/// The program with these arguments in [`FOLDER`].
+/// Returns the invocation of the program with these arguments in [`FOLDER`].
 fn invocation(words: &str) -> Invocation {
     Invocation::new("env", &["-C", FOLDER, PROGRAM]).with(&words.split(' ').collect::<Vec<_>>())
 }

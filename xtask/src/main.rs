@@ -1,7 +1,9 @@
-//! The fast tier, `cargo xtask test`, runs before each commit and in CI; `cargo xtask test --deep` runs the deep tier.
+//! Test tiers: `cargo xtask test` runs the fast tier, before each commit and in CI; `cargo xtask test --deep` runs the
+//! deep tier.
 //!
-//! It drives cargo by command line and links none of our crates, so it can tell what is wrong when they do not build.
-//! Each step is numbered and timed; the first that fails ends the run with the exact command to repeat it.
+//! The program calls cargo by command line and links none of the workspace crates, so it can report errors when they do
+//! not build. Each step has a number and a duration. The first failed step ends the run with the exact command to
+//! repeat it.
 
 mod attack;
 mod bench;
@@ -15,9 +17,11 @@ mod evidence;
 mod firmware;
 mod first;
 mod fuzz;
+mod links;
 mod means;
 mod mutate;
 mod paper_map;
+mod prose;
 mod prove;
 mod python;
 mod sbom;
@@ -40,88 +44,95 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 26] = [
-    Action { name: "setup", help: "check the tools; install what is missing where that is possible", run: setup::run },
+const ACTIONS: [Action; 29] = [
+    Action { name: "setup", help: "check the tools and install missing ones where possible", run: setup::run },
     Action {
         name: "test",
-        help: "the fast tier: lints, docs, one build, images, tests, ceilings, machine code of the image",
+        help: "run the fast tier: lints, docs, build, images, tests, budgets, machine code",
         run: test::run,
     },
     Action {
         name: DEEP,
-        help: "the deep tier: full sizes, in parts side by side; [PART ..] of shapes, machine, mutation, ..",
+        help: "run the deep tier, in parallel parts; [PART ..]: shapes, machine, mutation, ..",
         run: test::deep,
     },
-    Action { name: test::CHIP, help: "lint and build what is for the chip: images, archive for C", run: test::chip },
+    Action { name: test::CHIP, help: "lint and build for the chip: images, C library", run: test::chip },
     Action {
         name: test::JUDGE,
-        help: "judge what was built: machine code, ceilings, instructions on the host",
+        help: "check the built files: machine code, budgets, host instructions",
         run: test::judge,
     },
-    Action { name: "assembly", help: "search the assembly of the images anew, a minute", run: means::search },
-    Action { name: "firmware", help: "build the images for the chip and say how large they are", run: firmware::run },
-    Action { name: "bench", help: "what a tick costs on the chip beside other code, as a table", run: bench::run },
+    Action { name: "assembly", help: "schedule the assembly of the images again (a minute)", run: means::search },
+    Action { name: "firmware", help: "build the images for the chip and print their sizes", run: firmware::run },
+    Action { name: "bench", help: "measure a tick on the chip and compare it with other code", run: bench::run },
     Action {
         name: "bench lanes",
-        help: "how fast many closed loops are on this machine, beside SciPy, numba and C, as a table",
+        help: "measure closed loops on this machine against SciPy, numba and C",
         run: bench::lanes,
     },
-    Action {
-        name: "budget",
-        help: "build the images and hold what each instance costs to firmware/budgets.toml",
-        run: budget::run,
-    },
+    Action { name: "budget", help: "build the images and check the limits in firmware/budgets.toml", run: budget::run },
     Action {
         name: "means",
-        help: "hold the machine code of image and exported C to the record of the tick, path by path",
+        help: "validate the machine code of images and exported C against the tick",
         run: means::run,
     },
     Action {
         name: "capi",
-        help: "build archive, header and examples for firmware in C",
+        help: "build library, header and examples for firmware in C",
         run: |gate| capi::run(gate, capi::Cores::All),
     },
-    Action { name: "docs", help: "build the documentation without a warning, and check its formulas", run: docs::run },
-    Action { name: "tables", help: "compute the tables and figures of docs anew, a minute", run: docs::tables },
+    Action { name: "docs", help: "build the documentation without warnings and check its formulas", run: docs::run },
+    Action { name: "tables", help: "compute the tables and figures of docs again (a minute)", run: docs::tables },
     Action {
         name: "docs --offline",
-        help: "the same, with KaTeX beside the pages, so that formulas need no connection",
+        help: "build the documentation with a local KaTeX, for reading offline",
         run: docs::offline,
     },
     Action {
         name: ATTACK,
-        help: "random campaigns with a seed of their own, minutes long; [--seed N] [--seconds S] [--only CAMPAIGN]",
+        help: "run random campaigns (minutes); [--seed N] [--seconds S] [--only CAMPAIGN]",
         run: attack::run,
     },
-    Action { name: "fuzz", help: "libFuzzer against both targets of the wire", run: fuzz::run },
+    Action { name: "fuzz", help: "fuzz both targets of the serial protocol with libFuzzer", run: fuzz::run },
     Action {
         name: "wasm",
-        help: "the closed loop in WebAssembly: builds, and has the bits of this machine",
+        help: "compare the closed loop in WebAssembly with this machine, bit for bit",
         run: wasm::run,
     },
     Action {
         name: "cluster",
-        help: "shards of a Monte Carlo run on two Dask workers, one killed: the same bytes; and read by pyarrow",
+        help: "test Monte Carlo shards on two Dask workers and pyarrow's reader",
         run: cluster::run,
     },
     Action {
         name: "prove",
-        help: "statements about the shipped ticks for every input, proved; faults put in on purpose, noticed",
+        help: "prove statements about the shipped ticks and detect inserted faults",
         run: prove::run,
     },
-    Action { name: "prove --all", help: "the same, and every other shipped instance tried", run: prove::all },
+    Action { name: "prove --all", help: "prove the statements for every shipped instance", run: prove::all },
     Action {
         name: "evidence",
-        help: "the C that users get before MISRA's addon, two compilers and their analysers",
+        help: "analyse the C for users: MISRA addon, two compilers, analysers",
         run: evidence::run,
     },
-    Action { name: "eva", help: "the same before Frama-C's Eva, which no tier installs", run: evidence::eva },
-    Action { name: "paper-map", help: "check docs/paper-map.md against the sources", run: paper_map::run },
-    Action { name: "sbom", help: "bills of materials (SPDX) of the built images and archives", run: sbom::run },
-    Action { name: "mutate", help: "break symbols of the paper: do the tests of the map fail?", run: mutate::run },
+    Action {
+        name: "eva",
+        help: "analyse the exported C with Frama-C's Eva (not installed by any tier)",
+        run: evidence::eva,
+    },
+    Action { name: "paper-map", help: "check the equations of docs/paper.md against the sources", run: paper_map::run },
+    Action { name: "book", help: "build the documentation as a book, target/book/index.html", run: docs::book },
+    Action { name: "prose", help: "check pages and comments against the style sheet, and all links", run: prose::run },
+    Action { name: "prose --lower", help: "lower the limits of the comments to the present counts", run: prose::lower },
+    Action { name: "sbom", help: "write bills of materials (SPDX) of the built images and libraries", run: sbom::run },
+    Action {
+        name: "mutate",
+        help: "break symbols of the paper and check that the mapped tests fail",
+        run: mutate::run,
+    },
 ];
 
-/// The commands that take arguments, and check them themselves.
+/// Commands with arguments, which they check themselves.
 const ATTACK: &str = "attack";
 const DEEP: &str = "test --deep";
 
@@ -136,7 +147,7 @@ fn main() -> ExitCode {
         for Action { name, help, .. } in ACTIONS {
             println!("  {name:<14} {help}");
         }
-        println!("  {:<14} this list", "help");
+        println!("  {:<14} print this list", "help");
         return ExitCode::SUCCESS;
     }
     let begins = |name: &str| asked.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '));
@@ -161,7 +172,7 @@ fn nearest(asked: &str) -> &'static str {
     ACTIONS.iter().map(|action| action.name).chain(["help"]).min_by_key(|name| distance(name)).unwrap_or("help")
 }
 
-/// The workspace: xtask lies directly in it.
+/// Returns the folder of the workspace, the parent of xtask's folder.
 fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().unwrap_or(here).to_path_buf()

@@ -1,6 +1,6 @@
-//! Does the machine code compute what the tick says? `cycle-bound --means` on what is shipped, image and archive, on
-//! the exported assembly, and on what GCC makes of the exported C files, against the records of `tick-record`: bound
-//! and meaning from one disassembly.
+//! Translation validation of the shipped machine code with `cycle-bound --means`: the image, the static library, the
+//! exported assembly, and GCC's code for the exported C files. The specifications come from the operation traces of
+//! `tick-record`; bound and validation use one disassembly.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,11 +10,11 @@ use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 use crate::{budget, capi, firmware};
 
-/// Texts, C files and what is linked of them.
+/// Folder of specifications, C files and linked programs.
 const FOLDER: &str = "target/means";
-/// What the exported C file of a controller or a drive holds, each a function of its own.
+/// Functions of the exported C file of a controller or a drive.
 const FUNCTIONS: [&str; 6] = ["tick", "start", "not_started", "report_applied", "estimates", "reset"];
-/// What the assembly holds: with a tick of u alone, of a drive also the parts of its tick.
+/// Functions of the assembly: with a tick of u alone, and the parts of a drive's tick.
 const ASSEMBLED: [&str; 7] = ["tick_u", "tick", "start", "not_started", "report_applied", "estimates", "reset"];
 const ASSEMBLED_DRIVE: [&str; 15] = [
     "tick",
@@ -33,7 +33,7 @@ const ASSEMBLED_DRIVE: [&str; 15] = [
     "estimates",
     "reset",
 ];
-/// GCC's ways to compile it.
+/// Optimisation levels of GCC.
 const LEVELS: [&str; 4] = ["-O1", "-O2", "-O3", "-Os"];
 const GCC: [&str; 8] = [
     "-std=c99",
@@ -46,12 +46,12 @@ const GCC: [&str; 8] = [
     "-Wl,-Ttext=0x08000000,-e,0",
 ];
 
-/// Assembly that the images carry.
+/// Assembly contained in the images.
 struct Shipped {
-    /// What its functions begin with.
+    /// Prefix of its functions.
     prefix: &'static str,
     file: &'static str,
-    /// What it was exported from.
+    /// Scenario of its export, with options.
     scenario: &'static [&'static str],
     functions: &'static [&'static str],
 }
@@ -84,12 +84,12 @@ const SHIPPED: [Shipped; 4] = [
 ];
 const PERIOD: [&str; 2] = ["--set", "drive.period_s=1e-3"];
 const SETS: [&str; 2] = ["--set", "drive.gain_sets=1"];
-/// One observer per encoder.
+/// Option for one observer per encoder.
 const APART: [&str; 2] = ["--set", "drive.tuning=\"normal\""];
 const ORDER_3_AT_100: &str =
     "controller.observer=[{channel=2,bandwidth_rad_s=100,order=3},{channel=4,bandwidth_rad_s=100,order=3}]";
 
-/// What is exported, and which functions of it are held.
+/// An export, and its validated functions.
 struct Exported {
     name: &'static str,
     scenario: &'static [&'static str],
@@ -118,7 +118,7 @@ const LIMITS: &str = "controller.limits={ min = -300, max = 300 }";
 const ORDER_3: &str = "controller.observer=[{ channel = 2, bandwidth_rad_s = 10, order = 3 }, \
                        { channel = 4, bandwidth_rad_s = 10, order = 3 }]";
 
-/// Instances with a ceiling and without a text, each with its reason. Whoever is in neither list fails.
+/// Instances with a cycle budget and without a specification, with the reason. An instance in neither list fails.
 const WITHOUT: [(&str, &str); 6] = [
     ("budget::joint_whole::tick", WAYS),
     ("budget::joint_whole_two_sets::tick", WAYS),
@@ -128,7 +128,7 @@ const WITHOUT: [(&str, &str); 6] = [
     ("budget::sine::tick", "no tick: the sine of a drive's map alone"),
 ];
 const WAYS: &str = "as one record it has more ways than the recorder takes";
-/// Functions of the archive that are not held, by a part of their names.
+/// Functions of the static library without validation, by a part of their names, with the reason.
 const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 16] = [
     ("edo_smc_version", SIZE),
     ("edo_smc_modes_ok", "asks for the modes of the machine"),
@@ -147,7 +147,7 @@ const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 16] = [
     ("edo_smc_fence_", "designs, in f64"),
     ("edo_smc_guard_", "compares estimates with limits, which is not recorded"),
 ];
-/// Instances of image and archive that the fast tier holds: chains and a motor. The paths of a joint's take minutes.
+/// Instances of image and library that the fast tier validates: chains and a motor. The paths of a joint take minutes.
 const QUICK: [&str; 9] = [
     "joint_r1",
     "joint_r2",
@@ -159,14 +159,14 @@ const QUICK: [&str; 9] = [
     "motor_speed",
     "n4_r2_c24",
 ];
-/// Of the archive's motor what the fast tier leaves out: with the brake in it a watched tick takes minutes.
+/// Functions of the library's motor that the fast tier omits: with the brake, a monitored tick takes minutes.
 const SLOW: [&str; 2] = ["edo_smc_tick_motor", "edo_smc_go_on_motor"];
 const SIZE: &str = "a constant";
 const EXPONENTIAL: &str = "an exponential of a library, which is not recorded";
-/// An interrupt is more than its tick: it talks to the chip.
+/// Control interrupt: it contains more than a tick, since it accesses the peripherals.
 const INTERRUPT: &str = "TIM3";
 
-/// Why this function of the budgets is held to no record; none if it is held.
+/// Returns the reason if a function of the budgets has no validation.
 pub(crate) fn why_not(symbol: &str) -> Option<&'static str> {
     let of_the_archive =
         WITHOUT_IN_THE_ARCHIVE.iter().filter(|(part, _)| symbol.contains("edo_smc") && symbol.contains(part));
@@ -174,16 +174,16 @@ pub(crate) fn why_not(symbol: &str) -> Option<&'static str> {
     WITHOUT.iter().filter(|(name, _)| *name == symbol).chain(of_the_archive).map(|(_, why)| *why).next().or(interrupt)
 }
 
-/// Which texts are held.
+/// Extent of the validation.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Extent {
-    /// The instances that [`QUICK`] names.
+    /// Instances listed in [`QUICK`].
     Image,
-    /// The whole archive, exported C at every level of GCC, assembly.
+    /// The whole library, exported C at every level of GCC, and assembly.
     All,
 }
 
-/// Builds the image, then judges all.
+/// Builds the image and validates everything.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     firmware::run(gate)?;
     capi::run(gate, capi::Cores::Emulated)?;
@@ -194,9 +194,9 @@ fn failed(reason: String) -> Failure {
     Failure { reason, rerun: "cargo xtask means".into() }
 }
 
-/// Machine code against records.
+/// Validates the machine code against the operation traces.
 pub(crate) fn judge(gate: &mut Gate, extent: Extent) -> Outcome {
-    gate.step("machine code computes what the tick says", |gate| {
+    gate.step("machine code equals the tick", |gate| {
         let folder = gate.root.join(FOLDER);
         std::fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
         of_the_image_and_the_archive(gate, &folder.join("recorded"), extent)?;
@@ -205,7 +205,7 @@ pub(crate) fn judge(gate: &mut Gate, extent: Extent) -> Outcome {
                 of_the_files(gate, &folder.join(exported.name), exported)?;
             }
         }
-        // Each text is a run of `export` of its own, so the fast tier holds one file.
+        // Each specification needs a run of `export`, so the fast tier validates one file.
         let all = if extent == Extent::All { &SHIPPED[..] } else { &SHIPPED[..1] };
         for shipped in all {
             of_the_assembly(gate, &folder.join("shipped"), shipped)?;
@@ -218,10 +218,10 @@ pub(crate) fn judge(gate: &mut Gate, extent: Extent) -> Outcome {
     })
 }
 
-/// The ticks of the Rust image, the functions of the archive.
+/// Validates the ticks of the Rust image and the functions of the library.
 fn of_the_image_and_the_archive(gate: &Gate, folder: &Path, extent: Extent) -> Outcome {
     let wrong = |error: std::io::Error| failed(format!("{}: {error}", folder.display()));
-    // Texts of an older run do not belong to this one.
+    // Removes specifications of an earlier run.
     if folder.exists() {
         std::fs::remove_dir_all(folder).map_err(wrong)?;
     }
@@ -254,7 +254,7 @@ fn of_the_image_and_the_archive(gate: &Gate, folder: &Path, extent: Extent) -> O
     held(gate, &linked, of_archive.values())
 }
 
-/// Held by [`of_the_assembly`].
+/// Returns whether [`of_the_assembly`] validates the function.
 fn is_shipped_assembly(symbol: &str) -> bool {
     let of = |shipped: &Shipped| {
         let name = symbol.strip_prefix(shipped.prefix).and_then(|rest| rest.strip_prefix('_'));
@@ -263,21 +263,21 @@ fn is_shipped_assembly(symbol: &str) -> bool {
     SHIPPED.iter().any(of)
 }
 
-/// The command that exports a scenario in a form, with these names.
+/// Returns the command that exports a scenario in a form, with these names.
 fn export(gate: &Gate, form: &str, prefix: &str, scenario: &[&str]) -> Result<Invocation, Failure> {
     let export = gate.built()?.program("host-sim")?.with(&["export", "--paper", form]);
     Ok(export.with(&["--prefix", prefix, "--force"]).with(scenario))
 }
 
-/// Writes the text of each function.
+/// Writes the specification of each function.
 fn write(gate: &Gate, export: &Invocation, functions: &[&str], texts: &[String]) -> Outcome {
     let mut each = functions.iter().zip(texts);
     each.try_for_each(|(function, text)| export.clone().with(&["--means", function, "-o", text]).run(gate))
 }
 
-/// Searches the assembly of the images anew: after a change of the tick's text.
+/// Searches the assembly of the images again, after a change of the tick.
 pub(crate) fn search(gate: &mut Gate) -> Outcome {
-    gate.step("assembly of the images, searched anew", |gate| {
+    gate.step("assembly of the images, scheduled again", |gate| {
         let folder = gate.root.join("target/assembly");
         std::fs::create_dir_all(&folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
         for Shipped { prefix, file, scenario, .. } in SHIPPED {
@@ -289,7 +289,7 @@ pub(crate) fn search(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// All functions of a file of assembly that lies among the sources.
+/// Validates all functions of an assembly file in the sources.
 fn of_the_assembly(gate: &Gate, folder: &Path, shipped: &Shipped) -> Outcome {
     let &Shipped { prefix, file, scenario, functions } = shipped;
     std::fs::create_dir_all(folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
@@ -303,7 +303,7 @@ fn of_the_assembly(gate: &Gate, folder: &Path, shipped: &Shipped) -> Outcome {
     held(gate, &elf, &texts)
 }
 
-/// The texts in a folder: of each function its file.
+/// Returns the specifications in a folder: function and file.
 fn texts(folder: &Path) -> Result<BTreeMap<String, String>, Failure> {
     let wrong = |error: std::io::Error| failed(format!("{}: {error}", folder.display()));
     let mut texts = BTreeMap::new();
@@ -317,13 +317,13 @@ fn texts(folder: &Path) -> Result<BTreeMap<String, String>, Failure> {
     Ok(texts)
 }
 
-/// Functions that have a ceiling.
+/// Returns the functions with a cycle budget.
 fn symbols(ceilings: &str) -> impl Iterator<Item = &str> {
     let names = ceilings.lines().filter_map(|line| line.strip_prefix("symbol = \"")?.strip_suffix('"'));
     names.filter(|name| !name.starts_with(INTERRUPT))
 }
 
-/// The functions of an exported C file, by GCC, and of the assembly.
+/// Validates the functions of an exported C file, compiled by GCC, and of its assembly.
 fn of_the_files(gate: &Gate, folder: &Path, exported: &Exported) -> Outcome {
     let &Exported { name, scenario, in_c, in_assembly } = exported;
     std::fs::create_dir_all(folder).map_err(|error| failed(format!("{}: {error}", folder.display())))?;
@@ -382,7 +382,7 @@ mod tests {
         for (part, _) in WITHOUT_IN_THE_ARCHIVE {
             assert!(declared.iter().any(|name| name.contains(part)), "{part}");
         }
-        // What a chain and a drive do at run time is never among it.
+        // Excludes nothing that a chain or a drive executes at run time.
         let begins: Vec<String> = ["tick", "go_on", "report_applied", "estimates", "reset"]
             .iter()
             .flat_map(|what| ["n", "motor", "joint"].map(|of| format!("edo_smc_{what}_{of}")))

@@ -1,22 +1,21 @@
-//! Does a test of the paper map fail when its equation is wrong?
+//! Mutation test of the paper map: a test of an equation must fail if the equation is wrong.
 //!
-//! The second table of docs/paper-map.md has rows `| (20) | `k_l`, `alpha` |`: symbols that are broken on purpose, one
-//! after the other, in the designs of the suite (`break_symbol` in tests/src/shape.rs; the code that is shipped stays
-//! as it is). Of the tests of the suite that the map names for the equation at least one must then fail; without a
-//! broken symbol all pass. One build, one run per symbol.
+//! The last table of docs/paper.md has rows `| (20) | `k_l`, `alpha` |`: symbols that are broken deliberately, one
+//! after the other, in the designs of the suite (`break_symbol` in tests/src/shape.rs). The shipped code stays
+//! unchanged. At least one of the suite's tests for the equation must then fail; without a broken symbol all tests
+//! pass. There is one build and one run per symbol.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 
-use crate::paper_map::{MAP, references};
+use crate::paper_map::{self, MAP, references};
 use crate::step::{Gate, Outcome};
 
-/// The variable that `tests/src/shape.rs` reads.
+/// Variable that `tests/src/shape.rs` reads.
 const MUTATION: &str = "MUTATION";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.check("paper map: its tests fail when a symbol is broken", "cargo xtask mutate", |gate| {
-        let text = fs::read_to_string(gate.root.join(MAP)).map_err(|error| format!("{MAP}: {error}"))?;
+        let text = paper_map::read(&gate.root)?;
         let rows = rows(&text)?;
         let all: BTreeSet<&str> = rows.iter().flat_map(|row| row.tests.iter().map(String::as_str)).collect();
         let failed = failed(gate, None, &all)?;
@@ -44,12 +43,12 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// A row of the second table, with the tests of the suite that the first one names.
+/// A row of the mutation table, with the suite's tests from the map.
 #[derive(Debug, PartialEq)]
 struct Row {
     label: String,
     symbols: Vec<String>,
-    /// `module::test`.
+    /// Tests as `module::test`.
     tests: Vec<String>,
 }
 
@@ -77,7 +76,7 @@ fn rows(text: &str) -> Result<Vec<Row>, String> {
     if rows.is_empty() { Err(format!("{MAP}: no row `| (20) | symbols |`: nothing is broken")) } else { Ok(rows) }
 }
 
-/// Which of these tests fail. An error if one of them did not run.
+/// Returns the tests that fail; an error if one of them did not run.
 fn failed(gate: &Gate, symbol: Option<&str>, tests: &BTreeSet<&str>) -> Result<Vec<String>, String> {
     let suite = gate.built().and_then(|built| built.test("tests/suite")).map_err(|failure| failure.reason)?;
     let mut command = suite.command();
@@ -95,7 +94,7 @@ fn failed(gate: &Gate, symbol: Option<&str>, tests: &BTreeSet<&str>) -> Result<V
     Ok(verdicts.into_iter().filter(|(_, passed)| !passed).map(|(test, _)| test).collect())
 }
 
-/// Name of each test, and whether it passed, from lines `test a::b ... ok`.
+/// Returns the name and the outcome of each test, from lines `test a::b ... ok`.
 fn verdicts(output: &str) -> Vec<(String, bool)> {
     let verdict = |line: &str| {
         let (name, verdict) = line.strip_prefix("test ")?.split_once(" ... ")?;

@@ -1,13 +1,13 @@
-//! docs/paper-map.md against the sources: each numbered equation, each figure and Table I has exactly one row, and the
-//! items and tests that the row names exist.
+//! Checks the map of equations in docs/paper.md against the sources: each numbered equation, each figure and Table I
+//! has exactly one row, and the items and tests that the row names exist. Other tables of the page are not read.
 //!
 //! A row is `| label | what | symbols | tests |`. A label is `(44)`, a range `(3)-(6)`, `Fig. 4` or `Table I`. A symbol
 //! is `` `path/to/file.rs::Item` `` or `` `path/to/file.rs::Type::item` ``, or a file alone; a test is
-//! `` `path/to/file.rs::test_name` ``. A row may say `-` with its reason where there is nothing to name.
+//! `` `path/to/file.rs::test_name` ``. A row without a name has `-` and the reason.
 //!
-//! A row of the table under it is `| label | proof | machine code |`: statements of docs/proofs.md, and functions of
-//! firmware/budgets.toml by how their names begin. Every function that is judged there has a row, and as soon as there
-//! are proofs a row without one is a fault.
+//! A row of the table under it is `| label | proof | machine code |`: statements of docs/verification.md, and functions
+//! of firmware/budgets.toml by the beginnings of their names. Every function that is judged there has a row, and a row
+//! without a statement is an error as soon as there are proofs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,15 +16,17 @@ use std::path::Path;
 use crate::step::{Gate, Outcome};
 use crate::traceability;
 
-pub(crate) const MAP: &str = "docs/paper-map.md";
-const PROOFS: &str = "docs/proofs.md";
+pub(crate) const MAP: &str = "docs/paper.md";
+/// Heading of the section of [`MAP`] that holds the map, the last one of the page.
+const SECTION: &str = "## Map of equations";
+const PROOFS: &str = "docs/verification.md";
 const BUDGETS: &str = "firmware/budgets.toml";
 const EQUATIONS: u32 = 64;
 const FIGURES: u32 = 10;
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    gate.check("paper map: every equation has a home and a test", "cargo xtask paper-map", |gate| {
-        let text = fs::read_to_string(gate.root.join(MAP)).map_err(|error| format!("{MAP}: {error}"))?;
+    gate.check("paper map: every equation has code and a test", "cargo xtask paper-map", |gate| {
+        let text = read(&gate.root)?;
         let mut faults = faults(&text, &gate.root);
         let budgets = fs::read_to_string(gate.root.join(BUDGETS)).map_err(|error| format!("{BUDGETS}: {error}"))?;
         let proofs = fs::read_to_string(gate.root.join(PROOFS)).ok();
@@ -40,6 +42,17 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
             Err(faults.join("\n"))
         }
     })
+}
+
+/// Reads the map. Empty lines replace the rest of the page, so that the line numbers match the page.
+pub(crate) fn read(root: &Path) -> Result<String, String> {
+    let page = fs::read_to_string(root.join(MAP)).map_err(|error| format!("{MAP}: {error}"))?;
+    section(&page).ok_or_else(|| format!("{MAP} has no section `{SECTION}`"))
+}
+
+fn section(page: &str) -> Option<String> {
+    let (before, map) = page.split_once(SECTION)?;
+    Some("\n".repeat(before.lines().count()) + map)
 }
 
 fn faults(text: &str, root: &Path) -> Vec<String> {
@@ -60,7 +73,7 @@ fn faults(text: &str, root: &Path) -> Vec<String> {
         }
         for (cell, is_test) in [(cells[2], false), (cells[3], true)] {
             let references = references(cell);
-            // A dash and a reason: at least a word of it.
+            // A dash and a reason of at least one word.
             if references.is_empty() && cell.strip_prefix("- ").is_none_or(|reason| reason.len() <= 3) {
                 say(format!("name at least one {}, or `- reason`", if is_test { "test" } else { "symbol" }));
             }
@@ -82,7 +95,7 @@ fn faults(text: &str, root: &Path) -> Vec<String> {
     faults
 }
 
-/// The table of proofs and machine code against what they name.
+/// Checks the table of proofs and machine code against the functions and statements that it names.
 fn on_the_chip(text: &str, budgets: &str, proofs: Option<&str>) -> Vec<String> {
     let instances = budgets.split("[[instance]]").skip(1);
     let functions: Vec<&str> = instances.filter_map(|of| of.split_once("name = \"")?.1.split('"').next()).collect();
@@ -119,12 +132,12 @@ fn required() -> impl Iterator<Item = String> {
     equations.chain((1..=FIGURES).map(|number| format!("Fig. {number}"))).chain([String::from("Table I")])
 }
 
-/// The four cells of a row; `None` for prose, the heading and its rule.
+/// Returns the four cells of a row; `None` for prose, the heading and its rule.
 pub(crate) fn cells(line: &str) -> Option<[&str; 4]> {
     row(line)
 }
 
-/// The cells of a row of so many.
+/// Returns the K cells of a row.
 pub(crate) fn row<const K: usize>(line: &str) -> Option<[&str; K]> {
     let inner = line.trim().strip_prefix('|')?.strip_suffix('|')?;
     let cells: Vec<&str> = inner.split('|').map(str::trim).collect();
@@ -133,7 +146,7 @@ pub(crate) fn row<const K: usize>(line: &str) -> Option<[&str; K]> {
     (!is_heading).then_some(cells)
 }
 
-/// `(3)-(6)` is four labels, anything else one.
+/// Returns the labels of a cell: `(3)-(6)` is four labels, any other text is one.
 fn labels(cell: &str) -> Result<Vec<String>, String> {
     let Some((first, last)) = cell.split_once(")-(") else { return Ok(vec![cell.to_string()]) };
     let number = |text: &str| text.trim_matches(['(', ')']).parse::<u32>();
@@ -143,12 +156,12 @@ fn labels(cell: &str) -> Result<Vec<String>, String> {
     }
 }
 
-/// What stands between backticks.
+/// Returns the texts between backticks.
 pub(crate) fn references(cell: &str) -> Vec<&str> {
     cell.split('`').skip(1).step_by(2).collect()
 }
 
-/// Does the file exist, and does it define each part of the name?
+/// Checks that the file exists and defines each part of the name.
 fn resolve(reference: &str, is_test: bool, root: &Path) -> Result<(), String> {
     let (file, names) = match reference.split_once("::") {
         Some((file, names)) => (file, names.split("::").collect()),
@@ -173,7 +186,7 @@ fn defines(text: &str, name: &str) -> bool {
     text.lines().any(|line| is_definition(line, name))
 }
 
-/// A line such as `pub const fn name(` or `Name {` of an enum; comments do not count.
+/// Returns whether a line defines the name, such as `pub const fn name(` or `Name {` of an enum; comments do not count.
 pub(crate) fn is_definition(line: &str, name: &str) -> bool {
     let line = line.trim_start();
     if line.starts_with("//") {
@@ -186,7 +199,7 @@ pub(crate) fn is_definition(line: &str, name: &str) -> bool {
     variant || words.windows(2).any(|pair| keywords.contains(&pair[0]) && pair[1] == name)
 }
 
-/// `#[test]` in the few lines of attributes above the function.
+/// Returns whether `#[test]` is among the attributes directly above the function.
 fn is_tested(text: &str, name: &str) -> bool {
     let lines: Vec<&str> = text.lines().map(str::trim).collect();
     lines.iter().enumerate().any(|(at, line)| {
@@ -212,6 +225,15 @@ mod tests {
 
     fn here() -> &'static Path {
         Path::new(env!("CARGO_MANIFEST_DIR"))
+    }
+
+    #[test]
+    fn the_map_is_read_from_its_section_with_the_lines_of_the_page() {
+        let page = "# Paper\n\n| claim | printed | here | |\n\n## Map of equations\n\n| (1) | w | s | t |\n";
+        let map = section(page).expect("a section");
+        let rows: Vec<_> = map.lines().enumerate().filter_map(|(at, line)| Some((at + 1, cells(line)?))).collect();
+        assert_eq!(rows, [(7, ["(1)", "w", "s", "t"])]);
+        assert_eq!(section("# The paper\n"), None);
     }
 
     #[test]

@@ -1,17 +1,17 @@
-//! `prove`: what is claimed of the shipped ticks for every input is proved by a solver, and faults put in on purpose
-//! are noticed ([docs/proofs.md](../../docs/proofs.md)).
+//! Command `prove`: a solver proves the statements about the shipped ticks for every input, and must detect faults
+//! inserted deliberately ([docs/verification.md](../../docs/verification.md)).
 
 use crate::python::Environment;
 use crate::step::{Failure, Gate, Outcome};
 
-/// The solver, MIT: a wheel of some megabytes with nothing behind it.
+/// The solver, MIT: a wheel of some megabytes without dependencies.
 const SOLVER: Environment =
     Environment { folder: "target/solvers", packages: &["bitwuzla==0.9.1"], rerun: "cargo xtask prove" };
 
-/// The table of what was tried stands in it.
-const PAGE: &str = "docs/proofs.md";
-/// Scenarios whose exported C gets a certificate: a drive of an image, the other one, and the files to start from.
-/// Their statements are those of the instances, so the deep tier makes the first certificate only.
+/// Page with the table of proved statements.
+const PAGE: &str = "docs/verification.md";
+/// Scenarios whose exported C gets a certificate: the drives of both images, and the starter files. Their statements
+/// equal the statements of the instances, so the deep tier creates the first certificate only.
 const SCENARIOS: [&str; 5] = [
     "firmware/motor.toml",
     "firmware/drive.toml",
@@ -21,18 +21,18 @@ const SCENARIOS: [&str; 5] = [
 ];
 const CERTIFICATES: &str = "target/certificates";
 
-/// Proves the required statements, checks that faults are noticed, makes one certificate: the part `proofs`.
+/// Proves the required statements, checks the detection of faults, and creates one certificate: the part `proofs`.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step("the solver for proofs", |gate| SOLVER.ready(gate))?;
-    proofs(gate, "statements about every input, proved; faults put in on purpose, noticed", &[])?;
+    proofs(gate, "statements for every input proved; inserted faults detected", &[])?;
     certificates(gate, "certificate of a drive in an image", &SCENARIOS[..1])
 }
 
-/// Every shipped instance, and certificates of the files to start from.
+/// Proves the statements of every shipped instance, and creates certificates of the starter files.
 pub(crate) fn all(gate: &mut Gate) -> Outcome {
     gate.step("the solver for proofs", |gate| SOLVER.ready(gate))?;
-    proofs(gate, "statements about every shipped instance, into their table", &["--all", "--page", PAGE])?;
-    certificates(gate, "certificates of the drives in the images and of the files to start from", &SCENARIOS)
+    proofs(gate, "statements about every shipped instance, with their table", &["--all", "--page", PAGE])?;
+    certificates(gate, "certificates of the drives in the images and of the starter files", &SCENARIOS)
 }
 
 fn proofs(gate: &mut Gate, headline: &str, arguments: &[&str]) -> Outcome {

@@ -1,28 +1,28 @@
-//! Programs of Python that steps of both tiers ask: each in an environment of its own, which nothing else uses, with
-//! the versions that are named here and no others.
+//! Python programs that steps of both tiers use, each in a separate environment with exactly the versions listed in its
+//! definition.
 
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
-/// Prints what is installed of the packages that it is asked for, in the words of their requirements.
+/// Script that prints the installed versions of packages in the form of requirements.
 const INSTALLED: &str = "import sys; from importlib.metadata import version; \
                          print(*(f'{name}=={version(name)}' for name in sys.argv[1:]))";
 
-/// Packages of PyPI in a folder of `target`.
+/// PyPI packages in a folder of `target`.
 pub(crate) struct Environment {
     pub(crate) folder: &'static str,
-    /// `name==version` each.
+    /// Packages as `name==version`.
     pub(crate) packages: &'static [&'static str],
-    /// How to come back here.
+    /// Command that repeats the step.
     pub(crate) rerun: &'static str,
 }
 
 impl Environment {
-    /// Path of a program in it: `python`, or what a package brought.
+    /// Returns the path of a program of the environment: `python`, or a program of a package.
     pub(crate) fn program(&self, name: &str) -> String {
         format!("{}/bin/{name}", self.folder)
     }
 
-    /// Are the packages there? If not they are installed.
+    /// Installs the packages if they are missing.
     pub(crate) fn ready(&self, gate: &Gate) -> Outcome {
         let python = self.program("python");
         let names = self.packages.iter().map(|package| package.split("==").next().unwrap_or(package));

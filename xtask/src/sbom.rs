@@ -1,8 +1,9 @@
-//! What is in the binaries: a bill of materials (SPDX 2.3, JSON) of the images and one of the archives for C, in
-//! `target/sbom`, checked by the tools of SPDX.
+//! Bill of materials (SPDX 2.3, JSON) of the images, and one of the C libraries, in `target/sbom`, validated by the
+//! tools of SPDX.
 //!
-//! Cargo tells the crates that are linked (no macros, no build scripts, no tests), its lock file their checksums. A
-//! wheel there is not. Same sources, same files: the date is that of the commit.
+//! Cargo provides the linked crates (no macros, build scripts or tests), and its lock file provides their checksums.
+//! There is no Python wheel, so there is no bill for one. The output is reproducible: its date is the date of the
+//! commit.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,12 +18,12 @@ use crate::{capi, firmware};
 
 const RERUN: &str = "cargo xtask sbom";
 const FOLDER: &str = "target/sbom";
-/// The validator.
+/// Environment of the validator.
 const CHECKER: Environment =
     Environment { folder: "target/spdx-tools", packages: &["spdx-tools==0.8.5"], rerun: RERUN };
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    gate.step("bills of materials of images and archives", |gate| {
+    gate.step("bills of materials of images and C libraries", |gate| {
         let failed = |reason: String| Failure { reason, rerun: RERUN.into() };
         fs::create_dir_all(gate.root.join(FOLDER)).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
         CHECKER.ready(gate)?;
@@ -35,7 +36,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
             fs::write(gate.root.join(&to), format!("{bill:#}\n")).map_err(|error| failed(format!("{to}: {error}")))?;
             Invocation::new(&checker, &["--infile", &to]).run(gate)?;
             println!("{to}: {} files of {} packages", files.len(), packages(&bill));
-            // A checker that passes everything checks nothing.
+            // The validator must reject a broken bill.
             let mut broken = bill;
             broken["packages"][0]["downloadLocation"] = json!("nowhere");
             let no = format!("{FOLDER}/broken.spdx.json");
@@ -48,7 +49,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// All that is linked into these files.
+/// Returns the bill of everything linked into these files.
 fn bill(gate: &Gate, name: &str, manifest: &str, files: &[String]) -> Result<Value, String> {
     let ask =
         ["metadata", "--format-version", "1", "--locked", "--filter-platform", TARGET, "--manifest-path", manifest];
@@ -77,7 +78,7 @@ fn bill(gate: &Gate, name: &str, manifest: &str, files: &[String]) -> Result<Val
         relations.push(relation("SPDXRef-DOCUMENT", "DESCRIBES", &id));
     }
     let core = identifier("core");
-    // The core library, of which every program has parts.
+    // The core library, which every program contains in part.
     packages.push(package(&core, "core (Rust)", &compiler, "MIT OR Apache-2.0", None, None));
     let root = metadata["resolve"]["root"].as_str().ok_or("no root")?;
     let linked = linked(&metadata, root);
@@ -124,7 +125,8 @@ fn package(id: &str, name: &str, version: &str, license: &str, from: Option<&str
     })
 }
 
-/// Packages that end in a binary of the root: its dependencies and theirs, but not macros, which run in the compiler.
+/// Returns the packages linked into a binary of the root: direct and indirect dependencies, without macros, which run
+/// in the compiler.
 fn linked<'a>(metadata: &'a Value, root: &str) -> BTreeMap<String, &'a Value> {
     let (mut found, mut open) = (BTreeMap::new(), vec![root.to_string()]);
     let all = |value: &'a Value| value.as_array().map_or(&[][..], Vec::as_slice);
@@ -144,7 +146,7 @@ fn linked<'a>(metadata: &'a Value, root: &str) -> BTreeMap<String, &'a Value> {
     found
 }
 
-/// Name and version to SHA-256, from a lock file.
+/// Returns the SHA-256 of each name and version in a lock file.
 fn checksums(lock: &str) -> BTreeMap<(String, String), String> {
     let value = |of: &str, key: &str| {
         of.lines().find_map(|line| Some(line.strip_prefix(key)?.strip_prefix(" = \"")?.strip_suffix('"')?.to_string()))
@@ -155,7 +157,7 @@ fn checksums(lock: &str) -> BTreeMap<(String, String), String> {
     sums.collect()
 }
 
-/// What SPDX takes for the name of an element.
+/// Returns a valid SPDX element identifier.
 fn identifier(of: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c } else { '-' };
     format!("SPDXRef-{}", of.chars().map(plain).collect::<String>())

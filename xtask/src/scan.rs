@@ -1,24 +1,24 @@
-//! No source may hold a test that is switched off, a place that is not written yet, or a line that is too long; and all
-//! workspaces have one table of lints.
+//! Source scan: no disabled test, no unfinished code and no long line in any source, and one table of lints for all
+//! workspaces.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Split so that this file does not find itself.
+/// Forbidden texts, split so that this file does not match.
 const FORBIDDEN: [&str; 4] =
     [concat!("#[ign", "ore"), concat!("to", "do!("), concat!("unimple", "mented!("), concat!("```ign", "ore")];
 
-/// What no build reads and no one writes by hand.
+/// Folders outside of the sources.
 const SKIPPED: [&str; 4] = ["target", "out", ".git", "node_modules"];
 
-/// Characters of a line at most.
+/// Longest line, characters.
 const WIDTH: usize = 120;
 
-/// Workspaces of their own, which have lints of their own.
+/// Separate workspaces, each with its own lints.
 const WORKSPACES: [&str; 4] =
     ["firmware/Cargo.toml", "controller-capi/Cargo.toml", "benches/chip/Cargo.toml", "benches/speed/Cargo.toml"];
 
-/// Number of Rust files read, or the first finding.
+/// Returns the number of Rust files read, or the first finding.
 pub(crate) fn check(root: &Path) -> Result<String, String> {
     let files = files_with(root, "rs").map_err(|error| format!("the sources cannot be read: {error}"))?;
     for file in &files {
@@ -40,7 +40,7 @@ pub(crate) fn check(root: &Path) -> Result<String, String> {
     Ok(format!("{} files", files.len()))
 }
 
-/// The lints of a manifest, table by table, without comments.
+/// Returns the lints of a manifest, table by table, without comments.
 fn lints(manifest: &str) -> Vec<String> {
     let mut inside = false;
     let lines = manifest.lines().map(|line| line.trim().replace("[workspace.lints", "[lints"));
@@ -62,7 +62,7 @@ fn too_long(text: &str) -> Option<(usize, usize)> {
     widths.map(|(number, width)| (number + 1, width)).find(|(_, width)| *width > WIDTH)
 }
 
-/// All files below `directory` of this extension.
+/// Returns all files below `directory` with this extension.
 pub(crate) fn files_with(directory: &Path, extension: &str) -> std::io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(directory)? {

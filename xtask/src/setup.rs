@@ -1,5 +1,5 @@
-//! Are the tools there?  What is missing is installed where that is possible without a choice of the user's; else the
-//! error names what to install. The rustup toolchain is never changed.
+//! Check of the tools. Missing tools are installed if this needs no decision of the user; otherwise the error names the
+//! packages. The rustup toolchain is never changed.
 
 use std::path::Path;
 
@@ -7,17 +7,17 @@ use crate::compiler::{Compiler, DEBIAN_PACKAGES, TARGET};
 use crate::step::{Failure, Gate, Invocation, Outcome};
 use crate::{capi, evidence, wasm};
 
-/// The emulator of the chip, and the board with it.
+/// Emulator of the chip and its board.
 const EMULATOR: &str = "qemu-system-arm";
 const BOARD: &str = "netduinoplus2";
-/// The C compiler for the chip.
+/// C compiler for the chip.
 pub(crate) const CROSS_C: &str = "arm-none-eabi-gcc";
-/// Programs for firmware in C, and the packages that bring them.
+/// Programs for firmware in C, and their packages.
 const FOR_C: [(&str, &[&str]); 3] =
     [(CROSS_C, &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]), ("make", &["make"]), ("cmake", &["cmake"])];
-/// Opens the pages of reports, without a screen.
+/// Browser that opens report pages without a screen.
 const BROWSER: &str = "chromium";
-/// Counts instructions on the host.
+/// Instruction counter on the host.
 const VALGRIND: &str = "valgrind";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
@@ -43,7 +43,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     )
 }
 
-/// Something that is not there.
+/// A missing tool.
 struct Missing {
     what: String,
     packages: &'static [&'static str],
@@ -78,7 +78,7 @@ fn missing() -> Vec<Missing> {
         let what = String::from("no `python3 -m venv`, for the solver and other programs of Python");
         missing.push(Missing { what, packages: &["python3-venv"] });
     }
-    // A file that it does not find it names without a folder.
+    // gcc prints a missing file's name without a folder.
     if Invocation::new(CROSS_C, &["-print-file-name=nano.specs"]).answer().is_some_and(|path| !path.contains('/')) {
         let what = format!("no C library (newlib-nano) for {CROSS_C}");
         missing.push(Missing { what, packages: &["libnewlib-arm-none-eabi"] });
@@ -102,20 +102,20 @@ fn missing() -> Vec<Missing> {
     missing
 }
 
-/// Its version, if it knows the board.
+/// Returns the emulator's version, if it supports the board.
 fn emulator() -> Option<String> {
     let boards = Invocation::new(EMULATOR, &["-machine", "help"]).answer()?;
     let version = Invocation::new(EMULATOR, &["--version"]).answer()?;
     boards.contains(BOARD).then(|| version.lines().next().unwrap_or_default().to_string())
 }
 
-/// Can packages be installed here: root on Debian?
+/// Returns whether packages can be installed: root on Debian.
 fn can_install() -> bool {
     let is_root = Invocation::new("id", &["-u"]).answer().as_deref() == Some("0");
     is_root && Path::new("/etc/debian_version").exists()
 }
 
-/// All that is missing, if we can.
+/// Installs everything that is missing, if possible.
 fn install(gate: &Gate, missing: &[Missing]) -> Outcome {
     let packages: Vec<&str> = missing.iter().flat_map(|missing| missing.packages).copied().collect();
     let all = Invocation::new("apt-get", &["install", "-y", "--no-install-recommends"]).with(&packages);

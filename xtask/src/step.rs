@@ -1,4 +1,4 @@
-//! A step of a tier: a headline, commands or a check, a duration; the first failure ends the run.
+//! Step of a tier: a headline, commands or a check, a duration; the first failure ends the run.
 
 use std::cell::OnceCell;
 use std::fmt;
@@ -9,36 +9,36 @@ use std::time::{Duration, Instant};
 
 use crate::built::Built;
 
-/// Output of what runs beside something else.
+/// Folder for the output of parallel commands.
 const LOGS: &str = "target/xtask";
 
-/// The last lines of an output.
+/// Returns the last lines of an output.
 pub(crate) fn end(text: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     lines[lines.len().saturating_sub(60)..].join("\n")
 }
 
-/// Why a step failed, and what to run to see it again.
+/// Reason of a failed step, and the command to repeat it.
 #[derive(Debug)]
 pub(crate) struct Failure {
-    /// What is wrong and what to do about it.
+    /// Error and remedy.
     pub(crate) reason: String,
-    /// The command that repeats it.
+    /// Command that repeats the step.
     pub(crate) rerun: String,
 }
 
-/// Of a step or of all of them.
+/// Outcome of a step or of a tier.
 pub(crate) type Outcome = Result<(), Failure>;
 
-/// The run so far.
+/// State of a run.
 pub(crate) struct Gate {
-    /// The folder of the workspace.
+    /// Folder of the workspace.
     pub(crate) root: PathBuf,
-    /// Headlines and durations of the steps that passed.
+    /// Headlines and durations of the passed steps.
     passed: Vec<(String, Duration)>,
-    /// Parts of the deep tier that this run leaves out.
+    /// Omitted parts of the deep tier.
     left_out: Vec<String>,
-    /// The build of the host, once a step has asked for it.
+    /// Build for the host, once a step has requested it.
     built: OnceCell<Built>,
     started: Instant,
 }
@@ -64,12 +64,12 @@ impl Gate {
         Ok(())
     }
 
-    /// Lists at the end a part that this run leaves out.
+    /// Adds an omitted part to the list at the end of the run.
     pub(crate) fn leave_out(&mut self, part: String) {
         self.left_out.push(part);
     }
 
-    /// The files of the build of the host. The first call builds them.
+    /// Returns the files of the host build. The first call builds them.
     pub(crate) fn built(&self) -> Result<&Built, Failure> {
         if let Some(built) = self.built.get() {
             return Ok(built);
@@ -78,7 +78,7 @@ impl Gate {
         Ok(self.built.get_or_init(|| built))
     }
 
-    /// Fails if anything of ours was compiled for the host since the build.
+    /// Fails if a workspace crate was compiled for the host since the build.
     fn nothing_compiled(&self) -> Outcome {
         let failed = |reason: String| Failure { reason, rerun: String::from("cargo xtask test") };
         let anew = self.built()?.compiled(self).map_err(failed)?;
@@ -92,13 +92,13 @@ impl Gate {
         )))
     }
 
-    /// A step that runs commands one after the other.
+    /// Runs commands one after the other as a step.
     pub(crate) fn commands(&mut self, headline: &str, commands: &[Invocation]) -> Outcome {
         self.step(headline, |gate| commands.iter().try_for_each(|command| command.run(gate)))
     }
 
-    /// Runs another command of ours beside this work, which has the terminal: cargo waits for itself in one target
-    /// folder, and the folders differ. Its output is in a log, and follows.
+    /// Runs another command of this program in parallel with `work`, which uses the terminal. The target folders
+    /// differ, because cargo locks a target folder. The output goes to a log and is printed at the end.
     pub(crate) fn beside(&mut self, command: &'static str, work: impl FnOnce(&mut Self) -> Outcome) -> Outcome {
         let rerun = || format!("cargo xtask {command}");
         let failed = |error: std::io::Error| Failure { reason: format!("{command}: {error}"), rerun: rerun() };
@@ -120,7 +120,7 @@ impl Gate {
         Ok(())
     }
 
-    /// Starts `cargo xtask` with these arguments as a process of its own; it, and the log of this name that it writes.
+    /// Starts `cargo xtask` with these arguments as a process; returns it with the log of this name.
     pub(crate) fn start(&self, name: &str, arguments: &[&str]) -> std::io::Result<(Child, PathBuf)> {
         let path = self.log(name)?;
         let log = File::create(&path)?;
@@ -129,14 +129,14 @@ impl Gate {
         Ok((command.stderr(log.try_clone()?).stdout(log).spawn()?, path))
     }
 
-    /// Where a command that runs beside others writes.
+    /// Returns the log file of a parallel command.
     pub(crate) fn log(&self, command: &str) -> std::io::Result<PathBuf> {
         let folder = self.root.join(LOGS);
         fs::create_dir_all(&folder)?;
         Ok(folder.join(format!("{command}.log")))
     }
 
-    /// A step that looks at something itself; `check` returns one line for the report, or what is wrong.
+    /// Runs a check as a step; `check` returns one line for the report, or the error.
     pub(crate) fn check(
         &mut self,
         headline: &str,
@@ -152,7 +152,7 @@ impl Gate {
         })
     }
 
-    /// The last lines of a run.
+    /// Prints the last lines of a run.
     pub(crate) fn conclude(&self, command: &str, outcome: &Outcome) {
         let total_s = self.started.elapsed().as_secs_f64();
         println!("\ncargo xtask {command}");
@@ -175,7 +175,7 @@ impl Gate {
     }
 }
 
-/// One command line; prints itself so that a person can repeat it.
+/// A command line, printed so that it can be repeated by hand.
 #[derive(Clone, Debug)]
 pub(crate) struct Invocation {
     program: String,
@@ -189,12 +189,12 @@ impl Invocation {
         Self { program: program.to_string(), arguments, environment: Vec::new() }
     }
 
-    /// cargo, the one that runs us.
+    /// Returns an invocation of the cargo that started this program.
     pub(crate) fn cargo(arguments: &[&str]) -> Self {
         Self::new("cargo", arguments)
     }
 
-    /// Without the packages that no user takes.
+    /// Excludes the packages that are internal to the workspace.
     pub(crate) fn without_own(self) -> Self {
         let own = ["integration-tests", "benches", "xtask", "loop-sim-wasm"];
         own.into_iter().fold(self, |invocation, name| invocation.with(&["--exclude", name]))
@@ -214,12 +214,12 @@ impl Invocation {
         let running_cargo = std::env::var_os("CARGO").filter(|_| self.program == "cargo");
         let mut command = Command::new(running_cargo.unwrap_or_else(|| self.program.clone().into()));
         command.args(&self.arguments).envs(self.environment.iter().map(|(name, value)| (name, value)));
-        // Set by `cargo run` for the libraries of one compiler; a second compiler must not see them.
+        // `cargo run` sets this variable for one compiler's libraries; a second compiler must not use it.
         command.env_remove("LD_LIBRARY_PATH");
         command
     }
 
-    /// Runs in the workspace with its output shown as it comes.
+    /// Runs the command in the workspace and shows its output as it arrives.
     pub(crate) fn run(&self, gate: &Gate) -> Outcome {
         println!("$ {self}");
         let failed = |reason: String| Failure { reason, rerun: self.to_string() };
@@ -230,18 +230,18 @@ impl Invocation {
         }
     }
 
-    /// What it prints on both streams, however it ends.
+    /// Returns the output on both streams, whatever the exit status.
     pub(crate) fn output(&self, gate: &Gate) -> std::io::Result<String> {
         let output = self.command().current_dir(&gate.root).output()?;
         Ok([output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat())
     }
 
-    /// What it prints, if it can be started and succeeds.
+    /// Returns the output, if the command starts and succeeds.
     pub(crate) fn answer(&self) -> Option<String> {
         Self::said(self.command())
     }
 
-    /// The same in the workspace.
+    /// Returns the output in the workspace, if the command starts and succeeds.
     pub(crate) fn answer_in(&self, gate: &Gate) -> Option<String> {
         let mut command = self.command();
         command.current_dir(&gate.root);

@@ -1,8 +1,8 @@
 //! The two tiers of tests.
 //!
-//! `cargo xtask test` is the fast tier: everything that a change can break on an ordinary day. CI runs it, and a person
-//! before a commit. `cargo xtask test --deep` runs the full sizes, in parts that run two at a time. A long test chooses
-//! its size itself, by the variable [`DEEP`].
+//! `cargo xtask test` is the fast tier: checks for everyday changes, in CI and before a commit.
+//! `cargo xtask test --deep` runs the full sizes, in parts that run two at a time. A long test selects its size from
+//! the variable [`DEEP`].
 
 use std::fs;
 use std::process::Child;
@@ -13,11 +13,11 @@ use std::time::{Duration, Instant};
 
 use crate::step::{Failure, Gate, Invocation, Outcome, end};
 use crate::{
-    attack, bench, budget, capi, cluster, docs, evidence, firmware, first, fuzz, means, mutate, paper_map, prove, sbom,
-    scan, setup, thumb, wasm,
+    attack, bench, budget, capi, cluster, docs, evidence, firmware, first, fuzz, means, mutate, paper_map, prose,
+    prove, sbom, scan, setup, thumb, wasm,
 };
 
-/// Set for a test that runs at its full size.
+/// Variable that makes a test run at its full size.
 const DEEP: &str = "DEEP";
 
 /// Features of controller-core: none, and all.
@@ -30,22 +30,18 @@ struct Part {
     run: fn(&mut Gate) -> Outcome,
 }
 
-/// The longest parts first, so that the last ones fill both cores.
+/// Parts of the deep tier, longest first, so that the last ones fill both cores.
 const PARTS: [Part; 9] = [
-    Part { name: "shapes", holds: "every test at its full size, lanes of every shape", run: shapes },
-    Part {
-        name: "machine",
-        holds: "machine code of archive, exported C and assembly against the record",
-        run: machine,
-    },
-    Part { name: "mutation", holds: "symbols of the paper broken on purpose", run: mutate::run },
+    Part { name: "shapes", holds: "every test at full size, lanes of every configuration", run: shapes },
+    Part { name: "machine", holds: "machine code of library, exported C and assembly against the tick", run: machine },
+    Part { name: "mutation", holds: "symbols of the paper broken deliberately", run: mutate::run },
     Part { name: "first", holds: "the default features: first commands, left-out commands", run: first::run },
     Part { name: "wasm", holds: "the loop in WebAssembly, bit for bit", run: wasm::run },
-    Part { name: "random", holds: "a minute of random campaigns, libFuzzer against the wire", run: random },
+    Part { name: "random", holds: "a minute of random campaigns, libFuzzer on the serial protocol", run: random },
     Part { name: "proofs", holds: "statements about every input, a certificate", run: prove::run },
     Part {
         name: "cores",
-        holds: "controller-core by features, linted and for the chip, archives from two folders",
+        holds: "controller-core by features, linted and for the chip, C libraries from two folders",
         run: cores,
     },
     Part {
@@ -55,18 +51,18 @@ const PARTS: [Part; 9] = [
     },
 ];
 
-/// The commit at which each part last passed whole. It informs; nothing checks its age.
+/// File with the commit at which each part last passed completely, for information only.
 const RECORD: &str = "tests/deep.toml";
 const RECORD_HEAD: &str = "# The commit at which each part of the deep tier last passed whole.\n\
                            # `cargo xtask test --deep [PART]` writes this file; CONTRIBUTING.md says when to run it.\n";
-/// Given to the parts that the whole run starts: the images and archives are built.
+/// Argument of parts started by the whole run: the images and libraries are built already.
 const PREPARED: &str = "--prepared";
 
-/// The fast tier, cheapest steps first. What is for the chip has target folders of its own and is built beside the
-/// host's files; what judges the files that were built runs beside the tests.
+/// Runs the fast tier, cheapest steps first. The chip builds have separate target folders and run in parallel with the
+/// host build. The checks of built files run in parallel with the tests.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let all = |gate: &mut Gate, steps: &[fn(&mut Gate) -> Outcome]| steps.iter().try_for_each(|step| step(gate));
-    all(gate, &[setup::run, format, scan, paper_map::run])?;
+    all(gate, &[setup::run, format, scan, paper_map::run, prose::run])?;
     gate.beside(CHIP, |gate| all(gate, &[pack, lint, docs::run, build]))?;
     gate.beside(JUDGE, |gate| {
         tests(gate, "tests", &[])?;
@@ -78,7 +74,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     Ok(())
 }
 
-/// The command that lints and builds what is for the chip.
+/// Command that lints and builds for the chip.
 pub(crate) const CHIP: &str = "chip";
 
 pub(crate) fn chip(gate: &mut Gate) -> Outcome {
@@ -88,7 +84,7 @@ pub(crate) fn chip(gate: &mut Gate) -> Outcome {
     capi::run(gate, capi::Cores::Emulated)
 }
 
-/// The command that judges what was built.
+/// Command that checks the built files.
 pub(crate) const JUDGE: &str = "judge";
 
 pub(crate) fn judge(gate: &mut Gate) -> Outcome {
@@ -97,7 +93,7 @@ pub(crate) fn judge(gate: &mut Gate) -> Outcome {
     bench::count_on_host(gate)
 }
 
-/// The deep tier: the parts that the command line names, or all.
+/// Runs the deep tier: the parts named on the command line, or all.
 pub(crate) fn deep(gate: &mut Gate) -> Outcome {
     let arguments: Vec<String> = std::env::args().skip(3).collect();
     let is_prepared = arguments.iter().any(|argument| argument == PREPARED);
@@ -117,7 +113,7 @@ pub(crate) fn deep(gate: &mut Gate) -> Outcome {
     side_by_side(gate, &parts)
 }
 
-/// The parts with these names, all without a name.
+/// Returns the parts with these names, or all parts without a name.
 fn chosen(names: &[&str]) -> Result<Vec<&'static Part>, Failure> {
     let part = |name: &&str| {
         PARTS.iter().find(|part| part.name == *name).ok_or_else(|| {
@@ -130,14 +126,14 @@ fn chosen(names: &[&str]) -> Result<Vec<&'static Part>, Failure> {
     if names.is_empty() { Ok(PARTS.iter().collect()) } else { names.iter().map(part).collect() }
 }
 
-/// A part that runs as a process of its own.
+/// A part that runs as a process.
 struct Running {
     part: &'static Part,
     process: Child,
     started: Instant,
 }
 
-/// Runs parts two at a time, each into a log of its own; the first failure ends the others.
+/// Runs parts two at a time, each into its own log; the first failure ends the others.
 fn side_by_side(gate: &mut Gate, parts: &[&'static Part]) -> Outcome {
     gate.step("parts of the deep tier, two at a time", |gate| {
         let (mut waiting, mut running) = (parts.iter(), Vec::new());
@@ -178,7 +174,7 @@ fn start(gate: &Gate, part: &'static Part) -> Result<Running, Failure> {
     Ok(Running { part, process, started })
 }
 
-/// Nothing while it runs.
+/// Returns the outcome of a part, or `None` while it runs.
 fn finished(gate: &Gate, running: &mut Running) -> Option<Outcome> {
     let Running { part, process, started } = running;
     let failed = |reason: String| Some(Err(Failure { reason, rerun: rerun(part) }));
@@ -205,7 +201,7 @@ fn record(gate: &Gate, part: &Part, took: Duration) -> Outcome {
     let failed = |reason: String| Failure { reason, rerun: rerun(part) };
     let git = |arguments: &[&str]| Invocation::new("git", arguments).answer_in(gate);
     let commit = git(&["rev-parse", "--short=10", "HEAD"]).unwrap_or_else(|| "no commit".into());
-    // The record itself does not count as a change.
+    // Changes of the record itself do not count.
     let changes = git(&["status", "--porcelain", "--untracked-files=no", "--", ".", &format!(":!{RECORD}")]);
     let state = if changes.is_some_and(|changes| changes.is_empty()) { "" } else { " with changes" };
     let path = gate.root.join(RECORD);
@@ -214,7 +210,7 @@ fn record(gate: &Gate, part: &Part, took: Duration) -> Outcome {
     fs::write(&path, with(&before, part.name, &line)).map_err(|error| failed(format!("{RECORD}: {error}")))
 }
 
-/// The record with a new line for a part, in the order of [`PARTS`].
+/// Returns the record with a new line for a part, in the order of [`PARTS`].
 fn with(before: &str, name: &str, line: &str) -> String {
     let lines: Vec<&str> = PARTS
         .iter()
@@ -231,10 +227,10 @@ fn format(gate: &mut Gate) -> Outcome {
 }
 
 fn scan(gate: &mut Gate) -> Outcome {
-    gate.check("no test switched off, no code left unwritten", "cargo xtask test", |gate| scan::check(&gate.root))
+    gate.check("no disabled test, no unfinished code", "cargo xtask test", |gate| scan::check(&gate.root))
 }
 
-/// A warning is an error.
+/// Option that turns warnings into errors.
 const DENY: [&str; 3] = ["--", "-D", "warnings"];
 
 fn lint(gate: &mut Gate) -> Outcome {
@@ -242,7 +238,7 @@ fn lint(gate: &mut Gate) -> Outcome {
     gate.commands("lints, whole workspace", &[clippy])
 }
 
-/// Every other feature set of the core, and the image that measures other code.
+/// Lints every other feature set of the core, and the image that measures other code.
 fn lint_rest(gate: &mut Gate) -> Outcome {
     let of_set = |features: &&str| {
         Invocation::cargo(&["clippy", "-p", "controller-core", "--lib", "--no-default-features", "--features"])
@@ -254,11 +250,11 @@ fn lint_rest(gate: &mut Gate) -> Outcome {
     bench::lint(gate)
 }
 
-/// Crates that users take must make packages; that one builds from its own is for `cargo package` without
-/// `--no-verify`, which compiles all it depends on once more.
+/// Packs the crates for users. Building each package from its sources needs `cargo package` without `--no-verify`,
+/// which compiles all dependencies again.
 fn pack(gate: &mut Gate) -> Outcome {
     let pack = Invocation::cargo(&["package", "--quiet", "--workspace", "--no-verify", "--allow-dirty"]).without_own();
-    gate.commands("packages of the crates that users take", &[pack])
+    gate.commands("packages of the crates for users", &[pack])
 }
 
 fn build(gate: &mut Gate) -> Outcome {
@@ -268,7 +264,7 @@ fn build(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Runs every test program, two at a time, since some wait for others; the failures of all are listed together.
+/// Runs every test program, two at a time, since some wait for others; lists all failures together.
 fn tests(gate: &mut Gate, headline: &str, environment: &[(&str, &str)]) -> Outcome {
     gate.step(headline, |gate| {
         let tests = &gate.built()?.tests;
@@ -288,13 +284,16 @@ fn tests(gate: &mut Gate, headline: &str, environment: &[(&str, &str)]) -> Outco
 }
 
 fn shapes(gate: &mut Gate) -> Outcome {
-    tests(gate, "tests at their full size", &[(DEEP, "1")])?;
+    tests(gate, "tests at full size", &[(DEEP, "1")])?;
     let lanes = Invocation::cargo(&["clippy", "--workspace", "--test", "every_lane"]).with(&DENY);
-    gate.commands("lints, lanes of every shape", &[lanes])?;
-    gate.commands("lanes of every shape", &[Invocation::cargo(&["test", "--workspace", "--test", "every_lane"])])
+    gate.commands("lints, lanes of every configuration", &[lanes])?;
+    gate.commands(
+        "lanes of every configuration",
+        &[Invocation::cargo(&["test", "--workspace", "--test", "every_lane"])],
+    )
 }
 
-/// The code blocks of the documentation. The libraries are those of the build, which `gate` checks.
+/// Runs the code blocks of the documentation, with the libraries of the build, as `gate` checks.
 fn examples(gate: &mut Gate) -> Outcome {
     gate.commands("examples in the documentation", &[Invocation::cargo(&["test", "--workspace", "--doc"])])
 }

@@ -1,10 +1,10 @@
-//! The controller on its target: it builds without features and with all. What its machine code costs and
-//! must not contain, `budget` checks in the images.
+//! Builds of the controller for its target, without features and with all features. `budget` checks the cost and the
+//! forbidden instructions in the images.
 
 use crate::compiler::{Compiler, TARGET};
 use crate::step::{Gate, Outcome};
 
-/// Its artifacts must not meet those of the first compiler.
+/// Separate target folder, because the artifacts come from another compiler.
 const TARGET_DIR: &str = "target/thumb";
 
 /// Builds the controller for the target with each feature set.

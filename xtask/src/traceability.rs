@@ -1,6 +1,6 @@
-//! From an equation to the machine code, in one file, `target/traceability.md`: where its symbols and tests stand
-//! today, what is proved of it, which functions of the images carry it, what they may cost, and whether they are held
-//! to the record of the tick. Made from docs/paper-map.md, firmware/budgets.toml and the list of `means`.
+//! Traceability from an equation to the machine code, in the file `target/traceability.md`. It lists the present lines
+//! of its symbols and tests, its proofs, the functions of the images that contain it, their cycle budgets, and their
+//! validation. The inputs are docs/paper.md, firmware/budgets.toml and the list of `means`.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -19,7 +19,7 @@ struct Function<'a> {
     bound: &'a str,
 }
 
-/// The whole file, from a map and a list of functions that were checked before.
+/// Returns the whole file, from a checked map and a checked list of functions.
 pub(crate) fn text(map: &str, budgets: &str, root: &Path) -> String {
     let functions: Vec<Function<'_>> = budgets.split("[[instance]]").skip(1).filter_map(function).collect();
     let on_the_chip: Vec<[&str; 3]> = map.lines().filter_map(row::<3>).collect();
@@ -63,7 +63,7 @@ fn function(instance: &str) -> Option<Function<'_>> {
     Some(Function { name: of("name")?, image, symbol: of("symbol")?, bound: of("bound")? })
 }
 
-/// `file:line Type::item`, the line of the last part of the name.
+/// Returns `file:line Type::item`, with the line of the last part of the name.
 fn place(reference: &str, root: &Path) -> String {
     let Some((file, names)) = reference.split_once("::") else { return reference.into() };
     let text = fs::read_to_string(root.join(file)).unwrap_or_default();

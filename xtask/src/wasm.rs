@@ -1,19 +1,19 @@
-//! The closed loop in WebAssembly: it builds, and its runs have the bits of this machine.
+//! Closed loop in WebAssembly: it builds, and its results are bit-identical to this machine.
 //!
-//! `loop-sim/wasm` turns a run into a number, a hash over every bit of every row. Node says the numbers of the module,
-//! the same program says those of this machine; not one may differ.
+//! `loop-sim/wasm` turns a run into one number, a hash over every bit of every row. Node prints the numbers of the
+//! module, and the native program prints the numbers of this machine. All numbers must be equal.
 
 use crate::compiler::Compiler;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
 pub(crate) const TARGET: &str = "wasm32-unknown-unknown";
 const PACKAGE: &str = "loop-sim-wasm";
-/// Its artifacts must not meet those of the first compiler.
+/// Separate target folder, because the artifacts come from another compiler.
 const TARGET_DIR: &str = "target/wasm";
 const MODULE: &str = "target/wasm/wasm32-unknown-unknown/release/loop_sim_wasm.wasm";
 /// The program that runs WebAssembly.
 pub(crate) const NODE: &str = "node";
-/// Calls `bits` for 0, 1, .. and prints a line for each; the arguments are the module and how many.
+/// Script that calls `bits` for 0, 1, .. and prints a line for each; its arguments are the module and the count.
 const SCRIPT: &str = "\
     const module = new WebAssembly.Module(require('fs').readFileSync(process.argv[1]));\
     const { bits } = new WebAssembly.Instance(module).exports;\
@@ -39,12 +39,12 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Who can build for it.
+/// Returns the compiler for WebAssembly.
 pub(crate) fn compiler() -> Option<Compiler> {
     Compiler::find_for(TARGET, "std")
 }
 
-/// Both say a number a line, none of them 0: that is a run that did not go to its end.
+/// Compares the numbers, one per line. A 0 is an error: the run did not finish.
 fn same(here: &str, there: &str) -> Result<String, String> {
     if here.lines().any(|number| number.chars().all(|digit| digit == '0')) || here.is_empty() {
         return Err(format!("a run did not go to its end: {here}"));

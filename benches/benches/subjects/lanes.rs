@@ -1,15 +1,15 @@
-//! The tick of the joint, r = 2, over [`L`] plants at once: the same loop for the instructions that every x86-64 has
-//! (SSE2) and for AVX2. Every lane has the bits of the tick (test `running` of the suite); here is what it costs.
+//! Tick of the joint, r = 2, over [`L`] plants at once: one loop for the baseline instructions of x86-64 (SSE2) and for
+//! AVX2. Every lane is bit-identical to the tick (test `running` of the suite); this module measures the cost.
 
 use benches::Joint;
 use controller_core::{Lanes, Output};
 
-/// Plants side by side.
+/// Number of plants in a batch.
 pub(crate) const L: usize = 64;
-/// Their states.
+/// States of all plants.
 pub(crate) type States = Lanes<f32, controller_core::FlexibleJoint<f32>, 4, 2, 0b1010, 2, L>;
 
-/// One tick of all, with the instruction set that the caller has.
+/// Runs one tick of all plants, with the instruction set of the caller.
 #[inline(always)]
 pub(crate) fn tick_all(joint: &Joint<f32, 2>, states: &mut States, x: &[[f32; L]; 4], u: &mut [f32; L]) {
     for l in 0..L {
@@ -18,13 +18,13 @@ pub(crate) fn tick_all(joint: &Joint<f32, 2>, states: &mut States, x: &[[f32; L]
     }
 }
 
-/// With what every x86-64 has.
+/// Runs one tick with the baseline instructions of x86-64.
 #[inline(never)]
 pub(crate) fn lanes_baseline(joint: &Joint<f32, 2>, states: &mut States, x: &[[f32; L]; 4], u: &mut [f32; L]) {
     tick_all(joint, states, x, u);
 }
 
-/// With AVX2 where the machine has it.
+/// Runs one tick with AVX2, if the machine has it.
 #[inline(never)]
 #[multiversion::multiversion(targets("x86_64+avx2+fma+bmi1+bmi2"))]
 pub(crate) fn lanes_avx2(joint: &Joint<f32, 2>, states: &mut States, x: &[[f32; L]; 4], u: &mut [f32; L]) {

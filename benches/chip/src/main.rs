@@ -1,9 +1,9 @@
-//! An image that only runs things to be measured: `cargo xtask bench` reads their machine code from it and traces their
-//! execution in the emulator.
+//! Image with functions to measure: `cargo xtask bench` reads their machine code and traces their execution in the
+//! emulator.
 //!
-//! Every one is a function of its own, called with the same samples, coefficients and state by reference. The C
-//! versions are such functions already; their exponential is the one of `libm`, no C library is linked. What the crates
-//! `idsp` and `pid` offer is no observer and no sliding mode: they say what a much simpler controller takes.
+//! Every subject is a separate function, called with equal samples, and with coefficients and state by reference. The C
+//! versions are such functions already; their exponential comes from `libm`, and no C library is linked. The crates
+//! `idsp` and `pid` contain no observer and no sliding mode: they show the cost of a much simpler controller.
 #![no_std]
 #![no_main]
 
@@ -14,7 +14,7 @@ mod assembly;
 use core::hint::black_box;
 
 use assembly::{
-    State, Told, joint_r2_start, joint_r2_tick, joint_r2_tick_u, joint_r3_start, joint_r3_tick, joint_r3_tick_u,
+    State, TickOutput, joint_r2_start, joint_r2_tick, joint_r2_tick_u, joint_r3_start, joint_r3_tick, joint_r3_tick_u,
 };
 use benches::{Joint, Naive, Noise, Tuned, joint};
 use controller_core::ControlLaw;
@@ -23,7 +23,7 @@ use dsp_process::SplitProcess;
 use idsp::iir::{Biquad, BiquadClamp, DirectForm1};
 use pid::Pid;
 
-/// Enough to see every way through: the log of all executed instructions has some 90 bytes for each.
+/// Enough ticks for every code path: the log of all executed instructions has some 90 bytes per instruction.
 const TICKS: u32 = 200;
 
 static JOINT_2: Joint<f32, 2> = joint();
@@ -49,21 +49,21 @@ extern "C" fn shipped_tick_3(
     joint.tick(state, x).u
 }
 
-/// A second-order section whose coefficients make it a PID controller of one error, with an offset and limits.
+/// Second-order section with the coefficients of a PID controller of one error, with an offset and limits.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn idsp_biquad(filter: &BiquadClamp<f32>, state: &mut DirectForm1<f32>, x: f32) -> f32 {
     filter.process(state, x)
 }
 
-/// Proportional, integral and derivative terms of one error, each limited, and their sum limited.
+/// Proportional, integral and derivative terms of one error, each limited, and their limited sum.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn pid_step(controller: &mut Pid<f32>, x: f32) -> f32 {
     controller.next_control_output(x).output
 }
 
-/// For the naive C.
+/// Exponential for the naive C version.
 #[unsafe(no_mangle)]
 extern "C" fn expf(x: f32) -> f32 {
     libm::expf(x)
@@ -86,12 +86,12 @@ fn main() -> ! {
     let mut tuned_guarded_2 = Tuned::<2, true>::start(&first);
     let mut tuned_guarded_3 = Tuned::<3, true>::start(&first);
     let (mut renamed_2, mut renamed_3) = (tuned_guarded_2, tuned_guarded_3);
-    // Its first tick by a sibling: one after a start is no ordinary one, and takes longer.
+    // The first tick uses the sibling function: a tick after a start takes longer than an ordinary one.
     let (mut scheduled_2, mut scheduled_3) = (State::ZEROS, State::ZEROS);
     joint_r2_start(&mut scheduled_2, &first);
-    joint_r2_tick(&mut scheduled_2, &first, &mut Told::default());
+    joint_r2_tick(&mut scheduled_2, &first, &mut TickOutput::default());
     joint_r3_start(&mut scheduled_3, &first);
-    joint_r3_tick(&mut scheduled_3, &first, &mut Told::default());
+    joint_r3_tick(&mut scheduled_3, &first, &mut TickOutput::default());
     let filter = BiquadClamp { coeff: Biquad { ba: [3.0, -5.0, 2.1, 1.5, -0.5] }, u: 0.0, min: -300.0, max: 300.0 };
     let filter = black_box(&filter);
     let mut filter_state = DirectForm1::default();
@@ -120,7 +120,7 @@ fn main() -> ! {
     end(debug::EXIT_SUCCESS)
 }
 
-/// Tells the emulator that the run is over; a board without a debugger stops here by a fault.
+/// Ends the run of the emulator; a board without a debugger stops here by a fault.
 fn end(status: debug::ExitStatus) -> ! {
     loop {
         debug::exit(status);

@@ -1,7 +1,7 @@
-//! How fast the host is: one tick by order and precision, and one closed-loop second of the default scenario.
+//! Speed of the host: one tick by order and precision, and one closed-loop second of the default scenario.
 //!
-//! `cargo run --release --manifest-path benches/speed/Cargo.toml -- --bench`; many plants at once are in bench `lanes`.
-//! Times are of this machine and of this moment: no test looks at them.
+//! The command is `cargo run --release --manifest-path benches/speed/Cargo.toml -- --bench`; the bench `lanes` measures
+//! many plants at once. Times depend on the machine and the moment; no test checks them.
 
 #[path = "../../benches/subjects/second.rs"]
 mod second;

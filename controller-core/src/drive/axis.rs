@@ -1,18 +1,21 @@
-//! One axis of a machine as its control interrupt has it: law, reference, and what was before a trip.
+//! Axis of a machine as its control interrupt uses it: law, reference, and the ticks before a trip.
 //!
 //! ```text
 //! interrupt:   counts -> Axis::tick -> u            the plan moves on, the black box remembers
 //! background:  Axis::play_at, retune, release       between two ticks, in a short critical section
 //! ```
 //!
-//! A plan is made in the background, in 64 bits, for a tick that is still to come ([`Axis::tick_number`] and a few),
-//! and taken over by the interrupt at that tick: from where the old plan is then, whatever the shaft does.
+//! A plan is computed in the background, in 64 bits, for a future tick ([`Axis::tick_number`] plus a few). The
+//! interrupt switches to it at that tick, from the point of the old plan, for any state of the shaft.
 //!
 //! # The black box
-//! It remembers what went into the last `LEN` ticks and more, and the state before the first of them: so whoever has
-//! the design can run them again, to the bit ([`replay`]), or another design on the same counts. After the first alarm
-//! ([`ALARMS`]) of a law that has started it stops, until it is [released](Axis::release). Two halves of `LEN` take
-//! turns, each with the state at its beginning: a copy of it every `LEN` ticks instead of in every tick.
+//! The black box is a trace buffer. It holds the inputs of at least the last `LEN` ticks, and the state before the
+//! first of them. With the design, the ticks can be run again bit for bit ([`replay`]), or with another design on the
+//! recorded counts.
+//!
+//! After the first alarm ([`ALARMS`]) of a started law the buffer freezes until it is [released](Axis::release). It
+//! consists of two halves of `LEN` that alternate, each with the state at its start. So the state is copied every `LEN`
+//! ticks instead of in every tick.
 
 use super::law::DriveLaw;
 use super::monitor::ALARMS;
@@ -22,32 +25,32 @@ use crate::controller::Output;
 use crate::health::Health;
 use crate::running::{RetuneError, Running};
 
-/// What went into a tick and what came out of it. NaN is an `applied` that was not told.
+/// Inputs and outputs of one tick. `applied` is NaN if it was not reported.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Frame<const E: usize, const N: usize> {
-    /// Counts; `None` for one that was lost.
+    /// Counts. `None` for a lost count.
     pub counts: [Option<i32>; E],
-    /// Where it should have been at the end.
+    /// Target at the end of the tick.
     pub end: Target<f32, i32, N>,
-    /// What the actuator held before, if that was told.
+    /// Current that the actuator held before, if it was reported.
     pub applied: f32,
-    /// Current.
+    /// Current command u.
     pub u: f32,
-    /// Health.
+    /// Status flags.
     pub health: Health,
 }
 
-/// Ticks in a row, and what was known before the first of them.
+/// Consecutive ticks, and the state before the first of them.
 #[derive(Clone, Debug)]
-// What lies before the frames is within reach of an address, with no sum.
+// Fields before the frames are reachable by an address offset, without an addition.
 #[repr(C)]
 pub struct Stretch<S, const E: usize, const N: usize, const LEN: usize> {
-    /// State of the law; `None` before its start.
+    /// State of the law. `None` before its start.
     pub state: Option<S>,
     /// Number of the first tick.
     pub first: u32,
-    /// Where it should have been at the beginning of the first tick.
+    /// Target at the start of the first tick.
     pub begin: Target<f32, i32, N>,
     length: usize,
     frames: [Frame<E, N>; LEN],
@@ -60,25 +63,25 @@ impl<S, const E: usize, const N: usize, const LEN: usize> Stretch<S, E, N, LEN> 
         Self { state: None, first: 0, begin: rest, length: 0, frames: [frame; LEN] }
     };
 
-    /// The ticks, oldest first.
+    /// Returns the ticks, oldest first.
     pub fn frames(&self) -> &[Frame<E, N>] {
         &self.frames[..self.length.min(LEN)]
     }
 }
 
-/// Ticks between two questions whether the plan is over; of 2³² until it would be gone along again.
+/// Ticks between two checks for a finished plan, out of 2³² until the plan would run again.
 const SETTLED: u32 = 1 << 16;
 
 /// Law, plan and black box of one axis.
-// As in a stretch.
+// Layout as for a stretch.
 #[repr(C)]
 pub struct Axis<L: DriveLaw<E, N>, R, const E: usize, const N: usize, const LEN: usize> {
     running: Running<L>,
-    /// One is played; the other is to come, if there is a tick at which it begins. So no interrupt copies a plan.
+    /// Present plan and next plan. The next one is valid if `next` has its first tick. So no interrupt copies a plan.
     plans: [R; 2],
     played: usize,
     next: Option<u32>,
-    /// Number of the coming tick, and where it begins.
+    /// Number of the coming tick, and the target at its start.
     tick: u32,
     begin: Target<f32, i32, N>,
     newer: usize,
@@ -91,7 +94,7 @@ where
     L: DriveLaw<E, N>,
     R: Reference<f32, N> + Clone,
 {
-    /// On this plan from tick 0 on; its first good counts start the law.
+    /// Returns an axis with this plan from tick 0 on. Its first valid counts start the law.
     pub fn new(law: L, plan: R) -> Self {
         let tick = L::LATE as u32;
         let begin = plan.at(tick);
@@ -108,19 +111,20 @@ where
         }
     }
 
-    /// One tick; `applied` is what the actuator held since the last one, if that was another u.
+    /// Computes one tick. `applied` is the u that the actuator held since the last tick, if it differs from the output.
     #[inline(always)]
     pub fn tick(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         self.ticked(counts, applied, Running::tick)
     }
 
-    /// The same, but for a start ([`Running::go_on`]): it is what the bound of a short interrupt is not to have in it.
+    /// Computes one tick without a start ([`Running::go_on`]), to keep the start out of the WCET bound of a short
+    /// interrupt.
     #[inline(always)]
     pub fn go_on(&mut self, counts: [Option<i32>; E], applied: Option<f32>) -> Output<f32> {
         self.ticked(counts, applied, Running::go_on)
     }
 
-    // Always: beside a second caller, such as the tick in which a design changes, it would be a call.
+    // Always inlined: with a second caller, such as the tick in which a design changes, it would become a call.
     #[inline(always)]
     fn ticked(
         &mut self,
@@ -146,8 +150,8 @@ where
                 *frame = Frame { counts, end, applied: applied.unwrap_or(f32::NAN), u, health };
                 half.length += 1;
             }
-            // Before it believes its counts a law rejects everything; that is no trip.
-            // Nor is that it waits, but for the tick in which it gives up what it believed.
+            // Before it accepts its counts a law rejects everything, which is not a trip. Waiting is not a trip either,
+            // except for the tick in which the law gives up its position.
             if health.intersects(ALARMS) && self.running.is_started() {
                 self.frozen = !health.contains(Health::WAITS) || health.contains(Health::SAMPLE_LOST);
             }
@@ -155,7 +159,7 @@ where
         output
     }
 
-    /// A plan that begins with the coming tick takes over; now and then one that is over is told so.
+    /// Switches to a plan that begins with the coming tick, and now and then marks a finished plan as finished.
     #[inline(always)]
     fn go_along(&mut self) {
         if self.tick.is_multiple_of(SETTLED) {
@@ -166,7 +170,7 @@ where
         }
     }
 
-    /// The other half begins with the coming tick, if this one is full.
+    /// Starts the other half with the coming tick, if this one is full.
     #[inline(always)]
     #[allow(clippy::assigning_clones, reason = "`clone_from` of an option is twice the code")]
     fn make_room(&mut self) {
@@ -179,33 +183,35 @@ where
         }
     }
 
-    /// Number of the coming tick.
+    /// Returns the number of the coming tick.
     pub const fn tick_number(&self) -> u32 {
         self.tick
     }
 
-    /// From the tick `start` on, goes along another plan, which begins where this one is then. One that was to begin
-    /// before has been given up.
+    /// Switches to another plan at the tick `start`. The plan must begin at the point of the present plan at that tick.
+    ///
+    /// A plan that was scheduled before and has not begun is discarded.
     pub fn play_at(&mut self, start: u32, plan: R) {
         self.plans[(self.played ^ 1) & 1] = plan;
         self.next = Some(start);
     }
 
-    /// What is played.
+    /// Returns the present plan.
     pub const fn plan(&self) -> &R {
         &self.plans[self.played & 1]
     }
 
-    /// The law, and what it knows.
+    /// Returns the law with its state.
     pub const fn running(&self) -> &Running<L> {
         &self.running
     }
 
-    /// The law takes over another design before the coming tick, of which these will be the counts, without a jump of
-    /// u. The black box begins anew: its ticks are those of one design.
+    /// Switches the law to another design before the coming tick without a jump of u (bumpless transfer).
+    ///
+    /// `counts` are the counts of the coming tick. The black box restarts, because its ticks belong to one design.
     ///
     /// # Errors
-    /// Those of [`Running::retune`]; then nothing has changed.
+    /// Returns the errors of [`Running::retune`]. Nothing is changed in this case.
     pub fn retune(&mut self, law: L, counts: [Option<i32>; E]) -> Result<(), RetuneError> {
         self.go_along();
         let end = self.plan().at(self.tick.wrapping_add(1));
@@ -214,22 +220,22 @@ where
         Ok(())
     }
 
-    /// Has an alarm stopped the black box?
+    /// Returns true if the black box is frozen.
     pub const fn is_frozen(&self) -> bool {
         self.frozen
     }
 
-    /// What the black box has, older half first; one that is empty has no frames.
+    /// Returns the contents of the black box, older half first. An empty half has no frames.
     pub fn black_box(&self) -> [&Stretch<L::State, E, N, LEN>; 2] {
         [&self.halves[(self.newer + 1) & 1], &self.halves[self.newer & 1]]
     }
 
-    /// The black box stops, as after an alarm; the law goes on.
+    /// Freezes the black box, as after an alarm. The law continues.
     pub const fn freeze(&mut self) {
         self.frozen = true;
     }
 
-    /// The black box goes on, with nothing in it. The law goes on or stays stopped, as it was.
+    /// Clears the black box and restarts it. The law continues or stays stopped, as it was.
     pub fn release(&mut self) {
         for half in &mut self.halves {
             half.length = 0;
@@ -237,15 +243,16 @@ where
         self.frozen = false;
     }
 
-    /// After a stop: nothing is known, and the next good counts start it.
+    /// Resets the law after a stop: all estimates are erased, and the next valid counts start it. Also clears the black
+    /// box.
     pub fn reset(&mut self) {
         self.running.reset();
         self.release();
     }
 }
 
-/// Runs the ticks of a stretch again, with a law that has its state at the beginning; says of each what goes out now,
-/// beside what went out then.
+/// Runs the ticks of a stretch again, with a law in its state at the start. Returns the new output and the recorded
+/// frame of each tick.
 pub fn replay<L: DriveLaw<E, N>, const E: usize, const N: usize>(
     running: &mut Running<L>,
     begin: Target<f32, i32, N>,
@@ -289,7 +296,7 @@ mod tests {
         Joined::new(goal, gap(&present, &target), start, 100, 1e-3)
     }
 
-    /// A shaft without friction that counts, and sticks from a tick on.
+    /// Shaft without friction and with an encoder, which freezes from a tick on.
     struct Shaft {
         x: [f64; 2],
         stuck: bool,
@@ -314,14 +321,14 @@ mod tests {
         Axis::new(law(60.0), Joined::new(Rest { turn: 0, angle: 0.0 }, [0.0; 3], 0, 1, 1e-3))
     }
 
-    /// Boards whose encoders answer late begin so every time.
+    /// Checks the usual start of a board whose encoders answer late.
     #[test]
     fn counts_that_are_missing_before_the_start_are_no_trip() {
         let mut axis = axis::<16>();
         for _ in 0..5 {
             assert!(axis.tick([None], None).health.contains(Health::INPUT_REJECTED) && !axis.is_frozen());
         }
-        // Ten counts must agree.
+        // Ten counts must be consistent.
         for tick in 1..15 {
             let health = axis.tick([Some(0)], None).health;
             assert!(health.contains(Health::WAITS) == (tick < 10) && !axis.is_frozen(), "tick {tick}: {health}");
@@ -332,7 +339,7 @@ mod tests {
         assert!(axis.is_frozen());
     }
 
-    /// Counts that are there and not believed for too long, of a drive that goes on.
+    /// Checks counts that are present but rejected for too long, for a drive that continues.
     #[test]
     fn counts_that_are_given_up_are_a_trip() {
         let law = MotorDrive::<f32, Position, 1>::try_design(&DESIGN).expect("a good design");
@@ -345,7 +352,7 @@ mod tests {
         let mut given_up = false;
         for tick in 0..60 {
             assert!(!axis.is_frozen(), "tick {tick}");
-            // Half a turn off, here and there.
+            // Half a revolution off, at alternating positions.
             let health = axis.tick([Some(if tick % 2 == 0 { 8000 } else { -3000 })], None).health;
             given_up = health.contains(Health::WAITS);
             if given_up {
@@ -355,7 +362,7 @@ mod tests {
         assert!(given_up && axis.is_frozen());
     }
 
-    /// Ten days at 5 kHz, without the days.
+    /// Checks ten days at 5 kHz, without waiting for them.
     #[test]
     fn a_plan_that_is_over_is_not_gone_along_again_when_ticks_have_wrapped() {
         let mut axis = axis::<16>();
@@ -380,7 +387,7 @@ mod tests {
         for tick in 0..600_u32 {
             match tick {
                 100 => axis.play_at(130, to(1.0, axis.plan(), 130)),
-                // In flight: from where the plan is then.
+                // In motion: from the point of the plan at that tick.
                 170 => axis.play_at(180, to(-0.5, axis.plan(), 180)),
                 _ => {}
             }
@@ -393,8 +400,8 @@ mod tests {
         assert!(peak > 0.2 && peak < 0.99 && (shaft.x[0] + 0.5).abs() < 1e-3, "{peak}, {:?}", shaft.x);
     }
 
-    /// What stopped an axis is run again from what its black box has: the same bits in every tick, the same state at
-    /// the end; and another design on the same counts would have said something else.
+    /// Checks that the black box reproduces a trip: every tick and the final state agree bit for bit. Another design on
+    /// these counts gives another output.
     #[test]
     fn a_trip_is_replayed_to_the_bit() {
         for stuck in [300, 511, 512, 513, 700] {
@@ -408,7 +415,7 @@ mod tests {
                 shaft.stuck = tick >= stuck;
                 let counts = shaft.count();
                 let before: Vec<u32> = axis.running().words().collect();
-                // Almost all of it: twice the same, far below, would be the limit of the power stage.
+                // Most of the output. Twice an equal value far below would count as the limit of the power stage.
                 let output = axis.tick(counts, (tick % 7 == 0).then_some(0.97 * last));
                 if axis.is_frozen() && tripped.is_none() {
                     tripped = Some(tick);
@@ -453,7 +460,7 @@ mod tests {
         assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [0, 1]);
         axis.retune(law(50.0), [Some(0)]).expect("near enough");
         assert_eq!(axis.black_box().map(|stretch| stretch.frames().len()), [0, 0]);
-        // Far outside the gate for longer than samples may be missing.
+        // Far outside the innovation gate for longer than samples may be missing.
         for tick in 0..60 {
             axis.tick([Some(4000 + 700 * (tick % 2))], None);
         }

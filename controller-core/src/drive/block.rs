@@ -1,28 +1,28 @@
-//! What one encoder sees, and the observer of it: a block of second order with a slow disturbance.
+//! Observer block of one encoder: a second-order system with a slow disturbance.
 //!
 //! $$ \ddot q = -\kappa q - \lambda \dot q + w + d, \qquad \dot d = d_1 \approx \mathrm{const} $$
 //!
-//! with a coupling $w$ that is known at the ticks (and $b u$, where the motor drives this block). A rigid shaft has
+//! The coupling $w$ is known at the ticks. If the motor drives this block, $b u$ is added. A rigid shaft has
 //! $\kappa = 0$ and no coupling. With $E = e^{A T} - I$ of $(q, \dot q, d, d_1)$ the model of one tick is exact for an
-//! input that is constant (a u that is held) or linear (the mean of $w$ at both ends):
+//! input that is constant (a held u) or linear (the mean of $w$ at both ends):
 //!
 //! $$ g_2 = \Phi_{12}, \quad g_1 = \Phi_{13}, \quad h_1 = \Phi_{14}, \quad \varphi = \Phi_{22}, \qquad
 //!    m = \bar w + b u + d - \kappa q $$
 //! $$ q \mathrel{+}= g_2 v + g_1 m + h_1 d_1, \qquad v = \varphi v + g_2 m + g_1 d_1, \qquad d \mathrel{+}= T d_1 $$
 //!
 //! # Gains
-//! The observer corrects with the sample of the same instant, $x \mathrel{+}= L e$. Ackermann's formula places the
-//! poles of $(I - L h) \Phi$ at $e^{\text{pole} \cdot T}$; the poles are those of a Bessel filter, scaled by the
-//! bandwidth. All is computed in units of one tick (position, speed T, d T², d_1 T³) and in $E$ rather than $\Phi$, so
-//! that no digit is lost for a slow observer at a short period: poles are met to 1e-14 from 50 µs to 10 ms (test
-//! `poles_lie_where_they_were_asked_for`). Of three states the last, $d_1$, is left out.
+//! The observer corrects with the sample of its own instant, $x \mathrel{+}= L e$. Ackermann's formula places the poles
+//! of $(I - L h) \Phi$ at $e^{\text{pole} \cdot T}$. The poles are the poles of a Bessel filter, scaled by the
+//! bandwidth. The computation uses units of one tick (position, speed T, d T², d_1 T³) and $E$ rather than $\Phi$. So a
+//! slow observer at a short period loses no digit. The poles agree to 1e-14 from 50 µs to 10 ms (test
+//! `poles_lie_where_they_were_asked_for`). With three states the last one, $d_1$, is omitted.
 
 use super::fields::fields;
 use crate::exponential::{exp_minus_identity, product};
 use crate::matrix;
 use crate::observer::Pole;
 
-/// Poles of an observer with 3 or 4 states and a bandwidth of 1 rad/s, one of each pair: those of a Bessel filter.
+/// Returns the Bessel poles of an observer with 3 or 4 states and a bandwidth of 1 rad/s, one of each pair.
 pub const fn bessel_poles(states: usize) -> [Pole; 2] {
     if states == 3 {
         [Pole { re: -0.7456, im: 0.7114 }, Pole { re: -0.9416, im: 0.0 }]
@@ -32,16 +32,16 @@ pub const fn bessel_poles(states: usize) -> [Pole; 2] {
 }
 
 fields! {
-    /// The model of one tick and the gains of its observer with S states: position, speed, d, and, with four, d_1.
+    /// Model of one tick, and the gains of its observer with S states: position, speed, d, and, with four, d_1.
     pub(crate) struct Block<T, const S> {
-        /// The tick does not use it.
+        /// Damping λ, 1/s. The tick does not use it.
         lambda: T,
         phi: T,
         g2: T,
         g1: T,
-        /// Not read with three states.
+        /// Coefficient h_1. Not read with three states.
         h1: T,
-        /// L_1 .. L_S.
+        /// Gains L_1 .. L_S.
         gains as "gain": [T; S],
     }
 }
@@ -60,13 +60,13 @@ impl<const S: usize> Block<f64, S> {
         }
     }
 
-    /// Gains of the same block for another bandwidth.
+    /// Returns the gains of the block for another bandwidth.
     pub(crate) const fn gains_at(kappa: f64, lambda: f64, period_s: f64, bandwidth_rad_s: f64) -> [f64; S] {
         gains(&moved(kappa, lambda, period_s), period_s, bandwidth_rad_s)
     }
 }
 
-/// E = exp(AT) - I in units of one tick.
+/// Returns E = exp(AT) - I in units of one tick.
 const fn moved(kappa: f64, lambda: f64, t: f64) -> [[f64; 4]; 4] {
     exp_minus_identity([
         [0.0, 1.0, 0.0, 0.0],
@@ -76,7 +76,7 @@ const fn moved(kappa: f64, lambda: f64, t: f64) -> [[f64; 4]; 4] {
     ])
 }
 
-/// Ackermann: L = q(E) x, where q is the wanted polynomial in z - 1 and x solves (row 1 of Φ) E^i x = (i = S - 1).
+/// Returns L = q(E) x (Ackermann). q is the wanted polynomial in z - 1. x solves (row 1 of Φ) E^i x = (i = S - 1).
 const fn gains<const S: usize>(all: &[[f64; 4]; 4], t: f64, bandwidth_rad_s: f64) -> [f64; S] {
     const { assert!(S == 3 || S == 4, "an observer of an encoder has 3 or 4 states") };
     let mut e = [[0.0; S]; S];
@@ -151,7 +151,7 @@ const fn times<const S: usize>(a: &[[f64; S]; S], x: &[f64; S]) -> [f64; S] {
     out
 }
 
-/// a + factor b.
+/// Returns a + factor b.
 const fn plus<const S: usize>(a: &[f64; S], b: &[f64; S], factor: f64) -> [f64; S] {
     let mut out = *a;
     let mut i = 0;
@@ -180,7 +180,7 @@ mod tests {
         (re / size, im / size)
     }
 
-    /// |det|, by elimination.
+    /// Returns |det|, by elimination.
     fn determinant(mut a: Vec<Vec<Complex>>) -> f64 {
         let mut det = 1.0;
         for k in 0..a.len() {
@@ -198,7 +198,7 @@ mod tests {
         det
     }
 
-    /// exp(AT) by its series in SI units, with nothing of the module.
+    /// Returns exp(AT) by its series in SI units, independent of the module.
     fn phi<const S: usize>(kappa: f64, lambda: f64, t: f64) -> [[f64; S]; S] {
         let a: [[f64; S]; S] = core::array::from_fn(|i| {
             core::array::from_fn(|j| match (i, j) {
@@ -222,7 +222,7 @@ mod tests {
         sum
     }
 
-    /// How far the poles of (I - L h) Φ are from the wanted: |p(z)|/|p'(z)| at each of them.
+    /// Returns the distance of the poles of (I - L h) Φ from the wanted ones: |p(z)|/|p'(z)| at each of them.
     fn off_by<const S: usize>(block: &Block<f64, S>, kappa: f64, lambda: f64, t: f64, bandwidth: f64) -> f64 {
         let p = phi::<S>(kappa, lambda, t);
         let bessel: &[Complex] = if S == 3 {
@@ -250,7 +250,7 @@ mod tests {
         errors.fold(0.0, f64::max)
     }
 
-    /// Ten times what is measured.
+    /// Checks the poles with limits of ten times the measured errors.
     #[test]
     fn poles_lie_where_they_were_asked_for() {
         let mut worst = [0.0_f64; 2];

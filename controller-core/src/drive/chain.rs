@@ -1,23 +1,23 @@
-//! The model of a drive: blocks that push each other, and the map that makes one chain of integrators of them.
+//! Model of a drive: coupled blocks, and the map to one chain of integrators.
 //!
-//! With L the derivative along the nominal motion without u and disturbances, $x = (q_1, \dot q_1, .., q_E, \dot q_E)$,
+//! Let L be the derivative along the nominal motion without u and disturbances, and
+//! $x = (q_1, \dot q_1, .., q_E, \dot q_E)$. Then
 //!
 //! $$ z_1 = x_1, \qquad z_{i+1} = L z_i, \qquad a_z = L z_n, \qquad
 //!    d^z_i = d_i + \sum_{j<i} \frac{\partial z_i}{\partial x_j} d_j $$
 //!
-//! so that $\dot z_i = z_{i+1} + d^z_i$ and $\dot z_n = a_z + b u + d^z_n$: what the law of the paper is for. The user
-//! of a new plant gives the map, no derivatives of it; [`map_error`] holds one to this definition. For a rigid shaft
-//! the map is the identity and costs nothing.
+//! so that $\dot z_i = z_{i+1} + d^z_i$ and $\dot z_n = a_z + b u + d^z_n$: the plant of the paper's law. For a new
+//! plant, implement the map, without its derivatives. [`map_error`] compares the map with this definition. For a rigid
+//! shaft the map is the identity and costs nothing.
 
 use super::two_mass::Whole;
 use crate::real::Real;
 use crate::running::Words;
 
-/// A nominal model of E blocks, of which the last is driven, as a chain of N = 2 E integrators. Channels count from 0
-/// here.
+/// Nominal model of E blocks, the last one driven, as a chain of N = 2 E integrators. Channels count from 0 here.
 ///
-/// A model of one's own goes with the design of a motor or of a joint. An arm on a motor, $w = -g \sin q$ with the
-/// torque of its weight over J as g; with it the observer is not left to find out where the arm hangs:
+/// Use a model of your own with the design of a motor or of a joint. The example is an arm on a motor: $w = -g \sin q$,
+/// with the torque of its weight over J as g. With this model the observer need not estimate the weight:
 ///
 /// ```
 /// use controller_core::drive::*;
@@ -92,65 +92,68 @@ use crate::running::Words;
 /// # Ok::<(), DriveError>(())
 /// ```
 pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
-    /// What the positions push: half the coupling w of every block, which is its share in the mean over a tick.
+    /// Couplings that depend on the positions: half the coupling w of every block, which is its share in the mean over
+    /// a tick.
     type Push: Copy + core::fmt::Debug + PartialEq + Words;
-    /// What is computed of the positions once per tick and used twice: sines and cosines.
+    /// Values that depend on the positions, computed once per tick and used twice: sines and cosines.
     type Seen: Copy;
-    /// Does a_z depend on anything but z_n? If not, no sum is made of its gradient.
+    /// True if a_z depends on more than z_n. Otherwise the law omits the sum of its gradient.
     const HAS_GRADIENT: bool;
 
-    /// Of positions, in the units of the blocks.
+    /// Returns the values at these positions, in the units of the blocks.
     fn seen(&self, position: &[T; E]) -> Self::Seen;
 
-    /// The same a little further on: the first position has moved by so much.
+    /// Returns the values after the first position has moved by `moved`.
     #[must_use]
     fn seen_ahead(&self, seen: Self::Seen, moved: T) -> Self::Seen;
 
-    /// w/2 of the blocks at these positions.
+    /// Returns w/2 of the blocks at these positions.
     fn push(&self, position: &[T; E], seen: &Self::Seen) -> Self::Push;
 
-    /// That of one block; `None` where nothing pushes and nothing pulls back (κ = 0).
+    /// Returns w/2 of one block, or `None` without a coupling and without a restoring term (κ = 0).
     fn of_block(push: &Self::Push, block: usize) -> Option<T>;
 
-    /// A number of every block, kept as they are.
+    /// Builds couplings from one number per block, unchanged.
     fn per_block(numbers: [T; E]) -> Self::Push;
 
-    /// κ of a block.
+    /// Returns the restoring term κ of a block.
     fn kappa(&self, block: usize) -> T;
 
-    /// b: acceleration of the last block per unit of u.
+    /// Returns the input gain b: the acceleration of the last block per unit of u.
     fn input_gain(&self) -> T;
 
-    /// z and a_z.
+    /// Returns z and a_z.
     fn chain(&self, x: &[T; N], seen: &Self::Seen) -> ([T; N], T);
 
-    /// What disturbances of the blocks are in the last channel. What they are in the others must not depend on the
-    /// state: the design has it in its rows.
+    /// Returns the effect of the block disturbances in the last channel. Their effects in the other channels must not
+    /// depend on the state, because the design has them in its rows.
     fn last(&self, seen: &Self::Seen, d: &[T; E]) -> T;
 
-    /// How many units of the block's position one rad of its shaft is.
+    /// Returns the units of the block's position per rad of its shaft.
     fn per_rad(&self, block: usize) -> T;
 
-    /// Can it stand still at these positions under some u of up to so much? A drive does not start where it cannot.
-    /// A joint's spring is not wound by more than twice what its motor can: there an encoder that tells its angle
-    /// within a turn has told it in another one.
+    /// Returns true if the shafts can stand still at these positions with some |u| up to `u_max`. Otherwise a drive
+    /// does not start.
+    ///
+    /// For a joint the twist of the spring must not exceed twice the torque limit of its motor. A larger twist means
+    /// that an encoder with its angle within a revolution refers to the wrong revolution.
     fn may_stand(&self, position: &[T; E], u_max: T) -> bool {
         let _ = (position, u_max);
         true
     }
 
-    /// Every number that the model is made of: what tells it from another.
+    /// Returns every number of the model, to distinguish it from another one.
     fn numbers(&self) -> impl Iterator<Item = T>;
 
-    /// Of a model whose blocks are one within a tick: what is not each block's own. Of such a model x_3 is how far the
-    /// second position is from the first.
+    /// Returns the coupling numbers of a model whose blocks are coupled within a tick. In such a model x_3 is the
+    /// second position minus the first.
     #[doc(hidden)]
     #[inline(always)]
     fn whole(&self) -> Option<&Whole<T, 2, 3>> {
         None
     }
 
-    /// Of such a model: the current, and that of the reference, as they are remembered.
+    /// Returns the current and the reference current of a coupled model, as they are stored.
     #[doc(hidden)]
     #[inline(always)]
     fn currents(push: &Self::Push) -> [T; 2] {
@@ -158,7 +161,7 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
         [T::ZERO; 2]
     }
 
-    /// The couplings with these.
+    /// Returns the couplings with these currents.
     #[doc(hidden)]
     #[inline(always)]
     #[must_use]
@@ -167,7 +170,7 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
         push
     }
 
-    /// Of such a model: errors of a chain that knows no weight.
+    /// Returns the errors of a chain without weight, for a coupled model.
     #[doc(hidden)]
     #[inline(always)]
     fn weightless(&self, e: &[T; N], seen: &Self::Seen) -> [T; N] {
@@ -176,10 +179,11 @@ pub trait ChainModel<T: Real, const E: usize, const N: usize>: Copy {
     }
 }
 
-/// How far the map of a model is from its definition, at a state: the largest
-/// $|L z_i - z_{i+1}| / (1 + |L z_i|)$ and $|L z_n - a_z - b u|$ likewise, by central differences along the nominal
-/// motion. A right map gives less than 1e-6 (that of the joint 3e-9); a wrong sign gives 0.01 and more. `kappa` and
-/// `lambda` are those of the blocks.
+/// Returns the error of a model's map relative to its definition, at a state.
+///
+/// It is the largest $|L z_i - z_{i+1}| / (1 + |L z_i|)$, and $|L z_n - a_z - b u|$ likewise, by central differences
+/// along the nominal motion. A correct map gives less than 1e-6 (the joint 3e-9). A wrong sign gives 0.01 and more.
+/// `kappa` and `lambda` belong to the blocks.
 pub fn map_error<M, const E: usize, const N: usize>(
     model: &M,
     kappa: &[f64; E],

@@ -1,26 +1,26 @@
-//! A designed drive in another scalar, number by number and by name: so a recorder gets its constants.
+//! Conversion of a designed drive to another scalar, number by number and by name, for the constants of a recorder.
 
 use core::marker::PhantomData;
 
 use super::law::EncoderForm;
 use crate::real::Real;
 
-/// The name of a number of a design: in the formulas, with its encoder and its place in a row from 1; 0 for none.
+/// Name of a number of a design.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NumberName {
-    /// In the formulas.
+    /// Name in the formulas.
     pub name: &'static str,
-    /// Encoder, or 0.
+    /// Encoder from 1, or 0 for none.
     pub encoder: usize,
-    /// Place in a row, or 0.
+    /// Index in a row from 1, or 0 for none.
     pub entry: usize,
 }
 
 impl<T: Real, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
     EncoderForm<T, M, A, E, N, S, FAST, LATE>
 {
-    /// The same drive in another scalar, with a model that is in it already.
+    /// Converts every number of the drive to another scalar. The model is already converted.
     #[doc(hidden)]
     pub fn converted<U: Real, V>(
         &self,

@@ -1,74 +1,77 @@
-//! The design of a flexible joint as a whole: one exact tick, one observer of both encoders, one regulator.
+//! Coupled design of a flexible joint: one exact tick, one observer of both encoders, one regulator.
 //!
 //! With $q_m - q_l = \tau$, all behind the gear, the joint is
 //!
 //! $$ \dot v_l = k_1 \tau - b_1 v_l + w + d_l, \qquad \dot v_m = -k_2 \tau - b_2 v_m + b\thinspace i + d_m, \qquad
 //!    \dot i = (u - i)/\text{lag} $$
 //!
-//! $k_1 = K/J_l$, $k_2 = K/J_m$, $b_1 = B_l/J_l$, $b_2 = B_m/J_m$, $b = K_t/J_m$; $w = -g \sin q_l$ is the pull of the
-//! weight, known at the counts and in no gain. An observer of each encoder alone takes the coupling for constant
-//! within a tick; on a stiff joint that error is thousands of times what the encoders show. Here the spring is inside
-//! the tick.
+//! $k_1 = K/J_l$, $k_2 = K/J_m$, $b_1 = B_l/J_l$, $b_2 = B_m/J_m$, $b = K_t/J_m$. The term $w = -g \sin q_l$ is the
+//! acceleration from the weight. It is known at the counts and enters no gain. A separate observer of each encoder
+//! assumes a constant coupling within a tick. On a stiff joint the error of this assumption is thousands of times the
+//! encoder resolution. In this design the spring is part of the tick.
 //!
 //! # One tick
-//! What both shafts move by, $y = q - q(0)$, obeys $\ddot y = A y + B \dot y + m$ with the acceleration of its
-//! beginning, damping aside, $m = (k_1 \tau + w + d_l,\ -k_2 \tau + b u + d_m)$. So with matrices of 2 × 2
+//! The motion of both shafts, $y = q - q(0)$, obeys $\ddot y = A y + B \dot y + m$. Here
+//! $m = (k_1 \tau + w + d_l,\ -k_2 \tau + b u + d_m)$ is the acceleration at its start, without damping. So with
+//! matrices of 2 × 2
 //!
 //! $$ y = g_2 v + g_1 m + h_q (i - u), \qquad v^+ = \varphi v + g_2 m + h_v (i - u), \qquad
 //!    i^+ = u + \kappa (i - u) $$
 //!
-//! are exact for a u that is held. No absolute angle is in it, only the twist τ: f32 is enough.
+//! are exact while u is held. They contain no absolute angle, only the twist τ, so f32 suffices.
 //!
 //! # Observer
-//! Kalman's, of $(q, v, d)$ of both shafts; i is known. In units of one step of each encoder and of one tick the
-//! variance of a count is 1/12, and with $a = W_j T$ those of $q, v, d$ grow by
-//! $(3 \beta_j a^2,\ 3 \beta_j a^4,\ a^6)/12$ in a tick: alone, such an observer has the bandwidth $W_j$.
+//! The observer is a Kalman filter of $(q, v, d)$ of both shafts, and i is known. In units of one count of each encoder
+//! and of one tick, the variance of a count is 1/12. With $a = W_j T$ the variances of $q, v, d$ grow by
+//! $(3 \beta_j a^2,\ 3 \beta_j a^4,\ a^6)/12$ in a tick. For one encoder alone, such an observer has the bandwidth
+//! $W_j$.
 //!
 //! # Regulator
-//! The least of $\sum q_l^2 + \theta^2 v_l^2 + \rho u^2$, over the joint with its current. For a rigid shaft that
-//! places two poles, and they are what is asked for: $w_c$ and $k_l$, with $w^2 = w_c k_l$, $\rho = b_r^2/w^4$,
-//! $\theta^2 = (w_c^2 + k_l^2)/w^4$, $b_r = b k_1/(k_1 + k_2)$. A spring that gives way bends them to what it bears.
+//! The regulator minimises $\sum q_l^2 + \theta^2 v_l^2 + \rho u^2$, over the joint with its current. For a rigid shaft
+//! this places two poles, which are the parameters of the design. They are $w_c$ and $k_l$, with $w^2 = w_c k_l$,
+//! $\rho = b_r^2/w^4$, $\theta^2 = (w_c^2 + k_l^2)/w^4$, $b_r = b k_1/(k_1 + k_2)$. A compliant spring shifts the poles
+//! to values that it tolerates.
 //!
-//! # It is the law of the paper
+//! # Relation to the law of the paper
 //! Let z be a real eigenvalue of $A_c = \Phi - \Gamma K$ and $c^\top A_c = z c^\top$, scaled to $c^\top \Gamma = 1$.
 //! With $\Pi, N$ the state and u in which the link rests under d, and $\tilde x = x - x_r - \Pi d$,
 //!
 //! $$ \sigma^* = c^\top \tilde x = c^\top e + g^\top d, \quad g = -\Pi^\top c, \qquad
 //!    u = u_{eq} - (1 - z) \sigma^*, \quad u_{eq} = \text{ff} + N d - c^\top (\Phi - I) \tilde x $$
 //!
-//! is the same u as $\text{ff} + N d - K \tilde x$, because $c^\top \Phi = z c^\top + K$. So
-//! $\sigma^{*+} = z \sigma^*$: the reaching law with the rate $-\ln z/T$, and on $\sigma^* = 0$ the other four poles
-//! are the surface. For a chain of integrators $\Pi = (0, -d_1, \dots)$, and σ* is Eq. (44) of the paper.
+//! equals $\text{ff} + N d - K \tilde x$, because $c^\top \Phi = z c^\top + K$. So $\sigma^{*+} = z \sigma^*$. This is
+//! the reaching law with the rate $-\ln z/T$, and on $\sigma^* = 0$ the other four poles are the surface. For a chain
+//! of integrators $\Pi = (0, -d_1, \dots)$, and σ* is Eq. (44) of the paper.
 
 use super::joint::Joint;
 use crate::exponential::exp_minus_identity;
 use crate::matrix::{Matrix, identity, plus, riccati, solved, times, transposed};
 
-/// $\beta$ of the observer, link and motor: how much of a step of d is taken for a step of the speed.
+/// Observer damping $\beta$ of link and motor: the share of a step of d that is attributed to a step of the speed.
 pub(crate) const DAMPING: [f64; 2] = [0.3, 1.0];
 
-/// States of the joint for the regulator: q_l, v_l, q_m, v_m, i.
+/// Number of states of the joint for the regulator: q_l, v_l, q_m, v_m, i.
 pub(crate) const STATES: usize = 5;
 
-/// A joint by its accelerations: k_1, k_2, b_1, b_2, b of the module's head and the lag.
+/// Joint parameters as accelerations: k_1, k_2, b_1, b_2, b of the module documentation, and the lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointRatios {
-    /// K/J_l, 1/s².
+    /// Link stiffness K/J_l, 1/s².
     pub k1: f64,
-    /// K/J_m, 1/s².
+    /// Motor stiffness K/J_m, 1/s².
     pub k2: f64,
-    /// B_l/J_l, 1/s.
+    /// Link damping B_l/J_l, 1/s.
     pub b1: f64,
-    /// B_m/J_m, 1/s.
+    /// Motor damping B_m/J_m, 1/s.
     pub b2: f64,
-    /// K_t/J_m, rad/s² per A.
+    /// Input gain K_t/J_m, rad/s² per A.
     pub b: f64,
-    /// Time constant of the current loop, s; 0 for a current that is there at once.
+    /// Time constant of the current loop, s. 0 for a current without lag.
     pub lag_s: f64,
 }
 
 impl JointRatios {
-    /// Of a data sheet.
+    /// Returns the parameters from a data sheet.
     pub const fn of(joint: &Joint, lag_s: f64) -> Self {
         let (link, motor) = (joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2);
         Self {
@@ -81,31 +84,31 @@ impl JointRatios {
         }
     }
 
-    /// Both shafts as one: rad/s² per A.
+    /// Returns the input gain of both shafts as one rigid body, rad/s² per A.
     pub const fn rigid_gain(&self) -> f64 {
         self.b * self.k1 / (self.k1 + self.k2)
     }
 }
 
-/// One tick of a joint, see the module's head; rows and columns count link, motor.
+/// Exact tick of a joint (see the module). Rows and columns count link, motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointTick {
-    /// Speeds into speeds.
+    /// Effect of speeds on speeds.
     pub phi: [[f64; 2]; 2],
-    /// Speeds into positions and accelerations into speeds, s.
+    /// Effect of speeds on positions and of accelerations on speeds, s.
     pub g2: [[f64; 2]; 2],
-    /// Accelerations into positions, s².
+    /// Effect of accelerations on positions, s².
     pub g1: [[f64; 2]; 2],
-    /// i - u into positions, rad/A.
+    /// Effect of the current error i - u on positions, rad/A.
     pub current_q: [f64; 2],
-    /// i - u into speeds, rad/(s A).
+    /// Effect of the current error i - u on speeds, rad/(s A).
     pub current_v: [f64; 2],
-    /// What is left of i - u after a tick.
+    /// Share of i - u that remains after a tick.
     pub keeps: f64,
 }
 
 impl JointTick {
-    /// By the exponential of (y, v, m, i - u), in units of one tick.
+    /// Computes the tick by the exponential of (y, v, m, i - u), in units of one tick.
     pub const fn of(ratios: &JointRatios, period_s: f64) -> Self {
         let (r, t) = (ratios, period_s);
         let mut a = [[0.0; 7]; 7];
@@ -113,7 +116,7 @@ impl JointTick {
         (a[1][0], a[1][1], a[1][2], a[1][4]) = (-r.k1 * t * t, -r.b1 * t, r.k1 * t * t, 1.0);
         (a[3][0], a[3][2], a[3][3], a[3][5]) = (r.k2 * t * t, -r.k2 * t * t, -r.b2 * t, 1.0);
         if r.lag_s > 0.0 {
-            // i - u in units of the acceleration that it makes.
+            // i - u in units of the acceleration that it causes.
             (a[3][6], a[6][6]) = (1.0, -t / r.lag_s);
         }
         let e = exp_minus_identity(a);
@@ -137,12 +140,12 @@ impl JointTick {
         Self { phi, g2, g1, current_q, current_v, keeps }
     }
 
-    /// Φ and Γ of x = (q_l, v_l, q_m, v_m, i).
+    /// Returns Φ and Γ of x = (q_l, v_l, q_m, v_m, i).
     pub const fn matrices(&self, ratios: &JointRatios) -> ([[f64; STATES]; STATES], [f64; STATES]) {
         let (JointTick { phi, g2, g1, current_q, current_v, keeps }, r) = (self, ratios);
         let mut f = identity::<STATES>();
         let mut gamma = [0.0; STATES];
-        // Of a twist of one: m.
+        // Acceleration m per unit of twist.
         let pull = [r.k1, -r.k2];
         let mut i = 0;
         while i < 2 {
@@ -162,11 +165,10 @@ impl JointTick {
         (f, gamma)
     }
 
-    /// Gains of the observer: `gains[shaft][encoder]` is what position, speed and d of a shaft gain of the innovation
-    /// of an encoder, by its unit and a tick.
+    /// Returns the observer gains: `gains[shaft][encoder]` corrects position, speed and d of a shaft.
     ///
-    /// `steps_rad`: one step of each encoder, or what stands for it where its noise is larger; `bandwidths`: W_j,
-    /// rad/s.
+    /// Each gain is per unit of the innovation of the encoder and per tick. `steps_rad` is one count of each encoder,
+    /// or a larger number that represents its noise. `bandwidths` is W_j, rad/s.
     pub const fn observer_gains(
         &self,
         ratios: &JointRatios,
@@ -176,7 +178,7 @@ impl JointTick {
     ) -> [[[f64; 3]; 2]; 2] {
         let t = period_s;
         let (phi, _) = self.matrices(ratios);
-        // (q, v, d) of the link, then of the motor, each in steps and ticks.
+        // (q, v, d) of the link, then of the motor, each in counts and ticks.
         let mut f = identity::<6>();
         let mut q = [[0.0; 6]; 6];
         let mut i = 0;
@@ -224,8 +226,9 @@ impl JointTick {
     }
 }
 
-/// The largest innovation of each encoder, rad, that a step of d of link or motor makes, by shaft and encoder and per
-/// rad/s² of the step.
+/// Returns the largest innovation of each encoder, rad, after a step of d of link or motor.
+///
+/// The entries are by shaft and encoder, per rad/s² of the step.
 pub(crate) const fn innovations(
     ratios: &JointRatios,
     tick: &JointTick,
@@ -236,7 +239,7 @@ pub(crate) const fn innovations(
     let mut peaks = [[0.0; 2]; 2];
     let mut shaft = 0;
     while shaft < 2 {
-        // Errors of q, v, d of both shafts; d of one is missing from the start.
+        // Errors of q, v, d of both shafts. d of one shaft is wrong from the start.
         let (mut x, mut d) = ([0.0; 4], [0.0; 2]);
         d[shaft] = 1.0;
         let mut passed = 0;
@@ -277,31 +280,32 @@ pub(crate) const fn innovations(
     peaks
 }
 
-/// The regulator and its σ*, of x = (q_l, v_l, q_m, v_m, i) and d.
+/// Regulator and its σ*, as functions of x = (q_l, v_l, q_m, v_m, i) and d.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regulator {
-    /// K.
+    /// Feedback gain K.
     pub feedback: [f64; STATES],
-    /// N d, u that stands against d at rest; and of d in all, N + K Π.
+    /// Gain N from d to the u that balances d at rest. The total gain from d is N + K Π (`disturbance`).
     pub rest: [f64; 2],
-    /// See `rest`.
+    /// Total gain N + K Π from d to u.
     pub disturbance: [f64; 2],
-    /// z, the pole that reaches.
+    /// Pole z of the reaching law.
     pub reaching: f64,
-    /// c and g of σ*, with c'Γ = 1.
+    /// Weights c of σ* on x, with c'Γ = 1.
     pub surface: [f64; STATES],
-    /// See `surface`.
+    /// Weights g of σ* on d.
     pub known: [f64; 2],
 }
 
 impl Regulator {
-    /// With the poles w_c and k_l of a rigid shaft, 1/s. `None` where no real pole is left to reach with.
+    /// Computes the regulator for the poles w_c and k_l of a rigid shaft, 1/s. `None` if no real pole remains for the
+    /// reaching law.
     pub const fn of(ratios: &JointRatios, tick: &JointTick, period_s: f64, [w_c, k_l]: [f64; 2]) -> Option<Self> {
         let (r, t) = (ratios, period_s);
         let (phi, gamma) = tick.matrices(r);
         let w2 = w_c * k_l;
         let theta2 = (w_c * w_c + k_l * k_l) / (w2 * w2);
-        // In ticks, and u in units of what it does to a rigid shaft in one: no entry is far from the others.
+        // In ticks, with u in units of its effect on a rigid shaft in one tick: all entries have similar magnitudes.
         let unit = r.rigid_gain() * t * t;
         let scale = [1.0, t, 1.0, t, unit];
         let mut a = [[0.0; STATES]; STATES];
@@ -354,7 +358,7 @@ impl Regulator {
             surface[i] = c[i][0] * scale[i] / unit;
             i += 1;
         }
-        // The link rests at 0: the spring holds d_l, and u holds the spring and d_m.
+        // The link rests at 0: the spring balances d_l, and u balances the spring and d_m.
         let pi = [[-1.0 / r.k1, -r.k2 / (r.k1 * r.b)], [0.0, -1.0 / r.b]];
         let (mut rest, mut disturbance, mut known) = ([0.0; 2], [0.0; 2], [0.0; 2]);
         let mut i = 0;
@@ -369,7 +373,7 @@ impl Regulator {
     }
 }
 
-/// The largest real -w of det(w - E), E = A - I, in (0, 1) that is not the pole of the current loop; as z = 1 + w.
+/// Returns z = 1 + w for the largest real -w of det(w - E), E = A - I, in (0, 1), without the pole of the current loop.
 const fn fastest_real_pole(closed: &Matrix<STATES, STATES>, keeps: f64) -> Option<f64> {
     let e = plus(closed, &identity(), -1.0);
     // Faddeev and LeVerrier: det(w - E) = w^5 + p_1 w^4 + .. + p_5.
@@ -385,7 +389,7 @@ const fn fastest_real_pole(closed: &Matrix<STATES, STATES>, keeps: f64) -> Optio
         m = plus(&em, &identity(), p[k]);
         k += 1;
     }
-    // From the fastest on: 1 - z falls by 2 % from one point to the next.
+    // From the fastest pole on: 1 - z falls by 2 % per point.
     let current = current_poles(keeps);
     let (mut high, mut steps) = (0.9999, 0);
     while steps < 600 {
@@ -412,9 +416,9 @@ const fn fastest_real_pole(closed: &Matrix<STATES, STATES>, keeps: f64) -> Optio
     None
 }
 
-/// Where 1 - z of a pole lies that is the current loop's within 15 %: e^(-T/lag) to the power of 0.85 and 1.15.
+/// Returns the range of 1 - z for a pole within 15 % of the current loop: e^(-T/lag) to the power of 0.85 and 1.15.
 const fn current_poles(keeps: f64) -> [f64; 2] {
-    // Nothing of it is left in a tick, nor known from rounding.
+    // The current error vanishes within a tick, below rounding.
     if keeps < 1e-9 {
         return [2.0, 2.0];
     }
@@ -429,13 +433,13 @@ const fn current_poles(keeps: f64) -> [f64; 2] {
     out
 }
 
-/// ln x, by Newton's method on the exponential.
+/// Returns ln x, by Newton's method on the exponential.
 const fn natural_logarithm(x: f64) -> f64 {
     let (mut y, mut round) = (0.0, 0);
     while round < 60 {
         let step = x / crate::exponential::phi_functions(y)[0] - 1.0;
         y += step;
-        // The next step would be its square.
+        // The next correction would be its square.
         if step.abs() < 1e-9 {
             return y;
         }
@@ -444,7 +448,7 @@ const fn natural_logarithm(x: f64) -> f64 {
     y
 }
 
-/// The polynomial with these coefficients, highest first.
+/// Returns the polynomial with these coefficients, highest power first.
 const fn at(p: &[f64; STATES + 1], w: f64) -> f64 {
     let (mut sum, mut k) = (0.0, 0);
     while k <= STATES {
@@ -459,7 +463,7 @@ mod tests {
     extern crate std;
     use super::*;
 
-    /// Data sheets that nobody tuned for: the paper's, a harmonic drive, two masses at 92 Hz, w_r T = 1.9, an elevator.
+    /// Data sheets without prior tuning: the paper's, a harmonic drive, two masses at 92 Hz, w_r T = 1.9, an elevator.
     const JOINTS: [(JointRatios, f64, [f64; 2]); 5] = [
         (JointRatios::of(&Joint::TABLE_I, 2e-4), 1e-3, [27.0, 390.0]),
         (ratios([0.4, 0.5, 8000.0, 1.2, 2.0, 8.0], 2e-4), 1e-3, [40.0, 90.0]),
@@ -480,7 +484,7 @@ mod tests {
         }
     }
 
-    /// The equations of the module's head by Runge and Kutta's rule with 2000 steps, in nothing but SI units.
+    /// Integrates the equations of the module documentation by the Runge-Kutta rule with 2000 steps, in SI units only.
     fn moved(r: &JointRatios, t: f64, x: [f64; STATES], u: f64, d: [f64; 2]) -> [f64; STATES] {
         let rate = |x: [f64; STATES]| {
             let (twist, i) = (x[2] - x[0], if r.lag_s > 0.0 { x[4] } else { u });
@@ -529,7 +533,7 @@ mod tests {
         assert!(worst < 1e-12, "{worst:e}");
     }
 
-    /// u of the surface is u of the regulator, and σ* of the next tick is z σ*, whatever the state is.
+    /// Checks that u of the surface equals u of the regulator, and that the next σ* is z σ*, for any state.
     #[test]
     fn the_regulator_is_the_law_of_the_paper() {
         let (mut noise, mut worst) = (noise(), [0.0_f64; 2]);
@@ -567,7 +571,7 @@ mod tests {
         assert!(worst[0] < 1e-11 && worst[1] < 1e-11, "{worst:?}");
     }
 
-    /// A spring that is stiffer than anything: the two poles are where they were asked for.
+    /// Checks a very stiff spring: the two poles are at their design values.
     #[test]
     fn of_a_rigid_shaft_both_poles_are_met() {
         let rigid = ratios([0.01, 0.0, 1e6, 0.01, 0.0, 0.05], 0.0);
@@ -576,7 +580,7 @@ mod tests {
         assert!((law.reaching - libm::exp(-k_l * t)).abs() < 1e-4, "{} for {}", law.reaching, libm::exp(-k_l * t));
     }
 
-    /// The filter is the one of the recursion, and quiet: an error of every state dies out.
+    /// Checks the filter against the recursion without noise: an error of every state decays.
     #[test]
     fn an_error_of_the_observer_dies_out() {
         for (r, t, _) in JOINTS {

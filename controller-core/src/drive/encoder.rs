@@ -1,16 +1,17 @@
-//! An encoder: counts that wrap, made an angle that does not.
+//! Encoder: converts counts that wrap to an angle that does not.
 //!
-//! The counter has `bits` bits and wraps; the difference of two samples, its low bits with their sign, does not, as
-//! long as the shaft moves less than half a counter per tick. A timer that is reloaded at 9999, or an absolute encoder
-//! of 4000 positions, has a number of `states` that is no power of two: a difference of more than half of them is one
-//! of so many less. The angle is kept as a whole number of counts since a
-//! *base* that follows the shaft in whole turns: the f32 numbers of the tick stay below some turns, and so keep their
-//! digits however far it goes. One step is
+//! The counter has `bits` bits and wraps. The difference of two samples (its low bits, with their sign) does not wrap,
+//! as long as the shaft moves less than half a counter per tick. A timer with a reload of 9999, or an absolute encoder
+//! of 4000 positions, has a number of `states` that is not a power of two. A difference above half of the states is
+//! then reduced by the number of states.
+//!
+//! The angle is a whole number of counts relative to a *base*. The base follows the shaft in whole revolutions. So the
+//! f32 numbers of the tick stay below some revolutions, and keep their digits over any distance. One count is
 //!
 //! $$ \text{unit} = 2\pi \thinspace \frac{\text{den}}{\text{num} \cdot \text{counts per turn}} \quad \text{rad} $$
 //!
-//! behind a gear: the encoder makes num turns while the shaft that is meant makes den. An angle counts to the middle of
-//! its step; a sensor that rounds down is half a step off.
+//! behind a gear: the encoder makes num revolutions while the controlled shaft makes den. An angle refers to the middle
+//! of its count. A sensor that rounds down is off by half a count.
 
 use core::f64::consts::TAU;
 
@@ -21,60 +22,64 @@ use super::rest::RestBand;
 use crate::real::{Count, Real};
 use crate::running::fingerprint_with;
 
-/// An encoder and the gear between it and the shaft whose angle is meant.
+/// Encoder, and the gear between it and the controlled shaft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Encoder {
-    /// Bits of the counter, 2..=32; higher bits of a sample are not read, unless it has a number of `states`.
+    /// Bits of the counter, 2..=32. Higher bits of a sample are not read, unless the counter has a number of `states`.
     pub bits: u32,
-    /// From 0 to one less the counter counts before it wraps, 2..2^31; 0 for 2^bits.
+    /// States of the counter before it wraps from the last to 0, 2..2^31. 0 means 2^bits.
     #[cfg_attr(feature = "serde", serde(default))]
     pub states: u32,
-    /// Counts while the encoder turns once, 4..=2^24.
+    /// Counts per revolution of the encoder, 4..=2^24.
     pub counts_per_turn: u32,
-    /// Gear numerator: turns of the encoder, at least 1.
+    /// Gear numerator: encoder revolutions, at least 1.
     pub gear_num: u32,
-    /// Gear denominator: turns of the shaft meanwhile, at least 1. The fewest turns of the shaft that are a whole
-    /// number of counts are at most 1000, and at most 2^24 counts: 325 turns for `geared(4554, 325)` and 2^10 counts.
+    /// Gear denominator: shaft revolutions, at least 1.
+    ///
+    /// The base is the fewest revolutions of the shaft that are a whole number of counts. It is at most 1000
+    /// revolutions and at most 2^24 counts. For example, `geared(4554, 325)` with 2^10 counts has a base of 325
+    /// revolutions.
     pub gear_den: u32,
 }
 
 impl Encoder {
-    /// An absolute encoder of one turn on the shaft itself: 2^bits counts.
+    /// Returns an absolute single-turn encoder on the shaft itself: 2^bits counts per revolution.
     pub const fn absolute(bits: u32) -> Self {
         Self { bits, states: 0, counts_per_turn: 1u32.wrapping_shl(bits), gear_num: 1, gear_den: 1 }
     }
 
-    /// A counter of so many bits behind an encoder of `counts_per_turn`, four per line; it is 0 at angle 0.
+    /// Returns a counter of `bits` bits behind an encoder with `counts_per_turn` (four per line). Its count is 0 at
+    /// angle 0.
     pub const fn incremental(bits: u32, counts_per_turn: u32) -> Self {
         Self { bits, states: 0, counts_per_turn, gear_num: 1, gear_den: 1 }
     }
 
-    /// The same with a counter that wraps after so many states: `incremental(16, 10_000).wrapping_at(10_000)` is a
-    /// timer with a reload of 9999 behind 2500 lines.
+    /// Returns the encoder with a counter that wraps after `states` states.
+    /// `incremental(16, 10_000).wrapping_at(10_000)` is a timer with a reload of 9999 behind 2500 lines.
     #[must_use]
     pub const fn wrapping_at(self, states: u32) -> Self {
         Self { states, ..self }
     }
 
-    /// How many states its counter has.
+    /// Returns the number of states of the counter.
     pub const fn counter(&self) -> u64 {
         if self.states == 0 { 1u64 << (self.bits & 63) } else { self.states as u64 }
     }
 
-    /// The same behind a gear: `num` turns of the encoder are `den` turns of the shaft.
+    /// Returns the encoder behind a gear: `num` revolutions of the encoder are `den` revolutions of the shaft.
     #[must_use]
     pub const fn geared(self, num: u32, den: u32) -> Self {
         Self { gear_num: num, gear_den: den, ..self }
     }
 
-    /// One step, in rad of the shaft.
+    /// Returns one count, in rad of the shaft.
     pub const fn unit_rad(&self) -> f64 {
         TAU * self.gear_den as f64 / (self.gear_num as f64 * self.counts_per_turn as f64)
     }
 
-    /// Turns of the shaft that are a whole number of counts, the fewest, and that number.
+    /// Returns the base: the fewest revolutions of the shaft that are a whole number of counts, and that number.
     pub(crate) const fn base(&self) -> (u32, u64) {
         let counts = self.counts_per_turn as u64 * self.gear_num as u64;
         let den = self.gear_den as u64;
@@ -82,7 +87,8 @@ impl Encoder {
         while b != 0 {
             (a, b) = (b, a % b);
         }
-        // Of a gear that `check` refuses it may be 0: nothing here panics, in the archive for C least of all.
+        // It may be 0 for a gear that `check` rejects. Nothing here panics, in particular not in the static library for
+        // C.
         let a = if a == 0 { 1 } else { a };
         ((den / a) as u32, counts / a)
     }
@@ -109,7 +115,7 @@ impl Encoder {
             }
             k += 1;
         }
-        // Of the gear a tick sees the base alone: its limits are those of a drive, whatever the two numbers are.
+        // The tick uses only the base of the gear: the limits apply to the base, for any pair of numbers.
         let (turns, counts) = self.base();
         if turns > MOST_TURNS {
             let why = "gear and encoder meet again after 1 to 1000 turns of the shaft";
@@ -125,7 +131,7 @@ impl Encoder {
 
     pub(crate) const fn sensor(&self) -> Sensor<f64> {
         let (turns, counts) = self.base();
-        // Four bases and more: whatever was written there, an angle has a size.
+        // At least four bases wide: with any content of the memory, the angle stays bounded.
         let mut width = 4;
         while width < 32 && (1u64 << (width - 1)) < 4 * counts {
             width += 1;
@@ -148,8 +154,7 @@ impl Encoder {
     }
 }
 
-/// How an encoder is mounted: what makes of its counts those that a drive takes, which grow with the angle and are 0
-/// at angle 0.
+/// Mounting of an encoder: converts its counts to counts that increase with the angle and are 0 at angle 0.
 ///
 /// ```
 /// use controller_core::drive::Mounting;
@@ -162,18 +167,17 @@ impl Encoder {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mounting {
-    /// Does it count down while the angle grows?
+    /// True if the encoder counts down while the angle increases.
     pub is_reversed: bool,
     /// Count at angle 0.
     pub offset_counts: i32,
 }
 
 impl Mounting {
-    /// It counts up, from 0 at angle 0: nothing is to be done.
+    /// Mounting of an encoder that counts up, from 0 at angle 0: no conversion.
     pub const UPRIGHT: Self = Self { is_reversed: false, offset_counts: 0 };
 
-    /// What a drive is to be given for the count (`i32`) that was read. Of a counter with fewer bits the drive reads
-    /// only those.
+    /// Converts a count (`i32`) that was read to the count for a drive. A drive reads only the bits of its counter.
     #[inline(always)]
     #[must_use]
     pub fn upright<C: Count>(self, count: C) -> C {
@@ -182,9 +186,11 @@ impl Mounting {
     }
 }
 
-/// Fingerprint of a drive as a whole: of its law within its monitors ([`ControlLaw::fingerprint`]), of the mounting of
-/// its encoders, of the ticks of a joined stop after an alarm (0: none), of its fence and its band at rest. Returns the
-/// fingerprint of the law where all encoders are upright and there is none of these.
+/// Returns the fingerprint of a whole drive: law and monitors, mounting, controlled stop, fence and rest band.
+///
+/// `law` is the fingerprint of the law with its monitors ([`ControlLaw::fingerprint`]). `stop_ticks` is the duration of
+/// a controlled stop after an alarm, or 0 for none. The result equals `law` if all encoders are upright and all other
+/// parts are absent.
 ///
 /// ```
 /// use controller_core::drive::{Mounting, fingerprint};
@@ -211,21 +217,21 @@ pub fn fingerprint(
 }
 
 fields! {
-    /// What the tick knows of an encoder.
+    /// Encoder in the form that a tick uses.
     pub(crate) struct Sensor<T> {
-        /// One count in the unit of the block's position.
+        /// One count, in the unit of the block's position.
         unit: T,
-        /// Half the counter: further it cannot move in a tick.
+        /// Half the counter: the largest motion per tick.
         half_span: T,
-        /// A quarter of the counter or of the base, whichever is less.
+        /// Quarter of the counter or of the base, whichever is less.
         quarter: T,
-        /// 9/16 of the base: there it is moved, and does not come back for noise.
+        /// Edge at 9/16 of the base: there the base moves, and noise does not move it back.
         edge: T,
-        /// High bits of a sample that are not read.
+        /// Number of high bits of a sample that are not read.
         unread: u32,
-        /// Of a counter that wraps at another number than a power of two; else 0.
+        /// States of a counter that does not wrap at a power of two, else 0.
         states: i32,
-        /// High bits that no count since the base needs, but for its sign.
+        /// Number of high bits that no count relative to the base needs, except for its sign.
         beyond: u32,
         base_counts: i32,
         base_turns: i32,
@@ -233,16 +239,16 @@ fields! {
     }
 }
 
-/// Most turns of the shaft in a base.
+/// Largest number of shaft revolutions in a base.
 const MOST_TURNS: u32 = 1000;
-/// Of a counter whose difference has a sign.
+/// Largest number of states of a counter whose difference has a sign.
 const MOST_STATES: u32 = i32::MAX as u32;
 
 impl<T: Real> Sensor<T> {
-    /// What the count has moved: the difference of two samples that is within half a counter.
+    /// Returns the motion of the count: the difference of two samples, reduced to within half a counter.
     #[inline(always)]
     pub(crate) fn moved(&self, difference: T::Count) -> T::Count {
-        // A divisor that is above 0 needs no question for the one quotient that overflows.
+        // A positive divisor avoids the check for the one quotient that overflows.
         if self.states <= 0 {
             return difference.signed(self.unread);
         }
@@ -259,7 +265,7 @@ impl<T: Real> Sensor<T> {
 }
 
 impl<T> Sensor<T> {
-    /// Does a count mean the same to both?
+    /// Returns true if a count has one meaning for both encoders.
     pub(crate) const fn counts_alike(&self, other: &Self) -> bool {
         self.unread == other.unread
             && self.states == other.states
@@ -269,7 +275,7 @@ impl<T> Sensor<T> {
 }
 
 impl Sensor<f64> {
-    /// With the position in another unit.
+    /// Returns the sensor with its position in another unit.
     #[must_use]
     pub(crate) const fn scaled(self, factor: f64) -> Self {
         Self {
@@ -288,11 +294,11 @@ mod tests {
 
     #[test]
     fn a_gear_meets_its_encoder_again_after_whole_turns() {
-        // 37 : 10 with 4096 counts: 15155.2 counts per turn of the shaft, 75776 in five.
+        // 37 : 10 with 4096 counts: 15155.2 counts per revolution of the shaft, 75776 in five.
         let encoder = Encoder::absolute(12).geared(37, 10);
         assert_eq!(encoder.base(), (5, 75_776));
         assert!((encoder.unit_rad() * 75_776.0 - 5.0 * TAU).abs() < 1e-12);
-        // A harmonic drive needs one turn, a bare encoder too.
+        // A harmonic drive needs one revolution, an encoder without a gear too.
         assert_eq!(Encoder::absolute(12).geared(100, 1).base(), (1, 409_600));
         assert_eq!(Encoder::incremental(16, 4000).base(), (1, 4000));
     }
@@ -318,7 +324,7 @@ mod tests {
         assert_eq!(Encoder::incremental(32, 4000).geared(160, 3).check("encoder"), Ok(()));
     }
 
-    /// The two numbers of a gear may be large: the tick sees the turns and counts after which it meets its encoder.
+    /// Checks gears with large numbers: the tick uses only the base, which may still be small.
     #[test]
     fn a_gear_of_large_numbers_is_taken_where_its_base_is_small() {
         let taken = [
@@ -330,7 +336,7 @@ mod tests {
         ];
         for (encoder, base) in taken {
             assert_eq!((encoder.check("encoder"), encoder.base()), (Ok(()), base), "{encoder:?}");
-            // No tick can tell it from an encoder of so many counts on a shaft of so many turns.
+            // A tick cannot distinguish it from an encoder with the counts and revolutions of the base.
             let (turns, counts) = base;
             let plain = Encoder::incremental(encoder.bits, counts as u32).geared(1, turns);
             let [geared, plain] = [encoder, plain].map(|encoder| encoder.sensor());

@@ -1,10 +1,10 @@
-//! Why the design of a drive is refused: the field, what it was given, and what it may be.
+//! Error of a drive design: the field, its given number, and its range.
 
 use core::fmt;
 
 use crate::error::{Short, Text};
 
-/// A design that must not run. Every refusal is a number that lies outside of its range.
+/// Error that rejects a design. Every error is a number outside of its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -12,13 +12,13 @@ use crate::error::{Short, Text};
 pub struct DriveError {
     /// Path of the field in the design.
     pub field: &'static str,
-    /// The number given, or what it makes, in the unit of `low` and `high`.
+    /// Given number, or the product that the rule limits, in the unit of `low` and `high`.
     pub given: f64,
-    /// The smallest number allowed.
+    /// Smallest allowed number.
     pub low: f64,
-    /// The largest number allowed.
+    /// Largest allowed number.
     pub high: f64,
-    /// The rule.
+    /// Rule that the number breaks.
     pub why: &'static str,
 }
 
@@ -27,7 +27,7 @@ impl DriveError {
         Self { field, given, low, high, why }
     }
 
-    /// `Ok` for a number within its range; a NaN is not.
+    /// Returns `Ok` for a number within its range. A NaN is an error.
     pub(crate) const fn within(
         field: &'static str,
         given: f64,
@@ -38,7 +38,7 @@ impl DriveError {
         if given >= low && given <= high { Ok(()) } else { Err(Self::new(field, given, low, high, why)) }
     }
 
-    /// [`within`](Self::within) of each: field, number, least, most, rule.
+    /// Checks [`within`](Self::within) for each entry: field, number, smallest, largest, rule.
     pub(crate) const fn within_all(rules: &[(&'static str, f64, f64, f64, &'static str)]) -> Result<(), Self> {
         let mut k = 0;
         while k < rules.len() {
@@ -51,12 +51,12 @@ impl DriveError {
         Ok(())
     }
 
-    /// The allowed number that is nearest to the given one.
+    /// Returns the allowed number that is nearest to the given one.
     pub const fn nearest(&self) -> f64 {
         if self.given > self.high { self.high } else { self.low }
     }
 
-    /// As a compile error says it.
+    /// Returns the text of a compile error.
     pub(crate) const fn text(&self) -> Text {
         Text::new().string(self.field).string(": ").string(self.why)
     }

@@ -1,10 +1,12 @@
-//! A fence around a shaft: end stops in software, a top speed, a following error.
+//! Fence around a shaft: software end stops, a speed limit, and a limit of the following error.
 //!
-//! It looks at the estimates after a tick. What a brake needs to come to rest from the speed $v$ is
-//! $v^2/(2 a) + |v| \thinspace (1/k_v + 2 T)$ at most, for the deceleration $a$ that is sure at the limit, the gain
-//! $k_v$ of the brake ([`Bounds::brake_per_s`](super::Bounds)) and two ticks until it acts: where less is left to an
-//! end, the drive is to [trip](crate::Running::trip) now. A shaft that follows its target is let be as long as the
-//! target itself can come to rest before the end, by $v_r^2/(2 a)$: it then goes up to the end, and rests there.
+//! The fence checks the estimates after a tick. A brake needs at most $v^2/(2 a) + |v| \thinspace (1/k_v + 2 T)$ to
+//! come to rest from the speed $v$. Here $a$ is the guaranteed deceleration at the limit, $k_v$ is the gain of the
+//! brake ([`Bounds::brake_per_s`](super::Bounds)), and the brake acts after two ticks. If the distance to an end is
+//! smaller, the fence [trips](crate::Running::trip) the drive.
+//!
+//! A shaft that follows its target may come closer, as long as the target itself can come to rest before the end, by
+//! $v_r^2/(2 a)$. Such a shaft can move up to the end, and rests there.
 //!
 //! ```
 //! use controller_core::drive::{Encoder, Fence, FenceLimits, Motor, MotorDesign, Position, MotorDrive};
@@ -32,26 +34,26 @@ use crate::controller::Output;
 use crate::health::Health;
 use crate::running::{ControlLaw, Running};
 
-/// What a fence tells; each of them is an alarm.
+/// Flags that a fence sets. Each is an alarm.
 pub const FENCED: Health = Health::OVERSPEED.union(Health::FOLLOWING_ERROR).union(Health::END_OF_RANGE);
 
-/// Where a shaft may be, how fast it may turn, and how far it may be from its target; infinite for no limit. Of a joint
-/// it is the link.
+/// Limits of a fence: range, speed, and distance from the target. Infinite for no limit. For a joint they apply to the
+/// link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FenceLimits {
-    /// Ends of its range, rad from angle 0.
+    /// Lower end of the range, rad from angle 0.
     pub low_rad: f64,
-    /// The upper one.
+    /// Upper end of the range, rad from angle 0.
     pub high_rad: f64,
-    /// Top speed, rad/s.
+    /// Largest speed, rad/s.
     pub max_speed_rad_s: f64,
     /// Largest distance from the target, rad.
     pub following_rad: f64,
 }
 
 impl FenceLimits {
-    /// No limit at all.
+    /// Limits of a fence without any limit.
     pub const NONE: Self = Self {
         low_rad: f64::NEG_INFINITY,
         high_rad: f64::INFINITY,
@@ -60,38 +62,38 @@ impl FenceLimits {
     };
 }
 
-/// How a drive slows down; by rule [`MotorDesign::slowing`](super::MotorDesign::slowing),
+/// Braking model of a drive, by rule from [`MotorDesign::slowing`](super::MotorDesign::slowing) or
 /// [`JointDesign::slowing`](super::JointDesign::slowing).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Slowing {
-    /// Deceleration that is sure at the limit of u, rad/s².
+    /// Guaranteed deceleration at the limit of u, rad/s².
     pub deceleration_rad_s2: f64,
-    /// Time constant within the limits, and the ticks until a current acts, two at least, s.
+    /// Time constant of the brake within the limits plus the ticks until a current acts (at least two), s.
     pub constant_s: f64,
-    /// What the encoder may be off at rest, rad: the ends are so much further out.
+    /// Error of the encoder at rest, rad. The ends lie further out by this.
     pub tolerance_rad: f64,
 }
 
-/// The limits as a tick compares them.
+/// Fence with its limits in the form that a tick compares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fence {
     ends: [(i32, f32); 2],
     max_speed: f32,
     following: f32,
-    /// Way to rest over the speed, and over its square.
+    /// Travel to rest per unit of speed, and per unit of its square.
     constant: f32,
     per_square: f32,
-    /// What a shaft that follows its target may be ahead of it.
+    /// Distance by which a following shaft may be ahead of its target.
     slack: f32,
 }
 
-/// For no limit: further than any shaft goes.
+/// Value for no limit, beyond the range of any shaft.
 const NO_LIMIT: f32 = 1e30;
 
 impl Fence {
-    /// For a drive that slows down like that.
+    /// Returns the fence for a drive with this braking model.
     pub fn new(limits: &FenceLimits, slowing: Slowing) -> Self {
         let FenceLimits { low_rad, high_rad, max_speed_rad_s, following_rad } = *limits;
         let Slowing { deceleration_rad_s2, constant_s, tolerance_rad } = slowing;
@@ -113,21 +115,23 @@ impl Fence {
         }
     }
 
-    /// Ends as turns and rest, top speed, following error, way to rest over the speed and over its square, and what a
-    /// shaft that follows may be ahead: what a tick compares with.
+    /// Returns the thresholds of a tick.
+    ///
+    /// They are the ends as revolutions and remainder, the largest speed, and the following error. Then follow the
+    /// travel to rest per unit of speed and of its square, and the slack of a following shaft.
     pub const fn thresholds(&self) -> ([(i32, f32); 2], [f32; 5]) {
         (self.ends, [self.max_speed, self.following, self.constant, self.per_square, self.slack])
     }
 
-    /// What they are compared with as words, for a fingerprint.
+    /// Returns the thresholds as words, for a fingerprint.
     pub(super) fn words(&self) -> impl Iterator<Item = u32> {
         let [low, high] = self.ends;
         let numbers = [low.1, high.1, self.max_speed, self.following, self.constant, self.per_square, self.slack];
         [low.0 as u32, high.0 as u32].into_iter().chain(numbers.map(f32::to_bits))
     }
 
-    /// Looks at a tick that was made, with the target of its beginning, and [trips](Running::trip) the drive where a
-    /// limit is broken. A drive that waits or has stopped is let be.
+    /// Checks a finished tick with the target of its start, and [trips](Running::trip) the drive if a limit is broken.
+    /// A drive that waits or has stopped is not checked.
     pub fn guard<L, const E: usize, const N: usize>(
         &self,
         running: &mut Running<Monitored<L, E>>,
@@ -141,7 +145,7 @@ impl Fence {
         }
     }
 
-    /// The same of a law and its state, for whoever holds the two apart.
+    /// Checks a law and its state as [`guard`](Self::guard), if the caller stores them separately.
     #[doc(hidden)]
     #[inline]
     pub fn guard_state<L, const E: usize, const N: usize>(
@@ -159,7 +163,7 @@ impl Fence {
         let known = law.estimates(state);
         let mut target = *target;
         if !L::POSITION {
-            // A speed is no place: the shaft is where it is.
+            // A speed reference has no position: the position of the shaft replaces it.
             (target.turn, target.jet[0]) = (known.turn, known.position[0]);
         }
         let broken = self.check(&known, &target);
@@ -169,7 +173,8 @@ impl Fence {
         }
     }
 
-    /// Which of the limits the estimates break, with the target of their tick; estimates that are no numbers break all.
+    /// Returns the limits that the estimates break, given the target of their tick. Estimates that are not numbers
+    /// break all.
     #[inline]
     pub fn check<const E: usize, const N: usize>(
         &self,
@@ -182,13 +187,14 @@ impl Fence {
         let way = speed * (self.constant + self.per_square * speed);
         let error = from_here(target.turn, target.jet[0]);
         let [low, high] = self.ends;
-        // Only where it moves to an end that end counts: how far it is, and the target, and how fast that goes there.
+        // Only the end in the direction of motion counts: its distance, the lead over the target, the target speed
+        // towards it.
         let (left, ahead, target_speed) = if v < 0.0 {
             (-from_here(low.0, low.1), -error, -target.jet[1])
         } else {
             (from_here(high.0, high.1), error, target.jet[1])
         };
-        // A plan may take more of the current than a brake is sure of.
+        // A plan may use more current than the guaranteed current of a brake.
         let square = 0.75 * self.per_square * (target_speed * target_speed);
         let target_way = if target_speed > 0.0 { square } else { 0.0 };
         let slack = self.slack + 0.25 * way;

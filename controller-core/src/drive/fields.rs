@@ -1,16 +1,16 @@
-//! The numbers of a drive's law, each written once.
+//! Numbers of a drive's law, each declared once.
 //!
-//! [`fields!`] declares a struct of numbers in a scalar `T` and makes what is said of every number of it: the same in
-//! f32, all of them one after the other, and each converted by name into another scalar. A field is
+//! [`fields!`] declares a struct of numbers in a scalar `T`. It also generates three functions over all of its numbers:
+//! rounding to f32, listing in order, and conversion by name to another scalar. A field is
 //!
 //! * `T`, one number,
-//! * `[T; E]`, one of each encoder,
+//! * `[T; E]`, one number per encoder,
 //! * `[T; N]` or `[T; S]`, a row whose entries count from 1,
-//! * any other type, which is no number of the design's arithmetic and is copied.
+//! * any other type, which the conversion copies because it is not a number of the design's arithmetic.
 //!
-//! `turn as "full_turn": T` has another name in the formulas than in the struct.
+//! `turn as "full_turn": T` gives a field another name in the formulas than in the struct.
 
-/// See the module.
+/// Declares a struct of numbers and its conversions (see the module).
 macro_rules! fields {
     (
         $(#[$meta:meta])*
@@ -25,19 +25,19 @@ macro_rules! fields {
         }
 
         impl<$(const $dim: usize),*> $name<f64 $(, $dim)*> {
-            /// Every number rounded to the nearest f32.
+            /// Rounds every number to the nearest f32.
             pub(crate) const fn in_f32(&self) -> $name<f32 $(, $dim)*> {
                 $name { $($field: fields!(@f32 $kind, self.$field),)* }
             }
         }
 
         impl<T: Copy $(, const $dim: usize)*> $name<T $(, $dim)*> {
-            /// Every number, in the order of the fields.
+            /// Returns every number, in the order of the fields.
             pub(crate) fn numbers(&self) -> impl Iterator<Item = T> {
                 core::iter::empty()$(.chain(fields!(@numbers $kind, self.$field)))*
             }
 
-            /// Every number by name; those of one encoder, from 1, or of none, 0.
+            /// Converts every number by name. `encoder` is the encoder of the struct, from 1, or 0 for none.
             pub(crate) fn converted<U>(
                 &self,
                 encoder: usize,

@@ -1,23 +1,24 @@
-//! The law of the paper on any chain, along a reference: for plants whose whole state is measured.
+//! Law of the paper on any chain, along a reference, for plants whose whole state is measured.
 //!
-//! The tick of [`Controller`] on $z(x)$ and $a_z(x)$ of a [`ChainModel`], its surface on $e_j = z_j - r^{(j-1)}$ at the
-//! beginning of the tick in which u is held, and Δ the change of the reference until its end:
+//! It is the tick of [`Controller`] on $z(x)$ and $a_z(x)$ of a [`ChainModel`]. Its surface works on
+//! $e_j = z_j - r^{(j-1)}$ at the start of the tick in which u is held. Δ is the change of the reference until the end
+//! of that tick:
 //!
 //! $$ u = \frac{v(e)}{b} - \frac{a_z}{b} - A_n + \frac{1}{b} \left( \frac{\Delta r^{(n-1)}}{t_1} -
 //!    \theta_n \sum_{j<n} \frac{\partial a_z}{\partial z_j} \Delta r^{(j-1)} \right), \qquad
 //!    t_1 = T \phi_1(-\lambda T) $$
 //!
-//! Observers see z and never the reference. Of a joint observe the channels 2, 3 and 4: the map spreads what acts on
-//! the link over all of them. With a tick of delay the law is evaluated one tick ahead, with $y = z + A$, the u that is
-//! held meanwhile, $p = a_z + b A_n + b u$, and the gradient g of a_z:
+//! Observers see z and never the reference. For a joint, observe the channels 2, 3 and 4: the map spreads the
+//! disturbances of the link over all of them. With a tick of delay the law is evaluated one tick ahead. It uses
+//! $y = z + A$, the u that is held meanwhile, $p = a_z + b A_n + b u$, and the gradient g of a_z:
 //!
 //! $$ \delta_i = \sum_{j>i} y_j \frac{T^{j-i}}{(j-i)!} + p \frac{T^{n-i+1}}{(n-i+1)!} \quad (i < n), \qquad
 //!    \delta_n = t_1 (p + \theta_n g \cdot \delta_{<n}), $$
 //! $$ z \leftarrow z + \delta, \qquad a_z \leftarrow a_z + g \cdot \delta_{<n} - \lambda \delta_n, \qquad
 //!    A \leftarrow A + B + C $$
 //!
-//! It needs measured speeds: with differences of a 20-bit encoder u has 11 times the noise that an
-//! [`EncoderForm`](super::EncoderForm) makes of the same counts. It is for tachometers, simulation and reproduction.
+//! This form needs measured speeds. With differences of a 20-bit encoder u has 11 times the noise of an
+//! [`EncoderForm`](super::EncoderForm) on these counts. Use it for tachometers, simulation and reproduction.
 
 use core::marker::PhantomData;
 
@@ -32,14 +33,14 @@ use crate::real::{Count as _, Real, row_f32};
 use crate::running::{ControlLaw, RetuneError, Words, each_word, hash, next};
 use crate::state::State;
 
-/// A designed law over a measured state, never changed by a tick.
+/// Designed law over a measured state, which a tick never changes.
 ///
 /// * `T`: precision, `f32` or `f64`
 /// * `M`: the map of E blocks, see [`ChainModel`]
 /// * `A`: [`Position`](super::Position), or [`Hold`](super::Hold) for angle 0
 /// * `E`, `N`: blocks, and the order 2 E of the chain
-/// * `R`, `MASK`, `O`: observers as those of a [`Controller`]
-/// * `LATE`: ticks between computing u and holding it, 0 or 1
+/// * `R`, `MASK`, `O`: observers as for a [`Controller`]
+/// * `LATE`: ticks between computation and output of u, 0 or 1
 ///
 /// ```
 /// use controller_core::drive::{FullState, Joint, JointModel, Measured, Position, Target};
@@ -81,24 +82,24 @@ pub struct FullState<
     of: PhantomData<A>,
 }
 
-/// What the reference and the step ahead are multiplied with.
+/// Coefficients of the reference and of the prediction by one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Row<T, const N: usize> {
-    /// ff/b on Δr, Δr', ..
+    /// Feedforward ff/b on Δr, Δr', ..
     feed: [T; N],
-    /// ∂a_z/∂z; the last one is -λ.
+    /// Gradient ∂a_z/∂z, whose last entry is -λ.
     gradient: [T; N],
-    /// T^k/k!; entry 0 is not read.
+    /// Powers T^k/k!. Entry 0 is not read.
     powers: [T; N],
-    /// T^(n-i+1)/(n-i+1)!, of what pushes the last channel.
+    /// Effect T^(n-i+1)/(n-i+1)! of an acceleration in the last channel.
     push: [T; N],
-    /// t_1, θ_n, b, 1/b.
+    /// Constants t_1, θ_n, b, 1/b.
     t_1: T,
     theta_n: T,
     b: T,
     per_b: T,
     period: T,
-    /// 2π.
+    /// Full circle 2π.
     turn: T,
 }
 
@@ -134,22 +135,23 @@ impl<const N: usize> Row<f64, N> {
     }
 }
 
-/// What one tick is given.
+/// Input of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured<T, G, const N: usize> {
-    /// The state, in the units of the blocks: position and speed of each. Positions within a few turns of 0.
+    /// Measured state, in the units of the blocks: position and speed of each. Positions lie within a few revolutions
+    /// of 0.
     pub x: [T; N],
-    /// Where it should be at the beginning of the tick in which u is held: now, or with a tick of delay in one tick.
+    /// Target at the start of the tick in which u is held: now, or in one tick with a tick of delay.
     pub begin: G,
-    /// Where it should be at the end of that tick.
+    /// Target at the end of that tick.
     pub end: G,
 }
 
-/// What a [`FullState`] remembers between two ticks.
+/// State of a [`FullState`] between two ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FullStateMemory<T: Copy, const N: usize, const R: usize, const MASK: u8, const O: usize, const LATE: usize> {
     within: State<T, Linear<T, N>, N, R, MASK, O>,
-    /// With a tick of delay: what the actuator holds now.
+    /// With a tick of delay: the u that the actuator holds now.
     queued: [T; LATE],
 }
 
@@ -175,11 +177,12 @@ macro_rules! design_in {
         impl<M, A, const E: usize, const N: usize, const R: usize, const MASK: u8, const O: usize, const LATE: usize>
             FullState<$t, M, A, E, N, R, MASK, O, LATE>
         {
-            /// From the numbers of a controller on this chain and its map; the configuration's
-            /// [`nominal`](Config::nominal) is the gradient of a_z at 0, and b.
+            /// Designs the law from the numbers of a controller on this chain, and its map.
+            ///
+            /// The configuration's [`nominal`](Config::nominal) is the gradient of a_z at 0, and b.
             ///
             /// # Errors
-            /// What [`Controller::try_design`] refuses.
+            /// Returns the errors of [`Controller::try_design`].
             pub const fn try_design(config: &Config<N, R>, map: M) -> Result<Self, ConfigError>
             where
                 M: Copy,
@@ -195,11 +198,11 @@ macro_rules! design_in {
 design_in!(f32, in_f32);
 design_in!(f64,);
 
-/// The reference of one tick.
+/// Reference of one tick.
 #[derive(Clone, Copy)]
 struct Along<'a, T: Real, A: Aim<T, N>, const N: usize, const LATE: usize> {
     row: &'a Row<T, N>,
-    /// a_z/b.
+    /// Drift a_z/b.
     drift: T,
     begin: A::Target,
     feed: Option<T>,
@@ -271,19 +274,19 @@ where
         "a law over a measured state has N = 2 E, at most one tick of delay, and a position to follow"
     );
 
-    /// The controller on the chain.
+    /// Returns the controller on the chain.
     #[doc(hidden)]
     pub const fn controller(&self) -> &Controller<T, Linear<T, N>, N, R, MASK, O> {
         &self.law
     }
 
-    /// The model of the blocks.
+    /// Returns the model of the blocks.
     #[doc(hidden)]
     pub const fn model(&self) -> &M {
         &self.map
     }
 
-    /// The same in another scalar, by name and place in a row; controller and model are in it already.
+    /// Converts every number to another scalar, by name and index in a row. Controller and model are already converted.
     #[doc(hidden)]
     pub fn converted<U: Real, V>(
         &self,
@@ -311,13 +314,13 @@ where
         FullState { law, map, row, of: PhantomData }
     }
 
-    /// z and a_z of a measured state.
+    /// Returns z and a_z of a measured state.
     #[inline(always)]
     fn chain(&self, x: &[T; N]) -> ([T; N], T) {
         self.map.chain(x, &self.map.seen(&core::array::from_fn(|i| x[2 * i])))
     }
 
-    /// The reference of this tick, at this a_z; `pace` is a period over that of this design.
+    /// Returns the reference of this tick, at this a_z. `pace` is the ratio of the period to the period of this design.
     #[inline(always)]
     fn along(
         &self,
@@ -349,9 +352,9 @@ where
     type Sample = Measured<T, A::Target, N>;
     type Output = Output<T>;
     type State = FullStateMemory<T, N, R, MASK, O, LATE>;
-    /// d_hat of each channel of the chain, as that of a [`Controller`].
+    /// Estimate d_hat of each channel of the chain, as in a [`Controller`].
     type Guess = [T; N];
-    /// [d_hat, d_hat', d_hat''] of every channel of the chain.
+    /// Estimates [d_hat, d_hat', d_hat''] of every channel of the chain.
     type Estimates = [[T; R]; N];
     const NO_GUESS: [T; N] = [T::ZERO; N];
 
@@ -404,7 +407,7 @@ where
         Ok(FullStateMemory { within, queued: state.queued })
     }
 
-    /// Over that of the law, the rows and the model.
+    /// Hashes the fingerprint of the law, the rows and the model.
     fn fingerprint(&self) -> u32 {
         let Row { feed, gradient, powers, push, t_1, theta_n, b, per_b, period, turn } = self.row;
         let rows = [feed, gradient, powers, push].into_iter().flatten();
@@ -416,7 +419,7 @@ where
 impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize, const LATE: usize>
     FullStateMemory<T, N, R, MASK, O, LATE>
 {
-    /// u is on its way to the actuator.
+    /// Queues u for the actuator.
     #[inline(always)]
     fn send(&mut self, u: T) {
         for queued in &mut self.queued {

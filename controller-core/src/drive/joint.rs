@@ -1,12 +1,12 @@
-//! A flexible joint: a motor drives a link through a spring, with an encoder on each side.
+//! Flexible joint: a motor drives a link through a spring, with an encoder on each side.
 //!
 //! $$ \ddot q = k_1 (q_m - q) - b_1 \dot q - g \sin q + d_l, \qquad
 //!    \ddot q_m = k_2 (q - q_m) - b_2 \dot q_m + \frac{K_t}{J_m} u + d_m $$
 //!
-//! with $k_1 = K_s/J_l$, $k_2 = K_s/J_m$ and all angles on the link's side of a gear. In $x = (q, \dot q, k_1 q_m,
-//! k_1 \dot q_m)$ the input gain is $b = k_1 K_t/J_m$. Blocks: the link has $\kappa = k_1 + g$, $\lambda = b_1$,
-//! $w = x_3 + g (x_1 - \sin x_1)$; the motor $\kappa = k_2$, $\lambda = b_2$, $w = k_1 k_2 x_1 + b u$. The chain, with
-//! $s = g \sin x_1$, $f_1 = -k_1 - g \cos x_1$, $f_2 = -b_1$:
+//! with $k_1 = K_s/J_l$, $k_2 = K_s/J_m$ and all angles on the link side of a gear. In
+//! $x = (q, \dot q, k_1 q_m, k_1 \dot q_m)$ the input gain is $b = k_1 K_t/J_m$. Each shaft is one block. The link has
+//! $\kappa = k_1 + g$, $\lambda = b_1$, $w = x_3 + g (x_1 - \sin x_1)$. The motor has $\kappa = k_2$, $\lambda = b_2$,
+//! $w = k_1 k_2 x_1 + b u$. The chain, with $s = g \sin x_1$, $f_1 = -k_1 - g \cos x_1$, $f_2 = -b_1$:
 //!
 //! $$ z_3 = x_3 - k_1 x_1 - b_1 x_2 - s, \qquad z_4 = x_4 + f_1 x_2 + f_2 z_3, $$
 //! $$ a_z = k_1 k_2 x_1 - k_2 x_3 - b_2 x_4 + s x_2^2 + f_1 z_3 + f_2 z_4 $$
@@ -16,16 +16,22 @@
 //! $(k_1 k_2 - k_2 K,\ -k_2 b_1 - b_2 K,\ -k_2 - b_1 b_2 - K,\ -b_1 - b_2)$.
 //!
 //! # Bandwidths
-//! Three sets are measured: [`JointBandwidths::DEFAULT`], `FIRM`, and `QUIET` for encoders of 12 bits. Others keep to
-//! what was measured: the link's observer at least 3 times as fast as the surface, the motor's at least 3.5 times as
-//! fast as the link's, k_l 2 to 8 times w_c; times the period at most 0.25, 0.8 (0.5 with one or two ticks of delay,
-//! 0.4 with three; [`JointDesign::motor_observer_limit`]) and 0.3.
-//! Within these the loop was stable in every corner of ±50 % of all parameters with one gain set. With a tick of delay,
-//! and at 2 ms (motor's observer at 300 rad/s), it was within ±20 %; at ±50 % four of 32 corners are not: K_t/J_m -50 %
-//! with K/J_l and the motor's damping +50 %, slowly (radius 1.001 and 1.01 per tick; test
-//! `drive_joint::corners_of_the_joint_are_stable`). With two and three ticks the default set, slowed for them, is
-//! stable within ±20 % as well (radius 0.991 and 0.993 at 1 ms), and at ±50 % it is not, in 8 and 9 of 32 corners
-//! (radius 1.005 and 1.012; test
+//! Three sets are measured: [`JointBandwidths::DEFAULT`], `FIRM`, and `QUIET` for encoders of 12 bits. Sets of your own
+//! must stay within the measured range:
+//! * The link observer is at least 3 times as fast as the surface.
+//! * The motor observer is at least 3.5 times as fast as the link observer.
+//! * k_l is 2 to 8 times w_c.
+//! * Times the period, the link observer is at most 0.25, and k_l at most 0.3.
+//! * Times the period, the motor observer is at most 0.8, or 0.5 with one or two ticks of delay, or 0.4 with three
+//!   ([`JointDesign::motor_observer_limit`]).
+//!
+//! With one gain set the loop was stable within these limits in every corner of the parameter box, ±50 % of all
+//! parameters. With a tick of delay, and at 2 ms (motor observer at 300 rad/s), it was stable within ±20 %. At ±50 % it
+//! is unstable in four of 32 corners: K_t/J_m -50 % with K/J_l and the motor damping +50 %. The growth is slow (radius
+//! 1.001 and 1.01 per tick; test `drive_joint::corners_of_the_joint_are_stable`).
+//!
+//! With two and three ticks the default set, slowed for them, is stable within ±20 % too (radius 0.991 and 0.993 at 1
+//! ms). At ±50 % it is unstable in 8 and 9 of 32 corners (radius 1.005 and 1.012; test
 //! `drive_joint::with_two_and_three_ticks_of_delay_a_joint_is_stable_within_20_percent`).
 //!
 //! ```
@@ -48,7 +54,7 @@ use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
 use super::fence::Slowing;
-use super::law::{BRAKING, Belief, EncoderForm, MOST_DELAY_TICKS, QUARTER_TURN, Row};
+use super::law::{AcceptanceRules, BRAKING, EncoderForm, MOST_DELAY_TICKS, QUARTER_TURN, Row};
 use super::monitor::{Bounds, misjudged};
 use super::motor::{OBSERVED, POSITIVE, Switching, check_delay, ticks_to_slow};
 use super::target::{Aim, Position};
@@ -61,29 +67,29 @@ use crate::models::JointParameters;
 use crate::real::Real;
 use crate::surface::Surface;
 
-/// Data sheet of a flexible joint, everything on the link's side of a gear.
+/// Data sheet of a flexible joint, with all numbers on the link side of a gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Joint {
-    /// J_l, kg m².
+    /// Link inertia J_l, kg m².
     pub link_inertia_kg_m2: f64,
     /// Viscous friction of the link, N m s/rad.
     pub link_damping_n_m_s: f64,
-    /// Torque of the link's weight when it is level, N m; 0 where it turns about an upright axis.
+    /// Torque of the link's weight in the level position, N m. 0 for a vertical axis.
     pub weight_n_m: f64,
-    /// K_s of the spring, N m/rad.
+    /// Stiffness K_s of the spring, N m/rad.
     pub stiffness_n_m: f64,
-    /// J_m, kg m²: times the square of the gear.
+    /// Motor inertia J_m, kg m², times the square of the gear ratio.
     pub motor_inertia_kg_m2: f64,
     /// Viscous friction of the motor, N m s/rad.
     pub motor_damping_n_m_s: f64,
-    /// K_t, N m per unit of u (A): times the gear.
+    /// Torque constant K_t, N m per unit of u (A), times the gear ratio.
     pub torque_n_m_per_a: f64,
 }
 
 impl Joint {
-    /// The joint of the paper, in the one reading that is a joint: x_3 is k_1 times the motor's angle.
+    /// Joint of the paper, in the only reading that is a joint: x_3 is k_1 times the motor angle.
     pub const TABLE_I: Self = {
         let JointParameters { kt, j11, j12, b12, ks, .. } = JointParameters::TABLE_I;
         Self {
@@ -97,11 +103,12 @@ impl Joint {
         }
     };
 
-    /// u that makes a jet r .. r^(4) of the nominal joint, the inverse of the map: for planning, the law does not use
-    /// it.
+    /// Returns the u of a trajectory point r .. r^(4) for the nominal joint, by the inverse of the map.
+    ///
+    /// Use it for planning: the law does not use it.
     pub fn feed_forward(&self, [r, r_1, r_2, r_3, r_4]: &[f64; 5]) -> f64 {
         let m = self.model();
-        // The base of an encoder keeps a drive within a turn, a plan goes anywhere.
+        // The base of an encoder keeps a drive within a revolution, but a plan has any angle.
         let turns = r / TAU;
         let whole = (if turns < 0.0 { turns - 0.5 } else { turns + 0.5 }) as i64;
         let r = r - TAU * whole as f64;
@@ -113,7 +120,7 @@ impl Joint {
         (r_4 - drift) / m.b
     }
 
-    /// Its model: k_1, b_1, g, k_2, b_2, b of the module's head.
+    /// Returns the model: k_1, b_1, g, k_2, b_2, b of the module documentation.
     pub const fn model(&self) -> JointModel<f64> {
         let (link, motor) = (self.link_inertia_kg_m2, self.motor_inertia_kg_m2);
         let (k1, k2) = (self.stiffness_n_m / link, self.stiffness_n_m / motor);
@@ -128,55 +135,55 @@ impl Joint {
     }
 }
 
-/// The joint as the tick knows it.
+/// Model of the joint in the tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointModel<T> {
     k1: T,
     b1: T,
     gravity: T,
-    /// k_1 k_2/2.
+    /// Coupling k_1 k_2/2.
     half_spring: T,
     b: T,
     b2: T,
-    /// k_1 + g, k_2.
+    /// Restoring terms κ of the blocks: k_1 + g, k_2.
     kappa: [T; 2],
-    /// f_2² - k_1: what is constant in f_1 + f_2².
+    /// Constant part of f_1 + f_2²: f_2² - k_1.
     cross: T,
 }
 
 impl JointModel<f64> {
-    /// Of the numbers of the module's head.
+    /// Builds the model from the numbers of the module documentation.
     const fn new(k1: f64, b1: f64, gravity: f64, k2: f64, b2: f64, b: f64) -> Self {
         Self { k1, b1, gravity, half_spring: 0.5 * k1 * k2, b, b2, kappa: [k1 + gravity, k2], cross: b1 * b1 - k1 }
     }
 
-    /// κ of the blocks.
+    /// Returns the restoring terms κ of the blocks, 1/s².
     pub const fn kappas(&self) -> [f64; 2] {
         self.kappa
     }
 
-    /// λ of the blocks.
+    /// Returns the damping terms λ of the blocks, 1/s.
     pub const fn lambda(&self) -> [f64; 2] {
         [self.b1, self.b2]
     }
 
-    /// Gradient of a_z at 0.
+    /// Returns the gradient of a_z at 0.
     const fn gradient(&self) -> [f64; 4] {
         let ([k, k2], [b1, b2]) = (self.kappa, self.lambda());
         [2.0 * self.half_spring - k2 * k, -k2 * b1 - b2 * k, -k2 - b1 * b2 - k, -b2 - b1]
     }
 
-    /// d_l in channels 2 and 3: 1, f_2.
+    /// Returns the shares of d_l in channels 2 and 3: 1, f_2.
     const fn shares(&self) -> [[f64; 2]; 4] {
         [[0.0; 2], [1.0, 0.0], [-self.b1, 0.0], [0.0; 2]]
     }
 
-    /// Gradient of a_z at 0, and b: what a [`Config`] is told.
+    /// Returns the gradient of a_z at 0, and b, for a [`Config`].
     pub const fn nominal(&self) -> Nominal<4> {
         Nominal { gradient: self.gradient(), input_gain: self.b }
     }
 
-    /// Every number rounded to the nearest f32.
+    /// Rounds every number to the nearest f32.
     pub const fn in_f32(&self) -> JointModel<f32> {
         JointModel {
             k1: self.k1 as f32,
@@ -192,7 +199,7 @@ impl JointModel<f64> {
 }
 
 impl<T: Real> JointModel<T> {
-    /// The same in another scalar, number by number and by name.
+    /// Converts every number to another scalar, by name.
     #[doc(hidden)]
     pub fn converted<U: Real>(&self, to: &mut dyn FnMut(&'static str, T) -> U) -> JointModel<U> {
         let Self { k1, b1, gravity, half_spring, b, b2, kappa: [link, motor], cross } = *self;
@@ -211,7 +218,7 @@ impl<T: Real> JointModel<T> {
 
 impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     type Push = [T; 2];
-    /// g sin x_1, g cos x_1.
+    /// Values g sin x_1, g cos x_1.
     type Seen = [T; 2];
     const HAS_GRADIENT: bool = true;
 
@@ -255,7 +262,7 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
     #[inline(always)]
     fn chain(&self, x: &[T; 4], [s, c]: &[T; 2]) -> ([T; 4], T) {
         let f_1 = -(self.k1 + *c);
-        // How far the spring is wound: what pulls the motor back is k_2 times it.
+        // Twist of the spring. The restoring acceleration of the motor is k_2 times it.
         let wound = x[2] - self.k1 * x[0];
         let z_3 = wound - self.b1 * x[1] - *s;
         let z_4 = x[3] + f_1 * x[1] - self.b1 * z_3;
@@ -288,27 +295,28 @@ impl<T: Real> ChainModel<T, 2, 4> for JointModel<T> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointBandwidths {
-    /// w_c: the surface is (s + w_c)³, rad/s.
+    /// Position bandwidth w_c, rad/s: the surface is (s + w_c)³.
     pub surface_rad_s: f64,
-    /// Of the link's observer, rad/s.
+    /// Bandwidth of the link observer, rad/s.
     pub link_rad_s: f64,
-    /// Of the motor's observer, rad/s.
+    /// Bandwidth of the motor observer, rad/s.
     pub motor_rad_s: f64,
-    /// k_l of the reaching law, 1/s.
+    /// Reaching gain k_l, 1/s.
     pub reaching_per_s: f64,
-    /// α: decay of the offset, 1/s.
+    /// Offset decay rate α, 1/s.
     pub offset_per_s: f64,
 }
 
 impl JointBandwidths {
-    /// For encoders of 16 bits and more: noise of u 0.01 A on the joint of the paper with 20 bits.
+    /// Set for encoders of 16 bits and more. The current noise is 0.01 A on the joint of the paper with 20 bits.
     pub const DEFAULT: Self = Self::of([20.0, 80.0, 500.0, 100.0]);
-    /// For 20 bits and more: stiffer against a load by 1.7, noise of u 0.024 A.
+    /// Set for 20 bits and more: 1.7 times as stiff against a load, current noise 0.024 A.
     pub const FIRM: Self = Self::of([26.0, 85.0, 800.0, 150.0]);
-    /// For 12 to 14 bits.
+    /// Set for encoders of 12 to 14 bits.
     pub const QUIET: Self = Self::of([12.0, 50.0, 300.0, 40.0]);
 
-    /// The same with the motor's observer slowed to what a period and a delay allow, at most to 3.75 times the link's.
+    /// Returns the set with a motor observer slowed to the limit of period and delay, at most 3.75 times the link
+    /// observer.
     #[must_use]
     pub const fn within(self, period_s: f64, delay_ticks: usize) -> Self {
         let most = match delay_ticks {
@@ -322,9 +330,11 @@ impl JointBandwidths {
         Self { motor_rad_s: if self.motor_rad_s < most { self.motor_rad_s } else { most }, ..self }
     }
 
-    /// All in the same proportions, slowed to a surface that two or three ticks of delay bear, 0.048 over the delay:
-    /// with these and [`within`](Self::within) the default set is stable for inertias, stiffness and torque constant
-    /// within ±20 % each, under a current loop of 0.2 ms at 1 ms. `FIRM` is not, from 1 ms of delay on.
+    /// Returns the set in its proportions, slowed for two or three ticks of delay: the surface is 0.048 over the delay.
+    ///
+    /// With this function and [`within`](Self::within) the default set is stable with inertias, stiffness and torque
+    /// constant within ±20 % each. This holds with a current loop of 0.2 ms at 1 ms. `FIRM` is not stable from 1 ms of
+    /// delay on.
     #[must_use]
     pub const fn slowed_for(self, period_s: f64, delay_ticks: usize) -> Self {
         if delay_ticks < 2 {
@@ -334,7 +344,7 @@ impl JointBandwidths {
         if self.surface_rad_s > most { self.with_surface(most) } else { self }
     }
 
-    /// All in the same proportions, for another surface.
+    /// Returns the set in its proportions, for another w_c, rad/s.
     ///
     /// ```
     /// # use controller_core::drive::JointBandwidths;
@@ -358,58 +368,61 @@ impl JointBandwidths {
     }
 }
 
-/// What the drive of a joint is designed from.
+/// Design of the drive of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct JointDesign {
-    /// Period T, s.
+    /// Sampling period T, s.
     pub period_s: f64,
-    /// What is driven.
+    /// Data sheet of the joint.
     pub joint: Joint,
-    /// On the link and on the motor; the motor's counts per turn of the link must be whole.
+    /// Encoders of link and motor. The motor counts per revolution of the link must be whole.
     pub encoders: [Encoder; 2],
-    /// What the actuator can do.
+    /// Limits of u.
     pub limits: Limits,
-    /// What goes out when nobody may ask for u.
+    /// Output of a drive that has not started, has stopped, or has lost its samples.
     pub fallback: Fallback,
-    /// How fast everything is.
+    /// Bandwidths of the drive.
     pub bandwidths: JointBandwidths,
-    /// Bandwidths of the fast gain set over those of the quiet one, link and motor; read where there are two.
+    /// Ratios of the high observer bandwidths to the base ones, link and motor. Read only with two gain sets.
     pub fast_ratios: [f64; 2],
-    /// When the fast set comes in; read where there are two.
+    /// Gain scheduling. Read only with two gain sets.
     pub switching: Switching,
-    /// Gates of link and motor, in steps of innovation beyond which a count is not believed; infinite for none.
+    /// Innovation gates of link and motor, in counts: a count with a larger innovation is rejected. Infinite for no
+    /// gate.
     pub gate_steps: [f64; 2],
-    /// Lost samples of an encoder in a row that are bridged; then the fallback goes out and the observers start again.
+    /// Consecutive lost samples of an encoder that the observers bridge. After more, the fallback is the output and the
+    /// observers restart.
     pub lost_ticks: u32,
-    /// The design of the joint as a whole, for a [`CoupledDrive`](super::CoupledDrive), to which the bandwidths mean
-    /// something else; `None` for one observer per encoder.
+    /// Numbers of a coupled design, for a [`CoupledDrive`](super::CoupledDrive). It gives the bandwidths another
+    /// meaning. `None` for one observer per encoder.
     pub coupled: Option<Coupled>,
 }
 
-/// What the design of a joint as a whole takes besides.
+/// Additional numbers of a coupled design of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Coupled {
     /// Time constant of the current loop, s.
     pub lag_s: f64,
-    /// What link and motor encoder resolve, rad behind the gear: one step, or with white noise of a standard deviation
-    /// σ besides, $\sqrt{\text{step}^2 + 18 \sigma^2}$.
+    /// Resolution of link and motor encoder, rad behind the gear: one count. With white noise of a standard deviation
+    /// σ, $\sqrt{\text{step}^2 + 18 \sigma^2}$.
     pub resolution_rad: [f64; 2],
-    /// From so many steps of smoothed innovation on the fast set comes in, and at 2.67 times as many it is all in: link
-    /// and motor; read where there are two sets.
+    /// Smoothed innovation, in counts, at which the high gains of link and motor begin. At 2.67 times this number they
+    /// are fully in use. Read only with two gain sets.
     pub calm_steps: [f64; 2],
 }
 
 impl Coupled {
-    /// Behind these encoders, without noise; the fast set comes in from 1.5 steps on.
+    /// Returns the numbers for these encoders without noise. The high gains begin at 1.5 counts.
     pub const fn behind(encoders: &[Encoder; 2], lag_s: f64) -> Self {
         Self { lag_s, resolution_rad: [encoders[0].unit_rad(), encoders[1].unit_rad()], calm_steps: [1.5; 2] }
     }
 }
 
 impl JointDesign {
-    /// The largest bandwidth of the motor's observer times the period; more than three ticks of delay are three.
+    /// Returns the largest product of motor observer bandwidth and period. More than three ticks of delay count as
+    /// three.
     pub const fn motor_observer_limit(delay_ticks: usize) -> f64 {
         match delay_ticks {
             0 => 0.8,
@@ -418,7 +431,8 @@ impl JointDesign {
         }
     }
 
-    /// Default bandwidths, and gates for a sudden load of so many N m on the link and 1.2 times the limit on the motor.
+    /// Designs with default bandwidths, and gates for a sudden load of `load_n_m` N m on the link and 1.2 times the
+    /// current limit.
     pub const fn new(period_s: f64, joint: Joint, encoders: [Encoder; 2], limits: Limits, load_n_m: f64) -> Self {
         Self {
             period_s,
@@ -436,7 +450,7 @@ impl JointDesign {
         .with_bandwidths(JointBandwidths::DEFAULT, load_n_m)
     }
 
-    /// The same with other bandwidths and the gates for them.
+    /// Returns the design with other bandwidths and the innovation gates for them.
     #[must_use]
     pub const fn with_bandwidths(mut self, bandwidths: JointBandwidths, load_n_m: f64) -> Self {
         if self.coupled.is_some() {
@@ -452,14 +466,18 @@ impl JointDesign {
         self
     }
 
-    /// What the monitors may see of this drive if the data sheet is known to within the share p = `uncertain` (0.2,
-    /// 0.5), under sudden loads of up to `load_n_m`.
+    /// Returns the alarm thresholds of the monitors if the data sheet is known to within the share p = `uncertain`
+    /// (0.2, 0.5).
     ///
-    /// With q = p/(1 - p): on the link that load and 1.25 q of the acceleration that the limit of u gives both shafts
-    /// together, on the motor 0.25 + 1.75 q of what the limit does to it alone (the spring adds its own errors);
-    /// innovations of q times the gates; u at a limit for 0.2 s. The estimate of a step overshoots by half of it for
-    /// some ms: where the largest load comes at once and must raise no alarm, declare one and a half times as much. A
-    /// wider bound sees a count that sticks later.
+    /// `load_n_m` is the largest sudden load, N m. With q = p/(1 - p) the thresholds are:
+    /// * Link disturbance: the load, plus 1.25 q of the acceleration of both shafts together at the limit of u.
+    /// * Motor disturbance: 0.25 + 1.75 q of the acceleration of the motor alone at the limit. The spring adds its own
+    ///   errors.
+    /// * Innovations: q times the innovation gates.
+    /// * u at a limit: 0.2 s.
+    ///
+    /// The estimate of a load step overshoots by half of it for some ms. If the largest load comes at once and must
+    /// raise no alarm, declare one and a half times the load. A wider bound detects a frozen count later.
     pub fn bounds<T, M, A, const S: usize, const FAST: usize, const LATE: usize>(
         &self,
         law: &EncoderForm<T, M, A, 2, 4, S, FAST, LATE>,
@@ -478,9 +496,10 @@ impl JointDesign {
         Bounds::of(law, disturbance, self.gate_steps, uncertain, fastest, self.brake(LATE), self.period_s)
     }
 
-    /// Gain of the brake on the motor, 1/s, and the time constant of both shafts under it, s: a damper that takes in
-    /// what comes along the spring, as far as the delay (a tick at least) and half of the inertia leave it stable: of
-    /// v⁺ = v - k T v, L ticks late, k T is below 2 sin(π/(4 L + 2)).
+    /// Returns the gain of the brake on the motor, 1/s, and the time constant of both shafts under it, s.
+    ///
+    /// The brake is a damper that absorbs the motion of the spring. Its gain is limited by the delay (a tick at least)
+    /// and half of the inertia: v⁺ = v - k T v, with L ticks of delay, is stable for k T below 2 sin(π/(4 L + 2)).
     fn brake(&self, delay_ticks: usize) -> [f64; 2] {
         const MOST: [f64; MOST_DELAY_TICKS + 1] = [0.5, 0.5, 0.3, 0.22];
         let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, stiffness_n_m, .. } = self.joint;
@@ -490,9 +509,10 @@ impl JointDesign {
         [gain_per_s, (1.0 + link / motor) / gain_per_s]
     }
 
-    /// How the link slows down: with the share of the limit that is left for load and friction when it approaches a far
-    /// target, and with the brake on the motor, `delay_ticks` late. Beyond the end it swings by what the spring was
-    /// wound up.
+    /// Returns the braking model of the link, for `delay_ticks` ticks of delay.
+    ///
+    /// The deceleration towards a far target leaves a share of the limit for load and friction. The time constant comes
+    /// from the brake on the motor. Beyond the end the link swings by the twist of the spring.
     pub fn slowing(&self, delay_ticks: usize) -> Slowing {
         let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, torque_n_m_per_a, .. } = self.joint;
         let [_, constant_s] = self.brake(delay_ticks);
@@ -528,7 +548,7 @@ impl JointDesign {
     /// Checks every number, for a drive with `late` ticks of delay.
     ///
     /// # Errors
-    /// The first that is out of its range, with the range.
+    /// Returns the first number that is out of its range, with the range.
     pub const fn validate(&self, late: usize) -> Result<(), DriveError> {
         if let Err(error) = check_delay(late) {
             return Err(error);
@@ -545,7 +565,7 @@ impl JointDesign {
         if self.coupled.is_some() { self.check_coupled() } else { self.check_apart(late) }
     }
 
-    /// Whatever the observers are.
+    /// Checks the numbers that do not depend on the kind of observer.
     const fn check_sheet(&self) -> Result<(), DriveError> {
         let Self { period_s: t, joint, limits, bandwidths: w, .. } = self;
         let t = *t;
@@ -576,7 +596,7 @@ impl JointDesign {
         DriveError::within_all(&rules)
     }
 
-    /// Bandwidths of one observer per encoder.
+    /// Checks the bandwidths of one observer per encoder.
     const fn check_apart(&self, late: usize) -> Result<(), DriveError> {
         let (t, w) = (self.period_s, &self.bandwidths);
         let rules = [
@@ -615,18 +635,18 @@ const MOTOR_OBSERVER: &str = "the motor's observer times period is 3.5 times the
 const RATIO: &str = "the fast set is 1 to 4 times as fast as the quiet one";
 const GATE: &str = "a gate below 2 steps refuses good counts";
 
-/// What a step D of the disturbance makes of the innovation is at most 0.131 D/w²; coarse encoders make some steps of
-/// their own.
+/// Returns the innovation gate in counts. A step D of the disturbance causes an innovation of at most 0.131 D/w².
+/// Coarse encoders add some counts.
 const fn steps(disturbance: f64, bandwidth_rad_s: f64, encoder: &Encoder) -> f64 {
     let steps = 0.131 * disturbance / (bandwidth_rad_s * bandwidth_rad_s * encoder.unit_rad());
     1.0 + if steps > 7.0 { steps } else { 7.0 }
 }
 
-/// The drive of a flexible joint with an encoder on link and motor.
+/// Drive of a flexible joint with an encoder on link and motor.
 ///
-/// `JointDrive` alone is in f32, follows a position, has one gain set and no delay; `JointDrive<f32, Position, 1>` has
-/// a fast gain set too (for parameters known to 20 %), `JointDrive<f32, Position, 0, 1>` holds u one tick after it was
-/// computed (up to three).
+/// `JointDrive` without parameters is in f32, follows a position, has one gain set and no delay.
+/// `JointDrive<f32, Position, 1>` has a high gain set too, for parameters known to 20 %.
+/// `JointDrive<f32, Position, 0, 1>` applies u one tick after its computation (up to three).
 pub type JointDrive<T = f32, A = Position, const FAST: usize = 0, const LATE: usize = 0> =
     EncoderForm<T, JointModel<T>, A, 2, 4, 4, FAST, LATE>;
 
@@ -649,7 +669,7 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, Join
         let Ok(rows) = design::coefficients::<4, 2, 3>(&config, &[1, 2, 3]) else {
             return Err(DriveError::new("joint", f64::NAN, 0.0, 0.0, "a coefficient overflows in f32"));
         };
-        // At w_c far/3, and of three equal poles it brakes with 0.0902 w_c² far at most (τ²/6 e^-τ at 2).
+        // w_c far/3 is the speed there. With three equal poles it brakes with at most 0.0902 w_c² far (τ²/6 e^-τ at 2).
         let (w_c, inertia) = (bandwidths.surface_rad_s, joint.link_inertia_kg_m2 + joint.motor_inertia_kg_m2);
         let torque = joint.torque_n_m_per_a.abs() * limits.weaker() - joint.weight_n_m.abs();
         let far = BRAKING * torque / (inertia * 0.0902 * w_c * w_c);
@@ -673,7 +693,7 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, Join
             sensors,
             fast: [fast; FAST],
             row: Row::of(&rows, &gradient, &model.shares(), *limits, design.fallback, far),
-            belief: Belief::of(gate, &sensors, quarters, 0.2 * omega[0], design.lost_ticks, t),
+            belief: AcceptanceRules::of(gate, &sensors, quarters, 0.2 * omega[0], design.lost_ticks, t),
             inertia: [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2],
             at_rest: false,
             of: PhantomData,
@@ -686,10 +706,10 @@ macro_rules! designs {
         impl<A: Aim<f64, 4> + Aim<$t, 4>, const FAST: usize, const LATE: usize>
             EncoderForm<$t, JointModel<$t>, A, 2, 4, 4, FAST, LATE>
         {
-            /// Designs the drive; the same numbers whether the compiler or the program calls it.
+            /// Designs the drive. The compiler and the program compute equal numbers.
             ///
             /// # Errors
-            /// The first number that is out of its range, with the range.
+            /// Returns the first number that is out of its range, with the range.
             pub const fn try_design(design: &JointDesign) -> Result<Self, DriveError> {
                 match EncoderForm::<f64, JointModel<f64>, A, 2, 4, 4, FAST, LATE>::of_joint(design) {
                     Ok($drive) => Ok($converted),
@@ -697,10 +717,11 @@ macro_rules! designs {
                 }
             }
 
-            /// [`try_design`](Self::try_design) for a `const`: a bad design is a compile error with the reason.
+            /// Designs as [`try_design`](Self::try_design), in a `const`: an invalid design is a compile error with the
+            /// reason.
             ///
             /// # Panics
-            /// On a bad design; outside a `const` use [`try_design`](Self::try_design).
+            /// On an invalid design. Outside a `const` use [`try_design`](Self::try_design).
             pub const fn design(design: &JointDesign) -> Self {
                 match Self::try_design(design) {
                     Ok(drive) => drive,
@@ -716,13 +737,14 @@ designs!(f32, drive => drive.in_f32(drive.model.in_f32()));
 impl<M: ChainModel<f32, 2, 4>, A: Aim<f64, 4> + Aim<f32, 4>, const FAST: usize, const LATE: usize>
     EncoderForm<f32, M, A, 2, 4, 4, FAST, LATE>
 {
-    /// The drive of a joint whose link is known better: bandwidths and gates of a [`JointDesign`], one's own model.
+    /// Designs the drive of a joint with a better known link: bandwidths and gates of a [`JointDesign`], a model of
+    /// your own.
     ///
-    /// The model must be that of the design's joint near 0, in its units, its first position of period one turn; check
-    /// it with [`map_error`](super::map_error), κ and λ of [`Joint::model`].
+    /// Near 0 the model must agree with the design's joint, in its units, with a first position of period one
+    /// revolution. Check it with [`map_error`](super::map_error), κ and λ of [`Joint::model`].
     ///
     /// # Errors
-    /// The first number of the design that is out of its range, with the range.
+    /// Returns the first number of the design that is out of its range, with the range.
     pub const fn try_design_with(design: &JointDesign, model: M) -> Result<Self, DriveError> {
         match EncoderForm::<f64, JointModel<f64>, A, 2, 4, 4, FAST, LATE>::of_joint(design) {
             Ok(drive) => Ok(drive.in_f32(model)),
@@ -750,13 +772,13 @@ mod tests {
         }
     }
 
-    /// Whole turns change nothing, however many.
+    /// Checks that whole revolutions change nothing, for any number of them.
     #[test]
     fn a_plan_may_lead_many_turns_away() {
         let joint = Joint::TABLE_I;
         for r in [0.3_f64, -2.0, 3.0] {
             let here = joint.feed_forward(&[r, 0.4, -3.0, 20.0, 500.0]);
-            // By the formula of the module's head with a sine of another make: at rest the weight is all there is.
+            // By the formula of the module documentation with an independent sine: at rest the weight is the only term.
             let weight = joint.weight_n_m * libm::sin(r) / joint.torque_n_m_per_a;
             assert!((joint.feed_forward(&[r, 0.0, 0.0, 0.0, 0.0]) - weight).abs() < 1e-9 * (1.0 + weight.abs()));
             for turns in [-1000.0, -3.0, 2.0, 400.0] {
@@ -766,7 +788,7 @@ mod tests {
         }
     }
 
-    /// A turn of a motor behind a gear that was not counted: the spring would be wound by more than the motor can.
+    /// Checks an uncounted revolution of a motor behind a gear: the twist would exceed the torque of the motor.
     #[test]
     fn a_joint_does_not_start_on_a_spring_that_nothing_could_wind() {
         let joint = Joint { stiffness_n_m: 300.0, ..Joint::TABLE_I };
@@ -781,15 +803,15 @@ mod tests {
             running.start_at_once(&sample);
             running.tick(&sample)
         };
-        // The motor has made 1.59 turns.
+        // The motor has made 1.59 revolutions.
         let good = start(10.0 / TAU);
         assert!(good.u.abs() < 3.0 && good.health.is_ok(), "{good:?}");
         let bad = start(10.0 / TAU - 2.0);
         assert!(bad.u == 0.0 && bad.health.contains(crate::Health::INPUT_REJECTED), "{bad:?}");
     }
 
-    /// Even turning of a joint without damping and weight asks for the same current all the way, also where the base
-    /// moves on by a turn: what foresees a tick must not take that for a motion.
+    /// Checks the constant current for an even rotation of a joint without damping and weight, also when the base moves
+    /// by a revolution. The prediction of a tick must not take that for a motion.
     #[test]
     fn a_late_drive_does_not_feel_the_base_move_on() {
         let joint = Joint { link_damping_n_m_s: 0.0, motor_damping_n_m_s: 0.0, weight_n_m: 0.0, ..Joint::TABLE_I };
@@ -802,7 +824,7 @@ mod tests {
         };
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
         for tick in 0..5 * 1024 {
-            // The counts turn evenly whatever u is: as if no current had flowed.
+            // The counts advance evenly for any u: as if no current had flowed.
             running.report_applied(0.0);
             let counts = [Some(tick * 1024); 2];
             let u = running.tick(&Sample { counts, begin: target(tick + 1), end: target(tick + 2) }).u;
@@ -814,7 +836,7 @@ mod tests {
         assert!(most - least < 1e-8, "{least:e} A to {most:e} A");
     }
 
-    /// L z_i = z_{i+1}, L z_n = a_z + b u, whatever the state, the weight and the damping are.
+    /// Checks L z_i = z_{i+1}, L z_n = a_z + b u, for any state, weight and damping.
     #[test]
     fn the_map_is_what_the_definition_of_a_chain_says() {
         let mut worst = 0.0_f64;
@@ -829,7 +851,7 @@ mod tests {
                 let x = [noise() * 2.0, noise() * 4.0, noise() * 80.0, noise() * 400.0];
                 worst = worst.max(map_error(&model, &model.kappa, &model.lambda(), &x, noise() * 10.0));
             }
-            // The check sees what is wrong: another κ is another motion.
+            // The check detects an error: another κ is another motion.
             let [link, motor] = model.kappa;
             assert!(map_error(&model, &[link + 1.0, motor], &model.lambda(), &[1.0, 1.0, 50.0, 3.0], 1.0) > 1e-3);
         }
@@ -837,7 +859,7 @@ mod tests {
         assert!(worst <= 1e-6, "{worst:e}");
     }
 
-    /// ∂a_z/∂z at 0 by differences: x of a z near 0 by Newton's method on the map.
+    /// Checks ∂a_z/∂z at 0 by differences: x of a z near 0 by Newton's method on the map.
     #[test]
     fn the_gradient_is_that_of_the_map() {
         let model = Joint::TABLE_I.model();

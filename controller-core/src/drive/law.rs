@@ -1,19 +1,20 @@
-//! The encoder form of the law: observers on the counts, the folded law on the errors from a reference.
+//! Encoder form of the law: observers on the counts, and the folded law on the errors from a reference.
 //!
-//! One tick, in this order (blocks as in module `block`, all sums in the units of the blocks):
+//! One tick runs in this order (blocks as in module `block`, all sums in the units of the blocks):
 //!
-//! 1. *Foresee.* $m = w^- - \kappa X + d$ ($+ b u$ for the driven block) with the couplings and the applied u of the
-//!    tick that has passed; what the count should have moved is $p + g_2 v + g_1 m + h_1 d_1$.
-//! 2. *Believe.* A count that is there and has moved by that, give or take the gate, is taken; else the sample is lost:
-//!    the prediction stands, and the next good count brings the whole difference. Where the next count is off by as
-//!    much it is a step of the position, after a missed tick or a slip: p starts from the count, v and d stay.
-//! 3. *Observe.* The couplings $w$ at the raw positions; $m \mathrel{+}= (w - w^-)/2$; prediction;
-//!    $e = -p$; $x \mathrel{+}= L e$. With two gain sets $L$ moves between them, as the smoothed $e$ says.
-//! 4. *Map* to the chain: $z$, $a_z$, and of every channel $d$ and $d'$ (modules `motor`, `joint`).
-//!    With a delay the blocks are foreseen first, tick by tick of it, each with the u that is held then; the couplings
-//!    go on as they did.
-//! 5. *Law* on $e_j = z_j - r^{(j-1)}$ at the beginning of the coming tick, with $\Delta$ the change of the reference
-//!    until its end:
+//! 1. *Predict.* $m = w^- - \kappa X + d$ ($+ b u$ for the driven block), with the couplings and the applied u of the
+//!    past tick. The predicted motion of the count is $p + g_2 v + g_1 m + h_1 d_1$.
+//! 2. *Accept.* A count whose motion agrees with the prediction within the innovation gate is accepted. Otherwise the
+//!    sample is lost: the prediction replaces it, and the next valid count contains the whole difference. If the next
+//!    count is off by an equal amount, the position has stepped, after a missed tick or a slip. Then p starts from the
+//!    count, and v and d stay.
+//! 3. *Observe.* The couplings $w$ at the raw positions; $m \mathrel{+}= (w - w^-)/2$; prediction; $e = -p$;
+//!    $x \mathrel{+}= L e$. With two gain sets the smoothed $e$ moves $L$ between them.
+//! 4. *Map* to the chain: $z$, $a_z$, and $d$ and $d'$ of every channel (modules `motor`, `joint`). With a delay the
+//!    blocks are predicted first, tick by tick, each with the u that is held then. The couplings continue at their last
+//!    rate.
+//! 5. *Law* on $e_j = z_j - r^{(j-1)}$ at the start of the coming tick, with $\Delta$ the change of the reference until
+//!    its end:
 //!
 //! $$ \mathrm{ff} = \frac{\Delta r^{(n-1)}}{t_1} -
 //!    \theta_n \sum_{j<n} \frac{\partial a_z}{\partial z_j} \Delta r^{(j-1)}, \qquad
@@ -21,33 +22,36 @@
 //!    \sigma = c \cdot y + \sum g d', \quad \sigma^* = \sigma - W $$
 //! $$ u = k_x \cdot y + k_w W + u_\sigma \sigma^* + \sum k d' + \mathrm{ff}/b - (a_z + d_n)/b $$
 //!
-//! The rows are those of the module `design` for observers of order 2 in the channels 2..n, with $A = d + \theta T d'$
-//! and $B = T d'$ put in. In every channel but the last the shares of the blocks' $d$ and $d'$ are constant: the design
-//! folds them into one number per block. The feed-forward is made of *differences*: whatever $r^{(n)}$ does within the
-//! tick, $\Delta r^{(n-1)}$ is what u must bring about. The observers never see the reference. Of an $e_1$ beyond `far`
-//! less and less counts: along σ = 0 that is a speed that u can brake.
+//! The rows come from the module `design` for observers of order 2 in the channels 2..n, with $A = d + \theta T d'$ and
+//! $B = T d'$ inserted. In every channel except the last the shares of the blocks' $d$ and $d'$ are constant. So the
+//! design folds them into one number per block.
 //!
-//! # Two ways through a tick
-//! An ordinary tick, every count there and within its gate, goes one straight way (`observe`): behind a branch for what
-//! is rare everything would be loaded again. All else goes another (`rest`), which does the whole tick anew from what
-//! was remembered. So a rare tick costs the beginning of an ordinary one more. The other way would give an ordinary
-//! tick the same bits: a drive exported to C has only that one.
+//! The feedforward uses *differences*: for any $r^{(n)}$ within the tick, u must produce $\Delta r^{(n-1)}$. The
+//! observers never see the reference. An $e_1$ beyond `far` counts less and less. Along σ = 0 this gives a speed that u
+//! can brake.
 //!
-//! # What holds whatever happens
-//! * u is finite and within the limits, for any counts, any targets (NaN and infinities too) and any state.
-//! * Targets that are no numbers cost their ticks and nothing else: the fallback goes out, the observers go on.
-//! * From any numbers in the state the loop finds back. Estimates that are no numbers or far off cannot foresee the
-//!   count; when that has gone on for more ticks than samples may be missing, the fallback goes out until the counts
-//!   have agreed with each other, and the observers start again there. An offset that asks for more than 256 times the
-//!   span of the limits is replaced by σ, as at the start; a smaller one decays with α.
-//! * What no sensor tells cannot be found again: the whole turn, the limit of the power stage, and on an incremental
-//!   encoder the angle. A state with other words there is a loop at another place. Their checksum in
-//!   [`words`](crate::Running::words) is for that.
+//! # Two code paths of a tick
+//! In an ordinary tick every count is present and within its innovation gate. It takes one straight code path
+//! (`observe`), because a branch for rare cases would reload everything behind it. All other ticks take another code
+//! path (`rest`), which repeats the whole tick from the stored state. So a rare tick costs the start of an ordinary
+//! tick in addition. The rare path gives an ordinary tick bit-identical results: a drive exported to C has only this
+//! path.
+//!
+//! # Guarantees
+//! * u is finite and within the limits, for any counts, any targets (also NaN and infinities) and any state.
+//! * Targets that are not numbers affect only their own ticks: the fallback is the output, and the observers continue.
+//! * The loop recovers from any numbers in the state. Estimates that are not numbers or far off cannot predict the
+//!   count. After more such ticks than samples may be missing, the fallback is the output until the counts are
+//!   consistent. The observers restart there. If the offset demands more than 256 times the span of the limits, σ
+//!   replaces it, as at the start. A smaller offset decays with α.
+//! * Quantities without a sensor cannot be recovered: the whole revolution, the limit of the power stage, and the angle
+//!   of an incremental encoder. A state with other words there is a loop at another place. The checksum in
+//!   [`words`](crate::Running::words) protects these words.
 //!
 //! # Limits that change
-//! A power stage may give less than the design supposes ([`Running::limit`](crate::Running::limit)): u stays within
-//! that, and `far` is as much smaller, so the speed along σ = 0 is one that the present current brakes. Such a tick
-//! goes the rare way.
+//! A power stage may provide less than the design assumes ([`Running::limit`](crate::Running::limit)). Then u stays
+//! within that limit, and `far` decreases in proportion. So the present current can brake the speed along σ = 0. Such a
+//! tick takes the rare code path.
 
 use core::marker::PhantomData;
 
@@ -68,19 +72,19 @@ use crate::law::Limits;
 use crate::real::{Count as _, Real, row_f32};
 use crate::running::{ControlLaw, RetuneError, hash};
 
-/// A designed drive law over E encoders, never changed by a tick.
+/// Designed drive law over E encoders, which a tick never changes.
 ///
 /// * `T`: precision, `f32` or `f64`
 /// * `M`: model of the drive: [`Motor`](super::Motor), [`Joint`](super::Joint) or one of your own
-/// * `A`: what it is told to do: follow a [`Position`](super::Position) or a [`Speed`](super::Speed), or
-///   [`Hold`](super::Hold) angle 0
+/// * `A`: control mode: follow a [`Position`](super::Position) or a [`Speed`](super::Speed), or [`Hold`](super::Hold)
+///   angle 0
 /// * `E`, `N`: encoders, and the order 2 E of the chain
 /// * `S`: states of each observer, 3 or 4
-/// * `FAST`: gain sets beside the quiet one, 0 or 1
-/// * `LATE`: ticks between computing u and holding it, 0 to [`MOST_DELAY_TICKS`]
+/// * `FAST`: gain sets in addition to the base gains, 0 or 1
+/// * `LATE`: ticks between computation and output of u, 0 to [`MOST_DELAY_TICKS`]
 ///
-/// Nobody writes all of them: [`MotorDrive`](super::MotorDrive) and [`JointDrive`](super::JointDrive) have names for
-/// what there is to choose. What is not chosen has no state and no instruction.
+/// The aliases [`MotorDrive`](super::MotorDrive) and [`JointDrive`](super::JointDrive) name the useful choices. An
+/// option that is not chosen has no state and no instruction.
 #[derive(Clone, Copy, Debug)]
 pub struct EncoderForm<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> {
     pub(crate) model: M,
@@ -88,49 +92,52 @@ pub struct EncoderForm<T, M, A, const E: usize, const N: usize, const S: usize, 
     pub(crate) sensors: [Sensor<T>; E],
     pub(crate) fast: [[FastGains<T, S>; E]; FAST],
     pub(crate) row: Row<T, E, N>,
-    pub(crate) belief: Belief<T, E>,
-    /// Inertia of each block, for estimates as torques; the tick does not use it.
+    pub(crate) belief: AcceptanceRules<T, E>,
+    /// Inertia of each block, to convert estimates to torques. The tick does not use it.
     pub(crate) inertia: [T; E],
-    /// A re-tune to this design leaves no offset.
+    /// True if a retune to this design leaves no offset.
     pub(crate) at_rest: bool,
     pub(crate) of: PhantomData<A>,
 }
 
 fields! {
-    /// The second gain set of one block.
+    /// High gain set of one block.
     pub(crate) struct FastGains<T, const S> {
-        /// Fast less quiet.
+        /// High gains minus base gains.
         more: [T; S],
-        /// Where it begins to come in, and 1/(where it is all in - where it begins).
+        /// Threshold at which the high gains begin, and 1/(threshold of full use - this threshold).
         calm: T,
         rate: T,
-        /// 1 - e^(-T/3 ms), e^(-T/20 ms).
+        /// Smoothing 1 - e^(-T/3 ms), and fade-out e^(-T/20 ms), with the default time constants.
         smoothing: T,
         keep: T,
     }
 }
 
 fields! {
-    /// Which counts are believed.
-    pub(crate) struct Belief<T, const E> {
-        /// Where the gate of each encoder closes to, in the unit of its block, and how fast.
+    /// Rules for accepting counts.
+    pub(crate) struct AcceptanceRules<T, const E> {
+        /// Innovation gate of each encoder, in the unit of its block, and its closing rate after a start.
         gate: [T; E],
         closing: T,
-        /// From tick to tick two counts of one motion agree to this.
+        /// Largest difference of two counts of one motion from tick to tick.
         agreement: [T; E],
-        /// Samples of an encoder in a row that may be missing.
+        /// Consecutive samples of an encoder that may be missing.
         lost_ticks: T,
-        /// What a step of the position by one unit adds to 1, the price of each; the sum is forgotten with 0.1 s.
+        /// Price of a position step per unit, on top of 1 per step. The sum decays with a time constant of 0.1 s.
         step_price: [T; E],
         forgetting: T,
-        /// Ticks for which the counts must agree before a current flows.
+        /// Ticks of consistent counts until a current flows.
         start_ticks: T,
     }
 }
 
-impl<const E: usize> Belief<f64, E> {
-    /// Three steps in a row, or one of a quarter of a turn (or of the counter, if that is less), are too much.
-    /// `closing_rate`: of the gate after a re-tune, 1/s; `quarters`: of a turn, in the unit of each block.
+impl<const E: usize> AcceptanceRules<f64, E> {
+    /// Returns the rules. Three consecutive steps are too much, or one of a quarter of a revolution (or of the counter,
+    /// if that is less).
+    ///
+    /// `closing_rate` is the rate of the gate after a retune, 1/s. `quarters` is a quarter of a revolution, in the unit
+    /// of each block.
     pub(crate) const fn of(
         gate: [f64; E],
         sensors: &[Sensor<f64>; E],
@@ -165,84 +172,84 @@ impl<const E: usize> Belief<f64, E> {
     }
 }
 
-/// The most ticks between computing u and holding it.
+/// Largest number of ticks between computation and output of u.
 pub const MOST_DELAY_TICKS: usize = 3;
 
-/// Of the curve along which a far target is approached.
+/// Chords of the curve on which a far target is approached.
 const CHORDS: usize = 4;
 
-/// Share of u with which a far target is braked for, near it; a third more along the chords. The rest is for load and
+/// Share of u that brakes before a far target, near it. A third more along the chords. The rest is for load and
 /// friction.
 pub(crate) const BRAKING: f64 = 0.6;
 
-/// A quarter of a turn, rad.
+/// Quarter of a revolution, rad.
 pub(crate) const QUARTER_TURN: f64 = core::f64::consts::FRAC_PI_2;
 
-/// Of a tick: the power stage gives all, or less, or that is to be looked up.
+/// State of the power stage in a tick: full current, less current, or unknown at compile time.
 const UNLIMITED: u8 = 0;
 const LIMITED: u8 = 1;
 #[doc(hidden)]
 pub const ANY_STAGE: u8 = 2;
 
-/// A limit of the power stage that was found from reports rises by this part of that of the design in a tick.
+/// Rise per tick of a power-stage limit that was detected from reports, as a share of the design limit.
 const RISE: f64 = 1.0 / 64.0;
-/// It is found where less was given than was put out by this part of the limit, and by this part of what was given.
+/// Shortfalls that reveal a limit: relative to the limit, and relative to the reported value.
 const SHORT: f64 = 1.0 / 32.0;
 const CLEARLY: f64 = 0.25;
-/// No report that any stage makes.
+/// Value that no power stage reports.
 const NEVER: f64 = 1e30;
 
-/// Samples in a row that were not used before a count at rest is believed to be a step.
+/// Consecutive rejected samples before a count at rest is accepted as a position step.
 const AT_REST: f64 = 8.0;
 
-/// What steps of the position may add up to.
+/// Largest sum of recent position steps.
 const STEPS: f64 = 3.0;
 
 fields! {
-    /// Rows of the law, see the module's head; entry j belongs to e_j or Δr^(j-1), from 0, entry i to block i.
+    /// Rows of the law (see the module). Entry j belongs to e_j or Δr^(j-1), from 0, and entry i to block i.
     pub(crate) struct Row<T, const E, const N> {
-        /// The last one is 1 and not read.
+        /// Surface coefficients. The last one is 1 and not read.
         c: [T; N],
-        /// Of a larger e_1 less and less counts: a target further away is approached at a speed that u can brake.
+        /// Error beyond which e_1 counts less and less: a far target is approached at a speed that u can brake.
         far: T,
-        /// That by the larger of the limits of u.
+        /// Ratio of `far` to the larger limit of u.
         far_per_u: T,
-        /// Entry 0 is 0 and not read.
+        /// Gains of the law on y. Entry 0 is 0 and not read.
         kx: [T; N],
-        /// ff/b on Δr, Δr', ..
+        /// Feedforward ff/b on Δr, Δr', ..
         feed: [T; N],
-        /// Of σ and of the law on d and d' by way of the channels before the last; that of the driven block is 0 and
-        /// not read: it is in the last channel alone.
+        /// Rows of σ and of the law on d and d' through the channels before the last. The entry of the driven block is
+        /// 0 and not read, because its d is only in the last channel.
         c_d: [T; E],
         c_growth: [T; E],
         k_d: [T; E],
         k_growth: [T; E],
-        /// Of the law on d' in the last channel.
+        /// Gain of the law on d' in the last channel.
         k_last: T,
         kw: T,
         us: T,
-        /// kw - us: on W, where us is on σ.
+        /// Difference kw - us: the gain on W if us is the gain on σ.
         k_offset: T,
         decay: T,
-        /// 1/b.
+        /// Reciprocal 1/b.
         per_b: T,
         period: T,
-        /// 2π.
+        /// Full circle 2π.
         turn as "full_turn": T,
         u_min: T,
         u_max: T,
-        /// The larger |u| of both.
+        /// Larger |u| of both limits.
         most: T,
-        /// Largest |u| that is asked for without a doubt.
+        /// Largest |u| that is accepted without a further check.
         plausible: T,
-        /// A rejected tick gives hold u + fallback.
+        /// Output of a rejected tick: hold u + fallback.
         hold: T,
         fallback: T,
     }
 }
 
 impl<const E: usize, const N: usize> Row<f64, E, N> {
-    /// Of the rows for observers of order 2 in every channel but the first.
+    /// Builds the rows from the rows for observers of order 2 in every channel except the first.
     pub(crate) const fn of<const O: usize>(
         rows: &Coefficients<f64, N, 2, O>,
         gradient: &[f64; N],
@@ -259,7 +266,7 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
             feed[i - 1] = -rows.theta_n * gradient[i - 1] / b;
             let mut j = 0;
             while i + 1 < N && j < E {
-                // d is on top of the error that it drives; A = d + T d'/2, B = T d'.
+                // d adds to the error that it drives: A = d + T d'/2, B = T d'.
                 let share = shares[i][j];
                 c_d[j] += rows.c[i + 1] * share;
                 k_d[j] += rows.kx[i + 1] * share;
@@ -269,7 +276,7 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
             }
             i += 1;
         }
-        // In units of u, and there A = d + θ T d' has the coefficient -1.
+        // In units of u. There A = d + θ T d' has the coefficient -1.
         let k_last = (rows.k[N - 2][1] - rows.theta_n) * t / b;
         feed[N - 1] = 1.0 / (t_1 * rows.input_gain);
         let (hold, fallback) = match fallback {
@@ -308,7 +315,7 @@ impl<const E: usize, const N: usize> Row<f64, E, N> {
 impl<A, M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
     EncoderForm<f64, M, A, E, N, S, FAST, LATE>
 {
-    /// Every number rounded to the nearest f32, with a model that is in f32 already.
+    /// Rounds every number to the nearest f32, with a model that is already in f32.
     pub(crate) const fn in_f32<M32>(&self, model: M32) -> EncoderForm<f32, M32, A, E, N, S, FAST, LATE> {
         let mut blocks = [self.blocks[0].in_f32(); E];
         let mut sensors = [self.sensors[0].in_f32(); E];
@@ -346,87 +353,88 @@ impl<A, M, const E: usize, const N: usize, const S: usize, const FAST: usize, co
 impl<T, M, A, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
     EncoderForm<T, M, A, E, N, S, FAST, LATE>
 {
-    /// The same design; a re-tune to it leaves no offset W, and u may jump: for a loop at rest under a model that was
-    /// far off. What still swings there would have the difference of u at one moment frozen into W.
+    /// Returns the design with retunes that leave no offset W. Then u may jump.
+    ///
+    /// Use it for a loop at rest under a model that was far off. With an offset, a remaining oscillation would freeze
+    /// its momentary difference of u into W.
     #[must_use]
     pub const fn at_rest(mut self) -> Self {
         self.at_rest = true;
         self
     }
 
-    /// Where in a law the one byte lies that must be 0 or 1, for laws from memory that others can write to.
+    /// Byte offset in a law of the one byte that must be 0 or 1, for laws from memory that other code can write.
     #[doc(hidden)]
     pub const FLAG_AT: usize = core::mem::offset_of!(Self, at_rest);
 }
 
-/// What one tick is given.
+/// Input of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<C, G, const E: usize> {
-    /// Count of each encoder (`i32`, of which only the bits of its counter are read); `None` for one that is lost.
+    /// Count of each encoder (`i32`, only the bits of its counter are read). `None` for a lost count.
     pub counts: [Option<C>; E],
-    /// Where it should be at the beginning of the tick in which u is held: now, or as many ticks later as u is held
-    /// late.
+    /// Target at the start of the tick in which u is held: now, or later by the ticks of delay.
     pub begin: G,
-    /// Where it should be at the end of that tick.
+    /// Target at the end of that tick.
     pub end: G,
 }
 
-/// What a drive knows, in rad of each shaft.
+/// Estimates of a drive, in rad of each shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DriveEstimates<T, C, const E: usize> {
-    /// Whole turns to which the positions are to be added.
+    /// Whole revolutions to add to the positions.
     pub turn: C,
-    /// Position of each shaft, rad; with a geared base it may be some turns.
+    /// Position of each shaft, rad. With a geared base it may be some revolutions.
     pub position: [T; E],
     /// Speed, rad/s.
     pub speed: [T; E],
-    /// Disturbance d, rad/s²: acceleration that the model does not explain.
+    /// Disturbance d, rad/s²: the acceleration that the model does not explain.
     pub disturbance: [T; E],
-    /// The same as a torque against the shaft, -J d, N m: load and friction.
+    /// Disturbance as a torque against the shaft, -J d, N m: load and friction.
     pub load: [T; E],
 }
 
 pub(crate) type StateOf<C> = <C as ControlLaw>::State;
 
-/// The estimates that the law works with.
+/// Estimates that the law uses.
 #[derive(Clone, Copy)]
-struct Known<T, V, const E: usize, const N: usize> {
+struct LawEstimates<T, V, const E: usize, const N: usize> {
     x: [T; N],
     d: [T; E],
-    /// d'; 0 with three states.
+    /// Disturbance rate d'. 0 with three states.
     growth: [T; E],
-    /// Of a model that is one within a tick: the current, less that of the reference.
+    /// Current minus the reference current, for a model that couples its blocks within a tick.
     current: T,
     seen: V,
 }
 
-/// What a tick that is not ordinary has seen.
+/// Result of the observers in a tick that is not ordinary.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct Observed<V> {
     pub seen: V,
-    /// A count was not there or not believed.
+    /// True if a count was missing or rejected.
     pub missing: bool,
-    /// A position was taken from its count anew.
+    /// True if a position was reset from its count.
     pub stepped: bool,
-    /// `false` when too many samples are missing.
+    /// False if too many samples are missing.
     pub known: bool,
 }
 
-/// e_1 .. e_n, and a_z.
+/// Errors e_1 .. e_n, and a_z.
 struct Errors<T, const N: usize> {
     e: [T; N],
     drift: T,
 }
 
-/// What the law asks for.
+/// Demand of the law.
 #[derive(Clone, Copy)]
-struct Asked<T> {
+struct LawDemand<T> {
     sigma: T,
-    /// Without the offset: kw W + us (σ - W) is to be added.
+    /// Demand without the offset: kw W + us (σ - W) is to be added.
     bare: T,
-    /// What of it the reference alone asks for, where that is remembered.
+    /// Share of the reference in the demand, if the model stores it.
     ahead: T,
 }
 
@@ -443,16 +451,16 @@ where
         "a drive has N = 2 E, 3 or 4 states per block, at most one fast gain set and three ticks of delay"
     );
 
-    /// The nominal model.
+    /// Returns the nominal model.
     pub const fn model(&self) -> &M {
         &self.model
     }
 
-    /// Gain Γ of each observer into σ: what a unit of innovation, in the unit of its block, adds to σ at rest at 0,
-    /// with the quiet set or, if there is one, the fast set.
+    /// Returns the gain Γ of each observer into σ: the effect on σ at rest at 0 of a unit of innovation, in the unit of
+    /// its block. It applies to the base gains or, with `fast`, to the high gains.
     fn gains_into_sigma(&self, fast: bool) -> [T; E] {
         let sigma = |x: [[T; S]; E]| {
-            let mut known = Known {
+            let mut known = LawEstimates {
                 x: [T::ZERO; N],
                 d: [T::ZERO; E],
                 growth: [T::ZERO; E],
@@ -480,8 +488,10 @@ where
         })
     }
 
-    /// λ_2 of the module `monitor`: what |σ*| stays below as long as u is within its limits and the innovations are at
-    /// most so many steps; of the larger gain set. In the unit of x_n. Not for the tick.
+    /// Returns λ_2 of the module `monitor`, in the unit of x_n, for the larger gain set. Not for the tick.
+    ///
+    /// The bound of |σ*| holds as long as u is within its limits and the innovations are at most `innovation_steps`
+    /// counts.
     pub fn sigma_star_bound(&self, innovation_steps: [f64; E]) -> f64 {
         let sets = [false, true].map(|fast| {
             let gains = self.gains_into_sigma(fast);
@@ -492,7 +502,7 @@ where
         (if sets[1] > sets[0] { sets[1] } else { sets[0] }) / reach
     }
 
-    /// Gains of one block by the innovation of an encoder, with the fast set in by so much.
+    /// Returns the gains of a block for the innovation of an encoder, at this level of the high gains.
     #[inline(always)]
     fn gains_of(&self, block: usize, encoder: usize, level: [T; FAST]) -> [T; S] {
         let (mut gains, is_own) = (self.blocks[block].gains, block == encoder);
@@ -522,10 +532,10 @@ where
         gains
     }
 
-    /// σ of errors or of a state, with d and d' of the blocks.
+    /// Returns σ of errors or of a state, with d and d' of the blocks.
     #[inline(always)]
-    fn sigma(&self, e: &[T; N], known: &Known<T, M::Seen, E, N>) -> T {
-        let (k, Known { d, growth, .. }) = (&self.row, known);
+    fn sigma(&self, e: &[T; N], known: &LawEstimates<T, M::Seen, E, N>) -> T {
+        let (k, LawEstimates { d, growth, .. }) = (&self.row, known);
         let mut sigma = e[N - 1];
         if A::POSITION {
             for j in 0..N - 1 {
@@ -545,20 +555,20 @@ where
         sigma.called("sigma", 0)
     }
 
-    /// Position of a block since the base, in its unit.
+    /// Returns the position of a block since the base, in its unit.
     #[inline(always)]
     fn position(&self, state: &StateOf<Self>, i: usize) -> T {
         self.raw(state, i) + state.x[i][0]
     }
 
-    /// Where the last good count was.
+    /// Returns the position of the last accepted count.
     #[inline(always)]
     fn raw(&self, state: &StateOf<Self>, i: usize) -> T {
         self.sensors[i].unit * T::from_count(state.at[i])
     }
 
-    /// p, v, d, d' after one more tick under m, the position less that of the same count; of a model that is one within
-    /// a tick with the other's v and m, and the current that is still on its way.
+    /// Returns p, v, d, d' after one more tick under m, with the position relative to the last count. For a model that
+    /// couples its blocks, it also uses v and m of the other block, and the current that still lags.
     #[inline(always)]
     fn foreseen(&self, i: usize, all: &[[T; S]; E], m: &[T; E], on_its_way: T) -> [T; S] {
         let (k, x, m_i) = (&self.blocks[i], &all[i], m[i]);
@@ -580,7 +590,7 @@ where
         next
     }
 
-    /// m of the tick that has passed, with the couplings of its beginning.
+    /// Returns m of the past tick, with the couplings of its start.
     #[inline(always)]
     fn driven(&self, state: &StateOf<Self>, i: usize) -> T {
         let mut m = self.pull(state, i).unwrap_or(state.x[i][2]);
@@ -590,7 +600,7 @@ where
         m
     }
 
-    /// The same of all, where one does something to the others within the tick: known before the first is foreseen.
+    /// Returns m of all blocks if they are coupled within the tick, before the first prediction.
     #[inline(always)]
     fn driven_all(&self, state: &StateOf<Self>) -> [T; E] {
         let mut m = [T::ZERO; E];
@@ -602,7 +612,7 @@ where
         m
     }
 
-    /// The current that is still on its way to what is held; of a number that is none, 0.
+    /// Returns the part of the current that still lags behind its command. 0 for a value that is not a number.
     #[inline(always)]
     fn on_its_way(&self, state: &StateOf<Self>) -> T {
         if self.model.whole().is_none() {
@@ -611,8 +621,8 @@ where
         sane(M::currents(&state.push)[0] - state.held)
     }
 
-    /// Steps 1 to 3 of an ordinary tick; `None`, and nothing has changed, if a count is missing or not believed or the
-    /// base is to move on.
+    /// Computes steps 1 to 3 of an ordinary tick. Returns `None` and changes nothing if a count is missing or rejected,
+    /// or if the base must move.
     #[inline(always)]
     fn observe(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Option<M::Seen> {
         T::section("1. Where the counts are, and whether they are believed.");
@@ -622,7 +632,7 @@ where
         for i in 0..E {
             let k = &self.sensors[i];
             let count = counts[i]?;
-            // Where a counter wraps that has no power of two of states this is far off, and the other way takes it.
+            // If a counter without a power of two of states wraps, this is far off, and the other code path handles it.
             let difference = count.since(last[i]).signed(k.unread);
             (last[i], at[i]) = (count, at[i].plus(difference));
             raw[i] = k.unit * T::from_count(at[i]);
@@ -639,17 +649,18 @@ where
         }
         (state.last, state.at, state.missed) = (last, at, [T::ZERO; E]);
         let seen = self.correct(state, &raw, m, p, [true; E]);
-        // The map wants them at the estimate, not at the count.
+        // The map needs the values at the estimate, not at the count.
         Some(self.model.seen_ahead(seen, state.x[0][0]))
     }
 
-    /// Is a count that is p from its prediction within the gate? It closes after a start at once and after a re-tune.
+    /// Returns true if a count at distance p from its prediction is within the gate. The gate closes after a start or
+    /// retune.
     #[inline(always)]
     fn is_believed(&self, state: &StateOf<Self>, i: usize, p: T) -> bool {
         p.abs() <= self.belief.gate[i] + state.reach
     }
 
-    /// Steps 1 to 3 of any tick, of an ordinary one with the same bits.
+    /// Computes steps 1 to 3 of any tick, bit-identical for an ordinary one.
     #[doc(hidden)]
     pub fn observe_rest(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> Observed<M::Seen> {
         T::section("1. Where the counts are, and whether they are believed.");
@@ -664,7 +675,7 @@ where
                 m[i] = self.driven(state, i);
             }
             p[i] = self.foreseen(i, &state.x, &m, on_its_way)[0];
-            // Where nothing is measured the couplings see the prediction.
+            // Without a measurement the couplings use the prediction.
             ahead[i] = state.x[i][0] + self.blocks[i].g2 * state.x[i][1];
             let (mut off, mut steps) = (self.nowhere(), false);
             if let Some(count) = counts[i] {
@@ -692,7 +703,7 @@ where
             has_stepped[i] = steps.then_some(off);
         }
         if let (Some(whole), true) = (self.model.whole(), stepped) {
-            // What has moved one shaft has moved the other: a twist of both moments would be a spring wound up.
+            // A disturbance of one shaft affects the other: a mixture of two moments would give a twist of the spring.
             missing = false;
             let mut jumped = [T::ZERO; E];
             for i in 0..E {
@@ -704,7 +715,7 @@ where
                     position[i] = self.raw(state, i);
                 }
             }
-            // A twist that comes of it pulled before and pulls no more: else each step would be followed by another.
+            // The torque of such a twist acted before and no longer acts. Otherwise each step would cause another.
             let twisted = jumped[Self::DRIVEN] - jumped[0];
             for i in 0..E {
                 state.x[i][2] -= whole.spring[i] * twisted;
@@ -714,24 +725,26 @@ where
         Observed { seen: self.model.seen_ahead(seen, state.x[0][0] - ahead[0]), missing, stepped, known }
     }
 
-    /// Is a count that is `off` from its prediction where the shaft is now: after a missed tick, a slip? The one before
-    /// said the same, it is no further off than what has been missed may explain, and there were few such steps lately.
-    /// Of a shaft that moves two counts suffice, as no false one moves with it; at rest a constant may look like that,
-    /// and it takes [`AT_REST`].
+    /// Returns true if a count at distance `off` from its prediction shows a position step, after a missed tick or a
+    /// slip.
+    ///
+    /// The conditions: the previous count agreed with it, its distance is within the range of the missed samples, and
+    /// recent steps were few. For a moving shaft two counts suffice, because no false count moves with the shaft. At
+    /// rest a constant value may look like a step, so [`AT_REST`] counts are needed.
     #[inline(always)]
     fn steps(&self, state: &mut StateOf<Self>, i: usize, off: T) -> bool {
         let (k, one) = (&self.belief, T::from_f64(1.0));
         let passed = state.missed[i] + one;
         let steps = state.doubt + (k.step_price[i] * off.abs() + one);
-        // Each missed tick of a shaft that speeds up leaves an error of its speed, by which the counts drift.
+        // Each missed tick of an accelerating shaft leaves a speed error, by which the counts drift.
         let (twice_agreed, apart) = (lesser(k.agreement[i] * state.missed[i], k.gate[i]), (off - state.off[i]).abs());
         let is_confirmed = twice_agreed - (apart + apart);
         let is_near = k.gate[i] * (passed * passed) - off.abs();
         let is_rare = T::from_f64(STEPS + 1.0) - steps;
         let (way, twice) = self.way_in_a_tick(state, i);
-        // A speed that is none must not outweigh the others: only its sign counts.
+        // A NaN speed must not outweigh the others: only its sign counts.
         let is_sure = if way > twice { one } else { state.missed[i] - T::from_f64(AT_REST) };
-        // All of them as one comparison: each would double the ways through the tick.
+        // One comparison for all conditions: each further one would double the code paths of the tick.
         let is_step = lesser(lesser(is_confirmed, is_near), lesser(is_rare, is_sure)) >= T::ZERO;
         if is_step {
             state.doubt = steps;
@@ -739,8 +752,8 @@ where
         is_step
     }
 
-    /// Takes the count of a shaft that was not believed along with the other that steps, if what has been missed may
-    /// explain it.
+    /// Accepts the rejected count of a shaft together with a step of the other shaft, if its distance is within the
+    /// range of the missed samples.
     #[inline(always)]
     fn steps_along(&self, state: &mut StateOf<Self>, i: usize, count: Option<T::Count>) -> bool {
         let Some(count) = count else { return false };
@@ -752,22 +765,22 @@ where
         is_near
     }
 
-    /// How far it moves in a tick, and twice what counts agree to: above it, it does move.
+    /// Returns the travel per tick, and twice the agreement of counts. A larger travel means motion.
     #[inline(always)]
     fn way_in_a_tick(&self, state: &StateOf<Self>, i: usize) -> (T, T) {
         let agreement = self.belief.agreement[i];
         (self.row.period * state.x[i][1].abs(), agreement + agreement)
     }
 
-    /// No count is so far off, nor near what is.
+    /// Returns a distance that no count has, not even approximately.
     fn nowhere(&self) -> T {
         let span = self.span();
         let far = span + span;
         far + far
     }
 
-    /// Steps 2 and 3: couplings at these positions, estimates, corrected where a count was used. m and p are those for
-    /// the couplings of the tick's beginning.
+    /// Computes steps 2 and 3: couplings at these positions, and estimates, corrected for every accepted count. m and p
+    /// use the couplings at the start of the tick.
     #[inline(always)]
     fn correct(
         &self,
@@ -788,7 +801,7 @@ where
             for i in 0..E {
                 T::channel(i + 1);
                 if let (Some(before), Some(now)) = (M::of_block(&state.push, i), M::of_block(&push, i)) {
-                    // The mean of w at both ends.
+                    // Mean of w at both ends.
                     let more = now - before;
                     m[i] += more;
                     p[i] += self.blocks[i].g1 * more;
@@ -811,8 +824,8 @@ where
         seen
     }
 
-    /// The same of blocks that are one within a tick: all are foreseen before one is corrected, and every innovation
-    /// corrects all.
+    /// Computes steps 2 and 3 of coupled blocks: all predictions come before the first correction, and every innovation
+    /// corrects all blocks.
     #[inline(always)]
     fn correct_whole(&self, state: &mut StateOf<Self>, push: M::Push, mut m: [T; E], mut p: [T; E], used: [bool; E]) {
         let Some(whole) = self.model.whole() else { return };
@@ -845,7 +858,7 @@ where
         state.x = x;
         let current = state.held + whole.keeps * on_its_way;
         state.push = M::with_currents(push, [current, M::currents(&state.push)[1]]);
-        // What has been believed overshoots in the estimates, and so in the next predictions: the gate opens for that.
+        // An accepted deviation overshoots in the estimates and in the next predictions, so the gate opens by it.
         for i in 0..E {
             if used[i] {
                 let twice = p[i].abs() + p[i].abs();
@@ -854,9 +867,11 @@ where
         }
     }
 
-    /// How far the fast set of blocks that are one is in. One level for all: gains of two filters do not mix. It stays
-    /// for a burst at most, or until u is at a limit; then all must have been calm for a while before it comes again.
-    /// So it ends, whatever the shaft does, and the quiet set has the last word.
+    /// Returns the level of the high gains of coupled blocks. One level applies to all, because gains of two filters do
+    /// not mix.
+    ///
+    /// It lasts for one burst at most, or until u is at a limit. All innovations must then be calm for a while before
+    /// the next burst. So it ends for every motion of the shaft, and the base gains apply in the end.
     #[inline(always)]
     fn level(&self, state: &mut StateOf<Self>, p: &[T; E], used: [bool; E]) -> [T; FAST] {
         let (one, mut levels) = (T::from_f64(1.0), [T::ZERO; FAST]);
@@ -876,7 +891,7 @@ where
             }
             let (fading, count) = (state.alert[f][0][1] * self.fast[f][0].keep, state.alert[f][Self::DRIVEN][1]);
             let wanted = fading.if_below(alarm, alarm, fading).limited(T::ZERO, one);
-            // From 0 on it counts the ticks of a burst, below 0 those until it may come again.
+            // From 0 on it counts the ticks of a burst, below 0 the ticks until the next burst is allowed.
             let locked = -whole.rest;
             let of_burst = T::ZERO.if_below(wanted, count + one, T::ZERO);
             let of_burst = of_burst.if_below(whole.burst, of_burst, locked);
@@ -891,7 +906,7 @@ where
         levels
     }
 
-    /// How far the second shaft is from the first, of blocks that are one: of integers, but for the estimates.
+    /// Returns the twist of coupled blocks, from integers except for the estimates.
     #[inline(always)]
     fn twist(&self, state: &StateOf<Self>, whole: &Whole<T, 2, 3>) -> T {
         let last = Self::DRIVEN;
@@ -903,7 +918,8 @@ where
         of_counts + (state.x[last][0] - state.x[0][0])
     }
 
-    /// w + d - κX of a block at the last tick, u aside; `None` where nothing pushes and nothing pulls back.
+    /// Returns w + d - κX of a block at the last tick, without u. `None` without a coupling and without a restoring
+    /// term.
     #[inline(always)]
     fn pull(&self, state: &StateOf<Self>, i: usize) -> Option<T> {
         if let Some(whole) = self.model.whole() {
@@ -917,7 +933,7 @@ where
         Some((half + half) + state.x[i][2] - self.model.kappa(i) * self.position(state, i))
     }
 
-    /// The couplings where the counts are.
+    /// Stores the couplings at the positions of the counts.
     fn remember_counts(&self, state: &mut StateOf<Self>) {
         state.push = self.push_at_counts(state);
     }
@@ -927,7 +943,7 @@ where
         self.model.push(&raw, &self.model.seen(&raw))
     }
 
-    /// The gains of this tick.
+    /// Returns the gains of this tick.
     #[inline(always)]
     fn gains(&self, state: &mut StateOf<Self>, i: usize, p: T) -> [T; S] {
         let mut gains = self.blocks[i].gains;
@@ -945,9 +961,9 @@ where
         gains
     }
 
-    /// The estimates at the beginning of the tick in which u is held.
+    /// Returns the estimates at the start of the tick in which u is held.
     #[inline(always)]
-    fn known(&self, state: &StateOf<Self>, mut seen: M::Seen, before: &M::Push) -> Known<T, M::Seen, E, N> {
+    fn known(&self, state: &StateOf<Self>, mut seen: M::Seen, before: &M::Push) -> LawEstimates<T, M::Seen, E, N> {
         if let Some(whole) = self.model.whole() {
             return self.known_whole(state, seen, before, whole);
         }
@@ -958,7 +974,7 @@ where
             for queued in state.queued {
                 let mut m = x_i[2];
                 if let (Some(was), Some(half)) = (last, now) {
-                    // w at the end of the tick is not known: it goes on as it did.
+                    // w at the end of the tick is unknown: it continues at its last rate.
                     let more = half - was;
                     m = (half + half) + x_i[2] - self.model.kappa(i) * position + more;
                     (last, now) = (now, Some(half + more));
@@ -979,10 +995,10 @@ where
                 growth[i] = state.x[i][3];
             }
         }
-        Known { x, d, growth, current: T::ZERO, seen }
+        LawEstimates { x, d, growth, current: T::ZERO, seen }
     }
 
-    /// The same of blocks that are one within a tick.
+    /// Returns the estimates of coupled blocks at the start of the tick in which u is held.
     #[inline(always)]
     fn known_whole(
         &self,
@@ -990,7 +1006,7 @@ where
         mut seen: M::Seen,
         before: &M::Push,
         whole: &Whole<T, 2, 3>,
-    ) -> Known<T, M::Seen, E, N> {
+    ) -> LawEstimates<T, M::Seen, E, N> {
         let (last, mut all, mut twist) = (Self::DRIVEN, state.x, self.twist(state, whole));
         let mut position = self.position(state, 0);
         let [mut current, asked] = M::currents(&state.push);
@@ -1002,7 +1018,7 @@ where
             for (i, m_i) in m.iter_mut().enumerate() {
                 *m_i = whole.spring[i] * twist + all[i][2];
             }
-            // w at the end of the tick is not known: it goes on as it did.
+            // w at the end of the tick is unknown: it continues at its last rate.
             m[0] += (now + now) + more;
             m[last] += self.model.input_gain() * queued;
             let mut next = all;
@@ -1021,12 +1037,12 @@ where
         for i in 0..E {
             (x[2 * i], x[2 * i + 1], d[i]) = (if i == 0 { position } else { twist }, all[i][1], all[i][2]);
         }
-        Known { x, d, growth: [T::ZERO; E], current: sane(current - asked), seen }
+        LawEstimates { x, d, growth: [T::ZERO; E], current: sane(current - asked), seen }
     }
 
-    /// Step 4, and how far that is from the target.
+    /// Computes step 4, and the distance from the target.
     #[inline(always)]
-    fn errors(&self, known: &Known<T, M::Seen, E, N>, turn: T::Count, begin: &A::Target) -> Errors<T, N> {
+    fn errors(&self, known: &LawEstimates<T, M::Seen, E, N>, turn: T::Count, begin: &A::Target) -> Errors<T, N> {
         T::section("4. The chain.");
         let (z, drift) = self.model.chain(&known.x, &known.seen);
 
@@ -1034,18 +1050,18 @@ where
         Errors { e: A::errors(&z, turn, self.row.turn, begin), drift }
     }
 
-    /// Step 5, for a reference that moves `pace` as much.
+    /// Computes step 5, for a reference that moves `pace` times as much.
     #[inline(always)]
     fn asked(
         &self,
-        known: &Known<T, M::Seen, E, N>,
+        known: &LawEstimates<T, M::Seen, E, N>,
         errors: &Errors<T, N>,
         begin: &A::Target,
         end: &A::Target,
         pace: Option<T>,
-    ) -> Asked<T> {
+    ) -> LawDemand<T> {
         let k = &self.row;
-        let (Known { d, growth, seen, .. }, Errors { e, drift }) = (known, errors);
+        let (LawEstimates { d, growth, seen, .. }, Errors { e, drift }) = (known, errors);
         let e = &self.model.weightless(e, seen);
         let sigma = self.sigma(e, known);
         let mut bare = -(k.per_b * (*drift + self.model.last(seen, d)));
@@ -1084,38 +1100,40 @@ where
             bare += of_errors + whole.k_current * known.current;
             ahead += of_errors;
         }
-        Asked { sigma, bare: bare.called("bare", 0), ahead }
+        LawDemand { sigma, bare: bare.called("bare", 0), ahead }
     }
 
-    /// Is the target so far away, or no number, that the law must not go for it as it does near it?
+    /// Returns true if the target is too far for the near law, or is not a number.
     #[inline(always)]
     fn is_far(errors: &Errors<T, N>, far: T) -> bool {
         let is_near = errors.e[0].abs() <= far;
         A::POSITION && !is_near
     }
 
-    /// Does the power stage give less than the design supposes?
+    /// Returns true if the power stage provides less than the design assumes.
     #[inline(always)]
     fn is_limited(&self, state: &StateOf<Self>) -> bool {
         state.limit.abs() < self.row.most
     }
 
-    /// The limits of u, lower and upper, with that of the power stage.
+    /// Returns the limits of u, lower and upper, including the limit of the power stage.
     #[inline(always)]
     pub(crate) fn present_limits(&self, state: &StateOf<Self>) -> [T; 2] {
         let (k, limit) = (&self.row, state.limit.abs());
         [-(-k.u_min).at_most(limit), k.u_max.at_most(limit)]
     }
 
-    /// `far` for that.
+    /// Returns `far` for the present limits.
     #[inline(always)]
     fn present_far<const STAGE: u8>(&self, state: &StateOf<Self>) -> T {
         self.limited_or::<STAGE>(state, self.row.far_per_u * state.limit.abs(), self.row.far)
     }
 
-    /// The same for a target however far away. Near it the way that is left is e_1, of which σ = 0 makes the speed.
-    /// From `far` on it counts less and less, so that four times the way is done at twice the speed: along chords of
-    /// $v = \sqrt{2 a |e_1|}$, from which a steady braking comes to rest. Beyond 256 times `far` the speed stays.
+    /// Returns the errors with e_1 reduced for a far target.
+    ///
+    /// Near the target e_1 is the remaining distance, and σ = 0 makes it a speed. From `far` on e_1 counts less and
+    /// less, so that four times the distance gives twice the speed. The speed follows chords of $v = \sqrt{2 a |e_1|}$,
+    /// from which a constant braking comes to rest. Beyond 256 times `far` the speed stays constant.
     fn approached(mut errors: Errors<T, N>, far: T) -> Errors<T, N> {
         if !Self::is_far(&errors, far) {
             return errors;
@@ -1132,7 +1150,7 @@ where
         errors
     }
 
-    /// A state that starts where the counts are.
+    /// Returns a state that starts at the position of the counts.
     fn started(&self, counts: [T::Count; E], at: [T::Count; E], turn: T::Count, d: &[T; E]) -> StateOf<Self> {
         let mut x = [[T::ZERO; S]; E];
         for i in 0..E {
@@ -1161,13 +1179,13 @@ where
         state
     }
 
-    /// Further than this no count is from its prediction.
+    /// Returns the largest distance of a count from its prediction.
     fn span(&self) -> T {
         self.sensors.iter().fold(T::ZERO, |most, k| if k.half_span > most { k.half_span } else { most })
     }
 
-    /// Whole bases go over into turns: in a tick they do so one by one ([`follow`](Self::follow)), but a counter may be
-    /// anywhere when a drive starts, or when its counts come again.
+    /// Moves whole bases into the revolutions. In a tick this happens one by one ([`follow`](Self::follow)). A counter
+    /// may have any value when a drive starts, or when its counts return.
     fn folded(&self, at: [T::Count; E], turn: T::Count) -> ([T::Count; E], T::Count) {
         let k = &self.sensors[0];
         let whole = |each: i32| at[0].whole(k.base_counts, each);
@@ -1178,7 +1196,7 @@ where
         (at, turn.plus(whole(k.base_turns)))
     }
 
-    /// Where the counts are now, for a state without a tick that has passed.
+    /// Moves a state without a past tick to the present counts. Returns false if a count is missing.
     #[inline(always)]
     fn go_on_to(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> bool {
         let mut all = true;
@@ -1197,9 +1215,10 @@ where
         all
     }
 
-    /// Where nothing is measured the count goes along with the prediction, in quarters of the counter: what comes again
-    /// is compared with where the shaft must be, not with where it was seen last. A prediction that runs away by
-    /// more in a tick than any shaft moves counts no turns.
+    /// Moves the count of an encoder without a measurement along with the prediction, in quarters of the counter.
+    ///
+    /// So a returning count is compared with the predicted position, not with the last one. A prediction that moves
+    /// faster per tick than any shaft counts no revolutions.
     #[doc(hidden)]
     pub fn carry(&self, state: &mut StateOf<Self>) {
         for i in 0..E {
@@ -1219,7 +1238,7 @@ where
         }
     }
 
-    /// The base follows by whole turns. That changes no acceleration: w moves as κX does.
+    /// Moves the base by whole revolutions. This changes no acceleration: w moves as κX does.
     #[doc(hidden)]
     pub fn follow(&self, state: &mut StateOf<Self>) {
         let raw = self.raw(state, 0);
@@ -1238,13 +1257,13 @@ where
         let turns = T::Count::of(self.sensors[0].base_turns);
         state.turn = if forward { state.turn.plus(turns) } else { state.turn.since(turns) };
         if self.model.whole().is_some() {
-            // A whole turn changes no sine, and both shafts have made it.
+            // A whole revolution changes no sine, and both shafts have made it.
             return;
         }
         state.push = M::per_block(core::array::from_fn(|i| M::of_block(&state.push, i).unwrap_or(T::ZERO) + half[i]));
     }
 
-    /// A tick that is not ordinary.
+    /// Computes a tick that is not ordinary.
     #[cold]
     #[inline(never)]
     fn rest<const STAGE: u8>(&self, state: &mut StateOf<Self>, sample: &Sample<T::Count, A::Target, E>) -> Output<T> {
@@ -1276,8 +1295,8 @@ where
         Output { health: output.health.union(health), ..output }
     }
 
-    /// The first tick of a state, there is none that has passed, or one of waiting for counts that agree: whether the
-    /// waiting is over, and whether the law may be asked.
+    /// Computes the first tick of a state, or a tick of waiting for consistent counts. Returns true if the waiting is
+    /// over, and true if the law may run.
     #[doc(hidden)]
     pub fn begun(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> (M::Seen, bool, bool) {
         let was_waiting = state.doubt > T::ZERO;
@@ -1292,8 +1311,10 @@ where
         (seen, was_waiting, is_over)
     }
 
-    /// One tick of waiting: is it over? Counts that are all there and move on by what they moved before, give or take
-    /// twice what counts agree to, are one agreement more; others begin anew. The speed is what they move by.
+    /// Computes a tick of waiting. Returns true if the waiting is over.
+    ///
+    /// The counts agree if all are present and repeat their last change, within twice the agreement of counts.
+    /// Otherwise the waiting restarts. The speed is the change per tick.
     fn agree(&self, state: &mut StateOf<Self>, counts: &[Option<T::Count>; E]) -> bool {
         let mut agree = true;
         let mut speed = [T::ZERO; E];
@@ -1307,7 +1328,7 @@ where
                 let agrees = (moved - self.row.period * before).abs() <= agreement + agreement;
                 speed[i] = moved / self.row.period;
                 if agrees {
-                    // Half of what one step of the encoder does to a difference.
+                    // Half of the effect of one count on a difference.
                     speed[i] = T::HALF * (before + speed[i]);
                 }
                 agree = agree && agrees;
@@ -1318,7 +1339,7 @@ where
         let (most, waiting) = (self.belief.start_ticks, state.doubt);
         self.go_on_to(state, counts);
         if !agree && state.reach > T::ZERO {
-            // Before a first place is known no false count may have moved it by a turn.
+            // Before a first position is known, a false count must not move it by a revolution.
             let at = core::array::from_fn(|i| self.sensors[i].moved(state.last[i]));
             (state.at, state.turn) = self.folded(at, T::Count::of(0));
         }
@@ -1326,7 +1347,7 @@ where
         if !(agree && waiting <= most) {
             return false;
         }
-        // Counts that move as one shaft does are soon believed; a constant may be no count at all.
+        // Counts that move like a shaft are accepted soon. A constant value may come from a dead encoder.
         let moves = (0..E).all(|i| {
             let (way, twice) = self.way_in_a_tick(state, i);
             way > twice
@@ -1340,8 +1361,10 @@ where
         is_over
     }
 
-    /// Where the counts are now, at this speed, waiting for so many agreements with the fallback out; d stays. Word by
-    /// word: a whole state would be copied by a loop, which has no bound.
+    /// Restarts at the present counts with this speed, and waits for `waiting` agreements. d stays, and the fallback is
+    /// the output.
+    ///
+    /// It writes word by word: a copy of a whole state would be a loop, which has no WCET bound.
     fn start_anew(&self, state: &mut StateOf<Self>, speed: &[T; E], waiting: T) {
         let u = self.not_started().u;
         for i in 0..E {
@@ -1358,7 +1381,8 @@ where
         self.remember_counts(state);
     }
 
-    /// A period that passed without a tick: the queue went on, its newest u stayed. `false` when too much is missing.
+    /// Advances the state by a period without a tick: the queue moves, its newest u stays. Returns `false` if too much
+    /// is missing.
     #[doc(hidden)]
     pub fn pass(&self, state: &mut StateOf<Self>) -> bool {
         let Observed { known, .. } = self.observe_rest(state, &[None; E]);
@@ -1368,7 +1392,7 @@ where
         known
     }
 
-    /// One number where the power stage is limited, else the other: in a tick of which that is known or not.
+    /// Returns `limited` if the power stage is limited, else `unlimited`. `STAGE` may fix the choice at compile time.
     #[inline(always)]
     fn limited_or<const STAGE: u8>(&self, state: &StateOf<Self>, limited: T, unlimited: T) -> T {
         match STAGE {
@@ -1378,8 +1402,8 @@ where
         }
     }
 
-    /// Steps 4 to 6 of any tick, of a power stage of which it may be known whether it is limited: one way through the
-    /// tick for each.
+    /// Computes steps 4 to 6 of any tick. `STAGE` may fix at compile time if the power stage is limited, with one code
+    /// path for each case.
     #[doc(hidden)]
     #[inline(always)]
     pub fn ask_rest<const STAGE: u8>(
@@ -1407,7 +1431,7 @@ where
             self.answer(state, asked, limits)
         };
         if STAGE != UNLIMITED {
-            // A limit that was found from reports rises again tick by tick; one that was set does not.
+            // A limit detected from reports rises again tick by tick. A limit set by the caller does not.
             let one = T::from_f64(1.0);
             let is_found = (state.reported + one).abs().at_most(one);
             let higher = (state.limit.abs() + is_found * (T::from_f64(RISE) * k.most)).at_most(k.most);
@@ -1416,12 +1440,12 @@ where
         if is_far { Self::without_sigma_star(output) } else { output }
     }
 
-    /// What is said of σ* is said of the linear surface.
+    /// Removes σ* from the output: monitors of σ* assume the linear surface.
     fn without_sigma_star(output: Output<T>) -> Output<T> {
         Output { sigma_star: T::ZERO, ..output }
     }
 
-    /// Steps 4 and 5 of an ordinary tick, and what goes out.
+    /// Computes steps 4 and 5 of an ordinary tick, and its output.
     #[inline(always)]
     fn ask(
         &self,
@@ -1433,7 +1457,7 @@ where
         let known = self.known(state, seen, &before);
         let errors = self.errors(&known, state.turn, &sample.begin);
         if Self::is_far(&errors, self.row.far) {
-            // All of it once more: what is handed over would have to be kept in every tick.
+            // Repeats everything: arguments to pass would have to be kept in every tick.
             return self.ask_far(state, sample, [before; LATE]);
         }
         let limits = [self.row.u_min, self.row.u_max];
@@ -1442,7 +1466,7 @@ where
         self.answer(state, asked, limits)
     }
 
-    /// The current of the reference goes on as that of the shaft does.
+    /// Advances the reference current like the current of the shaft.
     #[inline(always)]
     fn go_ahead(&self, state: &mut StateOf<Self>, ahead: T) {
         if let Some(whole) = self.model.whole() {
@@ -1452,7 +1476,7 @@ where
         }
     }
 
-    /// Far from the target.
+    /// Computes a tick far from the target.
     #[cold]
     #[inline(never)]
     fn ask_far(
@@ -1463,15 +1487,15 @@ where
     ) -> Output<T> {
         let raw = core::array::from_fn(|i| self.raw(state, i));
         let seen = self.model.seen_ahead(self.model.seen(&raw), state.x[0][0]);
-        // Without a delay nobody reads it.
+        // Not read without a delay.
         let before = before.first().copied().unwrap_or(state.push);
         self.ask_rest::<UNLIMITED>(state, sample, seen, &before, false)
     }
 
     #[inline(always)]
-    fn answer(&self, state: &mut StateOf<Self>, asked: Asked<T>, limits: [T; 2]) -> Output<T> {
+    fn answer(&self, state: &mut StateOf<Self>, asked: LawDemand<T>, limits: [T; 2]) -> Output<T> {
         let k = &self.row;
-        let Asked { sigma, bare, .. } = asked;
+        let LawDemand { sigma, bare, .. } = asked;
         let sigma_star = (sigma - state.offset).called("sigma_star", 0);
         let demand = (bare + k.k_offset * state.offset + k.us * sigma).called("demand", 0);
         let is_plausible = demand.abs() <= k.plausible;
@@ -1481,7 +1505,7 @@ where
         self.put_out(state, [sigma, sigma_star, demand], limits)
     }
 
-    /// Far from the reference, or an offset that nothing has left: as at the start, or no number at all.
+    /// Replaces an offset far from the reference, or an invalid one, as at the start.
     #[cold]
     #[inline(never)]
     fn start_offset(&self, state: &mut StateOf<Self>, sigma: T, bare: T, limits: [T; 2]) -> Output<T> {
@@ -1496,7 +1520,7 @@ where
     #[inline(always)]
     fn put_out(&self, state: &mut StateOf<Self>, asked: [T; 3], [u_min, u_max]: [T; 2]) -> Output<T> {
         let ([sigma, sigma_star, demand], k) = (asked, &self.row);
-        // As `limited`, in one way: in a record limits may be no constants.
+        // As `limited`, in one code path: in an operation trace the limits may be variables.
         let u = u_max.if_below(demand, u_max, demand.if_below(u_min, u_min, demand)).called("u", 0);
         T::section("6. Memory.");
         Self::hold(state, u);
@@ -1504,8 +1528,8 @@ where
         Output { u, sigma, sigma_star, health: Health::SATURATED.when(u != demand) }
     }
 
-    /// Too much is missing, and the fallback goes out. Without all counts the observers go on predicting; where all
-    /// are there, and were not believed for so long, the drive waits for them to agree with each other.
+    /// Outputs the fallback because too much is missing. Without all counts the observers continue to predict. If all
+    /// counts are present but were rejected for too long, the drive waits for consistent counts.
     #[cold]
     #[inline(never)]
     #[doc(hidden)]
@@ -1518,14 +1542,14 @@ where
                 x[2] = T::ZERO;
             }
         }
-        // In both cases: a state that is fresh has none, and one store needs no address that is chosen.
+        // In both cases: a fresh state has no reach, and one store needs no selected address.
         state.reach = T::ZERO;
         Self::hold(state, u);
         let health = Health::INPUT_REJECTED.union(Health::SAMPLE_LOST).union(Health::WAITS.when(waits));
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health }
     }
 
-    /// Nothing is asked for: the fallback goes out.
+    /// Rejects the demand: the fallback is the output.
     #[inline(always)]
     #[doc(hidden)]
     pub fn refuse(&self, state: &mut StateOf<Self>, health: Health) -> Output<T> {
@@ -1535,7 +1559,7 @@ where
         Output { u, sigma: T::ZERO, sigma_star: T::ZERO, health }
     }
 
-    /// What goes out instead of a u that nobody may ask for.
+    /// Returns the fallback output within the present limits.
     #[inline(always)]
     fn fallback(&self, state: &StateOf<Self>) -> T {
         let last = Self::commanded(state);
@@ -1544,8 +1568,8 @@ where
         (self.row.hold * last + self.row.fallback).limited(u_min, u_max)
     }
 
-    /// Estimates of another design in the units of this one, such that the acceleration of every block is what it was;
-    /// what that has added to d.
+    /// Converts estimates of another design to the units of this design, with the acceleration of every block
+    /// unchanged. Returns the change of d.
     fn convert(&self, from: &Self, state: &mut StateOf<Self>) -> [T; E] {
         let mut shift = [T::ZERO; E];
         for i in 0..E {
@@ -1572,7 +1596,7 @@ where
         shift
     }
 
-    /// Nominal acceleration of a block, as the model has it without d.
+    /// Returns the nominal acceleration of a block, from the model without d.
     fn acceleration(&self, state: &StateOf<Self>, i: usize) -> T {
         let k = &self.blocks[i];
         let mut sum = -k.lambda * state.x[i][1];
@@ -1590,7 +1614,7 @@ where
         sum
     }
 
-    /// Every number of the design.
+    /// Returns every number of the design.
     fn numbers(&self) -> impl Iterator<Item = T> {
         let blocks = self.blocks.iter().flat_map(Block::numbers);
         let sensors = self.sensors.iter().flat_map(Sensor::numbers);
@@ -1605,13 +1629,13 @@ where
             .chain(self.model.numbers())
     }
 
-    /// The u that was commanded last.
+    /// Returns the u that was commanded last.
     #[inline(always)]
     fn commanded(state: &StateOf<Self>) -> T {
         state.queued.last().copied().unwrap_or(state.held)
     }
 
-    /// u is on its way to the actuator, behind those that are queued.
+    /// Queues u for the actuator, behind the queued values.
     #[inline(always)]
     fn hold(state: &mut StateOf<Self>, u: T) {
         state.held = u;
@@ -1621,16 +1645,16 @@ where
     }
 }
 
-/// A drive's law in f32, with its monitors or without, told where it should be by positions and their derivatives.
+/// Law of a drive in f32, with or without monitors, whose reference is a position and its derivatives.
 pub trait DriveLaw<const E: usize, const N: usize>:
     ControlLaw<Scalar = f32, Output = Output<f32>, Estimates = DriveEstimates<f32, i32, E>>
 {
-    /// Ticks between computing u and holding it.
+    /// Ticks between computation and output of u.
     const LATE: usize;
-    /// Is it told where to be? Else how fast.
+    /// True if the reference is a position, false if it is a speed.
     const POSITION: bool;
 
-    /// What a tick is given.
+    /// Returns the input of a tick.
     fn sample(counts: [Option<i32>; E], begin: &Target<f32, i32, N>, end: &Target<f32, i32, N>) -> Self::Sample;
 }
 
@@ -1663,19 +1687,19 @@ impl<L: DriveLaw<E, N>, const E: usize, const N: usize> DriveLaw<E, N> for &L {
     }
 }
 
-/// Twice the lesser of both; no number if one of them is none.
+/// Returns twice the smaller number, or NaN if one of them is NaN.
 #[inline(always)]
 fn lesser<T: Real>(a: T, b: T) -> T {
     a + b - (a - b).abs()
 }
 
-/// The number itself if it is [sound](is_sound), else 0: what is remembered of itself must not stay no number.
+/// Returns the number if it is [sound](is_sound), else 0, so that a recursive state cannot stay NaN.
 #[inline(always)]
 fn sane<T: Real>(value: T) -> T {
     value.abs().if_below(T::from_f64(INPUT_LIMIT), value, T::ZERO)
 }
 
-/// Within ±[`INPUT_LIMIT`]? False for NaN and infinities.
+/// Returns true within ±[`INPUT_LIMIT`]. False for NaN and infinities.
 #[inline(always)]
 fn is_sound<T: Real>(value: T) -> bool {
     value.abs() <= T::from_f64(INPUT_LIMIT).called("input_limit", 0)
@@ -1692,14 +1716,15 @@ where
     type Sample = Sample<T::Count, A::Target, E>;
     type Output = Output<T>;
     type State = EncoderState<T, M, E, N, S, FAST, LATE>;
-    /// d of each block at the start, in rad/s² of its shaft.
+    /// Disturbance d of each block at the start, in rad/s² of its shaft.
     type Guess = [T; E];
     type Estimates = DriveEstimates<T, T::Count, E>;
     const NO_GUESS: [T; E] = [T::ZERO; E];
 
-    /// All counts must be there. The angles are then within half a counter of 0; where the model could not stand still
-    /// there ([`ChainModel::may_stand`]) nothing starts, such as on a motor's counter that has gone on over turns of
-    /// which the link's knows nothing.
+    /// Starts if all counts are present. The angles are then within half a counter of 0.
+    ///
+    /// Returns `None` if the model could not stand still there ([`ChainModel::may_stand`]). An example is a motor
+    /// counter that has advanced over revolutions that the link encoder cannot show.
     fn start_from(&self, sample: &Self::Sample, d: &[T; E]) -> Option<Self::State> {
         let () = Self::SHAPE;
         let (mut counts, mut at) = ([T::Count::of(0); E], [T::Count::of(0); E]);
@@ -1736,8 +1761,7 @@ where
         }
     }
 
-    /// The state just started believes nothing until its counts have agreed with each other for 10 ms, three ticks at
-    /// least.
+    /// Makes a state that has just started wait until its counts have been consistent for 10 ms, at least three ticks.
     fn wait(&self, state: &mut Self::State) {
         state.doubt = self.belief.start_ticks;
     }
@@ -1749,14 +1773,14 @@ where
             return self.rest::<LIMITED>(state, sample);
         }
         let ordinary = if state.fresh { None } else { self.observe(state, &sample.counts) };
-        // All the rest of a tick is in both ways: behind a common end everything would be loaded again.
+        // Both paths contain the rest of the tick: behind a common end everything would be reloaded.
         match ordinary {
             Some(seen) => self.ask(state, sample, seen, before),
             None => self.rest::<UNLIMITED>(state, sample),
         }
     }
 
-    /// No counts and no targets: the observers predict, the fallback goes out.
+    /// Computes a tick without counts and targets: the observers predict, and the fallback is the output.
     fn lost(&self, state: &mut Self::State) -> Output<T> {
         let counts = [None; E];
         if state.fresh && state.doubt > T::ZERO {
@@ -1773,8 +1797,8 @@ where
         output
     }
 
-    /// The model goes on by them, u held; more than samples may be missing are not foreseen. They count as half of
-    /// what may be missing at most: the counts that come then have the other half to agree where the shaft is.
+    /// Advances the model by `periods` with u held, but no further than samples may be missing. The periods count as at
+    /// most half of the allowed missing samples. So the following counts have the other half to agree on the position.
     fn missed(&self, state: &mut Self::State, periods: u32) {
         let mut left = periods;
         while left > 0 && !state.fresh && self.pass(state) {
@@ -1786,8 +1810,9 @@ where
         state.missed = state.missed.map(|missed| missed.at_most(half));
     }
 
-    /// A stage that has twice in a row given the same, and clearly less than was put out, gives no more: that is its
-    /// limit, until some ticks have passed. A sensor that is 20 % off shows none.
+    /// Stores the applied u, and detects a limit of the power stage. A stage that reports one value twice in a row,
+    /// clearly below the output, is at its limit. The limit holds until some ticks have passed. A sensor error of 20 %
+    /// does not trigger it.
     #[inline]
     fn report_applied(state: &mut Self::State, u: T) -> bool {
         let taken = is_sound(u);
@@ -1834,7 +1859,7 @@ where
         if (k.us - k.kw).abs() < T::from_f64(0.1) * k.us.abs() {
             return Err(RetuneError::GainNearDecay);
         }
-        // The tick that has passed had the period of its own design.
+        // The past tick had the period of its own design.
         let same_period = k.period == from.row.period;
         let (mut old, mut shift) = (state.clone(), [T::ZERO; E]);
         if same_period {
@@ -1865,7 +1890,7 @@ where
             growth[i] = growth[i] * unit;
         }
         let seen = from.model.seen(&core::array::from_fn(|i| x[2 * i]));
-        let before = Known { x, d, growth, current: now.current, seen };
+        let before = LawEstimates { x, d, growth, current: now.current, seen };
         let Sample { begin, end, .. } = sample;
         let errors = Self::approached(self.errors(&now, new.turn, begin), self.present_far::<ANY_STAGE>(&new));
         let asked = self.asked(&now, &errors, begin, end, None);
@@ -1886,14 +1911,14 @@ where
         if state.fresh {
             new.reach = state.reach;
         } else {
-            // Of a state that is fresh it would be a wait.
+            // In a fresh state this number would mean a wait.
             new.doubt = T::ZERO;
         }
         new.fresh = true;
         Ok(new)
     }
 
-    /// Over version, precision, shape and every number of the design and of its model.
+    /// Hashes version, precision, form and every number of the design and of its model.
     fn fingerprint(&self) -> u32 {
         let shape = [E, S, FAST, LATE, usize::from(A::POSITION)].map(|number| number as u32);
         let head = [crate::VERSION_NUMBER, T::WORDS as u32].into_iter().chain(shape);
@@ -1912,8 +1937,8 @@ mod tests {
     use crate::drive::{Encoder, Joint, JointDesign, JointDrive, Motor, MotorDesign, MotorDrive, Position, Target};
     use crate::running::Words as _;
 
-    /// Both ways through a tick, from the same state, on counts that go over whole turns, that jump and that are lost:
-    /// every bit of what goes out and of what is remembered.
+    /// Compares both code paths of a tick from one state, on counts that pass whole revolutions, jump and are lost.
+    /// Every bit of output and state must agree.
     #[test]
     fn the_rare_way_gives_an_ordinary_tick_the_same_bits() {
         let encoders = [Encoder::absolute(20); 2];
@@ -1926,7 +1951,7 @@ mod tests {
         };
         let (mut ordinary, mut state) = (0, None);
         for tick in 0..20_000 {
-            // To and fro over four turns.
+            // Back and forth over four revolutions.
             let angle = 4.0 * TAU * libm::sin(1e-3 * f64::from(tick));
             let count = (angle / TAU * 1_048_576.0) as i32;
             let mut counts = [0, 1].map(|_| Some(count + noise() % 3));
@@ -1953,8 +1978,8 @@ mod tests {
         assert!(ordinary > 15_000 && ordinary < 19_990, "{ordinary} ordinary ticks, turn {turn:?}");
     }
 
-    /// A motor that is the nominal one, under a constant load: what is foreseen for the tick in which u will be held is
-    /// where the shaft then is, whatever is under way.
+    /// Checks a nominal motor under a constant load. The prediction for the tick in which u will be held is the later
+    /// position, with any u in the queue.
     #[test]
     fn what_a_late_motor_foresees_comes_true() {
         fn worst<const LATE: usize>() -> f64 {
@@ -1972,7 +1997,7 @@ mod tests {
                 let sample = Sample { counts: [Some(count)], begin: still, end: still };
                 let state = state.get_or_insert_with(|| law.start(&sample).expect("good counts"));
                 law.tick(state, &sample);
-                // A demand of one's own instead of that of the law.
+                // The test's own demand instead of the demand of the law.
                 seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
                 let u = (seed >> 33) as f64 / f64::from(1_u32 << 30) - 1.0 - 10.0 * x[0] - x[1] / 10.0 - load / b;
                 match state.queued.last_mut() {
@@ -1984,7 +2009,8 @@ mod tests {
                 assert_eq!(state.held, held);
                 let acceleration = b * held + load;
                 x = [x[0] + x[1] * t + acceleration * t * t / 2.0, x[1] + acceleration * t];
-                // Before the next tick the state is that of this one: what it says of the tick after the queue.
+                // Before the next tick the state belongs to this tick: the test reads its prediction for the tick after
+                // the queue.
                 let mut next = state.clone();
                 next.held = held;
                 let count = libm::round(x[0] / encoder.unit_rad()) as i32;
@@ -2004,7 +2030,7 @@ mod tests {
         }
         let found = [worst::<0>(), worst::<1>(), worst::<2>(), worst::<3>()];
         std::println!("off by {found:?} rad, or thousandths of rad/s");
-        // A step of the encoder is 3.7e-7 rad.
+        // One count is 3.7e-7 rad.
         assert!(found.iter().all(|off| *off < 4e-7), "{found:?}");
     }
 }

@@ -1,15 +1,17 @@
-//! Lower gains at rest: for a shaft that swings around its target.
+//! Lower gains at rest, for a shaft that swings around its target.
 //!
-//! In the play of a gear the load is loose. The loop then drives another plant than the one it is made for, the shaft
-//! is thrown from one flank to the other, and neither friction nor a wider [`RestBand`](super::RestBand) stops it: it
-//! never stands. What helps is less bandwidth. A late current, or an inertia that is far off, makes such swings too.
+//! Within the backlash of a gear the load is loose. The loop then drives another plant than the plant of its design,
+//! and the shaft bounces from one flank to the other. It never stands, so neither friction nor a wider
+//! [`RestBand`](super::RestBand) stops it. A lower bandwidth stops it. A delayed current, or a very wrong inertia,
+//! causes such swings too.
 //!
-//! Around its mean u swings through ±5 % of its limit, again and again. Each such reversal counts, and a tick forgets
-//! $0.4 w_o T$ of them: more than five are a loop that swings. The first of two lower gain sets then takes over, while
-//! the target rests; and if u swings under that one too, at a quarter of the rate, the second.
+//! Around its mean u swings through ±5 % of its limit, repeatedly. Each such reversal counts, and each tick erases
+//! $0.4 w_o T$ of them. More than five reversals mean a swinging loop. The first of two lower gain sets then replaces
+//! the law while the target rests. If u swings under the first set too, at a quarter of the rate, the second set
+//! follows.
 //!
-//! A set is an observer and a law of their own, for w = $w_o/4$ and $w_o/8$. The observer has three equal poles
-//! $z = e^{-w T}$ and is given $y = p - r$, the error that the drive estimates:
+//! A set has its own observer and law, for w = $w_o/4$ and $w_o/8$. The observer has three equal poles $z = e^{-w T}$.
+//! Its input is $y = p - r$, the error that the drive estimates:
 //!
 //! $$ q^- = q + T v + \tfrac{T^2}{2} (b u + d), \quad v^- = v + T (b u + d), \quad e = y - q^- $$
 //! $$ q = q^- + (1 - z^3) e, \quad v = v^- + \tfrac{3}{2T} (1 - z)^2 (1 + z) e, \quad
@@ -17,41 +19,43 @@
 //! $$ u = -(w_c k_l \thinspace \mathrm{beyond}(q) + (w_c + k_l) v + d) / b, \quad
 //!    w_c = \min(\tfrac{16}{3} w, \tfrac{1}{2T}), \quad k_l = \min(\tfrac{40}{3} w, \tfrac1T) $$
 //!
-//! $\mathrm{beyond}(q)$ is what of q is beyond β, four of the widest rest bands. With lost times as `by_rule` takes
-//! them |S| stays below 1.55, below 1.8 where b is off by a half, and the loop is stable from a third to three times b.
+//! $\mathrm{beyond}(q)$ is the part of q beyond β, four widths of the widest rest band. With the loop delay of
+//! `by_rule`, |S| stays below 1.55, and below 1.8 if b is off by a half. The loop is stable from a third to three times
+//! b.
 //!
-//! The price is a load step, which moves the shaft ten times as far, or fifty under the second set. So an error of more
-//! than 5 β, once $96/w_o$ have passed, gives the drive its own gains back: a load may press the play to one flank, and
-//! then it is no play. If it swings on, it is heard again. That is done four times at most while the target rests.
+//! The price appears at a load step: it moves the shaft ten times as far, or fifty times under the second set. So the
+//! drive returns to its own gains at an error of more than 5 β, once $96/w_o$ have passed. A load may press the gear to
+//! one flank, and then there is no backlash. If the shaft continues to swing, it is detected again. The drive returns
+//! at most four times while the target rests.
 //!
-//! Meanwhile the drive's own law is given a target that is where the shaft is, and its monitors go on. As soon as the
-//! target moves it follows with its own gains, and u may step by as much as the error makes.
+//! Meanwhile the drive's own law receives the position of the shaft as its target, and its monitors continue. As soon
+//! as the target moves, the drive follows with its own gains, and u may step by the effect of the error.
 
 use super::monitor::{LARGEST, lessened};
 use super::motor::{decay, lesser};
 use crate::real::Real as _;
 
-/// Two lower gain sets and when they take over; part of a [`RestBand`](super::RestBand).
+/// Two lower gain sets, and the conditions of their use. Part of a [`RestBand`](super::RestBand).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LowerGains {
     period: f32,
-    /// b, 1/b.
+    /// Input gain b, and 1/b.
     gain: f32,
     per_gain: f32,
-    /// β: of q no more than this is let be, rad; and a larger error is a load.
+    /// Free play β of q, rad, and the error that counts as a load, rad.
     band: f32,
     load: f32,
     /// Ticks until a lower set has settled.
     settled: f32,
-    /// u swings where it is so far from its mean, A.
+    /// Distance of u from its mean that counts as a swing, A.
     loud: f32,
     averaging: f32,
     forgetting: f32,
     sets: [LowerSet; 2],
 }
 
-/// Gains of an observer, and of a law in the unit of the acceleration.
+/// Gains of an observer, and of a law in units of acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct LowerSet {
@@ -59,35 +63,35 @@ struct LowerSet {
     law: [f32; 2],
 }
 
-/// Bandwidths of the sets over that of the drive's observer.
+/// Ratios of the set bandwidths to the bandwidth of the drive's observer.
 const SHARES: [f64; 2] = [0.25, 0.125];
-/// $w_c$ and $k_l$ over the bandwidth of a set.
+/// Ratios of $w_c$ and $k_l$ to the bandwidth of a set.
 const SURFACE: f64 = 16.0 / 3.0;
 const REACHING: f64 = 40.0 / 3.0;
-/// Of the limit: so far from its mean u swings.
+/// Swing of u around its mean, as a share of the limit.
 const LOUD: f64 = 0.05;
-/// Time constants of the observer over which u has its mean.
+/// Averaging time of u, in time constants of the observer.
 const MEAN: f64 = 12.0;
-/// Reversals that are forgotten in a time constant of the observer; and more than so many are a loop that swings.
+/// Reversals erased per time constant of the observer, and the largest number without a swing.
 const FORGOTTEN: f64 = 0.4;
 const REVERSALS: f32 = 5.0;
-/// β over the widest band, and an error that is a load over β.
+/// Ratio of β to the widest band, and of a load error to β.
 const BAND: f32 = 4.0;
 const LOAD: f32 = 5.0;
-/// Time constants of the drive's observer until a lower set has settled.
+/// Time until a lower set has settled, in time constants of the drive's observer.
 const SETTLED: f64 = 96.0;
-/// Loads that give the drive its own gains back while its target rests.
+/// Number of loads that return the drive to its own gains while its target rests.
 const RETURNS: u32 = 4;
 
-/// What is remembered of a shaft that may swing.
+/// State of the swing detection and of a lower set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Swing {
-    /// Mean of u, A; on which side of it u was last, -1, 1 or 0 for neither; reversals that are not forgotten.
+    /// Mean of u, A; last side of u relative to it (-1, 1, or 0 for neither); reversals that are not erased.
     mean: f32,
     side: f32,
     reversals: f32,
-    /// 0, or which of the lower sets is in use; for how many ticks; loads that have ended such a use.
+    /// Lower set in use (0 for none), its ticks, and the number of loads that have ended such a use.
     set: u32,
     ticks: f32,
     returns: u32,
@@ -105,7 +109,7 @@ impl Swing {
         self.set > 0
     }
 
-    /// What went out of what was asked for.
+    /// Stores the u that the drive has output in place of the demand.
     pub(super) const fn went_out(&mut self, u: f32) {
         self.u = u;
     }
@@ -123,7 +127,7 @@ impl LowerSet {
         [l1, l2, l3, k1, k2]
     }
 
-    /// For this bandwidth, 1/s.
+    /// Computes the gains for this bandwidth, rad/s.
     const fn of(omega: f64, t: f64) -> Self {
         let (surface, reaching) = (lesser(SURFACE * omega, 0.5 / t), lesser(REACHING * omega, 1.0 / t));
         let away = decay(omega * t);
@@ -137,7 +141,7 @@ impl LowerSet {
 }
 
 impl LowerGains {
-    /// For b, the limit of u, the bandwidth of the drive's observer and the widest band.
+    /// Computes the sets for b, the limit of u, the bandwidth of the drive's observer and the widest band.
     pub(super) const fn of(gain: f64, most: f64, omega: f64, period_s: f64, band: f32) -> Self {
         Self {
             period: period_s as f32,
@@ -153,8 +157,10 @@ impl LowerGains {
         }
     }
 
-    /// What a tick takes, in the order of the members: T, b, 1/b, β, the error of a load, ticks to settle, when u is
-    /// loud, averaging, forgetting; and of each set gains of the observer and of the law.
+    /// Returns the numbers of a tick, and of each set the gains of the observer and of the law.
+    ///
+    /// The numbers are T, b, 1/b, β, the error of a load, settling ticks, the swing threshold of u, averaging,
+    /// forgetting.
     pub const fn numbers(&self) -> ([f32; 9], [[f32; 5]; 2]) {
         let Self { period, gain, per_gain, band, load, settled, loud, averaging, forgetting, sets: [first, second] } =
             *self;
@@ -162,7 +168,8 @@ impl LowerGains {
         (numbers, [first.numbers(), second.numbers()])
     }
 
-    /// After a tick with this error, rad, this speed and this u: the u that goes out instead, if a lower set is in use.
+    /// Returns the u that replaces the output after a tick with this error, rad, speed and u. `None` without a lower
+    /// set in use.
     #[inline]
     pub(super) fn answer(&self, swing: &mut Swing, [error, speed]: [f32; 2], u: f32) -> Option<f32> {
         let u = if swing.is_lowered() { swing.u } else { u };
@@ -179,12 +186,12 @@ impl LowerGains {
         if asked.abs() <= LARGEST as f32 {
             return Some(asked);
         }
-        // Of what is no number nothing is left.
+        // An invalid number resets the swing state.
         *swing = Swing::NONE;
         None
     }
 
-    /// Is that a load on a lower set that has settled?
+    /// Returns true if the error shows a load on a lower set that has settled.
     #[inline]
     fn is_load(&self, swing: &mut Swing, error: f32) -> bool {
         if swing.is_lowered() && swing.ticks < self.settled {
@@ -194,7 +201,7 @@ impl LowerGains {
         swing.is_lowered() && error.abs() > self.load && swing.returns < RETURNS
     }
 
-    /// Does u swing? Then the next set is taken.
+    /// Counts the reversals of u, and selects the next set if u swings.
     #[inline]
     fn listen(&self, swing: &mut Swing, [error, speed]: [f32; 2], u: f32) {
         let away = u - swing.mean;
@@ -217,7 +224,7 @@ impl LowerGains {
         }
     }
 
-    /// A tick of the set's observer and law.
+    /// Computes a tick of the observer and law of a set.
     #[inline]
     fn asked(&self, set: &LowerSet, swing: &mut Swing, error: f32) -> f32 {
         let ([l1, l2, l3], [k1, k2], t) = (set.observer, set.law, self.period);

@@ -1,45 +1,50 @@
-//! Monitors around a drive: is what it sees still what its design supposes?
+//! Monitors of a drive: alarms for a plant or sensor that does not behave as the design assumes.
 //!
-//! The gate of the law (a count that moves as no shaft can is not believed) sees a sensor that jumps, or sticks in
-//! motion. A count that sticks at a turning point moves as a shaft at rest does: the observer takes what u does to the
-//! real shaft for a disturbance that cancels it, and the loop runs away. That is what these are for; they are not
-//! optional where a runaway does harm.
+//! The innovation gate of the law rejects physically impossible counts. So it detects a sensor that jumps, or freezes
+//! in motion. A count that freezes at a turning point looks like a shaft at rest. The observer then takes the effect of
+//! u on the real shaft for a disturbance that cancels it, and the loop runs away. Only the monitors detect this fault.
+//! They are not optional if a runaway does harm.
 //!
-//! * *Disturbance*: |d| over what load, friction and errors of the model can be.
-//! * *Sliding variable*: unsaturated and with innovations of at most $\bar e_i$ it cannot leave
-//!   $|\sigma^*| \le \lambda_2 = \sum_i |\Gamma_i| \bar e_i / \min(k_l T, 1)$, where $\Gamma_i$ is what a unit of
-//!   innovation adds to σ ([`EncoderForm::sigma_star_bound`]). Masked while u is at a limit.
-//! * *Stuck at a limit*: u at a limit for so many ticks while |σ| does not fall, with ten ticks within the limits for
-//!   each that is forgotten: a loop that swings from limit to limit is seen too.
-//! * *Lost*: more samples missing than the law bridges.
-//! * *Wrong way*: for [`Bounds::wrong_way_ticks`] in a row u is at a limit and against the speed $v$, and yet $|v|$
-//!   grows, with $\frac54 |b u| < |d| < \frac72 |b u|$: a reversed encoder, phase order or torque constant makes
-//!   $d = -2 b u$. A bumper that throws the shaft back does so for less long. Of a joint also: $d$ of link and motor
-//!   over their bounds with opposite signs, and that of the motor over $|b u|$, as of a spring whose twist is not what
-//!   the two encoders say.
-//! * *Oscillates*: $d$ over its bound with the other sign than when it was over it before. Each such change counts for
-//!   as long as u may be stuck at a limit, 0.2 s, and more than two are an alarm: three within 0.1 s, or more than
-//!   five a second for good. A load that alternates beyond the bound does it, and false counts may; typed steps and
-//!   saturated moves do not. A late task, an undeclared delay, a wrong inertia or torque constant end in it.
+//! * *Disturbance*: |d| exceeds the largest value that load, friction and model errors explain.
+//! * *Sliding variable*: unsaturated and with innovations of at most $\bar e_i$, σ* stays within
+//!   $|\sigma^*| \le \lambda_2 = \sum_i |\Gamma_i| \bar e_i / \min(k_l T, 1)$. Here $\Gamma_i$ is the effect of a unit
+//!   of innovation on σ ([`EncoderForm::sigma_star_bound`]). The monitor is masked while u is at a limit.
+//! * *Stuck at a limit*: u is at a limit for a number of ticks while |σ| does not fall. Ten ticks within the limits
+//!   erase one counted tick. So a loop that swings from limit to limit is detected too.
+//! * *Lost*: more samples are missing than the law bridges.
+//! * *Wrong way*: for [`Bounds::wrong_way_ticks`] consecutive ticks u is at a limit and against the speed $v$, and yet
+//!   $|v|$ grows, with $\frac54 |b u| < |d| < \frac72 |b u|$. A reversed encoder, phase order or torque constant causes
+//!   $d = -2 b u$. A bumper that throws the shaft back does so for a shorter time. A joint has a second condition: $d$
+//!   of link and motor exceed their bounds with opposite signs, and $d$ of the motor exceeds $|b u|$. The twist of the
+//!   spring then contradicts the two encoders.
+//! * *Oscillates*: $d$ exceeds its bound with the opposite sign of the last time. Each such change counts for as long
+//!   as u may be stuck at a limit, 0.2 s, and more than two are an alarm. So three changes within 0.1 s, or more than
+//!   five per second for a longer time, raise it. An alternating load beyond the bound causes it, and false counts may
+//!   cause it. Typed steps and saturated moves do not. A late task, an undeclared delay, a wrong inertia or torque
+//!   constant lead to it.
 //!
-//! d and σ* are an alarm only after some milliseconds over their bounds ([`Bounds::patience_ticks`]): one missed
-//! interrupt or one false count is none. A load that the loop holds is one as well: at rest a count that sticks looks
-//! the same, and its u need not come to a limit before the shaft has run away.
+//! d and σ* raise an alarm only after some milliseconds beyond their bounds ([`Bounds::patience_ticks`]). One missed
+//! interrupt or one false count raises none. A load beyond the bound that the loop holds raises an alarm too. At rest a
+//! frozen count looks the same, and its u need not reach a limit before the shaft has run away.
 //!
-//! # What follows an alarm
-//! It is told in [`Health`], and the caller may plan a joined [`stop`](super::stop) with the reference. That needs good
-//! counts, and a motor that suffices. So a drive [stops](Monitored::stopping_at) by itself at the alarms of one's
-//! choice, and one tick after the last two ([`RUNAWAY`]) always: the fallback that needs nothing goes out, which is the
-//! safe u, and 0 where there is none, until it is reset. The last u is not held: it may be what raised the alarm.
+//! # Reactions to an alarm
+//! The alarm is reported in [`Health`], and the caller may plan a controlled [`stop`](super::stop) of the reference.
+//! That needs valid counts and enough current. So a drive [stops](Monitored::stopping_at) by itself at selected alarms.
+//! At the last two alarms ([`RUNAWAY`]) it always stops, after one tick. A stop outputs the safe u, or 0 if there is no
+//! safe output, until the drive is reset. It does not hold the last u, which may be the cause of the alarm.
 //!
-//! A drive that [brakes](Monitored::braking) does so first, as long as its counts can be believed:
-//! $u = -(k_v v + \bar d) / b$ within the limits, with the estimate of the speed and without the target. $\bar d$ is
-//! the d of a motor, so a load up to its bound is held. Once d is over 1.5 times its bound it may be a count that
-//! sticks, and $\bar d$ is 0 from there on; of a joint it always is: the spring damps the link. A wrong b is another
-//! $k_v$, which a plant much lighter than its design does not bear. The current is switched off at rest: after some
-//! time constants $1/k_v$ in which u was within its limits and $|v|$ was small, or no longer fell. It is also off
-//! where braking at the limit does not slow the shaft down for as long as u may be stuck there, or where the shaft
-//! becomes faster than at the beginning; where the counts are lost for longer than an alarm takes; at a [`RUNAWAY`].
+//! A drive with [braking](Monitored::braking) brakes first, as long as its counts are accepted:
+//! $u = -(k_v v + \bar d) / b$ within the limits, with the estimated speed and without the target. $\bar d$ is the d of
+//! a motor, so a load up to its bound is held. Once d exceeds 1.5 times its bound, the count may be frozen, and
+//! $\bar d$ is 0 from there on. For a joint it is always 0: the spring damps the link. A wrong b changes $k_v$, and a
+//! plant much lighter than its design does not tolerate this.
+//!
+//! The current is switched off at rest: after some time constants $1/k_v$ with u within its limits and $|v|$ small or
+//! no longer falling. It is also switched off in these cases:
+//! * Braking at the limit does not slow the shaft down for as long as u may be stuck at a limit.
+//! * The shaft becomes faster than at the start of braking.
+//! * The counts are lost for longer than the time until an alarm.
+//! * A [`RUNAWAY`] occurs.
 
 use core::mem::offset_of;
 
@@ -52,7 +57,7 @@ use crate::health::Health;
 use crate::real::Real;
 use crate::running::{ControlLaw, RetuneError, Running, Words, each_word, hash, next};
 
-/// What the monitors of a drive with E encoders may see; by rule from a design ([`MotorDesign::bounds`],
+/// Alarm thresholds of the monitors for E encoders, by rule from a design ([`MotorDesign::bounds`],
 /// [`JointDesign::bounds`]).
 ///
 /// [`MotorDesign::bounds`]: super::MotorDesign::bounds
@@ -62,45 +67,49 @@ use crate::running::{ControlLaw, RetuneError, Running, Words, each_word, hash, n
 pub struct Bounds<const E: usize> {
     /// Largest |d| of each shaft, rad/s².
     pub disturbance: [f64; E],
-    /// Largest |σ*|; infinite for none.
+    /// Largest |σ*|. Infinite for no bound.
     pub sigma_star: f64,
-    /// Ticks that u may be at a limit while |σ| does not fall, and for which a change of the sign of d counts.
+    /// Ticks for which u may be at a limit while |σ| does not fall, and for which a sign change of d counts.
     pub stuck_ticks: u32,
-    /// Ticks in a row in which the shaft speeds up against its current that are no alarm yet.
+    /// Consecutive ticks without an alarm in which the shaft accelerates against its current.
     pub wrong_way_ticks: u32,
-    /// Ticks with d or σ* over its bound, or without a sample, that are no alarm yet; each tick without forgets one.
+    /// Ticks without an alarm in which d or σ* exceeds its bound, or a sample is missing. Each normal tick erases one
+    /// of them.
     pub patience_ticks: u32,
-    /// A drive that brakes asks for so many 1/s times its speed.
+    /// Brake gain k_v, 1/s: the ratio of deceleration to speed while the drive brakes.
     pub brake_per_s: f64,
-    /// It is at rest after so many ticks within the limits of u in which |v| is small or does not fall.
+    /// Ticks until a braking shaft counts as at rest: u is within its limits, and |v| is small or does not fall.
     pub brake_ticks: u32,
 }
 
-/// Time that u may be at a limit while |σ| does not fall, s.
+/// Longest time of u at a limit while |σ| does not fall, s.
 const STUCK_S: f64 = 0.2;
 
-/// Ticks of a bounce that look like the wrong way.
+/// Ticks in which a bounce looks like the wrong way.
 const BOUNCE_TICKS: f64 = 6.0;
-/// Way at the largest acceleration, from rest, within which the wrong way is told, rad; and the longest time, s.
+/// Travel from rest at the largest acceleration within which the wrong way is detected, rad, and its longest time, s.
 const WRONG_WAY_RAD: f64 = 6e-3;
 const WRONG_WAY_S: f64 = 0.01;
 
-/// Time over a bound that is no alarm yet, s, and the fewest ticks.
+/// Time beyond a bound without an alarm, s, and its fewest ticks.
 const PATIENCE_S: f64 = 0.008;
 const PATIENCE_TICKS: f64 = 4.0;
 
-/// Time constants of the brake below [`SLOW`] until the shaft is taken to be at rest: 1/3000 of the speed at which u
-/// left its limit.
+/// Time constants of the brake below [`SLOW`] until the shaft counts as at rest. Its speed is then 1/3000 of the speed
+/// at which u left its limit.
 const BRAKE_CONSTANTS: f64 = 4.0;
-/// Share of the most that a brake asks for below which $k_v v / b$ is small.
+/// Share of the largest brake command below which $k_v v / b$ is small.
 const SLOW: f64 = 1.0 / 128.0;
-/// A brake asks for at most so much more than at its beginning, and half of the span of u: else the shaft is faster.
+/// Largest brake command relative to the first one. Half of the span of u is added. Beyond it the shaft has become
+/// faster.
 const FASTER: f64 = 1.25;
 
 impl<const E: usize> Bounds<E> {
-    /// For a law of this period with these gates: innovations of p/(1 - p) of them, which is how far an acceleration
-    /// is off under a gain that is wrong by p. `fastest`: what the limit of u does to the driven shaft, rad/s²; of
-    /// the brake the gain from its speed to its deceleration, 1/s, and the time constant of what it slows down, s.
+    /// Computes the thresholds for a law with these innovation gates: innovations up to p/(1 - p) of them.
+    ///
+    /// p/(1 - p) is the relative error of an acceleration under a gain with a relative error p. `fastest` is the
+    /// acceleration of the driven shaft at the limit of u, rad/s². The brake arguments are its gain from speed to
+    /// deceleration, 1/s, and the time constant of the slowed motion, s.
     pub(crate) fn of<T, M, A, const N: usize, const S: usize, const FAST: usize, const LATE: usize>(
         law: &EncoderForm<T, M, A, E, N, S, FAST, LATE>,
         disturbance: [f64; E],
@@ -130,52 +139,52 @@ impl<const E: usize> Bounds<E> {
     }
 }
 
-/// p/(1 - p), for up to 90 %.
+/// Returns p/(1 - p), for p up to 0.9.
 pub(crate) fn misjudged(uncertain: f64) -> f64 {
     let p = if uncertain < 0.9 { uncertain } else { 0.9 };
     p / (1.0 - p)
 }
 
-/// What the monitors raise an alarm with; the rest of [`Health`] is told and no alarm.
+/// Flags that raise an alarm. The other flags of [`Health`] are only reported.
 pub const ALARMS: Health = ANSWERED.union(BEYOND_CONTROL);
 
-/// At any alarm: brake as long as the counts can be believed, then stop.
+/// Reaction to any alarm: brake as long as the counts are accepted, then stop.
 pub const BRAKING: Health = ALARMS.union(Health::BRAKES);
 
-/// Alarms that a planned stop answers.
+/// Alarms to which a planned stop is an answer.
 pub const ANSWERED: Health = Health::DISTURBANCE_OVER_BOUND.union(Health::SIGMA_STAR_OVER_BOUND);
 
-/// Alarms that no planned stop answers: u is at its limit and does not suffice, or nothing is known. A count that
-/// sticks ends in the first of them.
+/// Alarms to which a planned stop is no answer: u at its limit does not suffice, or there is no valid sample. A frozen
+/// count leads to the first of them.
 pub const BEYOND_CONTROL: Health = Health::STUCK_AT_LIMIT.union(Health::INPUT_REJECTED).union(RUNAWAY);
 
-/// Alarms that stop every drive with monitors: under them the law makes it worse, and a planned stop is the law's.
+/// Alarms that stop every drive with monitors. The law makes these faults worse, and a planned stop uses the law.
 pub const RUNAWAY: Health = Health::WRONG_WAY.union(Health::OSCILLATES);
 
-/// A law whose disturbances can be watched.
+/// Controller with disturbance estimates that monitors can watch.
 pub trait Watched<const E: usize>: ControlLaw<Output = Output<<Self as ControlLaw>::Scalar>> {
-    /// d of each block, in its own unit.
+    /// Returns d of each block, in its own unit.
     fn disturbance(state: &Self::State) -> [Self::Scalar; E];
 
-    /// v of the driven block, the last.
+    /// Returns the speed v of the driven block, the last one.
     fn speed(state: &Self::State) -> Self::Scalar;
 
-    /// What one unit of u adds to its acceleration.
+    /// Returns the effect of one unit of u on its acceleration.
     fn gain(&self) -> Self::Scalar;
 
-    /// 1 by that.
+    /// Returns the reciprocal of this gain.
     fn per_gain(&self) -> Self::Scalar;
 
-    /// The limits of u of the design, lower and upper.
+    /// Returns the limits of u in the design, lower and upper.
     fn nominal_limits(&self) -> [Self::Scalar; 2];
 
-    /// The present ones.
+    /// Returns the present limits of u.
     fn range(&self, state: &Self::State) -> [Self::Scalar; 2];
 
-    /// This goes out instead of what the law has put out, and the law begins anew from there.
+    /// Replaces the output of the law by u. The law restarts from there.
     fn put_instead(state: &mut Self::State, u: Self::Scalar);
 
-    /// How many of these units one rad/s² is.
+    /// Returns the units of this block per rad/s².
     fn per_rad(&self, block: usize) -> Self::Scalar;
 }
 
@@ -265,7 +274,7 @@ impl<L: Watched<E>, const E: usize> Watched<E> for &L {
     }
 }
 
-/// A drive with its monitors.
+/// Drive with its monitors.
 ///
 /// ```
 /// use controller_core::drive::{Encoder, Monitored, Motor, MotorDesign, MotorDrive, Position};
@@ -286,28 +295,29 @@ pub struct Monitored<L: ControlLaw, const E: usize> {
     disturbance: [L::Scalar; E],
     sigma_star: L::Scalar,
     ticks: WatchTicks<L::Scalar>,
-    /// What u is per unit of speed while it brakes.
+    /// Brake command u per unit of speed.
     brake: L::Scalar,
-    /// What stops it beside a [`RUNAWAY`]; with [`Health::BRAKES`] it brakes first.
+    /// Alarms that stop the drive in addition to a [`RUNAWAY`]. With [`Health::BRAKES`] the drive brakes first.
     stops_at: Health,
 }
 
-/// Ticks that monitors count to, as numbers that a tick compares; see [`Bounds`].
+/// Tick limits of the monitors, as numbers that a tick compares (see [`Bounds`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WatchTicks<T> {
-    /// At a limit of u.
+    /// Ticks of u at a limit.
     pub stuck: T,
-    /// Of the wrong way.
+    /// Ticks of the wrong way.
     pub wrong_way: T,
-    /// Over a bound.
+    /// Ticks beyond a bound.
     pub patience: T,
-    /// Of braking within the limits without becoming slower.
+    /// Ticks of braking within the limits without a decrease of speed.
     pub brake: T,
 }
 
 impl<L: Watched<E>, const E: usize> Monitored<L, E> {
-    /// The same from numbers that are known already, for a `const`: |d| in the unit of each block, |σ*|, ticks, and u
-    /// per unit of speed of a brake.
+    /// Returns a monitored drive from known thresholds, for a `const`.
+    ///
+    /// They are |d| in the unit of each block, |σ*|, ticks, and brake command u per unit of speed.
     pub const fn from_parts(
         law: L,
         disturbance: [L::Scalar; E],
@@ -318,7 +328,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         Self { law, disturbance, sigma_star, ticks, brake, stops_at: Health::OK }
     }
 
-    /// A drive, and what may be seen of it.
+    /// Returns a drive with monitors for these bounds.
     pub fn new(law: L, bounds: &Bounds<E>) -> Self {
         let disturbance = core::array::from_fn(|i| L::Scalar::from_f64(bounds.disturbance[i]) * law.per_rad(i));
         let sigma_star = if bounds.sigma_star < LARGEST { bounds.sigma_star } else { LARGEST };
@@ -333,27 +343,28 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         Self::from_parts(law, disturbance, L::Scalar::from_f64(sigma_star), ticks, brake)
     }
 
-    /// |d| in the unit of each block, |σ*| and u per unit of speed of a brake, ticks: what a tick takes.
+    /// Returns the thresholds of a tick: |d| in the unit of each block, |σ*| and brake command u per unit of speed,
+    /// ticks.
     #[allow(clippy::type_complexity, reason = "three things that a caller takes apart at once")]
     pub const fn thresholds(&self) -> ([L::Scalar; E], [L::Scalar; 2], WatchTicks<L::Scalar>) {
         (self.disturbance, [self.sigma_star, self.brake], self.ticks)
     }
 
-    /// The same; an alarm stops the drive until it is [reset](crate::Running::reset).
+    /// Returns the drive with stops: every alarm stops the drive until it is [reset](crate::Running::reset).
     #[must_use]
     pub const fn stopping(self) -> Self {
         self.stopping_at(ALARMS)
     }
 
-    /// The same for some of the alarms, such as [`BEYOND_CONTROL`] where others are answered by a planned stop; at a
-    /// [`RUNAWAY`] it stops in any case.
+    /// Returns the drive with stops at selected alarms, for example [`BEYOND_CONTROL`] if a planned stop handles the
+    /// others. A [`RUNAWAY`] always stops it.
     #[must_use]
     pub const fn stopping_at(mut self, alarms: Health) -> Self {
         self.stops_at = alarms;
         self
     }
 
-    /// The same; at an alarm the drive brakes as long as it can believe its counts, and stops then.
+    /// Returns the drive with braking: at an alarm it brakes as long as it accepts its counts, then it stops.
     #[must_use]
     pub const fn braking(self) -> Self {
         self.stopping_at(BRAKING)
@@ -361,8 +372,10 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
 }
 
 impl<L: Watched<E>, const E: usize> Monitored<L, E> {
-    /// Does what follows an alarm, from the next tick on: brakes, stops, or goes on where alarms are told only or
-    /// answered by a planned stop. For what the drive cannot know: a switch, a door, a [`Fence`](super::Fence).
+    /// Triggers the reaction to an alarm from the next tick on, for events outside the drive: a switch, a door, a
+    /// [`Fence`](super::Fence).
+    ///
+    /// The drive brakes or stops. It continues if its alarms are only reported, or handled by a planned stop.
     #[inline]
     pub fn trip(&self, state: &mut MonitoredState<L::State, L::Scalar, E>) {
         let (zero, one) = (L::Scalar::ZERO, L::Scalar::from_f64(1.0));
@@ -370,7 +383,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             state.stopped |= self.stops_at.intersects(ANSWERED);
         } else if !self.is_braking(state) {
             (state.braking, state.stuck, state.over) = (one, zero, zero);
-            // Not known before the first tick of it.
+            // Unknown before the first tick of braking.
             state.most = zero;
             state.counted += one;
         }
@@ -378,14 +391,15 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
 }
 
 impl<L: Watched<E>, const E: usize> Running<Monitored<L, E>> {
-    /// [`Monitored::trip`], of a drive that has started.
+    /// Triggers [`Monitored::trip`] of a drive that has started.
     pub fn trip(&mut self) {
         if let Some(state) = &mut self.state {
             self.design.trip(state);
         }
     }
 
-    /// This goes out instead, within the present limits: the law begins anew from there. 0 before the start.
+    /// Replaces the output by u within the present limits, and returns it. The law restarts from there. 0 before the
+    /// start.
     pub(super) fn put_instead(&mut self, u: L::Scalar) -> L::Scalar {
         let Some(state) = &mut self.state else { return L::Scalar::ZERO };
         let [u_min, u_max] = self.design.law.range(&state.within);
@@ -402,14 +416,14 @@ where
     M: ChainModel<T, E, N>,
     A: Aim<T, N>,
 {
-    /// Where the words begin that are no whole word, and which bits they have: the byte of the law that must be 0 or
-    /// 1, and the alarms.
+    /// Offsets and bit masks of the words that are not whole words: the byte of the law that must be 0 or 1, and the
+    /// alarms.
     #[doc(hidden)]
     pub const PARTS_AT: [(usize, u32); 2] = [
         (offset_of!(Self, law) + EncoderForm::<T, M, A, E, N, S, FAST, LATE>::FLAG_AT, 0xff),
         (offset_of!(Self, stops_at), 0xffff),
     ];
-    /// Where in a state the bytes lie that must be 0 or 1.
+    /// Byte offsets in a state of the bytes that must be 0 or 1.
     #[doc(hidden)]
     pub const FLAGS_AT: [usize; 2] = [
         offset_of!(MonitoredState<EncoderState<T, M, E, N, S, FAST, LATE>, T, E>, within)
@@ -418,36 +432,38 @@ where
     ];
 }
 
-/// For no bound, in f32 too.
+/// Value for no bound, valid in f32 too.
 pub(super) const LARGEST: f64 = 1e30;
 
-/// State of a [`Monitored`] drive. In this order: more numbers in a row that are all 0 at a start would be set by a
-/// call with a loop in it, which has no bound.
+/// State of a [`Monitored`] drive.
+///
+/// The order of fields matters. A longer row of numbers that are all 0 at a start would be set by a library call with a
+/// loop, which has no WCET bound.
 #[derive(Debug, PartialEq)]
 #[repr(C)]
 pub struct MonitoredState<S, T, const E: usize> {
-    /// How much is counted below; while it is 0 a tick within its bounds is not looked into.
+    /// Sum of the counters below. While it is 0, a tick within its bounds is not examined.
     counted: T,
-    /// Ticks at a limit without |σ| falling, and the last |σ| there.
+    /// Ticks at a limit without a decrease of |σ|, and the last |σ| there.
     stuck: T,
     last: T,
-    /// Ticks for which the changes of the sign of d still count, and d of each block when it was last over its bound.
+    /// Ticks for which the sign changes of d still count, and d of each block when it last exceeded its bound.
     swings: T,
     side: [T; E],
-    /// Ticks in a row of the wrong way, and the speed in the last tick at a limit.
+    /// Consecutive ticks of the wrong way, and the speed in the last tick at a limit.
     against: T,
     speed: T,
     within: S,
-    /// Ticks over a bound, less those within.
+    /// Ticks beyond a bound, minus ticks within.
     over: T,
-    /// 1 and the ticks of braking within the limits without becoming slower.
+    /// Zero without braking, else 1 plus the ticks of braking within the limits without a decrease of speed.
     braking: T,
-    /// The most that a brake asks for; 0 before its first tick, below 0 where it does not hold against d.
+    /// Largest brake command. 0 before its first tick, below 0 if the brake does not hold against d.
     most: T,
     stopped: bool,
 }
 
-// Inlined in any case: a call of it would return the whole state, which an interrupt would copy in a loop.
+// Always inlined: a call would return the whole state, which an interrupt would copy in a loop.
 impl<S: Clone, T: Copy, const E: usize> Clone for MonitoredState<S, T, E> {
     #[inline(always)]
     fn clone(&self) -> Self {
@@ -482,7 +498,7 @@ impl<S: Words, T: Real, const E: usize> Words for MonitoredState<S, T, E> {
 }
 
 impl<L: Watched<E>, const E: usize> Monitored<L, E> {
-    /// What goes out of a drive that has stopped.
+    /// Returns the output of a drive that has stopped, or `None`.
     #[inline(always)]
     fn stopped(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> Option<Output<L::Scalar>> {
         state.stopped.then(|| {
@@ -491,7 +507,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         })
     }
 
-    /// The output of a tick with what the monitors say of it.
+    /// Returns the output of a tick with the flags of the monitors.
     #[inline(always)]
     fn judged(
         &self,
@@ -504,7 +520,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         self.looked_into(state, output)
     }
 
-    /// Is there nothing to look into? A tick is within its bounds, and nothing is counted.
+    /// Returns true if the tick is within its bounds and no counter is active.
     #[doc(hidden)]
     #[inline(always)]
     pub fn is_calm(&self, state: &MonitoredState<L::State, L::Scalar, E>, output: &Output<L::Scalar>) -> bool {
@@ -518,7 +534,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
 
     const LOOKED_INTO: Health = Health::SATURATED.union(Health::INPUT_REJECTED);
 
-    /// Which of them it was, and what follows.
+    /// Sets the alarm bits in the output, and brakes or stops the drive as configured.
     #[cold]
     #[inline(never)]
     fn looked_into(
@@ -536,7 +552,8 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         self.answer(state, output, over)
     }
 
-    /// Nothing is estimated yet, and nothing flows. With a sample lost it is what was believed that was given up.
+    /// Resets the counters of a drive without estimates and without current. With a lost sample, the drive has given up
+    /// its position.
     #[doc(hidden)]
     #[inline(always)]
     pub fn wait_for_counts(
@@ -548,7 +565,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         if is_alarm { self.stop(state, output) } else { output }
     }
 
-    /// A tick of a drive that brakes.
+    /// Computes a tick of a drive that brakes.
     #[cold]
     #[inline(never)]
     fn brake(
@@ -565,14 +582,14 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         self.slow_down(state, output, slowing)
     }
 
-    /// Is this the first tick of a brake?
+    /// Returns true in the first tick of braking.
     #[doc(hidden)]
     #[inline(always)]
     pub fn is_first(state: &MonitoredState<L::State, L::Scalar, E>) -> bool {
         state.most == L::Scalar::ZERO
     }
 
-    /// In its first tick: the most that it may ask for, and whether it may hold against the load from now on.
+    /// Sets the largest brake command in the first tick of braking, and whether the brake may hold against the load.
     #[doc(hidden)]
     #[inline(always)]
     pub fn begin_brake(&self, state: &mut MonitoredState<L::State, L::Scalar, E>) {
@@ -581,7 +598,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         state.most = if E == 1 && self.may_hold(state) { most } else { -most };
     }
 
-    /// Is d a load that may be held against? An inertia that is another makes d too.
+    /// Returns true if d is a load that the brake may hold. A wrong inertia causes d too.
     #[inline(always)]
     fn may_hold(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> bool {
         L::disturbance(&state.within)[0].abs() <= L::Scalar::from_f64(1.5) * self.disturbance[0]
@@ -593,7 +610,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         self.stops_at.contains(Health::BRAKES) && state.braking > L::Scalar::ZERO
     }
 
-    /// What slows the shaft down, and whether the limits leave less of it than is asked for.
+    /// Returns the brake command, and true if the limits cut it.
     #[doc(hidden)]
     #[inline(always)]
     pub fn slowing(&self, state: &MonitoredState<L::State, L::Scalar, E>) -> (L::Scalar, bool) {
@@ -603,13 +620,13 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             let load = if state.most > L::Scalar::ZERO { L::disturbance(&state.within)[0] } else { L::Scalar::ZERO };
             asked -= self.law.per_gain() * load;
         }
-        // Of a speed that is no number nothing is asked.
+        // A speed that is not a number gives a command of 0.
         let asked = if asked.abs() <= L::Scalar::from_f64(LARGEST) { asked } else { L::Scalar::ZERO };
         let u = asked.limited(u_min, u_max);
         (u, u != asked)
     }
 
-    /// Counts what a tick shows; whether a disturbance is over its bound, and σ*.
+    /// Updates the counters for a tick. Returns true for a disturbance, and for σ*, beyond its bound.
     #[doc(hidden)]
     #[inline(always)]
     pub fn watch(&self, state: &mut MonitoredState<L::State, L::Scalar, E>, output: &Output<L::Scalar>) -> [bool; 2] {
@@ -629,7 +646,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         [is_any_over, is_star_over]
     }
 
-    /// The same of a drive that brakes: its speed is what must fall at a limit.
+    /// Updates the counters of a drive that brakes, whose speed must fall at a limit.
     #[doc(hidden)]
     #[inline(always)]
     pub fn watch_brake(
@@ -662,13 +679,13 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         Self::count_over(state, is_blind);
     }
 
-    /// Which disturbances are over their bounds; a change of side counts.
+    /// Returns the disturbances beyond their bounds. A sign change counts.
     #[inline(always)]
     fn sides(&self, state: &mut MonitoredState<L::State, L::Scalar, E>) -> [bool; E] {
         let d = L::disturbance(&state.within);
         let (mut over, mut has_changed) = ([false; E], false);
         for i in 0..E {
-            // No number is over any bound.
+            // NaN counts as beyond any bound.
             let within = d[i].abs() <= self.disturbance[i];
             over[i] = !within;
             if over[i] {
@@ -682,7 +699,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         over
     }
 
-    /// A tick at a limit, and of what must fall there.
+    /// Counts a tick at a limit, and checks the quantity that must fall there.
     #[inline(always)]
     fn at_limit(
         &self,
@@ -700,7 +717,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         if self.is_wrong_way(state, &d, over, u) {
             state.against += one;
         } else if is_lost {
-            // At full current nobody sees what it does.
+            // At full current without a valid count the direction is unknown.
             state.against += L::Scalar::HALF;
         } else {
             state.against = L::Scalar::ZERO;
@@ -720,7 +737,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         state.over = if is_over { state.over + one } else { lessened(state.over, one) };
     }
 
-    /// What is told of what was counted, and what follows.
+    /// Sets the flags for the counters, and starts the reaction.
     #[doc(hidden)]
     #[inline(always)]
     pub fn answer(
@@ -741,7 +758,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             if is_blind || !self.stops_at.contains(Health::BRAKES) {
                 output = self.stop(state, output);
             } else if state.against == zero {
-                // To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks.
+                // Braking makes it worse if the shaft moves the wrong way. A few ticks decide this.
                 self.trip(state);
             }
         }
@@ -750,7 +767,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         output
     }
 
-    /// The current of a drive that brakes, or none any more.
+    /// Returns the output of a drive that brakes, or switches the current off.
     #[doc(hidden)]
     #[inline(always)]
     pub fn slow_down(
@@ -769,12 +786,12 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
             let limited = Health::SATURATED.when(is_short).union(Health::BRAKES);
             output.health = output.health.without(Health::SATURATED).union(limited);
         }
-        // Until it is reset.
+        // Keeps the count until the drive is reset.
         state.counted = state.braking;
         self.runaway(state, output)
     }
 
-    /// The alarms that stop any drive, from the next tick on: this u is the law's.
+    /// Handles the alarms that stop any drive, from the next tick on. The present u still comes from the law.
     #[inline(always)]
     fn runaway(
         &self,
@@ -790,7 +807,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
         output
     }
 
-    /// The fallback goes out from now on.
+    /// Stops the drive: the fallback is the output from now on.
     #[inline(always)]
     fn stop(&self, state: &mut MonitoredState<L::State, L::Scalar, E>, output: Output<L::Scalar>) -> Output<L::Scalar> {
         state.stopped = true;
@@ -799,8 +816,8 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
 }
 
 impl<L: Watched<E>, const E: usize> Monitored<L, E> {
-    /// At a limit of u: does the driven shaft speed up against it, by what u alone would do the other way round, or do
-    /// the shafts of a joint disagree about its spring?
+    /// Returns true if the driven shaft at a limit of u accelerates against u, by the effect of u with reversed sign.
+    /// Also true if the shafts of a joint contradict its spring.
     #[inline(always)]
     fn is_wrong_way(
         &self,
@@ -828,7 +845,7 @@ impl<L: Watched<E>, const E: usize> Monitored<L, E> {
     }
 }
 
-/// So much less, but not below 0; 0 if it is no number.
+/// Returns the number minus `by`, but at least 0. Returns 0 for NaN.
 #[inline(always)]
 pub(super) fn lessened<T: Real>(number: T, by: T) -> T {
     let less = number - by;
@@ -886,7 +903,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
 
     #[inline(always)]
     fn tick(&self, state: &mut Self::State, sample: &L::Sample) -> Self::Output {
-        // A closure might be a call.
+        // A closure might become a call.
         if let Some(output) = self.stopped(state) {
             return output;
         }
@@ -922,7 +939,7 @@ impl<L: Watched<E>, const E: usize> ControlLaw for Monitored<L, E> {
         self.law.estimates(&state.within)
     }
 
-    /// A drive that has stopped stays so.
+    /// Keeps a stopped drive stopped.
     fn take_over(&self, from: &Self, state: &Self::State, sample: &L::Sample) -> Result<Self::State, RetuneError> {
         let within = self.law.take_over(&from.law, &state.within, sample)?;
         Ok(MonitoredState { within, ..*state })

@@ -1,28 +1,29 @@
-//! A motor with an encoder on its shaft and a rigid load.
+//! Drive of a motor with an encoder on its shaft and a rigid load.
 //!
 //! $$ J \dot\omega = K_t u - B \omega - \text{friction} - \text{load}, \qquad b = K_t/J, \quad \lambda = B/J, \quad
 //!    a_z = -\lambda \omega $$
 //!
-//! One block without coupling, n = 2, and the chain is (position, speed) itself. The observer has three states unless
-//! four are asked for: with d' the loop is only conditionally stable (at a third of the gain it is not, at any
-//! bandwidth) and hunts at rest where there is friction; it is for b known to 20 % and little friction.
+//! The drive has one observer block without coupling, n = 2, and the chain is (position, speed) itself. The observer
+//! has three states by default. With a fourth state d' the loop is only conditionally stable: at a third of the gain it
+//! is unstable, at any bandwidth. It also hunts at rest in friction. Use four states only for b known to 20 % and
+//! little friction.
 //!
 //! # Bandwidths by rule
-//! Two things limit bandwidths: the steps of the encoder, which make noise of u, and the phase that the loop loses to
-//! its period T, the lag of the current loop and ticks of delay. With
+//! Two effects limit the bandwidths. The first is the encoder quantisation, which causes current noise. The second is
+//! the loop delay from the period T, the lag of the current loop and ticks of delay. With
 //!
 //! $$ w_n = \left(\frac{0.01 \thinspace u_{max} b}{6 \thinspace \mathrm{unit} \sqrt T}\right)^{0.4} $$
 //!
-//! the steps make about 1 % of the current limit as noise of u (fitted: the noise is 4 to 7 times
-//! $\mathrm{unit} \thinspace w_c^{2.5} \sqrt T / b$).
+//! the quantisation causes current noise of about 1 % of the current limit. The rule is a fit: the noise is 4 to 7
+//! times $\mathrm{unit} \thinspace w_c^{2.5} \sqrt T / b$.
 //!
-//! [`MotorMargin::Fast`], which is what [`MotorDesign::by_rule`] takes, has $w_c : w_o : k_l = 1 : 1.5 : 8$ with
+//! [`MotorMargin::Fast`] is the rule of [`MotorDesign::by_rule`]. It has $w_c : w_o : k_l = 1 : 1.5 : 8$ with
 //! $k_l T \le 1$ and
 //!
 //! $$ w_c = \min\left(w_n, \frac{0.1}{T/2 + 1.5 \thinspace \mathrm{lag} + \mathrm{delay}}\right) $$
 //!
-//! [`MotorMargin::Standard`] has a slow observer behind a fast law, which has more margin at the same noise. The law is
-//! as fast as steps and phase let it be, and the observer as fast as the law leaves phase for. With
+//! [`MotorMargin::Standard`] has a slow observer behind a fast law, with more margin at equal noise. The law is as fast
+//! as quantisation and phase allow, and the observer is as fast as the remaining phase allows. With
 //! $L = 0.7 \thinspace T + 1.8 \thinspace \mathrm{lag} + \mathrm{delay}$:
 //!
 //! $$ w_c = \min\left(4.2 w_n, \frac{0.9}{L}, \frac{0.5}{T}\right), \qquad
@@ -31,20 +32,22 @@
 //! $$ w_o = \min\left(0.7 w_n, \frac{0.093}{0.165/w_c + 0.55/k_l - 0.19 \thinspace T + 1.4 \thinspace \mathrm{lag} +
 //!    \mathrm{delay}}\right) $$
 //!
-//! White noise of the encoder with a standard deviation σ, besides its steps, makes $w_n$ that of a step of
+//! White encoder noise with a standard deviation σ, in addition to quantisation, gives the $w_n$ of a count of
 //! $\sqrt{\mathrm{unit}^2 + 18 \thinspace \sigma^2}$ ([`MotorDesign::with_noise`]).
 //!
-//! The numbers of the standard rule are fitted on data sheets with J from 1e-7 to 0.1 kg m², T from 50 us to 4 ms, lags
-//! up to 2 T, 10 to 24 bits and 0 to 3 ticks of delay (test `margin` of the crate `study`): the peak of the sensitivity
-//! function is up to 1.55, that of the fast gain set up to 1.85, and with J and K_t off by ±20 % up to 1.75 and 2.2.
+//! The numbers of the standard rule are fitted on data sheets (test `margin` of the crate `study`). J ranges from 1e-7
+//! to 0.1 kg m², T from 50 us to 4 ms, the lag up to 2 T, the encoder from 10 to 24 bits, the delay from 0 to 3 ticks.
+//! The peak sensitivity is up to 1.55, and up to 1.85 with the high gain set. With J and K_t off by ±20 % it is up to
+//! 1.75 and 2.2.
 //!
-//! Either is stable for every J and K_t within ±50 % of the nominal, with 0 to 3 ticks of delay (tests
+//! Both rules are stable for every J and K_t within ±50 % of the nominal values, with 0 to 3 ticks of delay (tests
 //! `drive_motor::corners_of_the_motor_are_stable`, `margin`).
 //!
-//! Bandwidths of one's own are held to $w_c T \le 0.5$, $k_l T \le 1$ and $w_o T \le$ 0.8, 0.5, 0.3, 0.2 with 0, 1, 2,
-//! 3 ticks of delay; of an observer with four states 0.15 and 0.1 with 2 and 3 ([`MotorDesign::observer_limit`]). Up to
-//! there the loop is stable for J and K_t within ±20 % where the current follows at once (test
-//! `drive_motor::up_to_the_limits_the_motor_is_stable`; with four states and one tick only up to 0.3).
+//! For bandwidths of your own the limits are $w_c T \le 0.5$, $k_l T \le 1$ and $w_o T \le$ 0.8, 0.5, 0.3, 0.2 with 0,
+//! 1, 2, 3 ticks of delay. For an observer with four states they are 0.15 and 0.1 with 2 and 3 ticks
+//! ([`MotorDesign::observer_limit`]). Up to these limits the loop is stable for J and K_t within ±20 % if the current
+//! follows at once (test `drive_motor::up_to_the_limits_the_motor_is_stable`). With four states and one tick this holds
+//! only up to 0.3.
 //!
 //! ```
 //! use controller_core::drive::{Encoder, Motor, MotorDesign, MotorDrive, Position, Sample, Target};
@@ -70,7 +73,7 @@ use super::chain::ChainModel;
 use super::encoder::Encoder;
 use super::error::DriveError;
 use super::fence::Slowing;
-use super::law::{BRAKING, Belief, EncoderForm, FastGains, MOST_DELAY_TICKS, QUARTER_TURN, Row};
+use super::law::{AcceptanceRules, BRAKING, EncoderForm, FastGains, MOST_DELAY_TICKS, QUARTER_TURN, Row};
 use super::monitor::{Bounds, misjudged};
 use super::rest::{RestBand, RestLearning};
 use super::target::{Aim, Position};
@@ -83,31 +86,32 @@ use crate::observer::ObserverGains;
 use crate::real::Real;
 use crate::surface::Surface;
 
-/// Data sheet of a motor and its rigid load, at the shaft whose angle is meant.
+/// Data sheet of a motor and its rigid load, referred to the controlled shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motor {
-    /// J, motor and load, kg m².
+    /// Inertia J of motor and load, kg m².
     pub inertia_kg_m2: f64,
-    /// K_t, N m of the shaft per unit of u (A).
+    /// Torque constant K_t, N m at the shaft per unit of u (A).
     pub torque_n_m_per_a: f64,
-    /// B, viscous friction, N m s/rad; 0 if unknown.
+    /// Viscous friction B, N m s/rad. 0 if unknown.
     pub damping_n_m_s: f64,
 }
 
 impl Motor {
-    /// b, rad/s² per unit of u.
+    /// Returns the input gain b, rad/s² per unit of u.
     pub const fn input_gain(&self) -> f64 {
         self.torque_n_m_per_a / self.inertia_kg_m2
     }
 
-    /// u that makes a jet r, r', r'' of the nominal motor: for planning, the law does not use it.
+    /// Returns the u of a trajectory point r, r', r'' for the nominal motor. Use it for planning: the law does not use
+    /// it.
     pub const fn feed_forward(&self, [_, speed, acceleration]: &[f64; 3]) -> f64 {
         (*acceleration + self.slope_per_s() * *speed) / self.input_gain()
     }
 
-    /// λ = B/J, 1/s.
+    /// Returns the slope λ = B/J, 1/s.
     pub const fn slope_per_s(&self) -> f64 {
         self.damping_n_m_s / self.inertia_kg_m2
     }
@@ -118,47 +122,50 @@ impl Motor {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MotorBandwidths {
-    /// w_c: the error obeys e' = -w_c e, rad/s. Not read by the speed loop.
+    /// Position bandwidth w_c, rad/s: the error obeys e' = -w_c e. Not read by the speed loop.
     pub surface_rad_s: f64,
-    /// w_o of the observer, rad/s.
+    /// Observer bandwidth w_o, rad/s.
     pub observer_rad_s: f64,
-    /// k_l of the reaching law, 1/s; the bandwidth of the speed loop.
+    /// Reaching gain k_l, 1/s: the bandwidth of the speed loop.
     pub reaching_per_s: f64,
-    /// α: decay of the offset, 1/s.
+    /// Offset decay rate α, 1/s.
     pub offset_per_s: f64,
 }
 
-/// Which rule the bandwidths of a motor follow ([`MotorDesign::with_margin`]).
+/// Bandwidth rule of a motor ([`MotorDesign::with_margin`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MotorMargin {
-    /// A fast observer behind a slow law: the peak of the sensitivity function is up to 2.25, with the fast gain set up
-    /// to 2.7, and with J and K_t off by ±20 % up to 4.2.
+    /// A fast observer behind a slow law. The peak sensitivity is up to 2.25, up to 2.7 with the high gain set, and up
+    /// to 4.2 with J and K_t off by ±20 %.
     #[default]
     Fast,
     /// A slow observer behind a fast law: peaks up to 1.55, 2.0 and 2.2. A load moves the shaft by about half more, and
-    /// the observer sees half as fast that something is wrong.
+    /// the observer detects errors half as fast.
     Standard,
 }
 
-/// How the second gain set comes in. The steps of an encoder fill the innovation with both signs, a load with one:
-/// while the smoothed innovation is larger than noise, the gains move to the fast set.
+/// Gain scheduling: the rule by which the high gain set is scheduled in.
+///
+/// Encoder quantisation gives innovations of both signs, a load gives innovations of one sign. While the smoothed
+/// innovation exceeds the noise, the gains move to the high set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Switching {
-    /// The fast set begins to come in at so many steps of smoothed innovation.
+    /// Smoothed innovation, in counts, at which the high gains begin.
     pub calm_steps: f64,
-    /// Here it is all in.
+    /// Smoothed innovation, in counts, at which the high gains are fully in use.
     pub alert_steps: f64,
     /// Time constant of the smoothing, s.
     pub smoothing_s: f64,
-    /// The fast set fades with this time constant, s. It must: without, friction switches it at every reversal.
+    /// Fade-out time constant of the high gains, s. Without the fade-out, friction would switch the gains at every
+    /// reversal.
     pub keep_s: f64,
 }
 
 impl Switching {
-    /// 1.5 and 4 steps, 3 ms, 20 ms.
+    /// Default gain scheduling: 1.5 and 4 counts, 3 ms, 20 ms.
     pub const DEFAULT: Self = Self { calm_steps: 1.5, alert_steps: 4.0, smoothing_s: 3e-3, keep_s: 20e-3 };
 
     pub(crate) const fn gains<const S: usize>(
@@ -203,56 +210,57 @@ impl Switching {
     }
 }
 
-/// 1 - e^(-x).
+/// Returns 1 - e^(-x).
 pub(crate) const fn decay(x: f64) -> f64 {
     x * phi_functions(-x)[1]
 }
 
-/// What the drive of a motor is designed from.
+/// Design of the drive of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MotorDesign {
-    /// Period T, s.
+    /// Sampling period T, s.
     pub period_s: f64,
-    /// What is driven.
+    /// Data sheet of the motor and its load.
     pub motor: Motor,
-    /// How its angle is measured.
+    /// Encoder of the shaft.
     pub encoder: Encoder,
-    /// What the actuator can do.
+    /// Limits of u.
     pub limits: Limits,
-    /// What goes out when nobody may ask for u.
+    /// Output of a drive that has not started, has stopped, or has lost its samples.
     pub fallback: Fallback,
-    /// How fast everything is.
+    /// Bandwidths of the drive.
     pub bandwidths: MotorBandwidths,
-    /// Bandwidth of the fast gain set over that of the quiet one; 1 where there is one. 2 is stable within ±20 % of J
-    /// and K_t, nothing above 1 within ±50 %.
+    /// Ratio of the high observer bandwidth to the base one. 1 with one gain set. A ratio of 2 is stable within ±20 %
+    /// of J and K_t. No ratio above 1 is stable within ±50 %.
     pub fast_ratio: f64,
-    /// When the fast set comes in; read where there are two.
+    /// Gain scheduling. Read only with two gain sets.
     pub switching: Switching,
-    /// Gate, in steps of innovation beyond which a count is not believed; infinite for none.
+    /// Innovation gate, in counts: a count with a larger innovation is rejected. Infinite for no gate.
     pub gate_steps: f64,
-    /// Lost samples in a row that the observer bridges; then the fallback goes out and it starts again.
+    /// Consecutive lost samples that the observer bridges. After more, the fallback is the output and the drive
+    /// restarts.
     pub lost_ticks: u32,
 }
 
-/// Steps that do as much as white noise with a standard deviation of one: √18.
+/// Counts with the effect of white noise of standard deviation 1: √18.
 const STEPS_PER_NOISE: f64 = 4.243;
 
-/// w_o, w_c and k_l of the standard rule where the steps of the encoder limit them, over w_c of the fast one there.
+/// Ratios w_o, w_c and k_l of the standard rule to w_c of the fast rule, if quantisation limits them.
 const STANDARD_BY_NOISE: [f64; 3] = [0.7, 4.2, 11.2];
-/// Phase that the observer of the standard rule may lose: w_o times the lost time.
+/// Phase available to the observer of the standard rule: w_o times the loop delay.
 const STANDARD_PHASE: f64 = 0.093;
 
-/// What a law with this w_c and k_l loses of it, s.
+/// Returns the loop delay of a law with this w_c and k_l, s.
 const fn lost_to_law_s([surface_rad_s, reaching_per_s]: [f64; 2]) -> f64 {
     0.165 / surface_rad_s + 0.55 / reaching_per_s
 }
 
-/// Lag of the current loop, where nobody says another, s.
+/// Default lag of the current loop, s.
 pub const DEFAULT_LAG_S: f64 = 2e-4;
 
 impl MotorDesign {
-    /// The largest w_o times the period of an observer with so many states; more than three ticks of delay are three.
+    /// Returns the largest w_o T of an observer with `states` states. More than three ticks of delay count as three.
     pub const fn observer_limit(delay_ticks: usize, states: usize) -> f64 {
         match (delay_ticks, states) {
             (0, _) => 0.8,
@@ -264,9 +272,10 @@ impl MotorDesign {
         }
     }
 
-    /// The rule of the module's head for a current loop with a lag of 0.2 ms, and no tick of delay. The gate is that
-    /// for a disturbance of 1.2 times the limit, and of twice that where [`fast_ratio`](Self::fast_ratio) is 1: one
-    /// gain set shows later that a motor turns the wrong way.
+    /// Designs by the fast rule of the module, for a current loop with a lag of 0.2 ms and no tick of delay.
+    ///
+    /// The innovation gate is for a disturbance of 1.2 times the limit, and of twice that if
+    /// [`fast_ratio`](Self::fast_ratio) is 1. With one gain set, a motor that turns the wrong way is detected later.
     pub const fn by_rule(period_s: f64, motor: Motor, encoder: Encoder, limits: Limits) -> Self {
         let bandwidths =
             MotorBandwidths { surface_rad_s: 0.0, observer_rad_s: 0.0, reaching_per_s: 0.0, offset_per_s: 0.0 };
@@ -285,14 +294,14 @@ impl MotorDesign {
         .with_lag(DEFAULT_LAG_S, 0)
     }
 
-    /// Bandwidths and gate by the rule for another lag of the current loop, and for `delay_ticks` between computing u
-    /// and holding it.
+    /// Returns the design with bandwidths and innovation gate for another lag of the current loop, and for
+    /// `delay_ticks` ticks between computation and output of u.
     #[must_use]
     pub const fn with_lag(self, lag_s: f64, delay_ticks: u32) -> Self {
         self.with_margin(MotorMargin::Fast, lag_s, delay_ticks)
     }
 
-    /// The same with this margin.
+    /// Returns the design with bandwidths and innovation gate by the rule of this margin.
     #[must_use]
     pub const fn with_margin(self, margin: MotorMargin, lag_s: f64, delay_ticks: u32) -> Self {
         let [noise, phase] = self.limits_by_rule(margin, lag_s, delay_ticks);
@@ -307,8 +316,8 @@ impl MotorDesign {
         self.with_bandwidths(bandwidths)
     }
 
-    /// What the steps of the encoder and the phase let a bandwidth be, rad/s: w_c of the fast rule, w_o of the standard
-    /// one.
+    /// Returns the bandwidth limits from quantisation and from phase, rad/s: w_c of the fast rule, w_o of the standard
+    /// rule.
     pub const fn limits_by_rule(&self, margin: MotorMargin, lag_s: f64, delay_ticks: u32) -> [f64; 2] {
         let [held, lag, delay] = self.lost_time_s(margin, lag_s, delay_ticks);
         let late_s = held + lag + delay;
@@ -318,8 +327,10 @@ impl MotorDesign {
         }
     }
 
-    /// The time that the loop loses, s, as the rule weighs it: to the hold of a period (and to the law, where the
-    /// observer is what waits for it), to the lag of the current loop, and to ticks of delay.
+    /// Returns the three parts of the loop delay, s, as the rule weights them.
+    ///
+    /// They are the hold of a period (plus the law, if the observer depends on it), the lag of the current loop, and
+    /// the ticks of delay.
     pub const fn lost_time_s(&self, margin: MotorMargin, lag_s: f64, delay_ticks: u32) -> [f64; 3] {
         let (t, delay_s) = (self.period_s, delay_ticks as f64 * self.period_s);
         match margin {
@@ -331,7 +342,7 @@ impl MotorDesign {
         }
     }
 
-    /// w_c and k_l of the standard rule.
+    /// Returns w_c and k_l of the standard rule.
     const fn law_by_rule(&self, lag_s: f64, delay_ticks: u32) -> [f64; 2] {
         let (t, noise) = (self.period_s, self.by_noise());
         let late_s = 0.7 * t + 1.8 * lag_s + delay_ticks as f64 * t;
@@ -342,19 +353,20 @@ impl MotorDesign {
         ]
     }
 
-    /// $(0.01 \thinspace u_{max} b / (6 \thinspace \mathrm{unit} \sqrt T))^{0.4}$.
+    /// Returns $(0.01 \thinspace u_{max} b / (6 \thinspace \mathrm{unit} \sqrt T))^{0.4}$.
     const fn by_noise(&self) -> f64 {
         let noise = 0.01 * self.largest_acceleration() / (6.0 * self.encoder.unit_rad());
         // (x/√T)^0.4 = (x²/T)^(1/5).
         root(noise * noise / self.period_s, 5)
     }
 
-    /// The same for an encoder whose angle has white noise of this standard deviation, rad, besides its steps.
+    /// Returns the design for an encoder whose angle has white noise of this standard deviation, rad, besides
+    /// quantisation.
     ///
-    /// Noise of σ counts as steps of √(unit² + 18 σ²): in the limits that steps set to the bandwidths
-    /// ([`limits_by_rule`](Self::limits_by_rule)), and in the steps of innovation that the fast set waits for, which
-    /// are so many times those of [`Switching::DEFAULT`]. The rms of a step is unit/√12, but with 12 in place of 18
-    /// u would have up to 1.2 of the noise that it may.
+    /// Noise of σ counts as quantisation of √(unit² + 18 σ²). It lowers the bandwidth limits
+    /// ([`limits_by_rule`](Self::limits_by_rule)). It also raises the innovation thresholds of the high gain set above
+    /// [`Switching::DEFAULT`] in proportion. The rms of a count is unit/√12, but with 12 in place of 18 the current
+    /// noise would be up to 1.2 times its limit.
     #[must_use]
     pub const fn with_noise(mut self, margin: MotorMargin, noise_rad: f64) -> Self {
         if noise_rad == 0.0 {
@@ -372,7 +384,7 @@ impl MotorDesign {
                 let [observer, surface, reaching] = STANDARD_BY_NOISE;
                 let surface_rad_s = lesser(w.surface_rad_s, surface * by_noise);
                 let reaching_per_s = lesser(w.reaching_per_s, reaching * by_noise);
-                // The observer leaves the phase that the slower law costs.
+                // The observer gives up the phase that the slower law costs.
                 let more_s =
                     lost_to_law_s([surface_rad_s, reaching_per_s]) - lost_to_law_s([w.surface_rad_s, w.reaching_per_s]);
                 let by_phase = STANDARD_PHASE / (STANDARD_PHASE / w.observer_rad_s + more_s);
@@ -383,7 +395,7 @@ impl MotorDesign {
         }
     }
 
-    /// All bandwidths times this share, with the gate for them.
+    /// Returns the design with all bandwidths times this share, and the innovation gate for them.
     #[must_use]
     pub const fn slowed(self, share: f64) -> Self {
         let MotorBandwidths { surface_rad_s, observer_rad_s, reaching_per_s, offset_per_s } = self.bandwidths;
@@ -395,14 +407,16 @@ impl MotorDesign {
         })
     }
 
-    /// The proportions of the fast rule for another w_c, with the gate for them.
+    /// Returns the design in the proportions of the fast rule for another w_c, rad/s, with the innovation gate for it.
     #[must_use]
     pub const fn with_surface(self, surface_rad_s: f64) -> Self {
         self.with_surface_by(MotorMargin::Fast, surface_rad_s)
     }
 
-    /// Bandwidths for another w_c, with the gate for them: in the proportions of the fast rule, or, by the standard
-    /// one, in those of the present bandwidths with k_l at most 1/T.
+    /// Returns the design for another w_c, rad/s, with the innovation gate for it.
+    ///
+    /// The fast rule uses its own proportions. The standard rule keeps the proportions of the present bandwidths, with
+    /// k_l at most 1/T.
     #[must_use]
     pub const fn with_surface_by(self, margin: MotorMargin, surface_rad_s: f64) -> Self {
         let (w, fastest) = (self.bandwidths, 1.0 / self.period_s);
@@ -417,22 +431,23 @@ impl MotorDesign {
         self.with_bandwidths(MotorBandwidths { surface_rad_s, observer_rad_s, reaching_per_s, offset_per_s })
     }
 
-    /// The same with other bandwidths and the gate for them.
+    /// Returns the design with other bandwidths and the innovation gate for them.
     #[must_use]
     pub const fn with_bandwidths(mut self, bandwidths: MotorBandwidths) -> Self {
         self.bandwidths = bandwidths;
         let omega = bandwidths.observer_rad_s;
-        // What a step D of the disturbance makes of the innovation is at most 0.42 D/w_o². A fast set shows D = 2 b u,
-        // as of a motor that turns the wrong way, before that.
+        // A step D of the disturbance causes an innovation of at most 0.42 D/w_o². The high gain set detects D = 2 b u,
+        // as from a motor that turns the wrong way, before that.
         let largest = self.largest_acceleration() * if self.fast_ratio > 1.0 { 1.2 } else { 2.4 };
         self.gate_steps = 1.0 + 0.42 * largest / (omega * omega * self.encoder.unit_rad());
         self
     }
 
-    /// What the monitors may see of this drive if J and K_t are known to within the share p = `uncertain` (0.2, 0.5).
+    /// Returns the alarm thresholds of the monitors if J and K_t are known to within the share p = `uncertain` (0.2,
+    /// 0.5).
     ///
-    /// With q = p/(1 - p): disturbances up to (0.25 + 0.65 q) of what the limit of u can do, so that 0.25 of it are
-    /// load and friction; innovations of q times the gate; u at a limit for 0.2 s.
+    /// With q = p/(1 - p), disturbances may reach (0.25 + 0.65 q) of the acceleration at the limit of u: 0.25 of it are
+    /// load and friction. Innovations may reach q times the innovation gate. u may stay at a limit for 0.2 s.
     pub fn bounds<T: Real, A: Aim<T, 2>, const FAST: usize, const LATE: usize, const S: usize>(
         &self,
         law: &MotorDrive<T, A, FAST, LATE, S>,
@@ -444,8 +459,10 @@ impl MotorDesign {
         Bounds::of(law, [share * fastest], [self.gate_steps], uncertain, fastest, [brake, 1.0 / brake], self.period_s)
     }
 
-    /// How a drive slows down: with the share of its limit that is left for load and friction when it approaches a far
-    /// target, and with the gain of its brake ([`Bounds::brake_per_s`]), `delay_ticks` late.
+    /// Returns the braking model of the drive, for `delay_ticks` ticks of delay.
+    ///
+    /// The deceleration towards a far target leaves a share of the limit for load and friction. The time constant comes
+    /// from the gain of the brake ([`Bounds::brake_per_s`]).
     pub const fn slowing(&self, delay_ticks: usize) -> Slowing {
         Slowing {
             deceleration_rad_s2: BRAKING * self.largest_acceleration(),
@@ -454,8 +471,10 @@ impl MotorDesign {
         }
     }
 
-    /// The band within which a shaft that friction holds at rest is let be. Where the fast set waits for longer than
-    /// by [`Switching::DEFAULT`], as for noise, two deviations of that are its step.
+    /// Returns the rest band of the drive, within which a shaft held by friction is left in place.
+    ///
+    /// If the high gain set has larger thresholds than [`Switching::DEFAULT`], as for noise, two deviations of the
+    /// noise replace the count.
     pub const fn rest_band(&self, learning: RestLearning) -> RestBand {
         let steps = 2.0 / STEPS_PER_NOISE * self.switching.calm_steps / Switching::DEFAULT.calm_steps;
         let count = (if steps > 1.0 { steps } else { 1.0 }) * self.encoder.unit_rad();
@@ -463,7 +482,7 @@ impl MotorDesign {
         RestBand::of(count, [self.motor.input_gain(), self.limits.stronger()], omega, self.period_s, learning)
     }
 
-    /// The brake follows the speed that the observer estimates, so it is slower than that.
+    /// Returns the gain of the brake, 1/s. The brake uses the estimated speed, so it must be slower than the observer.
     const fn brake_per_s(&self) -> f64 {
         let MotorBandwidths { surface_rad_s, observer_rad_s, .. } = self.bandwidths;
         lesser(0.5 * surface_rad_s, observer_rad_s / 1.5)
@@ -474,10 +493,10 @@ impl MotorDesign {
         (if max > -min { max } else { -min }) * self.motor.input_gain().abs()
     }
 
-    /// Checks every number, for a drive with `late` ticks of delay and so many states of its observer.
+    /// Checks every number, for a drive with `late` ticks of delay and `states` observer states.
     ///
     /// # Errors
-    /// The first that is out of its range, with the range.
+    /// Returns the first number that is out of its range, with the range.
     pub const fn validate(&self, late: usize, states: usize) -> Result<(), DriveError> {
         if let Err(error) = check_delay(late) {
             return Err(error);
@@ -529,18 +548,18 @@ impl MotorDesign {
     }
 }
 
-/// Is the delay one that a drive may have?
+/// Checks the number of delay ticks of a drive.
 pub(crate) const fn check_delay(late: usize) -> Result<(), DriveError> {
     const WHY: &str = "a drive has 0 to 3 ticks of delay";
     DriveError::within("delay_ticks", late as f64, 0.0, MOST_DELAY_TICKS as f64, WHY)
 }
 
-/// Ticks for which a shaft goes on before it slows down: two are allowed for, and one more than the delay.
+/// Returns the ticks until a shaft begins to slow down: one more than the delay, at least two.
 pub(crate) const fn ticks_to_slow(delay_ticks: usize) -> f64 {
     if delay_ticks > 1 { delay_ticks as f64 + 1.0 } else { 2.0 }
 }
 
-/// Rows for an observer of order 2 are asked for; its gains are those of the block.
+/// Observer of order 2 for the rows. Its gains are replaced by the gains of the block.
 pub(crate) const OBSERVED: ObserverGains<2> = ObserverGains::from_bandwidth::<2>(1.0);
 
 const OBSERVER: &str = "the observer's bandwidth times period is up to 0.8; up to 0.5, 0.3, 0.2 with 1, 2, 3 ticks of \
@@ -548,7 +567,7 @@ const OBSERVER: &str = "the observer's bandwidth times period is up to 0.8; up t
 
 pub(crate) const POSITIVE: &str = "this number of the data sheet must be above 0";
 
-/// By Newton's method from above.
+/// Returns the root by Newton's method from above.
 const fn root(x: f64, degree: u32) -> f64 {
     let mut root = if x > 1.0 { x } else { 1.0 };
     let mut steps = 0;
@@ -568,16 +587,16 @@ pub(super) const fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// The motor as the tick knows it.
+/// Model of the motor in the tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorModel<T> {
     b: T,
-    /// -λ.
+    /// Negative slope -λ, 1/s.
     drag: T,
 }
 
 impl MotorModel<f64> {
-    /// Of the data sheet.
+    /// Returns the model of a data sheet.
     pub const fn new(motor: &Motor) -> Self {
         Self { b: motor.input_gain(), drag: -motor.slope_per_s() }
     }
@@ -588,7 +607,7 @@ impl MotorModel<f64> {
 }
 
 impl<T: Real> MotorModel<T> {
-    /// The same in another scalar, number by number and by name.
+    /// Converts every number to another scalar, by name.
     #[doc(hidden)]
     pub fn converted<U: Real>(&self, to: &mut dyn FnMut(&'static str, T) -> U) -> MotorModel<U> {
         MotorModel { b: to("b", self.b), drag: to("drag", self.drag) }
@@ -637,11 +656,14 @@ impl<T: Real> ChainModel<T, 1, 2> for MotorModel<T> {
     }
 }
 
-/// The drive of a motor with one encoder.
+/// Drive of a motor with one encoder.
 ///
-/// `MotorDrive` alone is in f32, follows a position, has one gain set and no delay. `MotorDrive<f32, Speed>` is the
-/// speed loop, `MotorDrive<f32, Position, 1>` has a fast gain set too, `MotorDrive<f32, Position, 0, 1>` holds u one
-/// tick after it was computed (up to three), `MotorDrive<f32, Position, 0, 0, 4>` observes with four states.
+/// `MotorDrive` without parameters is in f32, follows a position, has one gain set and no delay. The parameters select
+/// other forms:
+/// * `MotorDrive<f32, Speed>` is the speed loop.
+/// * `MotorDrive<f32, Position, 1>` has a high gain set too.
+/// * `MotorDrive<f32, Position, 0, 1>` applies u one tick after its computation (up to three).
+/// * `MotorDrive<f32, Position, 0, 0, 4>` has an observer with four states.
 pub type MotorDrive<T = f32, A = Position, const FAST: usize = 0, const LATE: usize = 0, const S: usize = 3> =
     EncoderForm<T, MotorModel<T>, A, 1, 2, S, FAST, LATE>;
 
@@ -682,7 +704,7 @@ impl<A: Aim<f64, 2>, const S: usize, const FAST: usize, const LATE: usize>
             sensors: [sensor],
             fast: [[fast]; FAST],
             row: Row::of(&rows, &gradient, &[[0.0]; 2], *limits, design.fallback, far),
-            belief: Belief::of([gate], &[sensor], [QUARTER_TURN], 0.2 * omega, design.lost_ticks, t),
+            belief: AcceptanceRules::of([gate], &[sensor], [QUARTER_TURN], 0.2 * omega, design.lost_ticks, t),
             inertia: [motor.inertia_kg_m2],
             at_rest: false,
             of: PhantomData,
@@ -695,10 +717,10 @@ macro_rules! designs {
         impl<A: Aim<f64, 2> + Aim<$t, 2>, const S: usize, const FAST: usize, const LATE: usize>
             EncoderForm<$t, MotorModel<$t>, A, 1, 2, S, FAST, LATE>
         {
-            /// Designs the drive; the same numbers whether the compiler or the program calls it.
+            /// Designs the drive. The compiler and the program compute equal numbers.
             ///
             /// # Errors
-            /// The first number that is out of its range, with the range.
+            /// Returns the first number that is out of its range, with the range.
             pub const fn try_design(design: &MotorDesign) -> Result<Self, DriveError> {
                 match EncoderForm::<f64, MotorModel<f64>, A, 1, 2, S, FAST, LATE>::of_motor(design) {
                     Ok($late) => Ok($convert),
@@ -706,10 +728,11 @@ macro_rules! designs {
                 }
             }
 
-            /// [`try_design`](Self::try_design) for a `const`: a bad design is a compile error with the reason.
+            /// Designs as [`try_design`](Self::try_design), in a `const`: an invalid design is a compile error with the
+            /// reason.
             ///
             /// # Panics
-            /// On a bad design; outside a `const` use [`try_design`](Self::try_design).
+            /// On an invalid design. Outside a `const` use [`try_design`](Self::try_design).
             pub const fn design(design: &MotorDesign) -> Self {
                 match Self::try_design(design) {
                     Ok(drive) => drive,
@@ -725,13 +748,15 @@ designs!(f32, drive => drive.in_f32(drive.model.in_f32()));
 impl<M: ChainModel<f32, 1, 2>, A: Aim<f64, 2> + Aim<f32, 2>, const S: usize, const FAST: usize, const LATE: usize>
     EncoderForm<f32, M, A, 1, 2, S, FAST, LATE>
 {
-    /// The drive of a motor whose load is known: bandwidths and gate of a [`MotorDesign`], a model of one's own.
+    /// Designs the drive of a motor with a known load: bandwidths and innovation gate of a [`MotorDesign`], a model of
+    /// your own.
     ///
-    /// The model must have the b and the λ of the design's motor, and what else acts on the shaft as its coupling w,
-    /// rad/s², of period one turn: positions are counted from the last whole turn. An example is at [`ChainModel`].
+    /// The model must have the b and the λ of the design's motor. Its coupling w, rad/s², is every other acceleration
+    /// of the shaft. w has a period of one revolution, because positions count from the last whole revolution.
+    /// [`ChainModel`] has an example.
     ///
     /// # Errors
-    /// The first number of the design that is out of its range, with the range.
+    /// Returns the first number of the design that is out of its range, with the range.
     pub const fn try_design_with(design: &MotorDesign, model: M) -> Result<Self, DriveError> {
         match EncoderForm::<f64, MotorModel<f64>, A, 1, 2, S, FAST, LATE>::of_motor(design) {
             Ok(drive) => Ok(drive.in_f32(model)),

@@ -1,8 +1,8 @@
-//! What a drive is designed from as plain numbers in one order: for a wire, whose other end designs it anew.
+//! Design of a drive as plain numbers in one order, for a serial protocol whose other end repeats the design.
 //!
-//! The arithmetic of a design is the same everywhere, so a chip that is told these numbers makes the design of whoever
-//! sent them, to the bit, in its arithmetic of 64 bits, in software: background work. What the numbers mean is checked
-//! by the design, as always; of a whole number only that part is read.
+//! The arithmetic of a design is identical on every machine. So a target that receives these numbers makes the design
+//! of the sender, bit for bit. It computes in 64-bit software arithmetic, as background work. The design checks the
+//! range of the numbers, as always. Only the integer part of a whole number is read.
 
 use super::encoder::Encoder;
 use super::joint::{Coupled, Joint, JointDesign};
@@ -19,14 +19,14 @@ const MOTOR: MotorDesign = {
 };
 const JOINT: JointDesign = JointDesign::new(1e-3, Joint::TABLE_I, [ENCODER; 2], LIMITS, 1.0);
 
-/// Lists the places of all numbers in their order; the fallback comes last, as hold (0 or 1) and u.
+/// Lists all numbers in their order. The fallback comes last, as hold (0 or 1) and u.
 macro_rules! numbers {
     ($($design:ident, $count:literal, $neutral:expr, $it:ident: [$($place:expr,)*];)*) => {
         $(impl $design {
-            /// How many numbers it has.
+            /// Number of numbers of this design.
             pub const NUMBERS: usize = $count;
 
-            /// Its numbers in the order of [`LAYOUT`].
+            /// Returns the numbers of the design in the order of [`LAYOUT`].
             pub const fn to_numbers(&self) -> [f64; $count] {
                 let $it = self;
                 let (hold, safe) = match $it.fallback {
@@ -36,7 +36,7 @@ macro_rules! numbers {
                 [$($place as f64,)* hold, safe]
             }
 
-            /// Of its numbers.
+            /// Builds the design from its numbers, in the order of [`LAYOUT`].
             pub const fn from_numbers(numbers: &[f64; $count]) -> Self {
                 let mut design = $neutral;
                 let $it = &mut design;
@@ -50,9 +50,11 @@ macro_rules! numbers {
             }
         })*
 
-        /// Names of the numbers of a [`MotorDesign`] and of a [`JointDesign`], with those that [`Coupled`] adds to the
-        /// latter; behind them come those of their [`Bounds`], disturbances first, and the bits of the alarms that stop
-        /// the drive.
+        /// Names of the numbers of a [`MotorDesign`] and of a [`JointDesign`], with the additional names of [`Coupled`]
+        /// for a joint.
+        ///
+        /// Then follow the names for the [`Bounds`], disturbances first, and the bits of the alarms that stop the
+        /// drive.
         pub const LAYOUT: &str = concat!(
             $(stringify!($design), $(" ", stringify!($place),)* " hold safe; ",)*
             "Coupled lag_s resolution_link resolution_motor calm_link calm_motor; ",
@@ -84,10 +86,10 @@ numbers! {
 }
 
 impl JointDesign {
-    /// How many numbers the design of a joint as a whole has: those of a [`JointDesign`], then those of [`Coupled`].
+    /// Number of numbers of a coupled joint design: the numbers of a [`JointDesign`], then the numbers of [`Coupled`].
     pub const COUPLED_NUMBERS: usize = Self::NUMBERS + 5;
 
-    /// Its numbers in the order of [`LAYOUT`]; `None` for a design with one observer per encoder.
+    /// Returns the numbers in the order of [`LAYOUT`], or `None` for a design with one observer per encoder.
     pub fn to_coupled_numbers(&self) -> Option<[f64; Self::COUPLED_NUMBERS]> {
         let Coupled { lag_s, resolution_rad: [link, motor], calm_steps: [calm_link, calm_motor] } = self.coupled?;
         let mut numbers = [0.0; Self::COUPLED_NUMBERS];
@@ -96,7 +98,7 @@ impl JointDesign {
         Some(numbers)
     }
 
-    /// Of its numbers.
+    /// Builds a coupled joint design from its numbers, in the order of [`LAYOUT`].
     pub fn from_coupled_numbers(numbers: &[f64; Self::COUPLED_NUMBERS]) -> Self {
         let of = |i: usize| numbers[Self::NUMBERS + i];
         let coupled = Coupled { lag_s: of(0), resolution_rad: [of(1), of(2)], calm_steps: [of(3), of(4)] };
@@ -106,17 +108,17 @@ impl JointDesign {
 }
 
 impl<const E: usize> Bounds<E> {
-    /// How many numbers they are.
+    /// Number of numbers of the bounds.
     pub const NUMBERS: usize = E + 6;
 
-    /// Their numbers in the order of [`LAYOUT`].
+    /// Returns the numbers of the bounds in the order of [`LAYOUT`].
     pub fn to_numbers(&self) -> impl Iterator<Item = f64> {
         let ticks = [self.stuck_ticks, self.wrong_way_ticks, self.patience_ticks].map(f64::from);
         let brake = [self.brake_per_s, f64::from(self.brake_ticks)];
         self.disturbance.into_iter().chain([self.sigma_star]).chain(ticks).chain(brake)
     }
 
-    /// Of their numbers; those that are not there are NaN, within which nothing is.
+    /// Builds the bounds from their numbers. Missing numbers become NaN, and no value is within a NaN bound.
     pub fn from_numbers(numbers: impl IntoIterator<Item = f64>) -> Self {
         let mut numbers = numbers.into_iter();
         let mut next = || numbers.next().unwrap_or(f64::NAN);
@@ -136,7 +138,7 @@ impl<const E: usize> Bounds<E> {
 mod tests {
     use super::*;
 
-    /// Every number has a place of its own, and comes back from it.
+    /// Checks that every number has a place of its own and returns from it.
     #[test]
     fn a_description_comes_back_from_its_numbers() {
         let numbers = |i: usize| if i == MotorDesign::NUMBERS - 2 { 0.0 } else { i as f64 + 1.0 };

@@ -1,34 +1,36 @@
-//! Set-points that come at any time, as a target that a drive can follow: limits of speed, acceleration and jerk.
+//! Profile generator: turns set-points that come at any time into a reference with limited speed, acceleration and
+//! jerk.
 //!
-//! A command that is typed, or that a bus delivers, is a position and no path. A [`Profile`] makes the path, tick by
-//! tick, in the interrupt: give it a goal whenever there is one, and a [`Target`] comes out of every tick.
+//! A command from a user or a bus is a position, not a path. A [`Profile`] generates the path, tick by tick, in the
+//! interrupt. Give it a goal at any time, and every tick returns a [`Target`].
 //!
 //! ```text
 //! goal --> base: fastest way within speed and acceleration --> M moving averages of W ticks --> r, r', .. r^(M)
 //! ```
 //!
-//! * **Base.** Each tick it moves on by a whole number of 2^-32 turns. From the moves c + A, c, c - A it takes the
-//!   largest after which it can still stop at the goal: with n = ⌊v/A⌋ that is
+//! * **Base.** Each tick the base moves by a whole number of 2^-32 revolutions. From the moves c + A, c, c - A it takes
+//!   the largest after which it can still stop at the goal. With n = ⌊v/A⌋ that is
 //!   $$ v + (v - A) + \dots + (v - nA) = (n + 1)(2v - nA)/2 \le \text{goal} - \text{base}. $$
-//!   If it holds once it holds for ever (the next tick may brake), so that it never passes a goal that stays where it
-//!   is, and stops there exactly.
-//! * **Averages.** Each is taken over W ticks, in whole numbers, as a comb and integrators (Hogenauer, "An economical
-//!   class of digital filters for decimation and interpolation", IEEE Trans. ASSP 29, 1981). An average of what is
-//!   within limits is within them: speed and acceleration stay as they are limited, the jerk is at most 2 a/(W T), and
-//!   there is no overshoot. Derivatives are those of the averaged path, exact at the ends of ticks.
+//!   If the condition holds once, it always holds (the next tick may brake). So the base never passes a goal that stays
+//!   in place, and stops there exactly.
+//! * **Averages.** Each average covers W ticks, in whole numbers, as a comb and integrators (Hogenauer, "An economical
+//!   class of digital filters for decimation and interpolation", IEEE Trans. ASSP 29, 1981). The average of a signal
+//!   within limits stays within the limits. So speed and acceleration keep their limits, the jerk is at most 2 a/(W T),
+//!   and there is no overshoot. The derivatives belong to the averaged path and are exact at the ends of ticks.
 //!
-//! A motor takes M = 2 (r'' is continuous), a joint M = 3.
+//! A motor uses M = 2 (r'' is continuous), a joint M = 3.
 //!
-//! **Time.** Where full speed is reached the base is the fastest way within speed and acceleration but for 3 ticks, and
-//! each average adds W ticks. The fastest way within a jerk j = a/(W T) takes as long as one with one average.
+//! **Time.** If full speed is reached, the base takes at most 3 ticks more than the fastest path within speed and
+//! acceleration. Each average adds W ticks. The fastest path within a jerk j = a/(W T) takes as long as a path with one
+//! average.
 //!
-//! **Streams.** Points that come every W ticks come out as a spline of degree M, late by M W/2 ticks and what the base
-//! takes. A point that is late, or comes twice, or with the next one, changes the path between points and nothing else;
-//! where none comes the path ends at rest at the last one.
+//! **Streams.** Points that come every W ticks result in a spline of degree M. Its delay is M W/2 ticks plus the time
+//! of the base. A point that is late, or comes twice, or with the next one, changes only the path between points. If no
+//! point comes, the path ends at rest at the last one.
 //!
-//! **Stop, and start in motion.** [`Profile::stop`] sets the goal where braking ends.
-//! [`Profile::start`] begins with a position and a speed, such as those of a shaft that turns. Change a goal between
-//! two ticks, not while the interrupt makes one: it is two words.
+//! **Stop, and start in motion.** [`Profile::stop`] sets the goal to the end of the braking path. [`Profile::start`]
+//! starts with a position and a speed, for example of a shaft that already turns. Change a goal between two ticks, not
+//! while the interrupt computes one: a goal is two words.
 //!
 //! ```
 //! use controller_core::drive::{Profile, ProfileLimits};
@@ -48,29 +50,30 @@ use super::reference::{FARTHEST_RAD, TWO_32, Turns, nearest_unit};
 use super::target::Target;
 use crate::real::Real;
 
-/// Speed and acceleration that a [`Profile`] keeps to, and the ticks of each of its averages.
+/// Speed and acceleration limits of a [`Profile`], and the ticks of each of its averages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfileLimits {
-    /// |r'| at most, rad/s.
+    /// Largest |r'|, rad/s.
     pub speed_rad_s: f64,
-    /// |r''| at most, rad/s².
+    /// Largest |r''|, rad/s².
     pub acceleration_rad_s2: f64,
-    /// Ticks of an average, 1 or more: |r'''| is at most 2 `acceleration_rad_s2`/(window · period).
+    /// Ticks of an average, 1 or more. |r'''| is at most 2 `acceleration_rad_s2`/(window · period).
     pub window: u32,
 }
 
-/// Moves of a tick, 2^-32 turns, at most: a quarter of a turn. A counter is unwrapped within a half.
+/// Largest move per tick, 2^-32 revolutions: a quarter of a revolution. A counter is unwrapped within half a
+/// revolution.
 const MOST: f64 = 1_073_741_823.0;
 
-/// The same, and rad of a unit: for whoever writes a profile in C.
+/// Largest move per tick, and rad per unit, for a profile in C.
 #[doc(hidden)]
 pub const PROFILE_UNITS: [f64; 2] = [MOST, TAU / TWO_32];
 
 impl ProfileLimits {
-    /// Speed and acceleration in 2^-32 turns per tick and per tick².
+    /// Returns speed and acceleration in 2^-32 revolutions per tick and per tick².
     fn units(&self, period_s: f64) -> Result<[i32; 2], DriveError> {
         let unit_rad = TAU / TWO_32;
-        // Of a period of 1e-300 s the units below are no numbers.
+        // With a period of 1e-300 s the units below are not numbers.
         DriveError::within("period_s", period_s, 1e-6, 1.0, "the period of a profile is 1 us to 1 s")?;
         let [speed_unit, acceleration_unit] = [unit_rad / period_s, unit_rad / (period_s * period_s)];
         let Self { speed_rad_s: speed, acceleration_rad_s2: acceleration, .. } = *self;
@@ -82,42 +85,43 @@ impl ProfileLimits {
     }
 }
 
-/// A goal, the way to it so far, and where on it the target is. `M` averages, and a memory of `LEN` ticks for them: M
-/// times the longest window.
+/// Profile generator: goal, base and averages. It needs `M` averages, and memory for `LEN` ticks: M times the longest
+/// window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile<T, const M: usize, const LEN: usize> {
     goal: Turns,
-    /// Goals are taken between these.
+    /// Range of accepted goals.
     range: [Turns; 2],
     base: Turns,
-    /// Of the base in the last tick, and how many whole accelerations that is.
+    /// Move of the base in the last tick, and its number of whole accelerations.
     step: i32,
     whole: i32,
     fastest: i32,
     fastest_whole: i32,
     acceleration: i32,
-    /// Steps of the last M windows; the oldest is at `oldest`.
+    /// Moves of the last M windows. The oldest is at `oldest`.
     steps: [i32; LEN],
     oldest: u32,
     window: u32,
-    /// Integrators; the last is what the path moves by, window^M times.
+    /// Integrators. The last one is the move of the path, times window^M.
     sums: [Turns; M],
-    /// The same of the ticks before, the latest first.
+    /// Moves of the path in the two ticks before, the latest first.
     earlier: [Turns; 2],
-    /// What the averages keep the path behind the base, window^M times.
+    /// Distance of the path behind the base, times window^M.
     behind: Turns,
-    /// rad of a window^M-th of a unit, and 1/T.
+    /// Factors: rad per unit/window^M, and 1/T.
     part_rad: T,
     per_s: T,
 }
 
-/// Is a stop within `distance` possible after a tick at `step`, of so many whole accelerations?
+/// Returns true if a stop within `distance` is possible after a tick with move `step`, of `whole` whole accelerations.
 fn stops_within(distance: i64, step: i32, whole: i32, acceleration: i32) -> bool {
-    // Twice what it still goes.
+    // Twice the remaining distance.
     i64::from(whole + 1) * i64::from(2 * step - acceleration * whole) <= 2 * distance
 }
 
-/// How many whole accelerations a step is. An acceleration is 1 at least; with that written down nothing panics here.
+/// Returns the number of whole accelerations in a move. An acceleration is at least 1. The explicit `max` avoids a
+/// panic.
 fn whole_of(step: i32, acceleration: i32) -> i32 {
     step / acceleration.max(1)
 }
@@ -127,15 +131,16 @@ fn is_near(number: f64) -> bool {
 }
 
 impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> {
-    /// At rest at angle 0.
+    /// Returns a profile at rest at angle 0.
     ///
     /// # Errors
-    /// A period outside of 1 us to 1 s; a limit that is no number, or beyond what can be counted; a window that the
-    /// memory does not hold.
+    /// * The period is outside of 1 us to 1 s.
+    /// * A limit is not a number, or exceeds the counting range.
+    /// * The window does not fit into the memory.
     pub fn new(limits: &ProfileLimits, period_s: f64) -> Result<Self, DriveError> {
         const { assert!(M == 2 || M == 3, "a profile of a motor has 2 averages, that of a joint 3") };
         let [fastest, acceleration] = limits.units(period_s)?;
-        // window^(M + 1) M/2 quarters of a turn are still a number of 64 bits.
+        // window^(M + 1) M/2 quarters of a revolution still fit into 64 bits.
         let most = if M == 2 { 512 } else { 128 };
         let most = if LEN / M < most { LEN / M } else { most };
         let why = "each average of a profile has memory for so many ticks";
@@ -162,18 +167,19 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         })
     }
 
-    /// Do acceleration, window and the place of the oldest step lie within their ranges, as in any profile that was
-    /// made? For memory that may have been written over.
+    /// Returns true if acceleration, window and the index of the oldest move lie within their ranges, as in any valid
+    /// profile. Use it for memory that other code may have overwritten.
     #[doc(hidden)]
     pub const fn is_sound(&self) -> bool {
         let window = self.window as usize;
         self.acceleration >= 1 && window >= 1 && window <= LEN / M && (self.oldest as usize) < M * window
     }
 
-    /// Other limits, in motion too; the window stays. Above a lower speed it brakes as the acceleration has it.
+    /// Sets other limits, also in motion. The window stays. Above a lower speed limit the profile brakes with its
+    /// acceleration.
     ///
     /// # Errors
-    /// As [`Profile::new`]; the old ones stay.
+    /// As [`Profile::new`]. The old limits stay in this case.
     pub fn limit(&mut self, limits: &ProfileLimits, period_s: f64) -> Result<(), DriveError> {
         let [fastest, acceleration] = limits.units(period_s)?;
         (self.fastest, self.acceleration) = (fastest, acceleration);
@@ -181,8 +187,9 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         Ok(())
     }
 
-    /// Keeps goals between 2π turn + rad of both from now on, and the present one. False, and nothing is changed, if an
-    /// angle is no number or the first is not the lower one.
+    /// Limits later goals, and the present goal, to a range. Each end is 2π turn + rad.
+    ///
+    /// Returns `false`, and changes nothing, if an angle is not a number or the first end is above the second.
     pub fn keep_within(&mut self, low: (i32, f64), high: (i32, f64)) -> bool {
         let good = is_near(low.1) && is_near(high.1);
         let [low, high] = [low, high].map(|(turn, rad)| Turns::at(turn, rad));
@@ -194,8 +201,10 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         false
     }
 
-    /// Goes to 2π `turn` + `rad`, from where it is now. False if that is not within the range: it goes to its end; or
-    /// if it is no number: the goal stays.
+    /// Sets the goal to 2π `turn` + `rad`, from the present state.
+    ///
+    /// Returns `false` if the goal is out of range: the profile then goes to the end of the range. Also returns `false`
+    /// if the goal is not a number: the old goal then stays.
     pub fn go_to(&mut self, turn: i32, rad: f64) -> bool {
         if !is_near(rad) {
             return false;
@@ -210,21 +219,24 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         self.goal = Turns::new(goal.min(high).max(low));
     }
 
-    /// Comes to rest as soon as it may. The base never goes back, and the path never does if the base has not turned
-    /// round in the last M windows. A stop that ends beyond the range goes back to its end.
+    /// Comes to rest as soon as possible. A stop that ends beyond the range returns to its end.
+    ///
+    /// The base never reverses. The path never reverses if the base has not reversed in the last M windows.
     pub fn stop(&mut self) {
         let (step, whole) = (i64::from(self.step.abs()), i64::from(self.whole));
         let way = whole * (2 * step - i64::from(self.acceleration) * (whole + 1)) / 2;
         let (base, [low, high]) = (self.base.units(), self.range.map(Turns::units));
         self.goal = Turns::new(base.wrapping_add(if self.step < 0 { -way } else { way }));
-        // Begun beyond the range it rests there.
+        // A stop that starts beyond the range ends at rest there.
         if (low..=high).contains(&base) {
             self.set_goal(self.goal.units());
         }
     }
 
-    /// Begins anew at 2π `turn` + `rad` with a speed, and stops from there: where a shaft is that shall be caught.
-    /// False, and nothing is changed, if one is no number or the speed is more than a quarter of a turn per tick.
+    /// Restarts at 2π `turn` + `rad` with a speed and stops from there, for a shaft that already turns.
+    ///
+    /// Returns `false`, and changes nothing, if an argument is not a number or the speed exceeds a quarter of a
+    /// revolution per tick.
     pub fn start(&mut self, turn: i32, rad: f64, speed_rad_s: f64) -> bool {
         if !is_near(rad) || !is_near(speed_rad_s) {
             return false;
@@ -248,7 +260,7 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         true
     }
 
-    /// Is it at rest at its goal?
+    /// Returns true if the path is at rest at its goal.
     pub fn has_arrived(&self) -> bool {
         let still = |sum: &Turns| sum.units() == 0;
         self.goal == self.base
@@ -257,15 +269,15 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
             && self.sums.iter().chain(&self.earlier).all(still)
     }
 
-    /// The next step of the base.
+    /// Computes the next move of the base.
     fn advance(&mut self) {
         let left = self.goal.units().wrapping_sub(self.base.units());
         let (sign, distance) = if left < 0 { (-1, left.wrapping_neg()) } else { (1, left) };
         let Self { whole, fastest, fastest_whole, acceleration, .. } = *self;
-        // Forward is towards the goal; what is far is far.
+        // Forward is towards the goal. Larger distances are clamped.
         let (step, distance) = (sign * self.step, distance.clamp(0, 1 << 61));
         let (next, next_whole) = if step < 0 {
-            // Away from it.
+            // Moves away from the goal.
             let next = step + acceleration;
             if next <= 0 { (next, whole - 1) } else { ((i64::from(next.min(fastest))).min(distance) as i32, 0) }
         } else {
@@ -288,13 +300,13 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         self.base = Turns::new(self.base.units().wrapping_add(i64::from(self.step)));
     }
 
-    /// Averages of the steps: what the path moves by in this tick, window^M times.
+    /// Returns the average of the moves: the move of the path in this tick, times window^M.
     fn average(&mut self) -> Turns {
         let (window, oldest) = (self.window as usize, self.oldest as usize);
         let length = M * window;
         let before = |windows: usize| {
             let at = oldest + (M - windows) * window;
-            // The index is within its bounds; an index that is checked would still leave a panic in an archive.
+            // The index is within its bounds. A checked index would still leave a panic in a static library.
             i64::from(self.steps.get(if at < length { at } else { at - length }).copied().unwrap_or(0))
         };
         let step = i64::from(self.step);
@@ -315,7 +327,7 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
         Turns::new(sum)
     }
 
-    /// The target at the end of the next tick, with up to M derivatives (J of 2 to M + 1).
+    /// Returns the target at the end of the next tick, with up to M derivatives (J of 2 to M + 1).
     #[must_use]
     pub fn next_tick<const J: usize>(&mut self) -> Target<T, i32, J> {
         const { assert!(J >= 2 && J <= M + 1, "a profile with M averages has M derivatives") };
@@ -329,10 +341,11 @@ impl<T: Real<Count = i32>, const M: usize, const LEN: usize> Profile<T, M, LEN> 
     }
 }
 
-/// r and its derivatives from what the averages moved by in the last three ticks, the latest first, how far they are
-/// behind the base (whole numbers and rests in 2^-32), the rest of the base in 2^-32 turns, the rad of a part, and 1/T.
-/// The moves are taken at the ends of ticks by splines, since the base moves evenly within one. Public for the recorder
-/// of C alone.
+/// Returns r and its derivatives from the moves of the averages in the last three ticks, the latest first.
+///
+/// The other arguments are the distance behind the base (whole numbers and remainders in 2^-32), the remainder of the
+/// base in 2^-32 revolutions, the rad of a part, and 1/T. Splines give the moves at the ends of ticks, because the base
+/// moves evenly within a tick. It is public only for the recorder of C.
 #[doc(hidden)]
 pub fn jet_of_profile<T: Real>(
     averages: usize,
@@ -378,13 +391,13 @@ mod tests {
         TAU * f64::from(target.turn) + target.jet[0]
     }
 
-    /// Numbers that look random, 0 to 1.
+    /// Returns pseudo-random numbers, 0 to 1.
     fn any(seed: &mut u64) -> f64 {
         *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (*seed >> 33) as f64 / 2_f64.powi(31)
     }
 
-    /// The fewest ticks from a step to rest at a distance, over all that a tick may do: a search in breadth.
+    /// Returns the fewest ticks from a move to rest at a distance, by a breadth-first search over all possible ticks.
     fn fewest(distance: i64, step: i32, limits: [i32; 2]) -> usize {
         let [fastest, acceleration] = limits;
         let mut reached = std::collections::HashSet::from([(distance, step)]);
@@ -401,8 +414,8 @@ mod tests {
         unreachable!()
     }
 
-    /// From any distance and any speed: the fewest ticks and at most 3 more; past the goal only where no braking stops
-    /// ahead of it.
+    /// Checks the base from any distance and any speed: the fewest ticks and at most 3 more. It passes the goal only if
+    /// braking cannot stop before it.
     #[test]
     fn the_base_is_the_fastest_way_but_for_three_ticks_and_never_passes_its_goal() {
         let mut most = 0;
@@ -436,9 +449,9 @@ mod tests {
         assert!(most > 0, "the search is not a copy");
     }
 
-    /// Goals at any time, in motion, beyond the range, from anywhere: limits hold, and every derivative is that of the
-    /// one before. Within a tick the path is a polynomial of degree M + 1: its integral by the rule of both ends is
-    /// exact.
+    /// Checks the limits and the derivatives for goals at any time, in motion, beyond the range, from anywhere.
+    ///
+    /// Within a tick the path is a polynomial of degree M + 1, so its integral by the rule of both ends is exact.
     fn keeps_its_limits<const M: usize, const J: usize>() {
         let (mut seed, [speed, acceleration]) = (M as u64, [60.0, 2000.0]);
         let mut profile = new::<M>(&LIMITS);
@@ -475,7 +488,7 @@ mod tests {
         keeps_its_limits::<3, 4>();
     }
 
-    /// A move from rest to rest: no overshoot at all, an exact end, and the time of the closed form.
+    /// Checks a move from rest to rest: no overshoot, an exact end, and the time of the closed form.
     #[test]
     fn a_move_ends_at_its_goal_in_the_time_of_the_closed_form() {
         for distance in [1e-6, 1e-3, 0.1, 1.0, 3.1, 20.0, 1e3] {
@@ -488,14 +501,14 @@ mod tests {
                 (ticks, last) = (ticks + 1, r);
             }
             assert!((last - distance).abs() < 2e-9, "{last} of {distance}");
-            // Without the averages: up and down, with a stretch at full speed if it is reached.
+            // Without the averages: up and down, with a section at full speed if it is reached.
             let fastest_s = if distance > 60.0 * 60.0 / 2000.0 {
                 distance / 60.0 + 60.0 / 2000.0
             } else {
                 2.0 * (distance / 2000.0_f64).sqrt()
             };
             let least = fastest_s / PERIOD_S;
-            // The averages and what remembers them: 3 windows of 8.
+            // The averages and their memory: 3 windows of 8.
             let taken = f64::from(ticks) - 3.0 * 8.0;
             assert!(
                 taken >= least - 1.0 && taken <= least + 7.0,
@@ -504,7 +517,7 @@ mod tests {
         }
     }
 
-    /// Started with any speed it begins there, at that speed, and ends ahead of it without ever going back.
+    /// Checks a start with any speed: it begins at this position and speed, and ends ahead of it without a reversal.
     #[test]
     fn a_start_in_motion_goes_on_from_there_and_a_stop_never_goes_back() {
         let mut seed = 3;
@@ -530,9 +543,11 @@ mod tests {
         }
     }
 
-    /// 2 s of a sine of 0.5 rad and 1 Hz in points every 8 ticks, in f32 as on a chip: the largest error, of the sine
-    /// as late as the averages are, and the largest step of r'. Disturbed, points come late, twice, or not until the
-    /// next.
+    /// Returns the largest error and the largest step of r' for 2 s of a sine of 0.5 rad and 1 Hz, with points every 8
+    /// ticks.
+    ///
+    /// The profile is in f32 as on a target. The error refers to the sine with the delay of the averages. If
+    /// `disturbed`, points come late, twice, or together with the next one.
     fn streamed(disturbed: bool) -> [f64; 2] {
         let mut profile = Profile::<f32, 2, 96>::new(&LIMITS, PERIOD_S).expect("limits");
         let point = |k: u32| 0.5 * (TAU * 8.0 * PERIOD_S * f64::from(k)).sin();
@@ -546,7 +561,7 @@ mod tests {
             }
             let Target { jet: [r, v], .. } = profile.next_tick::<2>();
             if tick > 50 {
-                // The averages, and what the base takes for a point.
+                // Delay of the averages, and of the base for a point.
                 let at = TAU * PERIOD_S * (f64::from(tick) - 8.0 - 5.0);
                 worst = worst.max((f64::from(r) - 0.5 * at.sin()).abs());
                 step = step.max((f64::from(v) - last).abs());
@@ -570,8 +585,8 @@ mod tests {
             disturbed[0],
             disturbed[1]
         );
-        // One point is 0.025 rad on its way; what is not there in time is that far behind. A motor with 250 rad/s² per
-        // A steps by 0.5 A at most.
+        // One point is 0.025 rad, so a late point causes an error of this size. A motor with 250 rad/s² per A steps by
+        // at most 0.5 A.
         assert!(even[0] < 6e-3 && even[1] < 0.125, "{even:?}");
         assert!(disturbed[0] < 0.03 && disturbed[1] < 1.0, "{disturbed:?}");
     }

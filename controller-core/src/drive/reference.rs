@@ -1,24 +1,26 @@
-//! Where to go: references as functions of the tick number, and how long a move must take.
+//! References as functions of the tick number, and the duration that a move needs.
 //!
-//! A reference gives turn and jet (r, r', r'', ..) at any tick; ticks are integers, since k T + T is not (k+1) T in
-//! floating point. Evaluate it once per tick, for the end of the tick ([`Player`] remembers the beginning). The law
-//! differences r^(n-1) and needs nothing above it, so jumps of r^(n) cost nothing: for a motor (n = 2) r' must be
-//! continuous, for a joint (n = 4) r'''.
+//! A reference gives the trajectory point (revolution and jet: r, r', r'', ..) at any tick. Ticks are integers, because
+//! k T + T is not (k+1) T in floating point. Evaluate a reference once per tick, for the end of the tick. [`Player`]
+//! keeps the start point. The law differences r^(n-1) and needs no higher derivative, so jumps of r^(n) cost nothing.
+//! For a motor (n = 2) r' must be continuous, for a joint (n = 4) r'''.
 //!
-//! * [`Joined`]: from any jet onto any other reference in a given time, as
+//! * [`Joined`]: a polynomial transition from any trajectory point to any other reference in a given time:
 //!   $$ r = \text{target} + q(s), \quad q = (1 - s)^m \sum_{k<m} a_k s^k, \quad
 //!   a_k = \sum_{j \le k} D_j \binom{m-1+k-j}{m-1}, \quad D_j = \text{gap}^{(j)} \tau^j / j! $$
-//!   It has m derivatives of the present (r included) and meets the target with m - 1. One formula for a move from rest
-//!   to rest (degree 2m - 1: m = 4 is the default for a joint, m = 3 minimum jerk), a start, a recovery, a retarget in
-//!   flight (the present is the old plan's jet, never the measurement), and a stop.
+//!   The transition has m derivatives of the start point (r included) and meets the target with m - 1. One formula
+//!   covers a move from rest to rest, a start, a recovery, a new target in motion, and a stop. A move from rest to
+//!   rest has degree 2m - 1: m = 4 is the default for a joint, m = 3 is minimum jerk. For a new target in motion,
+//!   start from the trajectory point of the old plan, never from the measurement.
 //! * [`Sine`], [`Rest`], and [`Streamed`] points.
-//! * [`shortest`]: the smallest duration whose feed-forward stays within a limit. Background work. Never skip it: a
-//!   plan beyond the limit can hold the loop in saturation for good. Where there is none, do not plan; take the target
-//!   itself, the offset W recovers.
+//! * [`shortest`]: the smallest duration whose feedforward stays within a limit. Run it as background work, and never
+//!   skip it: a plan beyond the limit can hold the loop in saturation for good. If there is no such duration, do not
+//!   plan. Use the target itself: the offset W handles the recovery.
 //!
-//! The position on the way is whole turns and a rest, summed in fixed point of 2^-32 turns (1.5e-9 rad), whatever T is:
-//! after a million turns it has the noise of one within the first (test `a_far_way_is_as_fine_as_a_near_one`). The
-//! derivatives are sums in T, relative to the goal and to the duration, exact at the end of a move.
+//! The position of a move is whole revolutions and a remainder, summed in fixed point of 2^-32 revolutions (1.5e-9 rad)
+//! for any T. After a million revolutions it has the noise of a position within the first revolution (test
+//! `a_far_way_is_as_fine_as_a_near_one`). The derivatives are sums in T, relative to the goal and to the duration. They
+//! are exact at the end of a move.
 //!
 //! ```
 //! use controller_core::drive::{Joined, Player, Rest};
@@ -36,13 +38,15 @@ use super::target::Target;
 use super::trigonometry::sin_cos;
 use crate::real::Real;
 
-/// A plan: turn and jet at every tick.
+/// Plan: a trajectory point at every tick.
 pub trait Reference<T: Real<Count = i32>, const J: usize> {
-    /// r and its derivatives up to the order J - 1 at a tick.
+    /// Returns r and its derivatives up to the order J - 1 at a tick.
     fn at(&self, tick: u32) -> Target<T, i32, J>;
 
-    /// What is over at a tick stays so from there on, also when the number of the tick has wrapped (2³² ticks are five
-    /// days at 10 kHz). Whoever goes along a plan for so long calls it now and then.
+    /// Marks finished moves as finished for good, even after the tick number has wrapped.
+    ///
+    /// The number wraps after 2³² ticks, five days at 10 kHz. A program that follows one plan for so long calls this
+    /// function now and then.
     fn settle(&mut self, _tick: u32) {}
 }
 
@@ -52,12 +56,12 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const J: usize> Reference<T, J> f
     }
 }
 
-/// Stay at an angle of a turn.
+/// Reference that stays at an angle of a revolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rest<T> {
-    /// Whole turns.
+    /// Whole revolutions.
     pub turn: i32,
-    /// And so much, rad.
+    /// Remaining angle, rad.
     pub angle: T,
 }
 
@@ -69,17 +73,17 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Rest<T> {
     }
 }
 
-/// A sin ωt about angle 0, with the phase of tick 0 at 0. The phase is an integer that wraps: it never drifts.
+/// Reference A sin ωt about angle 0, with phase 0 at tick 0. The phase is an integer that wraps, so it never drifts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sine<T> {
     amplitude: T,
     omega: T,
-    /// Of 2^32 per period.
+    /// Phase increment per tick, in 2^-32 periods.
     phase_per_tick: u32,
 }
 
 impl<T: Real<Count = i32>> Sine<T> {
-    /// Amplitude in rad. ω is rounded to a whole number of 2^-32 periods per tick, 1.5e-6 rad/s at 1 ms.
+    /// Returns a sine with its amplitude in rad. ω is rounded to whole 2^-32 periods per tick, 1.5e-6 rad/s at 1 ms.
     pub fn new(amplitude_rad: f64, omega_rad_s: f64, period_s: f64) -> Self {
         let phase_per_tick = (omega_rad_s * period_s / TAU * TWO_32 + 0.5) as u32;
         let omega = f64::from(phase_per_tick) / TWO_32 * TAU / period_s;
@@ -96,7 +100,7 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Sine<T> {
     }
 }
 
-/// A sine and its derivatives at a phase in 2^-32 turns. Public for the recorder of C alone.
+/// Returns a sine and its derivatives at a phase in 2^-32 revolutions. Public only for the recorder of C.
 #[doc(hidden)]
 pub fn jet_of_sine<T: Real, const J: usize>(phase: T::Count, amplitude: T, omega: T) -> [T; J] {
     let (s, c) = sin_cos(T::from_count(phase) * T::from_f64(TAU / TWO_32), T::from_f64(1.0));
@@ -109,29 +113,31 @@ pub fn jet_of_sine<T: Real, const J: usize>(phase: T::Count, amplitude: T, omega
     jet
 }
 
-/// Ticks that are still to come, at most: half of all.
+/// Largest number of future ticks: half of all tick numbers.
 const FARTHEST: u32 = i32::MAX as u32;
 
-/// From a jet onto another reference. Before its start it is where it begins. It gives r and r' at least (J of 2 or
-/// more).
+/// Polynomial transition from a trajectory point to another reference.
+///
+/// Before its start tick it stays at its start point. It provides at least r and r' (J >= 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joined<T, R, const M: usize> {
     target: R,
     end: u32,
-    /// 1/ticks, 1/τ, and 2^-32 ticks in s.
+    /// Factors 1/ticks, 1/τ, and 2^-32 ticks in s.
     per_tick: T,
     per_s: T,
     instant_s: T,
     ticks: u32,
-    /// 2^64/ticks.
+    /// Quotient 2^64/ticks.
     share: Turns,
-    /// q in powers of s and in powers of the part that is left, 1 - s; each is read in its half, where it is exact at
-    /// the end of the move.
+    /// Coefficients of q in powers of s and in powers of the remaining part 1 - s. Each is used in its own half. So the
+    /// plan is exact at the end of the move.
     powers: [[[T; M]; 2]; 2],
     way: [[[Turns; M]; 2]; 2],
 }
 
-/// A number in 2^-32, its sign in the whole: two words, since a plan in C is words.
+/// Fixed-point number in units of 2^-32, with its sign in the whole part. Two words, because a plan in C consists of
+/// words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Turns {
     whole: i32,
@@ -147,36 +153,36 @@ impl Turns {
         (self.whole as i64) << 32 | self.part as i64
     }
 
-    /// 2π `turn` + `rad`, or what is nearest to it.
+    /// Returns 2π `turn` + `rad`, or the nearest representable number.
     pub(super) fn at(turn: i32, rad: f64) -> Self {
         Self::new((i64::from(turn) << 32).saturating_add(nearest_unit(rad * (TWO_32 / TAU))))
     }
 
-    /// The nearest whole number, and what is left of it in 2^-32.
+    /// Returns the nearest whole number, and the remainder in units of 2^-32.
     pub(super) const fn nearest_whole(self) -> [i32; 2] {
         [self.whole.wrapping_add((self.part >> 31) as i32), self.part as i32]
     }
 
-    /// The nearest, at most [`FARTHEST_TURNS`].
+    /// Returns the nearest number, at most [`FARTHEST_TURNS`].
     fn nearest(rad: f64) -> Self {
         let most = FARTHEST_TURNS * TWO_32;
         Self::new(nearest_unit((rad * (TWO_32 / TAU)).clamp(-most, most)))
     }
 }
 
-/// Turns that a coefficient of a way may have: with s up to 1/2 no sum of them has twice as many.
+/// Largest coefficient of a move, in revolutions. With s up to 1/2 no sum of coefficients reaches twice this number.
 const FARTHEST_TURNS: f64 = 1_073_741_824.0;
 
-/// A coefficient of a way, rad, at most: what is beyond is cut off there, and refused where a refusal can be given.
-/// Ten million turns of a joint's move.
+/// Largest coefficient of a move, rad: ten million revolutions of a joint's move. Larger values are clamped, or
+/// rejected if the function can return an error.
 pub const FARTHEST_RAD: f64 = 6e9;
 
 pub(super) fn nearest_unit(units: f64) -> i64 {
     (if units < 0.0 { units - 0.5 } else { units + 0.5 }) as i64
 }
 
-/// A polynomial of s = part/ticks ≤ 1/2 in 2^-32, and by how much of a tick (2^-32) its argument is too early: it has
-/// 32 bits, rounded down.
+/// Evaluates a polynomial of s = part/ticks ≤ 1/2 in units of 2^-32. The second result is the rounding of s in units of
+/// 2^-32 ticks: s has 32 bits and is rounded down.
 fn along<'a>(powers: impl DoubleEndedIterator<Item = &'a Turns>, part: u32, ticks: u32, share: Turns) -> (Turns, i32) {
     let s = ((u64::from(part) * share.units() as u64) >> 32) as u32;
     let early = s.wrapping_mul(ticks).wrapping_neg() as i32;
@@ -187,14 +193,16 @@ fn along<'a>(powers: impl DoubleEndedIterator<Item = &'a Turns>, part: u32, tick
     (Turns::new(sum), early)
 }
 
-/// n over k.
+/// Returns the binomial coefficient n over k.
 fn choose(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
 }
 
 impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
-    /// Onto `target` from a jet that is `gap` (present less target: r, r', .. in rad and s, see [`gap`]) away from it
-    /// at tick `start`, in so many ticks (1..=2^24; one, if fewer are given).
+    /// Returns the transition to `target` in `ticks` ticks from a trajectory point that is `gap` away at tick `start`.
+    ///
+    /// `gap` is the present point minus the target point: r, r', .. in rad and s, see [`gap`]. `ticks` is clamped to
+    /// 1..=2^24.
     pub fn new(target: R, gap: [f64; M], start: u32, ticks: u32, period_s: f64) -> Self {
         const { assert!(M >= 2 && M <= 5, "a join takes over 2 to 5 derivatives, r included") };
         let ticks = ticks.clamp(1, 1 << 24);
@@ -213,15 +221,17 @@ impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
         }
     }
 
-    /// Ticks until the target is met; 0 if it is. Ticks wrap: the end is ahead for less than half of all ticks.
+    /// Returns the ticks until the target is met, or 0 afterwards. Ticks wrap: the end may be at most half of all ticks
+    /// ahead.
     pub const fn left(&self, tick: u32) -> u32 {
         let left = self.end.wrapping_sub(tick);
         if self.ticks == 0 || left > FARTHEST { 0 } else { left }
     }
 }
 
-/// q of a [`Joined`] in powers of s and of 1 - s, in two rows of M each, from the gap and τ in s; public for the
-/// recording of C alone; here it is computed in f64.
+/// Returns q of a [`Joined`] in powers of s and of 1 - s, in two rows of M each, from the gap and τ in s.
+///
+/// It is public only for the recording of C. This module computes it in f64.
 #[doc(hidden)]
 pub fn powers_of_join<F: Real, const M: usize>(gap: [F; M], tau_s: F) -> [[[F; M]; 2]; 2] {
     let sum = |terms: &mut dyn Iterator<Item = F>| terms.reduce(|sum, term| sum + term).unwrap_or(F::ZERO);
@@ -232,7 +242,7 @@ pub fn powers_of_join<F: Real, const M: usize>(gap: [F; M], tau_s: F) -> [[[F; M
     }
     let a: [F; M] =
         core::array::from_fn(|k| sum(&mut (0..=k).map(|j| taylor[j] * F::from_f64(choose(M - 1 + k - j, M - 1)))));
-    // (1 - s)^m Σ a_k s^k, in powers of s; with u = 1 - s it is u^m Σ a_k (1 - u)^k.
+    // (1 - s)^m Σ a_k s^k, in powers of s. With u = 1 - s it is u^m Σ a_k (1 - u)^k.
     let sign = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
     let in_s = |i: usize| {
         let terms = (0..M).filter(|k| (*k..=M + k).contains(&i));
@@ -253,7 +263,7 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> R
         if left == 0 {
             return self.target.at(tick);
         }
-        // Before its start it is where it begins.
+        // Before its start tick the plan stays at its start point.
         let left = if left > self.ticks { self.ticks } else { left };
         let mut target = self.target.at(self.end.wrapping_sub(left));
         let done = self.ticks - left;
@@ -261,7 +271,7 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> R
             if done < left { (done, 0, self.per_s, self.instant_s) } else { (left, 1, -self.per_s, -self.instant_s) };
         let (way, early) = along(self.way[half].as_flattened().iter(), part, self.ticks, self.share);
         let powers = self.powers[half].as_flattened().iter().copied();
-        // To the nearest whole turn.
+        // Rounded to the nearest whole revolution.
         let [turns, rest] = way.nearest_whole();
         target.turn = target.turn.wrapping_add(turns);
         let late_s = T::from_count(early) * instant_s;
@@ -281,8 +291,10 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const M: usize, const J: usize> R
     }
 }
 
-/// What a way adds to the jet of its goal: the rest of the position in 2^-32 turns, moved on by so many seconds, and
-/// the derivatives of the polynomial. Public for the recorder of C alone.
+/// Returns the trajectory point that a move adds to its goal. Public only for the recorder of C.
+///
+/// It is the remainder of the position in 2^-32 revolutions, advanced by `late_s` seconds, and the derivatives of the
+/// polynomial.
 #[doc(hidden)]
 pub fn jet_of_way<T: Real, const J: usize>(
     x: T,
@@ -297,13 +309,13 @@ pub fn jet_of_way<T: Real, const J: usize>(
     jet
 }
 
-/// A polynomial of this argument and its derivatives, the argument moving at `rate`: Horner for the value and all its
-/// Taylor coefficients at once.
+/// Returns a polynomial and its derivatives at an argument that moves at `rate`. Horner's scheme gives the value and
+/// all Taylor coefficients at once.
 fn jet_of<T: Real, const J: usize>(x: T, powers: impl DoubleEndedIterator<Item = T>, rate: T) -> [T; J] {
     let mut jet = [T::ZERO; J];
     for (k, power) in powers.rev().enumerate() {
         for i in (1..J).rev() {
-            // The derivatives of a polynomial of degree k; what is above is 0.
+            // Derivatives of a polynomial of degree k. The higher ones are 0.
             if i < k {
                 jet[i] = jet[i] * x + jet[i - 1];
             } else if i == k {
@@ -320,23 +332,23 @@ fn jet_of<T: Real, const J: usize>(x: T, powers: impl DoubleEndedIterator<Item =
     jet
 }
 
-/// Present less target, in f64 and with the turns counted: what [`Joined::new`] takes.
+/// Returns the present point minus the target point, in f64 and with the revolutions counted, for [`Joined::new`].
 pub fn gap<T: Real<Count = i32>, const M: usize>(present: &Target<T, i32, M>, target: &Target<T, i32, M>) -> [f64; M] {
     let mut gap = core::array::from_fn(|j| present.jet[j].to_f64() - target.jet[j].to_f64());
     gap[0] += TAU * f64::from(present.turn.wrapping_sub(target.turn));
     gap
 }
 
-/// A joined stop that begins with this jet, in so many ticks or in fewer: where it ends, and how many it takes. It
-/// never goes back.
+/// Returns a controlled stop that starts at this trajectory point: its end position and its number of ticks.
 ///
-/// With $m = M - 1$ and s from 0 to 1 the speed on the way is
+/// The stop takes at most `ticks` ticks and never reverses. With $m = M - 1$ and s from 0 to 1 the speed on the way is
 /// $$ \dot r = (1 - s)^m \sum_{k < m} R_k s^k, \quad R_k = \sum_{j \le k} V_j \binom{m - 1 + k - j}{m - 1}, \quad
 /// V_j = r^{(j + 1)} \tau^j / j! $$
-/// with the jet of the beginning, and at the end at rest with m - 1 derivatives. If no two R_k have opposite signs, no
-/// factor and so no speed has another sign than that of the beginning. Of a shaft that slows down already, a long stop
-/// would have to go back; of a short one only $V_0 \binom{m - 1 + k}{m - 1}$ is left, and all signs are one. So the
-/// stop takes fewer ticks where it must, one at least. At an even speed it goes on for half of what it would have gone.
+/// It starts with the given derivatives, and ends at rest with m - 1 derivatives. If no two R_k have opposite signs,
+/// every speed keeps the sign of the initial speed. For a shaft that already slows down, a long stop would have to
+/// reverse. For a short stop only $V_0 \binom{m - 1 + k}{m - 1}$ remains, and all signs are equal. So the stop takes
+/// fewer ticks if needed, at least one. From a constant speed the stop covers half of the distance that the shaft would
+/// have moved.
 pub fn stop<T: Real<Count = i32>, const M: usize>(
     present: &Target<T, i32, M>,
     ticks: u32,
@@ -365,14 +377,14 @@ pub fn stop<T: Real<Count = i32>, const M: usize>(
     (Rest { turn: present.turn, angle: T::from_f64(jet[0] + tau_s * way) }, taken)
 }
 
-/// R_k of [`stop`]; the last of them is 0.
+/// Returns R_k of [`stop`]. The last entry is 0.
 fn speed_of_stop<const M: usize>(jet: &[f64; M], tau_s: f64) -> [f64; M] {
     let (mut parts, mut scale) = ([0.0; M], 1.0);
     for k in 1..M {
         parts[k - 1] = scale * jet[k];
         scale *= tau_s / k as f64;
     }
-    // 1/(1 - s) adds up what is before, and does so m times.
+    // A factor 1/(1 - s) accumulates the entries before, and it occurs m times.
     for _ in 1..M {
         for k in 1..M - 1 {
             parts[k] += parts[k - 1];
@@ -381,23 +393,23 @@ fn speed_of_stop<const M: usize>(jet: &[f64; M], tau_s: f64) -> [f64; M] {
     parts
 }
 
-/// Has the speed two signs?
+/// Returns true if the speed has two signs.
 fn goes_back(parts: &[f64]) -> bool {
     parts.iter().any(|part| *part > 0.0) && parts.iter().any(|part| *part < 0.0)
 }
 
-/// Points that come in evenly, every so many ticks, as a uniform quartic B-spline: r''' is continuous.
+/// Reference from evenly spaced points, as a uniform quartic B-spline: r''' is continuous.
 ///
-/// The points go through $P - \frac{5}{24} \delta^2 P$ first, so that the spline goes through them to the fourth order
-/// (10 ms points of 0.5 sin t: to 2e-10). It is late by 3.5 points. An angle is given in 2^-32 turns, so that the
-/// differences of which derivatives are made are exact.
+/// The points are filtered by $P - \frac{5}{24} \delta^2 P$ first. So the spline passes through them to the fourth
+/// order (10 ms points of 0.5 sin t: to 2e-10). It has a delay of 3.5 points. An angle is in units of 2^-32
+/// revolutions, so the differences for the derivatives are exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Streamed<T> {
-    /// The newest last.
+    /// Last seven points, the newest last.
     points: [i64; 7],
-    /// When the newest came.
+    /// Tick of the newest point.
     tick: u32,
-    /// 1/(ticks per point), 1/(time per point).
+    /// Factors 1/(ticks per point) and 1/(time per point).
     per_tick: T,
     per_s: T,
     /// Control points relative to the middle one.
@@ -405,19 +417,19 @@ pub struct Streamed<T> {
 }
 
 impl<T: Real<Count = i32>> Streamed<T> {
-    /// At rest at this angle (2^-32 turns).
+    /// Returns a reference at rest at this angle, in units of 2^-32 revolutions.
     pub fn new(angle: i64, ticks_per_point: u32, period_s: f64) -> Self {
         let ticks = f64::from(ticks_per_point);
         let (per_tick, per_s) = (T::from_f64(1.0 / ticks), T::from_f64(1.0 / (ticks * period_s)));
         Self { points: [angle; 7], tick: 0, per_tick, per_s, control: [T::ZERO; 5] }
     }
 
-    /// An angle in rad in 2^-32 turns.
+    /// Converts an angle from rad to units of 2^-32 revolutions.
     pub fn angle(rad: f64) -> i64 {
         nearest_unit(rad / TAU * TWO_32)
     }
 
-    /// The next point, at the tick at which it is due.
+    /// Adds the next point, at the tick at which it is due.
     pub fn push(&mut self, angle: i64, tick: u32) {
         self.points.rotate_left(1);
         self.points[6] = angle;
@@ -453,7 +465,7 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Streamed<T> {
     }
 }
 
-/// Plays a reference, and remembers where the coming tick begins.
+/// Player of a reference. It keeps the start point of the coming tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Player<T, R, const J: usize> {
     reference: R,
@@ -462,13 +474,13 @@ pub struct Player<T, R, const J: usize> {
 }
 
 impl<T: Real<Count = i32>, R: Reference<T, J>, const J: usize> Player<T, R, J> {
-    /// The first tick to be played begins at `tick`: 0, or 1 where u is held one tick late.
+    /// Returns a player whose first tick begins at `tick`: 0, or 1 if u is applied one tick late.
     pub fn new(reference: R, tick: u32) -> Self {
         let last = reference.at(tick);
         Self { reference, tick, last }
     }
 
-    /// Targets at the beginning and at the end of the coming tick.
+    /// Returns the targets at the start and at the end of the coming tick.
     pub fn next_tick(&mut self) -> [Target<T, i32, J>; 2] {
         self.tick = self.tick.wrapping_add(1);
         let begin = self.last;
@@ -476,28 +488,31 @@ impl<T: Real<Count = i32>, R: Reference<T, J>, const J: usize> Player<T, R, J> {
         [begin, self.last]
     }
 
-    /// The tick at which the coming tick begins: where a new plan starts.
+    /// Returns the tick at which the coming tick begins. Start a new plan there.
     pub const fn tick(&self) -> u32 {
         self.tick
     }
 
-    /// Goes on with another reference, from the coming tick on; give one that begins where this one stands.
+    /// Switches to another reference from the coming tick on. It must begin at the present point.
     pub fn play(&mut self, reference: R) {
         self.reference = reference;
     }
 
-    /// What is played, for a point that comes in.
+    /// Returns the reference, for example to add a point.
     pub fn reference_mut(&mut self) -> &mut R {
         &mut self.reference
     }
 }
 
-/// The smallest number of ticks, from `fewest` to `most`, for which the plan that begins at tick `start` keeps the
-/// feed-forward within ±`u_max` (take 0.9 of the limit) at 64 of its ticks; `None` if there is none. A plan of less
-/// than 20 ticks is never given: between so few the peak of u would not be seen. `feed_forward` is u of a jet of n + 1
-/// entries: [`Motor::feed_forward`](super::Motor::feed_forward), [`Joint::feed_forward`](super::Joint::feed_forward).
-/// What is feasible need not stay so for longer plans: this is the first that is found going up by a quarter, refined
-/// from there.
+/// Returns the smallest number of ticks from `fewest` to `most` whose plan keeps the feedforward within ±`u_max`.
+///
+/// The plan begins at tick `start` and is checked at 64 of its ticks. Use 0.9 of the current limit as `u_max`.
+/// `feed_forward` returns u for a trajectory point of n + 1 entries:
+/// [`Motor::feed_forward`](super::Motor::feed_forward), [`Joint::feed_forward`](super::Joint::feed_forward).
+///
+/// Returns `None` if there is no such plan. A plan always has at least 20 ticks: with fewer ticks the check would miss
+/// the peak of u. Longer plans than a feasible one may be infeasible. The search goes up by a quarter each time, and
+/// then refines the first feasible number.
 pub fn shortest<R: Reference<f64, J>, const J: usize>(
     start: u32,
     fewest: u32,
@@ -540,7 +555,7 @@ mod tests {
     use super::*;
     use crate::drive::{Joint, Motor};
 
-    /// P of the moves in powers of s, as printed; m of each is 2 more than its place.
+    /// Printed polynomials of the moves in powers of s. Entry i has m = i + 2.
     const POINT: [&[f64]; 4] = [
         &[0.0, 0.0, 3.0, -2.0],
         &[0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
@@ -568,10 +583,11 @@ mod tests {
         Joined::new(Rest { turn: 0, angle: T::from_f64(distance) }, gap, 50, 200, 1e-3)
     }
 
-    /// A position of a way: 9 sums of its polynomial are rounded to 2^-32 turns, and each half the next.
+    /// Rounding of a position: 9 sums of its polynomial are rounded to 2^-32 revolutions, and each affects the next by
+    /// half.
     const GRID_RAD: f64 = 2.0 * TAU / TWO_32;
 
-    /// The printed polynomial cancels from coefficients up to 540 (of its derivatives, 1e4) to 1.
+    /// Compares with the printed polynomial, which cancels from coefficients up to 540 (of its derivatives, 1e4) to 1.
     #[test]
     fn a_move_from_rest_to_rest_is_the_printed_polynomial() {
         macro_rules! check {
@@ -609,7 +625,7 @@ mod tests {
             let grid = if j == 0 { GRID_RAD } else { 0.0 };
             assert!((begin[j] - expected).abs() <= 1e-9 * (1.0 + expected.abs()) + grid, "r^({j}): {}", begin[j]);
         }
-        // The last tick is near the target to the order 5 - j in the time that is left, 1/120 of it.
+        // The last tick is near the target to the order 5 - j in the remaining time, which is 1/120.
         let (last, target): ([f64; 5], [f64; 5]) = (at(&plan, 159), at(&sine, 159));
         // The gap is 19 rad.
         let (mut size, mut factor) = (4e3 * 120.0_f64.powi(-5), 5.0);
@@ -622,7 +638,8 @@ mod tests {
         assert_eq!(at::<f64, 5>(&plan, 160), at::<f64, 5>(&sine, 160));
     }
 
-    /// Every derivative of a reference is the difference of the one before: nothing of the formulas is used.
+    /// Checks that every derivative of a reference is the difference quotient of the one before, independent of the
+    /// formulas.
     #[test]
     fn derivatives_are_those_of_the_position() {
         fn check(name: &str, plan: &impl Reference<f64, 5>, ticks: core::ops::Range<u32>) {
@@ -664,7 +681,8 @@ mod tests {
             last = found[3];
         }
         std::println!("r off by {worst:.1e}; third derivative steps {jump:.1e}, in f32 off by {rough:.1e}");
-        // The points are rounded to 0.7e-9 rad, f32 rounds their distances as much: some million times that in r^(3).
+        // The points are rounded to 0.7e-9 rad, and f32 rounds their distances as much. In r^(3) that is amplified some
+        // million times.
         assert!(worst <= 2e-9, "{worst:e}");
         assert!(jump <= 4e-3 && rough <= 4e-3, "{jump:e}, {rough:e}");
     }
@@ -686,8 +704,10 @@ mod tests {
         assert!(worst[0] <= 4e-7 && worst.iter().all(|&worst| worst <= 2e-6), "{worst:?}");
     }
 
-    /// Turns of a move of degree 5 in whole numbers: $D (10 s^3 - 15 s^4 + 6 s^5)$ at s = k/n is D P/n^5, and D P is
-    /// added up of its bits, the whole turns taken out at every one.
+    /// Returns the revolutions of a move of degree 5 in whole numbers: $D (10 s^3 - 15 s^4 + 6 s^5)$ at s = k/n is D
+    /// P/n^5.
+    ///
+    /// The sum runs over the bits of D P, and whole revolutions are removed at every bit.
     fn in_whole_numbers(turns: u32, k: u32, n: u32) -> (i32, f64) {
         let [k, n] = [k, n].map(i128::from);
         let (share, all) = (k.pow(3) * (10 * n * n - 15 * k * n + 6 * k * k), n.pow(5));
@@ -700,14 +720,15 @@ mod tests {
         (whole, rest as f64 / all as f64)
     }
 
-    /// In f32, from 10 turns to a million, in a second and in four hours: the noise of one within the first turn.
+    /// Checks f32 from 10 to a million revolutions, in 1 s to four hours: the noise equals the noise of the first
+    /// revolution.
     #[test]
     fn a_far_way_is_as_fine_as_a_near_one() {
         for (turns, ticks) in [(10, 1000), (1000, 20_000), (1_000_000, 1 << 24), (1_000_000, 6_000_001)] {
             let goal = Rest { turn: turns, angle: 0.0_f32 };
             let plan: Joined<f32, _, 3> = Joined::new(goal, [-TAU * f64::from(turns), 0.0, 0.0], 7, ticks, 1e-3);
             let (mut worst, mut steps, mut last) = (0.0_f64, 0.0_f64, 0.0);
-            // Some whole stretches of it, and over the middle, where the halves meet.
+            // Some whole sections of the move, and the middle, where the halves meet.
             for stretch in 0..=20 {
                 for k in (0..100).map(|k| (u64::from(ticks - 100) * stretch / 20) as u32 + k) {
                     let found: Target<f32, i32, 2> = plan.at(7 + k);
@@ -719,7 +740,7 @@ mod tests {
                 }
             }
             std::println!("{turns} turns in {ticks} ticks: off by {worst:.1e} rad, by {steps:.1e} from tick to tick");
-            // Half a digit of 3.14 in f32 is 1.2e-7; it is made of three numbers of this size.
+            // Half a digit of 3.14 in f32 is 1.2e-7, and the result consists of three numbers of this size.
             assert!(worst < 4e-7, "{turns} in {ticks}: {worst:e}");
         }
     }
@@ -748,7 +769,7 @@ mod tests {
         }
     }
 
-    /// From 0.1 rad with the motor at 0, within 27 A: 0.21 s.
+    /// Checks the recovery from 0.1 rad with the motor at 0, within 27 A: 0.21 s.
     #[test]
     fn the_shortest_recovery_of_the_joint_is_the_known_one() {
         let joint = Joint::TABLE_I;
@@ -758,11 +779,11 @@ mod tests {
         let plan = |ticks| Joined::<f64, _, 4>::new(Rest { turn: 0, angle: 0.0 }, gap, 0, ticks, 1e-3);
         let ticks = shortest::<_, 5>(0, 20, 10_000, 27.0, |jet| joint.feed_forward(jet), plan);
         assert!((205..=215).contains(&ticks.expect("a plan")), "{ticks:?}");
-        // Below what the spring asks for at once there is none.
+        // Below the initial current for the spring there is no plan.
         assert_eq!(shortest::<_, 5>(0, 20, 10_000, 1.0, |jet| joint.feed_forward(jet), plan), None);
     }
 
-    /// The largest acceleration of degree 5 is 10/√3 D/τ².
+    /// Checks the closed form: the largest acceleration of degree 5 is 10/√3 D/τ².
     #[test]
     fn the_shortest_move_of_a_motor_is_the_closed_form() {
         let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 0.0 };
@@ -772,8 +793,8 @@ mod tests {
         assert!((f64::from(ticks) * 1e-5 / expected - 1.0).abs() < 2e-3, "{ticks} for {expected} s");
     }
 
-    /// However few ticks a move could take, its peak between them is within the limit too: 1.1 % above it at most,
-    /// which is what a parabola through the peak of degree 5 falls within half of a twentieth.
+    /// Checks the peak between the ticks of short moves: at most 1.1 % above the limit. A parabola through the peak of
+    /// degree 5 falls by that much within half of a twentieth.
     #[test]
     fn the_peak_of_a_short_move_is_not_missed_between_ticks() {
         let motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 0.0 };

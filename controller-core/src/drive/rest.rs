@@ -1,33 +1,35 @@
-//! A shaft at rest in friction: within a band around a target that rests, its position error does not count.
+//! Shaft at rest in friction: a rest band around a resting target, within which the position error does not count.
 //!
-//! Friction holds a shaft at an error $e \ne 0$. The observer sees no speed and takes what u asks for as a disturbance,
-//! so u grows by $K \int e$ until the shaft breaks away. Static friction is above Coulomb friction: it slips past
-//! its target, sticks on the other side, and so on (stick-slip, hunting). A current that holds a stuck shaft need not
-//! change: with $e = 0$ in the surface u stays what it is.
+//! Friction holds a shaft at an error $e \ne 0$. The observer sees no speed and takes the current command as a
+//! disturbance, so u grows by $K \int e$ until the shaft breaks away. Static friction exceeds Coulomb friction: the
+//! shaft slips past its target, sticks on the other side, and so on (stick-slip, hunting). A current that holds a stuck
+//! shaft need not change: with $e = 0$ in the surface, u stays constant.
 //!
-//! So [`RestBand::place`] moves a target that rests to where the shaft is, by at most the width ε of the band:
+//! So [`RestBand::place`] moves a resting target to the position of the shaft, by at most the width ε of the band:
 //!
 //! $$ r \leftarrow r + h \thinspace \mathrm{band}(p - r), \qquad h \leftarrow h + (1 - e^{-w_o T}) (1 - h) $$
 //!
-//! $\mathrm{band}(e)$ is e within the band. Outside it goes back to 0, as $\pm(\varepsilon - (|e| - \varepsilon)/4)$,
-//! and is 0 from 5 ε on: a load is answered as without a band.
+//! $\mathrm{band}(e)$ is e within the band. Outside of the band it decreases to 0, as
+//! $\pm(\varepsilon - (|e| - \varepsilon)/4)$, and is 0 from 5 ε on. So the drive reacts to a load as without a band.
 //!
-//! The tick then has another target and nothing else: limits, observers and recovery are what they are for any target.
-//! A target that moves is handed on as it is, bit for bit, and the band begins anew: there u may step by as much as an
-//! error of the width makes. The observer sees a load as before.
+//! Only the target of the tick changes: limits, observers and recovery work as for any target. A moving target passes
+//! through bit for bit, and the band restarts. At that moment u may step by the effect of an error of the band's width.
+//! The observer sees a load as before.
 //!
-//! * ε begins with what one count or 0.1 % of the torque does to the error, whichever is more:
+//! * ε starts at the effect of one count or of 0.1 % of the torque on the error, whichever is larger:
 //!   $\varepsilon_0 = \max(\mathrm{count}, \thinspace 0.001 \thinspace b u_{max}/w_o^2)$.
-//! * It learns from slips: the shaft stands outside the band, moves faster than one that stands, and stands on the
-//!   other side. The band then widens to 5/4 of where it stands, by half at least, up to 2 % of the torque or six
-//!   counts (if these are no more than 5 % of the torque), whichever is more. That takes eight steps at most.
-//! * It forgets as soon as the error is more than three times the widest band and a count: that is a load, and no slip.
+//! * The band learns from slips. A slip means that the shaft stands outside the band, moves faster than the standstill
+//!   speed, and then stands on the other side. The band widens to 5/4 of the error at which the shaft stands, by half
+//!   at least. The largest width is the larger of two limits: 2 % of the torque, and six counts (limited to 5 % of the
+//!   torque). The band reaches it in at most eight increments.
+//! * The band resets when the error exceeds three times the widest band plus a count: the cause is a load, not a slip.
 //!
-//! A shaft in the play of a gear never stands. Where it swings instead, lower gains take over while the target rests
-//! (module `lower`): [`RestBand::calm`] after a tick says which u goes out then.
+//! A shaft within the backlash of a gear never stands. If it swings instead, lower gains apply while the target rests
+//! (module `lower`). Call [`RestBand::calm`] after a tick: it gives the output u for this case.
 //!
-//! A shaft that is stuck cannot tell friction from a load that changes its direction: under one the band widens too,
-//! and the shaft gives way by at most the widest band.
+//! # Limitations
+//! From a stuck shaft, friction and a load that changes its direction look alike. So the band also widens under such a
+//! load, and the shaft yields by at most the widest band.
 //!
 //! ```
 //! use controller_core::Limits;
@@ -63,76 +65,75 @@ use crate::controller::Output;
 use crate::health::Health;
 use crate::running::{ControlLaw, Running};
 
-/// May a drive become slacker at rest: its band widen where a shaft slips from one side of its target to the other, its
-/// gains sink where it swings around it?
+/// Learning of a rest band: may the band widen when the shaft slips, and may the gains sink when it swings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RestLearning {
-    /// It keeps its first width and its gains.
+    /// The band keeps its first width and its gains.
     Off,
-    /// To 2 % of the torque, or six counts if these are at most 5 %; and gains for an eighth of the bandwidth.
+    /// The band may widen to 2 % of the torque, or to six counts (limited to 5 % of the torque) if these are more. The
+    /// gains may sink to an eighth of the bandwidth.
     On,
 }
 
-/// The band of a drive, by rule from its design ([`MotorDesign::rest_band`](super::MotorDesign::rest_band)).
+/// Rest band of a drive, computed by rule from its design ([`MotorDesign::rest_band`](super::MotorDesign::rest_band)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RestBand {
-    /// One step of the encoder, rad.
+    /// Encoder resolution, rad per count.
     count: f32,
-    /// Width at the beginning and at most, to either side, rad.
+    /// Initial and largest width, to either side, rad.
     least: f32,
     most: f32,
-    /// 1 - e^(-w_o T).
+    /// Rise of the share per tick, 1 - e^(-w_o T).
     rise: f32,
-    /// Below this speed it stands, rad/s, and it stands after so many ticks.
+    /// Standstill speed, rad/s, and number of ticks below it until the shaft counts as standing.
     slow: f32,
     stands: f32,
     lower: Option<LowerGains>,
 }
 
-/// Of the torque: what the error may be within the band, and within the widest one; and the speed of a shaft that
-/// stands, over $w_o$.
+/// Shares of the torque for the initial and the widest band, and the standstill speed relative to $w_o$.
 const LEAST: f64 = 0.001;
 const MOST: f64 = 0.02;
 const SLOW: f64 = 0.00125;
-/// The widest band is at least so many counts, where these are no more than this part of the torque.
+/// Counts that the widest band has at least, limited to this share of the torque.
 const MOST_COUNTS: f64 = 6.0;
 const COARSE: f64 = 0.05;
-/// Time constants of the observer until a shaft stands.
+/// Time until a shaft counts as standing, in time constants of the observer.
 const STANDS: f64 = 3.0;
-/// A band widens by this at least.
+/// Smallest growth of the band per slip.
 const GROWTH: f32 = 1.5;
-/// And to so much of where the shaft stands: the next slip may be longer.
+/// Ratio of the new width to the error at standstill: the next slip may be longer.
 const SPARE: f32 = 1.25;
-/// An error of so many of the widest bands is a load.
+/// Error that counts as a load, in widths of the widest band.
 const LOAD: f32 = 3.0;
 
-/// What a band remembers from tick to tick.
+/// State of a rest band from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Resting {
     share: f32,
-    /// To either side, rad; 0 is the least width.
+    /// Width to either side, rad. 0 means the initial width.
     width: f32,
-    /// On which side it last stood outside the band: -1, 1, or 0 for neither.
+    /// Side on which the shaft last stood outside the band: -1, 1, or 0 for neither.
     side: f32,
     stood: f32,
-    /// Its error where it last stood.
+    /// Error at the last standstill, rad.
     anchor: f32,
-    /// 1 once it has moved faster than a shaft that stands, since it last stood outside the band; else 0.
+    /// 1 if the shaft has moved faster than the standstill speed since it last stood outside the band, else 0.
     slipped: f32,
-    /// Where the target was.
+    /// Revolution and angle of the last target.
     turn: i32,
     angle: f32,
     swing: Swing,
 }
 
-/// Nothing is calmed where the drive brakes, or is not sure where its shaft is.
+/// Flags that suspend lower gains: the drive brakes, or the position of its shaft is uncertain.
 const OUT_OF_USE: Health = Health::BRAKES.union(Health::WAITS).union(Health::INPUT_REJECTED);
 
 impl Resting {
-    /// While the target moves, and before the drive starts.
+    /// State for a moving target, and before the drive starts.
     pub const START: Self = Self {
         share: 0.0,
         width: 0.0,
@@ -145,24 +146,27 @@ impl Resting {
         swing: Swing::NONE,
     };
 
-    /// h, 0 to 1: how much of the band is in use.
+    /// Returns the share h of the band in use, 0 to 1.
     pub const fn share(&self) -> f32 {
         self.share
     }
 
-    /// Of a shaft whose target rests, rad.
+    /// Returns the error of the shaft from its resting target, rad.
     fn error<const E: usize>(&self, known: &DriveEstimates<f32, i32, E>) -> f32 {
         known.position[0] - (self.turn.wrapping_sub(known.turn) as f32 * TAU + self.angle)
     }
 
-    /// Are lower gains in use, because the shaft swung?
+    /// Returns true if lower gains are in use because the shaft swung.
     pub const fn is_lowered(&self) -> bool {
         self.swing.is_lowered()
     }
 
-    /// All of it as words, for logs: h, the width (0 is the least), the side, ticks and error where it last stood,
-    /// whether it has slipped since, and the turn and the angle of the target. Then mean of u, on which side of it u
-    /// was, reversals, which of the lower sets is in use, its ticks, returns, and its q, v, d and u.
+    /// Returns the state as words, for logs.
+    ///
+    /// The words of the band are h, the width (0 is the initial width), the side, ticks and error at the last
+    /// standstill. Then follow the slip flag, and the revolution and the angle of the target. The words of the swing
+    /// are the mean of u, the side of u relative to the mean, and the reversals. The last words are the lower gain set
+    /// in use, its ticks, returns, and its q, v, d and u.
     pub fn words(&self) -> impl Iterator<Item = u32> {
         let Self { share, width, side, stood, anchor, slipped, turn, angle, swing } = *self;
         let rest = [share, width, side, stood, anchor, slipped].map(f32::to_bits);
@@ -171,7 +175,7 @@ impl Resting {
 }
 
 impl RestBand {
-    /// For an encoder of this step, rad, b, the largest u, and the bandwidth of the observer.
+    /// Builds the band from the count in rad, b, the largest u, and the observer bandwidth.
     pub(crate) const fn of(
         count: f64,
         [gain, u_max]: [f64; 2],
@@ -188,7 +192,7 @@ impl RestBand {
             RestLearning::On if widest > least => widest,
             _ => least,
         };
-        // Rounded up; of a bandwidth that no design takes any number.
+        // Rounded up. The value has no meaning for a bandwidth that every design rejects.
         let constants = STANDS / (omega * period_s);
         let whole = constants as u32 as f64;
         let stands = if whole < constants { whole + 1.0 } else { whole };
@@ -206,19 +210,21 @@ impl RestBand {
         }
     }
 
-    /// What a tick compares with: a step of the encoder, least and largest width, rise of the share, speed and ticks of
-    /// a shaft that stands, the error of a load, half a step.
+    /// Returns the thresholds of a tick.
+    ///
+    /// They are: one count, initial and largest width, rise of the share, speed and ticks of standstill, the error of a
+    /// load, half a count.
     pub const fn thresholds(&self) -> [f32; 8] {
         let Self { count, least, most, rise, slow, stands, .. } = *self;
         [count, least, most, rise, slow, stands, LOAD * most + count, 0.5 * count]
     }
 
-    /// The gains that take over where the shaft swings.
+    /// Returns the gains that apply when the shaft swings.
     pub const fn lower_gains(&self) -> Option<&LowerGains> {
         self.lower.as_ref()
     }
 
-    /// What a tick compares with and multiplies by, as words for a fingerprint.
+    /// Returns the thresholds and gains of a tick, as words for a fingerprint.
     pub(super) fn words(&self) -> impl Iterator<Item = u32> {
         let lower = self.lower.iter().flat_map(|lower| {
             let (numbers, [first, second]) = lower.numbers();
@@ -227,13 +233,14 @@ impl RestBand {
         self.thresholds().into_iter().chain(lower).map(f32::to_bits)
     }
 
-    /// The present width to either side of the target, rad.
+    /// Returns the present width to either side of the target, rad.
     pub fn width(&self, state: &Resting) -> f32 {
         if state.width > self.least { state.width } else { self.least }
     }
 
-    /// Moves a target that rests to the shaft, within the band. Call it before a tick with what the drive knew after
-    /// the last one, `None` before it has started. [`Health::HUNTS`] where the band has widened.
+    /// Moves a resting target to the shaft, within the band. Sets [`Health::HUNTS`] if the band has widened.
+    ///
+    /// Call it before a tick, with the estimates after the last tick, or `None` before the drive has started.
     #[inline]
     pub fn place<const E: usize, const N: usize>(
         &self,
@@ -253,7 +260,7 @@ impl RestBand {
         };
         let error = state.error(known);
         if state.is_lowered() {
-            // The law has nothing to do: it is at its target.
+            // With lower gains the law must stay idle: it sees the shaft at its target.
             begin.jet[0] += error;
             if N > 1 {
                 begin.jet[1] = known.speed[0];
@@ -267,8 +274,9 @@ impl RestBand {
         Health::HUNTS.when(state.width > self.least)
     }
 
-    /// After the tick of a drive in front of which this band has [placed](Self::place) its target: where the shaft
-    /// swings at rest, lower gains say what goes out instead. [`Health::HUNTS`] then.
+    /// Replaces the output by lower gains if the shaft swings at rest. Sets [`Health::HUNTS`] in this case.
+    ///
+    /// Call it after the tick of a drive whose target this band has [placed](Self::place).
     pub fn calm<L, const E: usize>(
         &self,
         state: &mut Resting,
@@ -278,7 +286,7 @@ impl RestBand {
         L: Watched<E> + ControlLaw<Scalar = f32, Estimates = DriveEstimates<f32, i32, E>>,
     {
         let Some(lower) = &self.lower else { return };
-        // A share of 0 is a target that moves.
+        // A share of 0 means a moving target.
         if state.share == 0.0 || output.health.contains(Health::STOPPED) {
             return;
         }
@@ -295,7 +303,7 @@ impl RestBand {
         output.health |= Health::HUNTS;
     }
 
-    /// By how much a target at this error moves; an error that is no number moves nothing.
+    /// Returns the shift of the target at this error, rad. An error that is not a number shifts nothing.
     fn shift(&self, state: &mut Resting, error: f32, speed: f32) -> f32 {
         let [count, least, most, rise, slow, stands, load, half] = self.thresholds();
         let (mut width, is_slow) = (self.width(state), speed.abs() < slow);
@@ -325,7 +333,7 @@ impl RestBand {
             (state.side, state.slipped) = (side, 0.0);
         }
         state.width = width;
-        // Further out less and less of it: a load is answered as without a band.
+        // Further out the shift decreases: the drive reacts to a load as without a band.
         let left = width - 0.25 * (away - width);
         let within = if away <= width {
             error

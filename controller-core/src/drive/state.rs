@@ -1,50 +1,50 @@
-//! What an encoder drive remembers between two ticks.
+//! State of an encoder drive between two ticks.
 
 use super::chain::ChainModel;
 use crate::real::{Count, Real};
 use crate::running::{Words, each_word, next};
 
-/// Everything in physical units: of another design of the same shape the estimates mean the same.
+/// State of an encoder drive in physical units. Under another design of this form the estimates keep their meaning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EncoderState<T, M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize>
 where
     T: Real,
     M: ChainModel<T, E, N>,
 {
-    /// Count of the last good sample.
+    /// Count of the last valid sample.
     pub(crate) last: [T::Count; E],
-    /// The same since the base.
+    /// Last valid count, relative to the base count.
     pub(crate) at: [T::Count; E],
-    /// Turn of the base.
+    /// Revolution of the base count.
     pub(crate) turn: T::Count,
-    /// Estimates of each block: p, the position less that of its count; v; d; with four states d'.
+    /// Estimates of each block: p, the position minus the position of its count; v; d; with four states also d'.
     pub(crate) x: [[T; S]; E],
-    /// w/2 at the last tick.
+    /// Known disturbance w/2 at the last tick.
     pub(crate) push: M::Push,
-    /// With two gain sets, of each block: smoothed innovation, and how far the fast set is in.
+    /// With two gain sets, for each block: smoothed innovation, and share of the high gains.
     pub(crate) alert: [[[T; 2]; E]; FAST],
-    /// A sample is believed that is so much further off than the gate; it closes to 0 after a start. While the counts
-    /// have not agreed it is 0 after a place was known.
+    /// Amount by which a sample may exceed the innovation gate. It decays to 0 after a start. While the counts are not
+    /// yet consistent, it is 0 if a position was known before.
     pub(crate) reach: T,
-    /// Samples of each encoder that were not used, in a row.
+    /// Number of consecutive rejected samples of each encoder.
     pub(crate) missed: [T; E],
-    /// How far the last count of each encoder that was not used was from its prediction.
+    /// Distance of the last rejected count of each encoder from its prediction.
     pub(crate) off: [T; E],
-    /// Steps of the position lately, by their price; as long as the state is fresh, agreements of the counts that are
-    /// still wanted before the law is asked.
+    /// Recent position steps, weighted by their price. In a fresh state: number of consistent counts still needed
+    /// before the law starts.
     pub(crate) doubt: T,
-    /// W = σ(0) e^(-αt).
+    /// Offset W = σ(0) e^(-αt).
     pub(crate) offset: T,
-    /// What the actuator held since the last tick.
+    /// Current that the actuator has held since the last tick.
     pub(crate) held: T,
-    /// What the power stage gives at most, |u|; that of the design without a limit of its own.
+    /// Largest |u| of the power stage. The limit of the design applies if no other limit is set.
     pub(crate) limit: T,
-    /// |u| of the last report if it was clearly less than was put out, else more than any; below 0 where the limit was
-    /// set, and no report changes it.
+    /// Last reported |u| if it was clearly below the output, otherwise a value above any |u|. Below 0 if the limit was
+    /// set, and then no report changes it.
     pub(crate) reported: T,
-    /// With a delay: what it holds now, and in the ticks after it; the last is the newest.
+    /// With a delay: u that the actuator holds now and in the following ticks. The last entry is the newest.
     pub(crate) queued: [T; LATE],
-    /// The estimates are those of the coming sample already: after the start, and after a re-tune.
+    /// True if the estimates belong to the coming sample: after the start, and after a retune.
     pub(crate) fresh: bool,
 }
 
@@ -54,7 +54,7 @@ where
     T: Real,
     M: ChainModel<T, E, N>,
 {
-    /// Where in a state the one byte lies that must be 0 or 1.
+    /// Byte offset of the one byte in a state that must be 0 or 1.
     #[doc(hidden)]
     pub const FLAG_AT: usize = core::mem::offset_of!(Self, fresh);
 }

@@ -1,15 +1,17 @@
-//! Where a drive should be: targets at an instant, and what the law makes of them.
+//! Reference of a drive: trajectory points at an instant, and the control modes that use them.
 
 use crate::real::{Count as _, Real};
 
-/// A position and its derivatives at an instant: r = 2π `turn` + `jet[0]`, r', r'', .. up to the order n - 1 of the
-/// chain, in rad and s. Give the angle within a turn or two: the turn keeps the digits of a drive that has gone far.
+/// Trajectory point: a position and its derivatives at an instant.
+///
+/// r = 2π `turn` + `jet[0]`, then r', r'', .. up to the order n - 1 of the chain, in rad and s. Keep the angle within a
+/// revolution or two: the separate revolutions keep the digits of a drive that has moved far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Target<T, C, const N: usize> {
-    /// Whole turns of the shaft (`i32`; it may wrap).
+    /// Whole revolutions of the shaft (`i32`, may wrap).
     pub turn: C,
-    /// r, r', r'', ..
+    /// Angle r within the revolution and its derivatives r', r'', .., in rad and s.
     pub jet: [T; N],
 }
 
@@ -20,33 +22,35 @@ mod sealed {
     impl Sealed for super::Hold {}
 }
 
-/// What a drive is told to do: [`Position`], [`Speed`] or [`Hold`].
+/// Control mode of a drive: [`Position`], [`Speed`] or [`Hold`].
 pub trait Aim<T: Real, const N: usize>: sealed::Sealed + Copy + 'static {
-    /// What it is told for one instant.
+    /// Reference for one instant.
     type Target: Copy + core::fmt::Debug;
-    /// Is the position to be held? If not, w_c = 0, and e_1 is in no sum.
+    /// True if the drive holds a position. Otherwise w_c = 0, and e_1 is in no sum.
     const POSITION: bool;
 
-    /// What of a position and its derivatives it is told.
+    /// Returns the part of a trajectory point that this control mode uses.
     fn told(target: &Target<T, T::Count, N>) -> Self::Target;
 
-    /// z - (r, r', ..), with the turn of the base and 2π.
+    /// Returns the errors z - (r, r', ..), given the revolution of the base and 2π.
     fn errors(z: &[T; N], turn: T::Count, full: T, target: &Self::Target) -> [T; N];
 
-    /// Δ(r, r', ..); `None` without a reference.
+    /// Returns the change Δ(r, r', ..) within a tick, or `None` without a reference.
     fn moved(begin: &Self::Target, end: &Self::Target, full: T) -> Option<[T; N]>;
 }
 
-/// Follow a position, with as many derivatives as the chain has.
+/// Control mode that follows a position, with as many derivatives as the chain has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Position;
 
-/// Follow a speed: the target is r' alone. The position is nobody's business, and the disturbance estimate takes the
-/// place of an integrator. A shaft that must keep step follows a [`Position`] that is the integral of the speed.
+/// Control mode that follows a speed: the reference is r' alone.
+///
+/// The position is not controlled, and the disturbance estimate replaces an integrator. For a shaft that must stay
+/// synchronous, follow a [`Position`] that is the integral of the speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Speed;
 
-/// Hold angle 0 of turn 0: no reference, and no instruction for one.
+/// Control mode that holds angle 0 of revolution 0, without a reference and without an instruction for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hold;
 
@@ -76,7 +80,7 @@ impl<T: Real, const N: usize> Aim<T, N> for Position {
             moved[j] -= begin.jet[j];
         }
         if end.turn != begin.turn {
-            // Hardly ever. Without the fence the compiler makes a selection of it, and converts in every tick.
+            // This branch is rare. Without the fence the compiler makes it a select and converts in every tick.
             core::sync::atomic::compiler_fence(core::sync::atomic::Ordering::SeqCst);
             moved[0] += full * T::from_count(end.turn.since(begin.turn));
         }

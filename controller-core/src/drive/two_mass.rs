@@ -1,8 +1,9 @@
-//! A flexible joint as the tick of the coupled design knows it: both shafts and the spring between them as one.
+//! Flexible joint in the tick of the coupled design: both shafts and the spring between them as one plant.
 //!
-//! The blocks of link and motor have what is each one's own; [`Whole`] has what one does to the other within a tick,
-//! the gains across, and the law on what a chain of integrators does not know: the current on its way and d of the
-//! motor (module `coupled`, whose symbols are used here).
+//! The blocks of link and motor hold the numbers of each shaft alone. [`Whole`] holds the coupling: the effect of one
+//! shaft on the other within a tick, and the cross gains of the observer. It also holds the law terms outside the chain
+//! of integrators: the current that lags behind its command, and d of the motor (module `coupled`, whose symbols are
+//! used here).
 //!
 //! # The chain
 //! With $x = (q_l, v_l, \tau, v_m)$, $s = g \sin q_l$, $c = g \cos q_l$:
@@ -10,12 +11,13 @@
 //! $$ z_3 = k_1 \tau - b_1 v_l - s, \qquad z_4 = k_1 (v_m - v_l) - c\thinspace v_l - b_1 z_3, $$
 //! $$ a_z = s v_l^2 - (k_1 + c) z_3 - b_1 z_4 - k_1 (k_2 \tau + b_2 v_m) $$
 //!
-//! so that $\dot z_4 = a_z + k_1 b\thinspace u$ but for disturbances. The regulator knows no weight; it works on
+//! so that $\dot z_4 = a_z + k_1 b\thinspace u$ except for disturbances. The regulator ignores the weight and works on
 //!
 //! $$ \varepsilon = (e_1,\ e_2,\ e_3 + c e_1,\ e_4 + c (e_2 - b_1 e_1)) $$
 //!
-//! which are, to first order, the errors of the same joint without its weight, and
-//! $K_\varepsilon = (K_1 + K_3,\ K_2 + K_4 + K_3 b_1/k_1,\ (K_3 + K_4 b_1)/k_1,\ K_4/k_1)$ is K of the joint for them.
+//! which are, to first order, the errors of the joint without its weight.
+//! $K_\varepsilon = (K_1 + K_3,\ K_2 + K_4 + K_3 b_1/k_1,\ (K_3 + K_4 b_1)/k_1,\ K_4/k_1)$ is K of the joint for these
+//! errors.
 
 use core::marker::PhantomData;
 
@@ -25,7 +27,7 @@ use super::coupled::{JointRatios, JointTick, Regulator, innovations};
 use super::error::DriveError;
 use super::fields::fields;
 use super::joint::{Coupled, JointBandwidths, JointDesign};
-use super::law::{BRAKING, Belief, EncoderForm, FastGains, QUARTER_TURN, Row};
+use super::law::{AcceptanceRules, BRAKING, EncoderForm, FastGains, QUARTER_TURN, Row};
 use super::motor::{Switching, decay};
 use super::target::{Aim, Position};
 use super::trigonometry::sin_cos;
@@ -35,35 +37,34 @@ use crate::real::{Count as _, Real};
 use crate::running::{Words, each_word, next};
 
 fields! {
-    /// What is not each block's own, see the module.
+    /// Numbers of the joint beyond the two blocks (see the module).
     pub struct Whole<T, const E, const S> {
-        /// The acceleration that a twist of one gives: k_1, -k_2.
+        /// Acceleration of link and motor per rad of twist: k_1, -k_2.
         spring: [T; E],
-        /// The other's speed into one's own, into one's position, the other's acceleration into one's position.
+        /// Cross terms in a tick: speed into speed, speed into position, acceleration into position of the other shaft.
         phi_across: [T; E],
         g2_across: [T; E],
         g1_across: [T; E],
-        /// Of i - u into speed and position, and what is left of it after a tick.
+        /// Effect of the current error i - u on speed and position, and the share of it that remains after a tick.
         current_v: [T; E],
         current_q: [T; E],
         keeps: T,
-        /// Gains of one block by the innovation of the other.
+        /// Gains of each block for the innovation of the other block.
         link_across: [T; S],
         motor_across: [T; S],
-        /// What the fast set adds to them.
+        /// Additions of the high gain set to these gains.
         link_more: [T; S],
         motor_more: [T; S],
-        /// sigma and the law on the current less that of the reference, sigma on d of the motor.
+        /// Weights of sigma and the law on the current minus the reference current, and of sigma on d of the motor.
         c_current: T,
         k_current: T,
         c_motor: T,
-        /// a_z/(k_1 b) on the errors from the second on: what of it is not the reference's.
+        /// a_z/(k_1 b) on the errors from the second on: its part that does not come from the reference.
         ahead: [T; S],
-        /// Ticks for which the fast set may stay, and for which all must be calm before it may come again.
+        /// Longest use of the high gain set, and the calm time before its next use, in ticks.
         burst: T,
         rest: T,
-        /// What both counts are to be multiplied by, and the twist of one of what they then are; 0 without a common
-        /// measure.
+        /// Factors from both counts to a common unit, and the twist per unit. 0 without a common unit.
         times_link: i32,
         times_motor: i32,
         twist_unit: T,
@@ -71,14 +72,14 @@ fields! {
 }
 
 impl<T: Real> Whole<T, 2, 3> {
-    /// q_m - q_l of two counts since the base, of integers: no digit is lost.
+    /// Returns the twist q_m - q_l, rad, from two counts relative to the base. Integers lose no digit.
     #[inline(always)]
     pub(crate) fn twist(&self, at: &[T::Count; 2]) -> T {
         self.twist_unit * T::from_count(at[1].whole(1, self.times_motor).since(at[0].whole(1, self.times_link)))
     }
 }
 
-/// Half the pull of the weight, and the currents.
+/// Half the acceleration from the weight, and the currents.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointPush<T> {
@@ -97,7 +98,7 @@ impl<T: Real> Words for JointPush<T> {
     }
 }
 
-/// The joint as the tick knows it.
+/// Model of the joint in the tick of the coupled design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoMass<T> {
     pub(crate) whole: Whole<T, 2, 3>,
@@ -106,9 +107,9 @@ pub struct TwoMass<T> {
     b1: T,
     b2: T,
     gravity: T,
-    /// K_t/J_m.
+    /// Motor acceleration per A, K_t/J_m.
     b: T,
-    /// d of the motor in the chain, by what the law makes of it.
+    /// Effect of d of the motor in the chain, as the law uses it.
     d_motor: T,
 }
 
@@ -117,7 +118,7 @@ impl TwoMass<f64> {
         Self { whole: *whole, k1: r.k1, k2: r.k2, b1: r.b1, b2: r.b2, gravity, b: r.b, d_motor }
     }
 
-    /// Every number rounded to the nearest f32.
+    /// Rounds every number to the nearest f32.
     pub const fn in_f32(&self) -> TwoMass<f32> {
         TwoMass {
             whole: self.whole.in_f32(),
@@ -132,37 +133,37 @@ impl TwoMass<f64> {
     }
 }
 
-/// K of the errors of the chain, of K of (q_l, v_l, q_m, v_m).
+/// Returns K of the errors of the chain, from K of (q_l, v_l, q_m, v_m).
 pub(crate) const fn of_chain(k: &[f64; 5], r: &JointRatios) -> [f64; 4] {
     [k[0] + k[2], k[1] + k[3] + k[2] * r.b1 / r.k1, (k[2] + k[3] * r.b1) / r.k1, k[3] / r.k1]
 }
 
-/// Rows of the law that is the regulator's, in the coordinates of the chain.
+/// Rows of the regulator law, in the coordinates of the chain.
 pub(crate) struct ChainLaw {
-    /// c with c_4 = 1, on d of the link, of the motor, on the current.
+    /// Surface weights: c with c_4 = 1, on d of the link and of the motor, and on the current.
     pub(crate) c: [f64; 4],
     pub(crate) c_d: [f64; 2],
     pub(crate) c_current: f64,
-    /// u without σ, likewise; on the errors, on d, on the current.
+    /// Weights of u without σ: on the errors, on d, on the current.
     pub(crate) k: [f64; 4],
     pub(crate) k_d: [f64; 2],
     pub(crate) k_current: f64,
-    /// u on σ and on W.
+    /// Weights of u on σ and on W.
     pub(crate) us: f64,
     pub(crate) kw: f64,
     /// a_z/(k_1 b) on the errors.
     pub(crate) ahead: [f64; 4],
-    /// ff on Δr, Δr', ..
+    /// Feedforward on Δr, Δr', ..
     pub(crate) feed: [f64; 4],
 }
 
 impl ChainLaw {
-    /// `decay`: of W in a tick.
+    /// Returns the rows of a regulator. `decay` is the decay of W per tick.
     pub(crate) const fn of(law: &Regulator, r: &JointRatios, period_s: f64, decay: f64) -> Self {
         let (feedback, surface) = (of_chain(&law.feedback, r), of_chain(&law.surface, r));
         let (scale, input) = (surface[3], r.k1 * r.b);
         let us = -(1.0 - law.reaching) * scale;
-        // a_z without weight, on the chain.
+        // Gradient of a_z without the weight, on the chain.
         let gradient = [0.0, -r.k2 * r.b1 - r.b2 * r.k1, -r.k2 - r.b2 * r.b1 - r.k1, -r.b2 - r.b1];
         let ([mut c, mut k], [mut ahead, mut feed]) = ([[0.0; 4]; 2], [[0.0; 4]; 2]);
         let mut j = 0;
@@ -187,7 +188,7 @@ impl ChainLaw {
 }
 
 impl Whole<f64, 2, 3> {
-    /// Of a tick and its law; gains, the fast set and the counts are put in by the design.
+    /// Returns the numbers of a tick and its law. The design adds gains, the high gain set and the counts.
     pub(crate) const fn of(r: &JointRatios, tick: &JointTick, law: &ChainLaw) -> Self {
         let JointTick { phi, g2, g1, current_q, current_v, keeps } = *tick;
         Self {
@@ -216,7 +217,7 @@ impl Whole<f64, 2, 3> {
 }
 
 impl<T: Real> TwoMass<T> {
-    /// The same in another scalar, number by number and by name.
+    /// Converts every number to another scalar, by name.
     #[doc(hidden)]
     pub fn converted<U: Real>(&self, to: &mut dyn FnMut(super::NumberName, T) -> U) -> TwoMass<U> {
         let whole = self.whole.converted(0, to);
@@ -236,7 +237,7 @@ impl<T: Real> TwoMass<T> {
 
 impl<T: Real> ChainModel<T, 2, 4> for TwoMass<T> {
     type Push = JointPush<T>;
-    /// g sin q_l, g cos q_l.
+    /// Values g sin q_l, g cos q_l.
     type Seen = [T; 2];
     const HAS_GRADIENT: bool = true;
 
@@ -277,7 +278,7 @@ impl<T: Real> ChainModel<T, 2, 4> for TwoMass<T> {
         self.b
     }
 
-    /// x_3 is the twist.
+    /// Returns z and a_z. Here x_3 is the twist.
     #[inline(always)]
     fn chain(&self, x: &[T; 4], [s, c]: &[T; 2]) -> ([T; 4], T) {
         let (speed, stiffer) = (x[1], self.k1 + *c);
@@ -334,10 +335,11 @@ const RATIO: &str = "the fast set is 0.5 to 5 times as fast as the quiet one";
 const CALM: &str = "the fast set comes in from 1e-3 to 1e6 steps of innovation on";
 const RESOLUTION: &str = "an encoder resolves 1e-9 to 1 rad";
 
-/// The drive of a flexible joint that is designed as a whole: stable where an observer of each encoder is not.
+/// Drive of a flexible joint with a coupled design of both shafts: stable in cases in which one observer per encoder is
+/// not.
 ///
-/// `CoupledDrive` alone is in f32, follows a position, has one gain set and no delay; the parameters are those of a
-/// [`JointDrive`](super::JointDrive). Its [`JointDesign`] has [`Coupled`] numbers
+/// `CoupledDrive` without parameters is in f32, follows a position, has one gain set and no delay. The parameters are
+/// those in [`JointDrive`](super::JointDrive). Its [`JointDesign`] has [`Coupled`] numbers
 /// ([`coupled`](JointDesign::coupled_by)).
 ///
 /// ```
@@ -373,26 +375,28 @@ const RESOLUTION: &str = "an encoder resolves 1e-9 to 1 rad";
 pub type CoupledDrive<T = f32, A = Position, const FAST: usize = 0, const LATE: usize = 0> =
     EncoderForm<T, TwoMass<T>, A, 2, 4, 3, FAST, LATE>;
 
-/// Of the observer of the link: after a step an innovation has had its peak within so many of its time constants.
+/// Time to the peak of an innovation after a step, at most, in time constants of the link observer.
 const TO_PEAK: f64 = 8.0;
-/// Most ticks of that which the design looks at.
+/// Largest number of ticks to the peak that the design computes.
 const MOST_TO_PEAK: usize = 2000;
-/// The fast set stays for a burst of so many time constants of the link's observer, and comes again after a rest.
+/// Longest use of the high gain set, in time constants of the link observer.
 const BURST: f64 = 2.5;
-/// See [`BURST`].
+/// Calm time before the next use of the high gain set, in time constants of the link observer.
 const REST: f64 = 10.0;
-/// Smoothing of the innovation and fading of the fast set, in time constants of the link's observer.
+/// Smoothing of the innovation, in time constants of the link observer.
 const SMOOTHING: f64 = 0.16;
-/// See [`SMOOTHING`].
+/// Fade-out of the high gain set, in time constants of the link observer.
 const KEEP: f64 = 1.1;
-/// The fast set is all in at so many times the innovation at which it begins.
+/// Innovation at which the high gain set is fully in use, relative to the innovation at which its use begins.
 const ALL_IN: f64 = 2.67;
 
 impl JointDesign {
-    /// The same as a design of the joint as a whole. Of the bandwidths, w_c and k_l are the poles that the regulator
-    /// gives a rigid shaft (module `coupled` of the source), the others those of the observer for each encoder. Gates
-    /// are for a sudden load of so many N m on the link and 1.2 times the limit on the motor; the switching follows the
-    /// link's observer.
+    /// Returns this design as a coupled design of the whole joint.
+    ///
+    /// The bandwidths w_c and k_l are the poles that the regulator gives a rigid shaft (module `coupled` of the
+    /// source). The other bandwidths belong to the observer of each encoder. The innovation gates allow a sudden load
+    /// of `load_n_m` N m on the link and 1.2 times the current limit on the motor. The gain scheduling follows the link
+    /// observer.
     #[must_use]
     pub const fn coupled_by(mut self, coupled: Coupled, bandwidths: JointBandwidths, load_n_m: f64) -> Self {
         self.coupled = Some(coupled);
@@ -434,7 +438,7 @@ impl JointDesign {
         (ratios, JointTick::of(&ratios, self.period_s))
     }
 
-    /// W of link and motor, times these.
+    /// Returns the observer bandwidths of link and motor, times these factors.
     const fn observers(&self, [link, motor]: [f64; 2]) -> [f64; 2] {
         [link * self.bandwidths.link_rad_s, motor * self.bandwidths.motor_rad_s]
     }
@@ -446,7 +450,7 @@ impl JointDesign {
         }
     }
 
-    /// The switching on the innovation of an encoder.
+    /// Returns the gain scheduling on the innovation of an encoder.
     const fn switching_at(&self, encoder: usize) -> Switching {
         let calm_steps = match self.coupled {
             Some(Coupled { calm_steps, .. }) => calm_steps[encoder],
@@ -455,7 +459,7 @@ impl JointDesign {
         Switching { calm_steps, alert_steps: ALL_IN * calm_steps, ..self.switching }
     }
 
-    /// Bandwidths of a design as a whole.
+    /// Checks the numbers and bandwidths of a coupled design.
     pub(super) const fn check_coupled(&self) -> Result<(), DriveError> {
         let (t, w) = (self.period_s, &self.bandwidths);
         let Some(Coupled { lag_s, resolution_rad, calm_steps }) = self.coupled else { return Ok(()) };
@@ -475,8 +479,8 @@ impl JointDesign {
         DriveError::within_all(&rules)
     }
 
-    /// What the counts of both encoders are to be multiplied by for a common measure, and how many of that are a turn;
-    /// 0 where no such measure is fine enough.
+    /// Returns the factors from both counts to a common unit, and the number of these units per revolution. The factors
+    /// are 0 if the common unit is too fine.
     const fn common_measure(&self) -> ([i32; 2], u64) {
         let ((_, link), (_, motor)) = (self.encoders[0].base(), self.encoders[1].base());
         let (mut a, mut b) = (link, motor);
@@ -489,8 +493,8 @@ impl JointDesign {
     }
 }
 
-/// A turn of the link in the common measure of both encoders: two turns of twist are 2^31 of it at most. Where it is
-/// more, the twist is of numbers, to some 1e-7 rad in f32.
+/// Largest number of common units per revolution of the link: two revolutions of twist are at most 2^31 units. Above
+/// it, the twist is computed in floating point, to some 1e-7 rad in f32.
 const MOST_MEASURE: u64 = 1 << 30;
 
 impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, TwoMass<f64>, A, 2, 4, 3, FAST, LATE> {
@@ -547,7 +551,7 @@ impl<A: Aim<f64, 4>, const FAST: usize, const LATE: usize> EncoderForm<f64, TwoM
             sensors,
             fast: [fast; FAST],
             row: law.row(t, &ratios, design, far, offset_decay),
-            belief: Belief::of(gate, &sensors, [QUARTER_TURN; 2], 0.2 * w.link_rad_s, design.lost_ticks, t),
+            belief: AcceptanceRules::of(gate, &sensors, [QUARTER_TURN; 2], 0.2 * w.link_rad_s, design.lost_ticks, t),
             inertia: [joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2],
             at_rest: false,
             of: PhantomData,
@@ -599,10 +603,10 @@ macro_rules! designs {
         impl<A: Aim<f64, 4> + Aim<$t, 4>, const FAST: usize, const LATE: usize>
             EncoderForm<$t, TwoMass<$t>, A, 2, 4, 3, FAST, LATE>
         {
-            /// Designs the drive; the same numbers whether the compiler or the program calls it.
+            /// Designs the drive. The compiler and the program compute equal numbers.
             ///
             /// # Errors
-            /// The first number that is out of its range, with the range.
+            /// Returns the first number that is out of its range, with the range.
             pub const fn try_design(design: &JointDesign) -> Result<Self, DriveError> {
                 match EncoderForm::<f64, TwoMass<f64>, A, 2, 4, 3, FAST, LATE>::of_joint(design) {
                     Ok($drive) => Ok($converted),
@@ -610,10 +614,11 @@ macro_rules! designs {
                 }
             }
 
-            /// [`try_design`](Self::try_design) for a `const`: a bad design is a compile error with the reason.
+            /// Designs as [`try_design`](Self::try_design), in a `const`: an invalid design is a compile error with the
+            /// reason.
             ///
             /// # Panics
-            /// On a bad design; outside a `const` use [`try_design`](Self::try_design).
+            /// On an invalid design. Outside a `const` use [`try_design`](Self::try_design).
             pub const fn design(design: &JointDesign) -> Self {
                 match Self::try_design(design) {
                     Ok(drive) => drive,
@@ -663,8 +668,8 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a * b).sum()
     }
 
-    /// The law by its matrices: an observer of (q, v, d) of both shafts with the current, and the regulator on the
-    /// state of the reference, with nothing of the tick.
+    /// Law from its matrices, independent of the tick: an observer of (q, v, d) of both shafts with the current, and
+    /// the regulator on the state of the reference.
     struct ByMatrices {
         ratios: JointRatios,
         tick: JointTick,
@@ -708,7 +713,7 @@ mod tests {
             }
         }
 
-        /// u for the tick from one jet to the next; what is queued is held before.
+        /// Returns u for the tick from one trajectory point to the next. The queued values are held before.
         fn asked(&mut self, queued: &VecDeque<f64>, jets: [[f64; 4]; 2], period_s: f64) -> f64 {
             let r = &self.ratios;
             let x = queued.iter().fold(self.x, |x, &u| self.next(x, u));
@@ -716,7 +721,7 @@ mod tests {
                 [r_0, r_1, r_0 + (r_2 + r.b1 * r_1) / r.k1, r_1 + (r_3 + r.b1 * r_2) / r.k1]
             };
             let holding = |x: [f64; 4]| r.k2 * (x[2] - x[0]) + r.b2 * x[3];
-            // The motor's acceleration in the mean, where r'' and r''' are straight within the tick.
+            // Mean acceleration of the motor, with r'' and r''' linear within the tick.
             let mean = |k: usize| 0.5 * (jets[0][k] + jets[1][k]);
             let faster = mean(2) + ((jets[1][3] - jets[0][3]) / period_s + r.b1 * mean(3)) / r.k1;
             let [begin, end] = jets.map(state);
@@ -727,9 +732,10 @@ mod tests {
         }
     }
 
-    /// Sine of the link, as counts that something else makes: the loop is open, every number of the law is seen.
+    /// Returns the largest difference to the matrices for a sine of the link. The counts come from outside, so the loop
+    /// is open.
     fn off_by<const LATE: usize>() -> f64 {
-        // The loop is open: whatever is asked for is to be seen.
+        // In the open loop every u must be visible, so the limits are wide.
         let design = JointDesign { limits: Limits::symmetric(800.0), gate_steps: [f64::INFINITY; 2], ..design(JOINT) };
         let law = CoupledDrive::<f64, Position, 0, LATE>::design(&design);
         let (t, mut seed) = (design.period_s, 1_u64);
@@ -767,7 +773,7 @@ mod tests {
             } else {
                 matrices.x = [positions[0], 0.0, positions[1], 0.0, 0.0];
                 let mut started = law.start(&sample).expect("good counts");
-                // As if it had gone on for long: no offset, no wait.
+                // As after a long run: no offset, no wait.
                 (started.offset, started.fresh) = (0.0, false);
                 state = Some(started);
                 queued.push_back(0.0);
@@ -784,7 +790,7 @@ mod tests {
         assert!(found.iter().all(|off| *off < 1e-8), "{found:?}");
     }
 
-    /// L z_i = z_{i+1}, L z_n = a_z + b u, for positions of the motor instead of the twist.
+    /// Checks L z_i = z_{i+1}, L z_n = a_z + b u, for positions of the motor instead of the twist.
     #[test]
     fn the_map_is_what_the_definition_of_a_chain_says() {
         let joint = Joint { weight_n_m: 10.0, ..JOINT };
@@ -808,7 +814,7 @@ mod tests {
         }
     }
 
-    /// Counts of both encoders in their common measure: a twist is seen to the step, however far the shafts have gone.
+    /// Checks that counts of both encoders in their common unit resolve a twist to one count, for any distance moved.
     #[test]
     fn a_twist_is_of_integers() {
         let law = CoupledDrive::<f32>::design(&design(JOINT));

@@ -1,4 +1,4 @@
-//! The nonlinear benchmark of Example 1, Eq. (59): $\dot x_1 = x_2 + d_1$, $\dot x_2 = -2x_1 - x_2 + e^{x_1} + u$.
+//! Nonlinear benchmark of Example 1, Eq. (59): $\dot x_1 = x_2 + d_1$, $\dot x_2 = -2x_1 - x_2 + e^{x_1} + u$.
 
 use core::marker::PhantomData;
 
@@ -6,20 +6,22 @@ use crate::elementary::Exp;
 use crate::model::{Nominal, NominalModel};
 use crate::real::Real;
 
-/// a(x) = -2 x_1 - x_2 + e^{x_1}, b = 1, with the exponential of `E` ([`Libm`](crate::Libm) or
-/// [`Micromath`](crate::Micromath)). Design it with [`Benchmark::nominal`]: its b_0 is 1. The paper gives no units: x_1
-/// is a pure number, time is in s, u in 1/s². Beyond x_1 = 27.6 e^{x_1} alone exceeds
-/// [`INPUT_LIMIT`](crate::INPUT_LIMIT), and the sample is rejected.
+/// Model a(x) = -2 x_1 - x_2 + e^{x_1}, b = 1.
+///
+/// `E` computes the exponential: [`Libm`](crate::Libm) or [`Micromath`](crate::Micromath). Design the controller with
+/// [`Benchmark::nominal`], whose b_0 is 1. The paper gives no units: x_1 is dimensionless, time is in s, u in 1/s².
+/// Above x_1 = 27.6, e^{x_1} alone exceeds [`INPUT_LIMIT`](crate::INPUT_LIMIT), and the sample is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Benchmark<E>(PhantomData<E>);
 
 impl<E> Benchmark<E> {
-    /// The model; it has no parameters.
+    /// Returns the model, which has no parameters.
     pub const fn new() -> Self {
         Self(PhantomData)
     }
 
-    /// Slope -1 is exact; the gradient in x_1 depends on x_1 and is left to the observers.
+    /// Returns the nominal channel. The slope -1 is exact. The gradient in x_1 depends on x_1 and is left to the
+    /// observers.
     pub const fn nominal() -> Nominal<2> {
         Nominal { gradient: [0.0, -1.0], input_gain: 1.0 }
     }

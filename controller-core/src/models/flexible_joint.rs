@@ -1,30 +1,30 @@
-//! The flexible joint of Example 2, Eq. (62)-(64) and Table I.
+//! Flexible joint of Example 2, Eq. (62)-(64) and Table I.
 //!
-//! Link and motor are joined by a torsional spring; only the motor is driven. With link angle and velocity $x_1, x_2$
-//! (rad, rad/s) and the motor's angle and velocity scaled by $k_1$ into $x_3, x_4$ (rad/s², rad/s³) the joint is a
-//! chain of four integrators:
+//! A torsional spring connects the link and the motor, and only the motor is driven. The states $x_1, x_2$ are the link
+//! angle and velocity (rad, rad/s). The states $x_3, x_4$ are the motor angle and velocity scaled by $k_1$ (rad/s²,
+//! rad/s³). In these states the joint is a chain of four integrators:
 //!
 //! $$ \dot x_2 = x_3 + d_2, \quad d_2 = -k_1 x_1 - b_1 x_2 - \sin x_1 + \dots, \qquad
 //!    \dot x_4 = a(x) + b u + d_4, \quad a(x) = k_2 x_1 - k_2 x_3 - b_2 x_4 $$
 //!
 //! # Deviation
-//! The print contradicts itself about which inertia belongs to which equation, and its simplified Eq. (64) forgets
-//! $k_1$ in $a$ and $b$. [`Reading`] names the ways out; `Reconstructed` is the one that reproduces the published
-//! numbers.
+//! The printed equations contradict each other about which inertia belongs to which equation. The simplified Eq. (64)
+//! omits $k_1$ in $a$ and $b$. [`Reading`] lists the possible readings. `Reconstructed` is the reading that reproduces
+//! the published numbers.
 
 use crate::model::{Nominal, NominalModel};
 use crate::real::Real;
 
-/// Table I, SI units.
+/// Joint parameters of Table I, SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointParameters {
     /// Drive torque constant `K_t`, N m/A.
     pub kt: f64,
-    /// Inertia printed for the actuator `J_11`, kg m².
+    /// Inertia `J_11`, printed for the actuator, kg m².
     pub j11: f64,
-    /// Inertia printed for the load `J_12`, kg m².
+    /// Inertia `J_12`, printed for the load, kg m².
     pub j12: f64,
     /// Viscous damping `B_11`, N m s/rad.
     pub b11: f64,
@@ -34,20 +34,21 @@ pub struct JointParameters {
     pub ks: f64,
 }
 
-/// Which reading of Eq. (63)-(64) and Table I.
+/// Reading of Eq. (63)-(64) and Table I.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Reading {
-    /// For the figures only, as printed: `J_11` on the link. Does not reproduce the published numbers.
+    /// Only for the paper's figures, as printed: `J_11` on the link. It does not reproduce the published numbers.
     Literal,
-    /// For the figures only: the link equation with the link inertia `J_12`, reproduces the published numbers. Its
-    /// input gain is wrong by `k_1` on any real joint.
+    /// Only for the paper's figures: link equation with the link inertia `J_12`. It reproduces the published numbers.
+    /// On any real joint the input gain is wrong by the factor `k_1`.
     Reconstructed,
-    /// For the figures only: as reconstructed with `B_11` on the motor, the hard test of a discretisation.
+    /// Only for the paper's figures: as `Reconstructed`, with `B_11` on the motor. It is the hard test of a
+    /// discretisation.
     Stiff,
-    /// Two inertias on a spring: a and b of the consistent scaling x_3 = k_1 x_3'. The one that a real joint has.
+    /// Two inertias on a spring: a and b of the consistent scaling x_3 = k_1 x_3'. Use this reading for a real joint.
     Physical,
 }
 
@@ -66,15 +67,15 @@ pub struct JointChain {
     pub b2: f64,
     /// Input gain `b`, rad/s⁴ per unit of u (A).
     pub b: f64,
-    /// Coefficient of x_1 in a(x), 1/s⁴: `k_2` as printed (the same number), `k_1 k_2` if scaled consistently.
+    /// Coefficient of x_1 in a(x), 1/s⁴: `k_2` as printed (equal in number), or `k_1 k_2` if scaled consistently.
     pub a1: f64,
 }
 
 impl JointParameters {
-    /// Table I as printed.
+    /// Parameters of Table I as printed.
     pub const TABLE_I: Self = Self { kt: 0.119, j11: 931e-6, j12: 0.230, b11: 4.5, b12: 0.07, ks: 9.0 };
 
-    /// The chain that a reading makes of the parameters.
+    /// Returns the chain coefficients of the parameters under a reading.
     pub const fn chain(&self, reading: Reading) -> JointChain {
         let Self { kt, j11, j12, b11, b12, ks } = *self;
         if matches!(reading, Reading::Literal) {
@@ -92,13 +93,13 @@ impl JointParameters {
 }
 
 impl JointChain {
-    /// a(x) and b for the design.
+    /// Returns a(x) and b for the design.
     pub const fn nominal(&self) -> Nominal<4> {
         Nominal { gradient: [self.a1, 0.0, -self.k2, -self.b2], input_gain: self.b }
     }
 }
 
-/// a(x)/b of the joint; x_2 does not enter, so it costs no instruction.
+/// Model a(x)/b of the joint. State x_2 does not enter, so it costs no instruction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FlexibleJoint<T> {
@@ -109,7 +110,7 @@ pub struct FlexibleJoint<T> {
 macro_rules! joint {
     ($($t:ty),*) => {$(
         impl FlexibleJoint<$t> {
-            /// From [`JointChain::nominal`], rounded once from f64.
+            /// Returns the model of [`JointChain::nominal`], rounded once from f64.
             pub const fn new(nominal: &Nominal<4>) -> Self {
                 let [x1, _, x3, x4] = nominal.gradient;
                 let b = nominal.input_gain;
@@ -121,7 +122,7 @@ macro_rules! joint {
 joint!(f32, f64);
 
 impl<T: Real> FlexibleJoint<T> {
-    /// From the coefficients of x_1, x_3, x_4 in a(x)/b.
+    /// Returns the model from the coefficients of x_1, x_3, x_4 in a(x)/b.
     #[doc(hidden)]
     pub const fn from_row(row: [T; 3]) -> Self {
         Self { row }

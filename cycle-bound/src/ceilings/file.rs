@@ -1,6 +1,6 @@
-//! The file of ceilings: what may stand in it, read so that every mistake is told with line, column and key.
+//! Reader of the file of limits. Every error message has line, column and key.
 //!
-//! A *key* is the way to a value, `instance[2].ceiling.bound`; positions in lists count from 1.
+//! A *key* is the path to a value, for example `instance[2].ceiling.bound`; list positions count from 1.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,10 @@ use toml_edit::{Document, Item, TableLike, Value};
 use super::Figure;
 use crate::Check;
 
-/// A message quotes so many characters of what was found.
+/// Longest quotation in a message, characters.
 const LONGEST_QUOTE: usize = 60;
 
-/// The whole file of ceilings.
+/// Content of the file of limits.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct File {
@@ -23,7 +23,7 @@ pub(super) struct File {
     pub(super) difference: Vec<Difference>,
 }
 
-/// `[[instance]]`: a function and its ceilings.
+/// `[[instance]]`: a function and its limits.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Instance {
@@ -36,12 +36,12 @@ pub(super) struct Instance {
     pub(super) loops: Vec<String>,
     pub(super) ceiling: BTreeMap<Figure, u64>,
     pub(super) floor: BTreeMap<Figure, u64>,
-    /// Checks that are not asked for, each with its reason.
+    /// Checks with an exception, and its reason.
     pub(super) allow: BTreeMap<Check, String>,
     pub(super) why: String,
 }
 
-/// One instance less another.
+/// `[[difference]]`: one instance minus another.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Difference {
@@ -53,9 +53,9 @@ pub(super) struct Difference {
     pub(super) why: String,
 }
 
-/// What a key holds.
+/// Type of the value of a key.
 #[derive(Clone, Copy)]
-enum Kind {
+enum ValueType {
     Text,
     Texts,
     Whole,
@@ -63,55 +63,55 @@ enum Kind {
     Tables,
 }
 
-impl Kind {
+impl ValueType {
     fn name(self) -> &'static str {
         match self {
             Self::Text => "text",
-            Self::Texts => "a list of texts",
-            Self::Whole => "a whole number at least 0",
+            Self::Texts => "a list of strings",
+            Self::Whole => "a whole number >= 0",
             Self::Table => "a table",
             Self::Tables => "a list of tables",
         }
     }
 }
 
-/// All keys without positions, `instance.ceiling.bound`, with what each holds.
-fn layout() -> BTreeMap<String, Kind> {
-    let mut keys: BTreeMap<String, Kind> = BTreeMap::new();
-    let mut add = |kind: Kind, table: &str, names: &[&str]| {
+/// Returns all keys without positions, as `instance.ceiling.bound`, with the type of each value.
+fn layout() -> BTreeMap<String, ValueType> {
+    let mut keys: BTreeMap<String, ValueType> = BTreeMap::new();
+    let mut add = |kind: ValueType, table: &str, names: &[&str]| {
         keys.extend(names.iter().map(|name| (format!("{table}{name}"), kind)));
     };
-    add(Kind::Text, "", &["compiler"]);
-    add(Kind::Tables, "", &["instance", "difference"]);
-    add(Kind::Text, "instance.", &["name", "image", "symbol", "state", "coefficients", "why"]);
-    add(Kind::Whole, "instance.", &["barrier"]);
-    add(Kind::Texts, "instance.", &["loops"]);
-    add(Kind::Table, "instance.", &["ceiling", "floor", "allow"]);
-    add(Kind::Text, "instance.allow.", &Check::ALL.map(Check::name));
-    add(Kind::Text, "difference.", &["name", "of", "without", "why"]);
-    add(Kind::Table, "difference.", &["ceiling", "exactly"]);
+    add(ValueType::Text, "", &["compiler"]);
+    add(ValueType::Tables, "", &["instance", "difference"]);
+    add(ValueType::Text, "instance.", &["name", "image", "symbol", "state", "coefficients", "why"]);
+    add(ValueType::Whole, "instance.", &["barrier"]);
+    add(ValueType::Texts, "instance.", &["loops"]);
+    add(ValueType::Table, "instance.", &["ceiling", "floor", "allow"]);
+    add(ValueType::Text, "instance.allow.", &Check::ALL.map(Check::name));
+    add(ValueType::Text, "difference.", &["name", "of", "without", "why"]);
+    add(ValueType::Table, "difference.", &["ceiling", "exactly"]);
     for table in ["instance.ceiling.", "difference.ceiling.", "difference.exactly."] {
-        add(Kind::Whole, table, &Figure::ALL.map(Figure::name));
+        add(ValueType::Whole, table, &Figure::ALL.map(Figure::name));
     }
-    // Theory says of cycles and counts what the least is; of bytes it says nothing.
+    // Theory gives a minimum for cycles and counts, not for bytes.
     let counted = Figure::ALL.into_iter().filter(|figure| figure.unit() != "B");
-    add(Kind::Whole, "instance.floor.", &counted.map(Figure::name).collect::<Vec<_>>());
+    add(ValueType::Whole, "instance.floor.", &counted.map(Figure::name).collect::<Vec<_>>());
     keys
 }
 
-/// A text, and where each key stands in it.
+/// A text with the position of each key.
 pub(super) struct Located<'a> {
     file: &'a str,
     text: &'a str,
-    /// Bytes from the beginning.
+    /// Byte offset of each key.
     places: BTreeMap<String, usize>,
 }
 
 impl<'a> Located<'a> {
-    /// Reads a text; messages call it `file`.
+    /// Parses a text; messages name it `file`.
     ///
     /// # Errors
-    /// The first thing that is wrong, in one line with its place.
+    /// The first error, in one line with its position.
     pub(super) fn read(file: &'a str, text: &'a str) -> Result<(File, Self), String> {
         let mut located = Self { file, text, places: BTreeMap::new() };
         let toml = Document::parse(text).map_err(|error| {
@@ -120,12 +120,12 @@ impl<'a> Located<'a> {
             located.told(offset, &format!("not TOML: {message}"))
         })?;
         let json = located.table(toml.as_table(), &layout(), "", "", 0)?;
-        // What the layout lets through is read. Should it ever not be, say so.
+        // The layout check accepts only readable values; an exception would still be reported here.
         let read = serde_json::from_value(json).map_err(|error| located.told(0, &error.to_string()))?;
         Ok((read, located))
     }
 
-    /// What is wrong with a key, told with its place: its own if it was written, else that of the table around it.
+    /// Returns the message with the position of the key, or of the table around a missing key.
     pub(super) fn error(&self, key: &str, message: &str) -> String {
         let around = std::iter::successors(Some(key), |key| Some(key.rsplit_once(['.', '['])?.0));
         let place = around.into_iter().find_map(|key| self.places.get(key));
@@ -136,16 +136,16 @@ impl<'a> Located<'a> {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
         let (line, column) = (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1);
-        // A key or a file name may hold line breaks and worse; what is printed holds `\n`.
+        // A key or a file name may hold control characters; the message escapes them.
         let escaped = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.into() };
         format!("{}:{line}:{column}: {message}", self.file).chars().map(escaped).collect()
     }
 
-    /// The values of a table; `shape` is its key without positions.
+    /// Reads the values of a table; `shape` is its key without positions.
     fn table(
         &mut self,
         table: &dyn TableLike,
-        layout: &BTreeMap<String, Kind>,
+        layout: &BTreeMap<String, ValueType>,
         key: &str,
         shape: &str,
         at: usize,
@@ -164,12 +164,12 @@ impl<'a> Located<'a> {
         Ok(values.into())
     }
 
-    /// One value. The parser gives no place for `[a]` when only `[a.b]` is written: then `around` is it.
+    /// Reads one value. The parser has no position for `[a]` if the file holds only `[a.b]`; `around` replaces it.
     fn value(
         &mut self,
         item: &Item,
-        kind: Kind,
-        layout: &BTreeMap<String, Kind>,
+        kind: ValueType,
+        layout: &BTreeMap<String, ValueType>,
         key: &str,
         shape: &str,
         around: usize,
@@ -177,19 +177,19 @@ impl<'a> Located<'a> {
         let at = item.span().map_or(around, |span| span.start);
         self.places.insert(key.into(), at);
         let value = match kind {
-            Kind::Text => item.as_str().map(Json::from),
-            Kind::Whole => item.as_integer().filter(|number| *number >= 0).map(Json::from),
-            Kind::Table => match item.as_table_like() {
+            ValueType::Text => item.as_str().map(Json::from),
+            ValueType::Whole => item.as_integer().filter(|number| *number >= 0).map(Json::from),
+            ValueType::Table => match item.as_table_like() {
                 Some(table) => Some(self.table(table, layout, key, shape, at)?),
                 None => None,
             },
-            Kind::Texts | Kind::Tables => {
+            ValueType::Texts | ValueType::Tables => {
                 let items: Option<Vec<Item>> = match item {
                     Item::ArrayOfTables(list) => Some(list.iter().cloned().map(Item::Table).collect()),
                     Item::Value(Value::Array(list)) => Some(list.iter().cloned().map(Item::Value).collect()),
                     _ => None,
                 };
-                let one = if matches!(kind, Kind::Texts) { Kind::Text } else { Kind::Table };
+                let one = if matches!(kind, ValueType::Texts) { ValueType::Text } else { ValueType::Table };
                 let values = items.map(|items| {
                     let each = items.iter().enumerate();
                     each.map(|(k, item)| self.value(item, one, layout, &format!("{key}[{}]", k + 1), shape, at))
@@ -201,7 +201,7 @@ impl<'a> Located<'a> {
         value.ok_or_else(|| self.error(key, &format!("found {}, expected {}", self.found(item), kind.name())))
     }
 
-    /// A value as it is written; of a list or a table only what it is.
+    /// Returns the text of a value; for a list or a table, its type only.
     fn found(&self, item: &Item) -> String {
         match item {
             Item::ArrayOfTables(list) => format!("a list of {}", list.len()),
@@ -216,12 +216,12 @@ impl<'a> Located<'a> {
     }
 }
 
-/// What may have been meant by a key that is none.
-fn meant(shape: &str, layout: &BTreeMap<String, Kind>) -> String {
+/// Returns a suggestion for an unknown key.
+fn meant(shape: &str, layout: &BTreeMap<String, ValueType>) -> String {
     let (table, name) = shape.rsplit_once('.').unwrap_or(("", shape));
     let parts =
         |key: &'_ String| key.rsplit_once('.').map_or((String::new(), key.clone()), |(a, b)| (a.into(), b.into()));
-    // A key that exists, only elsewhere, is the commonest slip in a nested file.
+    // A valid key in the wrong table is the most common mistake in a nested file.
     let elsewhere: Vec<&str> = layout.keys().filter(|key| parts(key).1 == name).map(String::as_str).collect();
     if !elsewhere.is_empty() {
         return format!("; it belongs to {}", elsewhere.join(" or "));
@@ -231,7 +231,7 @@ fn meant(shape: &str, layout: &BTreeMap<String, Kind>) -> String {
     nearest(name, names.iter().map(String::as_str))
 }
 
-/// `; did you mean `NAME`?` for the nearest of `names`, or the whole list if none is near.
+/// Returns `; did you mean `NAME`?` for the nearest of `names`, or the whole list if none is near.
 pub(super) fn nearest<'a>(found: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
     match names.clone().map(|name| (strsim::damerau_levenshtein(found, name), name)).min() {
         Some((far, name)) if far <= 1 + found.chars().count().min(30) / 3 => format!("; did you mean `{name}`?"),

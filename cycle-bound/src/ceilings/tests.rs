@@ -1,4 +1,4 @@
-//! Ceilings over functions written by hand, whose figures are known by construction.
+//! Tests of the cycle budgets, with hand-written functions whose figures follow from their code.
 
 use std::cell::Cell;
 
@@ -15,7 +15,8 @@ const UNKNOWN: &[u16] = &[0x4798, 0x4770];
 /// 1: subs r0, #1; bne 1b; bx lr
 const LOOP: &[u16] = &[0x3801, 0xd1fd, 0x4770];
 
-/// What `SUM` has: push 3, vldr 2, vldr 2, vadd 1 and a stall, vstr 2, pop 3 + P; the bound 2 + N and P = 3.
+/// Figures of `SUM`. Typical: push 3, vldr 2, vldr 2, vadd 1 and a stall, vstr 2, pop 3 + P. In the bound: pop 2 + N, P
+/// = 3.
 const FIGURES: &str =
     "bound = 18, typical = 16, pipelined = 14, instructions = 6, arithmetic = 1, flash = 20, stack = 8";
 
@@ -25,7 +26,7 @@ fn image(compiler: &str) -> Image {
     Image::of(&functions).with_variable("m::STATE", 48).made_by("Linker: LLD 22").made_by(compiler)
 }
 
-/// One call of `SUM` and one of `RATIO`.
+/// A trace with one call of `SUM` and one of `RATIO`.
 fn executed() -> Vec<u32> {
     [0, 2, 6, 10, 14, 18, 20, 24].map(|offset| 0x0800_0000 + offset).to_vec()
 }
@@ -36,7 +37,7 @@ fn verdict_of(text: &str, compiler: &str) -> Result<Verdict, String> {
 
 const RUSTC: &str = "rustc version 1.96.0 (ac68faa20 2026-05-25)";
 
-/// A file with one instance of `symbol` and these lines in it.
+/// A file with one instance of `symbol` that contains `lines`.
 fn file(symbol: &str, lines: &str) -> String {
     format!(
         "compiler = \"rustc 1.96.0\"\n[[instance]]\nname = \"it\"\nimage = \"fw\"\nsymbol = \"{symbol}\"\n\
@@ -65,7 +66,7 @@ fn a_figure_at_its_ceiling_passes_and_one_above_it_fails() {
     for (figure, value) in [("bound", 18), ("typical", 16), ("pipelined", 14), ("instructions", 6), ("arithmetic", 1)] {
         let found = verdict("m::sum", &format!("ceiling = {{ {figure} = {} }}", value - 1));
         let line = one(&found.failures);
-        // The place is that of the number.
+        // The position in the message is the position of the number.
         let column = "ceiling = { ".len() + figure.len() + " = ".len() + 1;
         let place = format!("b.toml:7:{column}: `instance[1].ceiling.{figure}`: it has {value} ");
         assert!(line.starts_with(&place), "{line}");
@@ -91,7 +92,7 @@ fn a_figure_more_than_5_percent_below_its_ceiling_fails_and_the_new_ceiling_is_t
                 flash = 20";
     assert_eq!(one(&loose.failures), told);
     assert!(loose.to_string().contains("loose: write 20"), "{loose}");
-    // At 5 % to the byte: 19 of 20.
+    // At a distance of exactly 5 %: 19 of 20.
     assert_eq!(verdict("m::sum", "ceiling = { bound = 18 }").failures, Vec::<String>::new());
 }
 
@@ -117,17 +118,14 @@ fn a_figure_below_its_floor_says_that_the_floor_is_none() {
 #[test]
 fn what_is_not_to_be_there_fails_and_an_exception_that_nothing_needs_fails_too() {
     for (symbol, what) in
-        [("m::ratio", "a division"), ("m::fused", "a multiply-accumulate"), ("m::spin", "a jump back")]
+        [("m::ratio", "a division"), ("m::fused", "a multiply-accumulate"), ("m::spin", "a backward jump")]
     {
         let found = verdict(symbol, "loops = []");
         assert!(one(&found.failures).starts_with(&format!("it: {what}")), "{found:?}");
     }
     assert_eq!(verdict("m::ratio", "allow = { division = \"b(x) varies\" }").failures, Vec::<String>::new());
     let found = verdict("m::sum", "allow = { division = \"b(x) varies\" }");
-    assert_eq!(
-        one(&found.failures),
-        "b.toml:7:22: `instance[1].allow.division`: nothing needs this exception: take it out"
-    );
+    assert_eq!(one(&found.failures), "b.toml:7:22: `instance[1].allow.division`: unused exception: remove it");
 }
 
 #[test]
@@ -136,15 +134,15 @@ fn of_another_compilers_code_no_figure_is_judged_and_that_fails() {
         for ceiling in ["bound = 10, flash = 1000", "bound = 18"] {
             let found = verdict_of(&file("m::sum", &format!("ceiling = {{ {ceiling} }}")), other).expect("good input");
             let line = one(&found.failures);
-            assert!(line.starts_with("fw was built by ") && line.contains("hold for rustc 1.96.0 alone"), "{line}");
-            assert!(line.contains("build it with that, or write down figures of your own: --record"), "{line}");
+            assert!(line.starts_with("fw was built by ") && line.contains("hold for rustc 1.96.0 only"), "{line}");
+            assert!(line.contains("Build with it, or record your own figures: --record"), "{line}");
             assert_eq!((found.declined.len(), found.notes.len()), (0, 0), "{found:?}");
             assert!(!ceiling.contains("10,") || found.to_string().contains("above by 8"), "{found}");
         }
-        // A division is one in anybody's code.
+        // The checks hold for code of every compiler.
         let found = verdict_of(&file("m::ratio", "ceiling = { bound = 1 }"), other).expect("good input");
         assert!(found.failures.len() == 2 && found.failures[1].starts_with("it: a division"), "{found:?}");
-        // A loop elsewhere hides nothing from the checks; code that cannot be read does.
+        // A loop at another place hides nothing from the checks. Unreadable code does.
         let text = file("m::spin", "loops = [\"sum+0x2=3\"]\nallow = { backward_branch = \"a pause\" }");
         let found = verdict_of(&text, other).expect("good input");
         assert_eq!((found.failures.len(), found.declined.len(), found.notes.len()), (1, 0, 1), "{found:?}");
@@ -163,12 +161,12 @@ fn figures_of_another_compiler_are_recorded_with_its_name_and_judged_from_then_o
     let own = text.replace("1.96.0", "1.97.0").replace("10,", "18,").replace("1000", "20").replace("= 3 }", "= 0 }");
     assert_eq!(recorded("b.toml", &text, by(OTHER)), Ok(Recorded::Text(own.clone())));
     assert_eq!(verdict_of(&own, OTHER).map(|found| found.failures), Ok(Vec::new()));
-    // Raising is not recording.
+    // `--record` does not raise limits of the same compiler.
     let refused = recorded("b.toml", &text, by(RUSTC)).expect_err("its own compiler");
     assert!(refused.contains("b.toml") && refused.contains("--lower") && refused.contains("by hand"), "{refused}");
     let nameless = recorded("b.toml", &text, by("")).expect_err("no compiler");
-    assert!(nameless.contains("no compiler that all images name"), "{nameless}");
-    // A figure that is missing is no record: nothing is written.
+    assert!(nameless.contains("no compiler in common"), "{nameless}");
+    // A missing figure prevents recording: nothing is written.
     let spins = file("m::spin", "ceiling = { bound = 9 }\nallow = { backward_branch = \"a pause\" }");
     let Ok(Recorded::Declined(found)) = recorded("b.toml", &spins, by(OTHER)) else { panic!("a loop without rounds") };
     assert!(one(&found.declined).contains("a loop begins here"), "{found:?}");
@@ -181,7 +179,7 @@ fn what_has_no_bound_is_declined_once() {
     let vouched = "loops = [\"m::spin=2\"]\nceiling = { bound = 10 }\nallow = { backward_branch = \"a pause\" }";
     // subs 1, bne 4, subs 1, bne 1, bx 4: 11.
     assert!(one(&verdict("m::spin", vouched).failures).contains("it has 11 cycles"));
-    // Not in the trace.
+    // The trace does not contain the function.
     let found = verdict("m::fused", "ceiling = { typical = 9 }\nallow = { fused = \"a test\" }");
     assert_eq!(one(&found.declined), "it: trace: the function was not executed to its end");
 }
@@ -225,18 +223,18 @@ fn a_difference_is_held_from_above_or_exactly() {
         verdict_of(&text, RUSTC)
     };
     let failures = |line: &str| with("it", "other", line).expect("good input").failures;
-    // sum 18 less ratio (14 + 4): 0; 20 B less 6 B.
+    // sum 18 minus ratio (14 + 4): 0; 20 B minus 6 B.
     for good in ["ceiling = { bound = 0 }", "ceiling = { flash = 100 }", "exactly = { flash = 14, arithmetic = 1 }"] {
         assert_eq!(failures(good), Vec::<String>::new(), "{good}");
     }
     assert!(one(&failures("ceiling = { flash = 13 }")).contains("`difference[1].ceiling.flash`: more has 14 B, above"));
     assert!(one(&failures("exactly = { flash = 15 }")).contains("more has 14 B, not 15"));
-    // And the other way round it is negative.
+    // The opposite difference is negative.
     let reverse = with("other", "it", "ceiling = { flash = 0 }").expect("good input");
     assert_eq!(reverse.failures, Vec::<String>::new());
     assert!(reverse.rows.iter().any(|row| row.name == "more" && row.value == Some(-14)), "{reverse:?}");
     let twice = verdict_of(&format!("{both}[[difference]]\nname = \"it\"\nwhy = \"so\"\n"), RUSTC);
-    assert!(twice.is_err_and(|told| told.ends_with("`difference[1].name`: an instance is called \"it\" already")));
+    assert!(twice.is_err_and(|told| told.ends_with("`difference[1].name`: \"it\" is the name of an instance already")));
     let slip = with("it", "othr", "ceiling = { flash = 0 }").expect_err("a slip");
     assert!(slip.contains("`difference[1].without`: no instance is called \"othr\"; did you mean `other`?"), "{slip}");
 }
@@ -256,16 +254,16 @@ fn bad_input_is_told_with_its_place_and_what_would_be_right() {
     let with = |from: &str, to: &str| good.replace(from, to);
     let and = |line: &str| format!("{good}{line}\n");
     for (text, what) in [
-        (with("m::sum", "m::sun"), "b.toml:5:10: `instance[1].symbol`: no function \"m::sun\" in it; nearest: m::sum"),
+        (with("m::sum", "m::sun"), "b.toml:5:10: `instance[1].symbol`: no function \"m::sun\"; nearest: m::sum"),
         (with("why = \"measured\"\n", ""), "b.toml:2:1: `instance[1].why`: is missing: the reason"),
         (with("\"measured\"", "\" \""), "b.toml:6:7: `instance[1].why`: is missing"),
         (with("compiler = \"rustc 1.96.0\"", ""), "`compiler`: is missing"),
         (with("name = \"it\"\n", ""), "`instance[1].name`: is missing"),
         (with("bound", "bund"), "b.toml:7:13: unknown key `instance[1].ceiling.bund`; did you mean `bound`?"),
-        (with("18", "-1"), "`instance[1].ceiling.bound`: found -1, expected a whole number at least 0"),
+        (with("18", "-1"), "`instance[1].ceiling.bound`: found -1, expected a whole number >= 0"),
         (with("18", "\"many\""), "found \"many\", expected a whole number"),
         (with("[[instance]]", "[[instance"), "b.toml:2:11: not TOML"),
-        (and("loops = 3"), "found 3, expected a list of texts"),
+        (and("loops = 3"), "found 3, expected a list of strings"),
         (and("loops = [\"f=1\", 3]"), "b.toml:8:17: `instance[1].loops[2]`: found 3, expected text"),
         (and("flash = 3"), "unknown key `instance[1].flash`; it belongs to difference.ceiling.flash or difference."),
         (and("floor = { flash = 3 }"), "unknown key `instance[1].floor.flash`; it belongs to"),
@@ -280,12 +278,12 @@ fn bad_input_is_told_with_its_place_and_what_would_be_right() {
         (with("18", &format!("\"{}\"", "y".repeat(99))), "found \"yyy"),
         ("instance = 3".into(), "b.toml:1:12: `instance`: found 3, expected a list of tables"),
         (and("loops = [\"m::sum+0x40=3\"]"), "`instance[1].loops`: --loop"),
-        (and("state = \"m::STADE\""), "no variable or constant \"m::STADE\" in it; nearest: m::STATE"),
+        (and("state = \"m::STADE\""), "no variable or constant \"m::STADE\"; nearest: m::STATE"),
         (with("bound = 18", "state = 48"), "`instance[1].ceiling.state`: needs the static"),
-        (and("floor = { bound = 19 }"), "`instance[1].floor.bound`: 19 is above the ceiling of 18"),
+        (and("floor = { bound = 19 }"), "`instance[1].floor.bound`: 19: must be <= the ceiling of 18"),
         (and("allow = { division = \"\" }"), "`instance[1].allow.division`: is missing: the reason"),
         ("compiler = \"rustc 1.96.0\"".into(), "`instance`: is missing"),
-        (good.clone() + &good.replace("compiler = \"rustc 1.96.0\"", ""), "instance[2].name`: \"it\" is there already"),
+        (good.clone() + &good.replace("compiler = \"rustc 1.96.0\"", ""), "instance[2].name`: \"it\" is used already"),
     ] {
         let told = refused(&text);
         assert!(told.contains(what) && told.lines().count() == 1, "{told}\n{what}");

@@ -1,35 +1,34 @@
-//! Case by case: what holds where a truth is so, and where it is not.
+//! Case distinction: comparison of machine code and specification under assumed truths.
 //!
-//! A compiler that sees where a decision leads writes what follows once for each way (jump threading), and between
-//! text and machine no value is left that is the same on all of them. In one case there is one way again. So what has
-//! too many paths as a whole is parted by the truth that decides the most choices of text and machine, each part by
-//! another, until few are left to be made; then values between are joined (`sweep.rs`). What is equal in both cases is
-//! equal.
+//! A compiler that can predict a decision duplicates the following code for each outcome (jump threading). Then machine
+//! code and specification share no intermediate value over all paths. Within one case they do again. A comparison with
+//! too many paths is therefore split by the truth that decides the most selections. Each part is split again until few
+//! selections remain. Then intermediate values are joined (`sweep.rs`). Values that are equal in both cases are equal.
 //!
-//! A case is a graph of its own: everything is made anew of its parts with what is known there, so that choices that
-//! are decided go, and all that only they needed. Of a comparison is known what it says of its two numbers, and of one
-//! of them and other constants; of `p and q` that does not hold, that no path of the case has both.
+//! A case has its own graph, rebuilt from the original one with the assumed truths. Decided selections disappear, with
+//! all values that only they used. An assumed comparison also restricts other comparisons of its two numbers with
+//! constants. A false conjunction `p and q` decides neither operand, but no path of the case has both true.
 
 use std::sync::atomic::AtomicBool;
 
 use super::graph::{Graph, Node, Op};
-use super::inputs::{self, Tried};
+use super::inputs::{self, Trial};
 use super::sweep::Sweep;
 use super::term::Mixing;
 use super::text::Expected;
 
-/// How much is done before something is declined.
+/// Limits of the effort before a result is rejected.
 #[derive(Clone, Copy)]
 pub(super) struct Effort {
-    /// Inputs that are tried.
+    /// Number of numeric inputs.
     pub(super) tried: u32,
-    /// Paths of all results together, up to which they are followed as they are.
+    /// Limit of the paths of all results together, for a direct comparison.
     pub(super) whole: usize,
-    /// The same of a case, which is tried often.
+    /// Limit of the paths in a case; lower, because cases are numerous.
     pub(super) small: usize,
-    /// Choices that a truth decides at least, of which there are cases before anything is joined.
+    /// Number of selections decided by one truth above which a case split precedes joining.
     pub(super) many: usize,
-    /// Cases in all.
+    /// Limit of the number of cases.
     pub(super) cases: usize,
 }
 
@@ -37,21 +36,21 @@ impl Effort {
     pub(super) const USUAL: Self = Self { tried: 60_000, whole: 1 << 16, small: 1 << 12, many: 16, cases: 1024 };
 }
 
-/// Inputs of a case, below which those of the case around it stand for them.
+/// Smallest number of inputs of a case; below it, the inputs of the surrounding case are used.
 const FEW: usize = 1024;
 
-/// Function against text.
+/// Comparison of a function with its specification, case by case.
 pub(super) struct Cases<'a> {
     expected: &'a Expected,
     effort: Effort,
     stop: &'a AtomicBool,
-    /// Paths followed.
+    /// Number of compared paths.
     pub(super) paths: usize,
-    /// Cases so far.
+    /// Number of cases so far.
     begun: usize,
 }
 
-/// What is open of a case: the machine's values, those of the text, and their places in the whole.
+/// Unproved pairs of a case: index in the whole, value of the machine code, value of the specification.
 type Open = Vec<(usize, (Node, Node))>;
 
 impl<'a> Cases<'a> {
@@ -59,20 +58,20 @@ impl<'a> Cases<'a> {
         Self { expected, effort, stop, paths: 0, begun: 0 }
     }
 
-    /// Those of these pairs that are not shown to be equal.
+    /// Returns the indices of the pairs without a proof of equality.
     ///
     /// # Errors
-    /// When it is to stop.
+    /// The `stop` flag was set.
     pub(super) fn unequal(
         &mut self,
         graph: &mut Graph,
         pairs: &[(Node, Node)],
-        tried: &[Tried],
+        tried: &[Trial],
     ) -> Result<Vec<usize>, String> {
         self.left(graph, pairs.iter().copied().enumerate().collect(), tried, self.effort.whole)
     }
 
-    fn left(&mut self, graph: &mut Graph, mut open: Open, tried: &[Tried], whole: usize) -> Result<Vec<usize>, String> {
+    fn left(&mut self, graph: &mut Graph, mut open: Open, tried: &[Trial], whole: usize) -> Result<Vec<usize>, String> {
         self.begun += 1;
         open.retain(|(_, (a, b))| a != b);
         let pairs = pairs_of(&open);
@@ -85,7 +84,7 @@ impl<'a> Cases<'a> {
             if part.is_none() {
                 let left = sweep.unequal(&pairs, tried, self.stop)?;
                 open = left.into_iter().map(|at| open[at]).collect();
-                // One side may decide by what the other has found to be the same on both ways.
+                // One side may decide by a value that the other side has found equal on both paths.
                 part =
                     [true, false].into_iter().find_map(|of_both| most_decisive(sweep.graph, &pairs_of(&open), of_both));
             }
@@ -96,18 +95,18 @@ impl<'a> Cases<'a> {
         };
         let mut left = Vec::new();
         for truth in [true, false] {
-            // What is not shown in one case need not be in the other.
+            // A pair that failed in one case needs no proof in the other.
             open.retain(|(at, _)| !left.contains(at));
             let roots: Vec<Node> = pairs_of(&open).into_iter().flat_map(|(a, b)| [a, b]).collect();
             let (mut case, roots) = graph.case(t, truth, &roots);
             let pairs = open.iter().zip(roots.chunks(2)).map(|(&(at, _), pair)| (at, (pair[0], pair[1]))).collect();
             let mut values = vec![0; t + 1];
-            let so = |tried: &&Tried| {
+            let so = |tried: &&Trial| {
                 inputs::compute(graph, tried, &mut values);
                 (values[t] != 0) == truth
             };
-            let of_case: Vec<Tried> = tried.iter().filter(so).cloned().collect();
-            // Few inputs tell too little apart, and what is equal in a case is mostly so without it.
+            let of_case: Vec<Trial> = tried.iter().filter(so).cloned().collect();
+            // Few inputs separate too few values, and values that are equal in a case are mostly equal without it.
             let tried = if of_case.len() < FEW { tried } else { &of_case };
             left.extend(self.left(&mut case, pairs, tried, self.effort.small)?);
         }
@@ -120,7 +119,7 @@ fn pairs_of(open: &Open) -> Vec<(Node, Node)> {
     open.iter().map(|(_, pair)| *pair).collect()
 }
 
-/// The truth that decides the most choices, of both or of either, and how many.
+/// Returns the truth that decides the most selections, with their number. `of_both` requires selections on both sides.
 fn most_decisive(graph: &Graph, pairs: &[(Node, Node)], of_both: bool) -> Option<(Node, usize)> {
     let (machine, text): (Vec<Node>, Vec<Node>) = pairs.iter().copied().unzip();
     let mut choices = vec![[0; 2]; graph.ops.len()];
@@ -142,10 +141,10 @@ fn most_decisive(graph: &Graph, pairs: &[(Node, Node)], of_both: bool) -> Option
 }
 
 impl Graph {
-    /// The case in which this truth is so, and what these values are in it.
+    /// Builds the case in which `t` has the value `truth`; returns its graph and the values of `roots` in it.
     pub(super) fn case(&self, t: Node, truth: bool, roots: &[Node]) -> (Self, Vec<Node>) {
         let mut case = Case { all: self, graph: self.fresh(), made: Mixing::default() };
-        // What is known last comes first: in what was known before it may stand, but not the other way round.
+        // The latest assumption comes first: earlier assumptions may contain it, but not the reverse.
         case.suppose(t, truth);
         for &(t, truth) in &self.supposed {
             case.suppose(t, truth);
@@ -155,11 +154,11 @@ impl Graph {
     }
 }
 
-/// A case that is being made.
+/// A case under construction.
 struct Case<'a> {
     all: &'a Graph,
     graph: Graph,
-    /// By what stands for it in the whole: what it is here.
+    /// Values of the original graph, mapped to their values in the case.
     made: Mixing<Node, Node>,
 }
 
@@ -174,7 +173,7 @@ impl Case<'_> {
                     let (node, turned) = self.all.found(node);
                     self.all.decided(node).map(|truth| truth != turned)
                 };
-                // Of `c and x` that holds, and of `not c or x` that does not, both are known.
+                // If `c and x` holds, or `not c or x` does not hold, both operands are known.
                 match (decided(x), decided(y)) {
                     (_, Some(no)) if no != truth => {
                         self.suppose(c, true);
@@ -193,7 +192,7 @@ impl Case<'_> {
         self.made.insert(t, known);
     }
 
-    /// As a whole: whatever it is made of may still be so or not.
+    /// Assumes a truth as a whole, without a conclusion on its operands.
     fn note(&mut self, t: Node, truth: bool) {
         let here = self.made(t);
         if self.graph.decided(here).is_none() {
@@ -201,14 +200,14 @@ impl Case<'_> {
         }
     }
 
-    /// What stands here for a value, if that has been made.
+    /// Returns the value of an original node in the case, if it is built already.
     fn ready(&mut self, node: Node) -> Option<Node> {
         let (node, turned) = self.all.found(node);
         let made = *self.made.get(&node)?;
         Some(if turned { self.graph.not(made) } else { made })
     }
 
-    /// What a value of the whole is here.
+    /// Builds the value of an original node in the case.
     fn made(&mut self, root: Node) -> Node {
         let mut open = vec![self.all.found(root).0];
         while let Some(&node) = open.last() {

@@ -1,27 +1,27 @@
-//! Everything that a text or the machine may compute, in one graph: operations on words and truths, each once.
+//! Value graph of a specification and of machine code: operations on words and truths, each stored once.
 //!
-//! A path asks for a value and gets a term of [`Terms`](super::term::Terms), by the operations that this takes along
-//! the path and no others: a [`Op::Select`] takes one of its sides. So the identities stand in one place, there. Here
-//! only constants are folded, and what a choice between equals is.
+//! A path evaluates a value to a term of [`Terms`](super::term::Terms). It evaluates only the operations on the path: a
+//! [`Op::Select`] uses one of its sides. All identities are therefore in `Terms`. The graph itself only folds constants
+//! and selections between equal values.
 //!
-//! Whatever has been shown to be equal is [`joined`](Graph::join): from then on one of them stands for all.
+//! Values with a proof of equality are [`joined`](Graph::join): one of them represents all.
 
 use super::term::{EQUAL, GREATER, LESS, MINUS_ZERO, Mixing, Order, Path, Term, UNORDERED, between, follows, turned};
 use super::text::Port;
 
-/// Names a value: its place in the graph.
+/// Index of a value in the graph.
 pub(super) type Node = usize;
 
-/// An operation on values.
+/// Operation on values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Op {
     Bits(u32),
     Truth(bool),
-    /// An input that is a word.
+    /// Input that is a word.
     Input(usize),
-    /// An input that is a truth.
+    /// Input that is a truth.
     Given(usize),
-    /// What a register holds at the entry that is no argument; from [`Graph::REGISTERS`] on, what memory holds.
+    /// Unknown content of a register at the entry; from [`Graph::REGISTERS`] on, unknown content of memory.
     Entry(u32),
     One(&'static str, Node),
     Two(&'static str, Node, Node),
@@ -48,31 +48,31 @@ impl Op {
     }
 }
 
-/// No way is known in which two numbers do not stand.
+/// Set of all possible relations of two numbers.
 const ANY: u8 = LESS | EQUAL | GREATER | UNORDERED;
-/// Choices between constants that an operation is taken into.
+/// Depth of selections between constants into which an operation is propagated.
 const CHOICES: usize = 6;
 
-/// All values, each once.
+/// Graph of all values, each stored once.
 #[derive(Default)]
 pub(super) struct Graph {
     pub(super) ops: Vec<Op>,
     known: Mixing<Op, Node>,
-    /// What stands for it, and whether that is its opposite.
+    /// Representative of each value, and whether it is the opposite.
     joined: Vec<(Node, bool)>,
-    /// Is it a truth?
+    /// Marks truths.
     truths: Vec<bool>,
     entries: u32,
-    /// Of a case: what is so in it, and what follows of how a number stands to others.
+    /// Assumptions of a case, and the known relations between numbers that follow from them.
     pub(super) supposed: Vec<(Node, bool)>,
     facts: Mixing<Node, Vec<(Node, u8)>>,
 }
 
 impl Graph {
-    /// Entries below are registers.
+    /// First index of entries that are not registers.
     const REGISTERS: u32 = 64;
 
-    /// Nothing, where what may be anything has other names than here.
+    /// Returns an empty graph whose arbitrary values have names unused here.
     pub(super) fn fresh(&self) -> Self {
         Self { entries: self.entries, ..Self::default() }
     }
@@ -131,7 +131,7 @@ impl Graph {
         }
     }
 
-    /// A truth that is known.
+    /// Returns the value of a constant truth.
     pub(super) fn decided(&self, node: Node) -> Option<bool> {
         match self.ops[node] {
             Op::Truth(truth) => Some(truth),
@@ -151,19 +151,19 @@ impl Graph {
         self.node(Op::Entry(register))
     }
 
-    /// Something of which nothing is known.
+    /// Creates an arbitrary value.
     pub(super) fn anything(&mut self) -> Node {
         self.entries += 1;
         self.node(Op::Entry(Self::REGISTERS + self.entries))
     }
 
-    /// So far behind what a register holds at the entry.
+    /// Returns the address `offset` bytes behind the content of a register at the entry.
     pub(super) fn address(&mut self, register: u32, offset: i32) -> Node {
         let (base, offset) = (self.entry(register), self.constant(offset as u32));
         self.plus(base, offset, 1)
     }
 
-    /// Which register's address it is, and how far behind.
+    /// Returns the register and the offset of an address.
     pub(super) fn as_address(&self, node: Node) -> Option<(u32, i32)> {
         match self.ops[node] {
             Op::Entry(register) => Some((register, 0)),
@@ -180,7 +180,7 @@ impl Graph {
     }
 
     pub(super) fn two(&mut self, name: &'static str, a: Node, b: Node) -> Node {
-        // A sum in another order is the same one, as it is for `Terms`: all NaN are one.
+        // Addition and multiplication commute, also in `Terms`, since all NaN are equal there.
         let (a, b) = match (name, self.bits(b)) {
             ("add" | "mul", _) => (a.min(b), a.max(b)),
             ("and", Some(mask)) => (self.below_mask(a, mask), b),
@@ -189,7 +189,7 @@ impl Graph {
         self.spread(a, b, CHOICES, &mut |graph, a, b| graph.node(Op::Two(name, a, b)))
     }
 
-    /// What tells the bits of a mask: of a sum no multiple of a power of two that is above them, whichever part it is.
+    /// Removes from a sum the multiples of a power of two above the mask; they do not change the masked bits.
     pub(super) fn below_mask(&self, a: Node, mask: u32) -> Node {
         let is_above = |part: Node| match self.ops[part] {
             Op::Plus(none, _, factor) => self.bits(none) == Some(0) && factor.is_power_of_two() && mask < factor,
@@ -226,7 +226,7 @@ impl Graph {
         if self.bits(a) == Some(0) && factor == 1 {
             return b;
         }
-        // Constants add up, so that an address is found again.
+        // Constants add up, so that equal addresses become equal nodes.
         if let (Some(more), Op::Plus(inner, before, 1)) = (self.bits(b), self.ops[a])
             && let Some(before) = self.bits(before)
         {
@@ -236,7 +236,7 @@ impl Graph {
         self.spread(a, b, CHOICES, &mut |graph, a, b| graph.node(Op::Plus(a, b, factor)))
     }
 
-    /// Of a choice between constants and a constant: the choice between the results.
+    /// Propagates an operation with a constant into a selection between constants.
     fn spread(&mut self, a: Node, b: Node, deep: usize, of: &mut dyn FnMut(&mut Self, Node, Node) -> Node) -> Node {
         let chosen = |graph: &Self, node| match graph.ops[node] {
             Op::Select(t, x, y) if graph.is_choice_of_constants(node, deep) => Some((t, x, y)),
@@ -255,7 +255,7 @@ impl Graph {
         }
     }
 
-    /// The bits that it has not: -1 - a.
+    /// Returns the bitwise complement, -1 - a.
     pub(super) fn others(&mut self, a: Node) -> Node {
         let all = self.constant(u32::MAX);
         self.plus(all, a, u32::MAX)
@@ -309,7 +309,7 @@ impl Graph {
         self.node(Op::Compare(set, a, b))
     }
 
-    /// All ways in which a number may stand to another in this case.
+    /// Returns the possible relations of two numbers in this case.
     fn may_stand(&self, a: Node, b: Node) -> u8 {
         let float = |node| self.bits(node).map(f32::from_bits).filter(|number| !number.is_nan());
         self.facts.get(&a).into_iter().flatten().fold(ANY, |may, &(other, set)| match (float(other), float(b)) {
@@ -319,7 +319,7 @@ impl Graph {
         })
     }
 
-    /// From now on this truth is so: what is made of the same parts is a constant.
+    /// Assumes the value of a truth; nodes with the same operation become constants.
     pub(super) fn suppose(&mut self, t: Node, truth: bool) {
         if let Op::One("not", inner) = self.ops[t] {
             return self.suppose(inner, !truth);
@@ -357,7 +357,7 @@ impl Graph {
         }
     }
 
-    /// A truth that choices are made by, and whether that is the opposite.
+    /// Returns the normal form of a truth for selections, and whether it is the opposite.
     fn plain(&mut self, t: Node) -> (Node, bool) {
         match self.ops[t] {
             Op::One("not", inner) => (inner, true),
@@ -379,7 +379,7 @@ impl Graph {
         }
     }
 
-    /// A value where this truth holds.
+    /// Returns a value under the assumption that a truth holds.
     pub(super) fn where_it_holds(&mut self, t: Node, node: Node) -> Node {
         let (t, turned) = self.plain(t);
         self.where_it_is(t, !turned, node)
@@ -390,13 +390,13 @@ impl Graph {
         self.select(a, b, no)
     }
 
-    /// The word of a truth in this place.
+    /// Returns the word that represents a truth at a place.
     pub(super) fn word_of(&mut self, port: &Port, truth: Node) -> Node {
         let [yes, no] = [true, false].map(|truth| self.constant(port.word_of(truth)));
         self.select(truth, yes, no)
     }
 
-    /// What stands for it, and whether that is its opposite.
+    /// Returns the representative of a value, and whether it is the opposite.
     pub(super) fn found(&self, mut node: Node) -> (Node, bool) {
         let mut turned = false;
         while self.joined[node].0 != node {
@@ -406,7 +406,7 @@ impl Graph {
         (node, turned)
     }
 
-    /// From now on the second stands for the first, or its opposite does: they are equal for all inputs.
+    /// Joins two values that are equal, or opposite, for all inputs; `with` becomes the representative.
     pub(super) fn join(&mut self, node: Node, with: Node, opposite: bool) {
         let ((node, one), (with, other)) = (self.found(node), self.found(with));
         if node != with {
@@ -414,14 +414,14 @@ impl Graph {
         }
     }
 
-    /// An operation's bits, of those of its parts. All NaN are one.
+    /// Computes the bits of an operation from the bits of its operands. All NaN are equal.
     pub(super) fn computed(op: Op, of: &dyn Fn(Node) -> u32) -> u32 {
         let float = |node| f32::from_bits(of(node));
         let number = |value: f32| if value.is_nan() { f32::NAN.to_bits() } else { value.to_bits() };
         match op {
             Op::Bits(bits) => bits,
             Op::Truth(truth) => truth.into(),
-            // Whoever has inputs gives them.
+            // The caller provides the inputs.
             Op::Input(_) | Op::Given(_) | Op::Entry(_) => 0,
             Op::One("neg", a) => number(f32::from_bits(of(a) ^ MINUS_ZERO)),
             Op::One("abs", a) => number(float(a).abs()),
@@ -460,22 +460,22 @@ impl Graph {
     }
 }
 
-/// The value of a running graph.
+/// Value of an evaluated graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Value {
     Word(Term),
     Truth(bool),
 }
 
-/// Values along one path. Computes what is needed and nothing else: a comparison that nobody asks parts no path.
+/// Evaluation along one path. It evaluates only needed values: an unused comparison does not split the path.
 pub(super) struct Run<'a> {
     pub(super) graph: &'a Graph,
-    /// Whatever is cut off is anything: an input of its own.
+    /// Cut values, which become arbitrary inputs.
     pub(super) cuts: &'a dyn Fn(Node) -> bool,
     pub(super) values: &'a mut Mixing<Node, Value>,
 }
 
-/// Inputs of the graph come before what is cut off.
+/// First input index of cut values, above the inputs of the graph.
 const CUTS: usize = 1 << 20;
 
 impl Run<'_> {

@@ -1,26 +1,26 @@
-//! Numbers that are tried: where two results differ, and which values may be equal.
+//! Numeric inputs that find differing results and candidates for equal values.
 //!
-//! Inputs are changed a little from those before, are constants of the graph or what another input is, or are what one
-//! call leaves for the next; those that take a decision a way that it has seldom gone are kept. Numbers show nothing:
-//! no pair is equal because none has told it apart.
+//! An input is a small change of an earlier input, a constant of the graph, another input, or a result that one call
+//! leaves for the next. Inputs that take a decision in a rare direction are kept. Numbers prove nothing: a pair is
+//! never accepted as equal because no input separates it.
 
 use super::graph::{Graph, Node, Op};
-use super::text::{Expected, Kind, Place};
+use super::text::{Expected, Place, ValueKind};
 
-/// Inputs that are kept because a decision has seldom gone that way.
+/// Number of inputs kept per direction of a decision.
 const SELDOM: u32 = 4;
 
-/// Which turn it was, and the inputs.
-pub(super) type Tried = (u32, Vec<u32>);
+/// Number of the trial and its inputs.
+pub(super) type Trial = (u32, Vec<u32>);
 
-/// The first of these pairs that is not the same for one of so many inputs, with them; or all that was tried.
+/// Returns the first pair that differs for an input, with the input, or all inputs if no pair differs.
 pub(super) fn difference(
     graph: &Graph,
     expected: &Expected,
     results: &[Node],
     pairs: &[(Node, Node)],
     turns: u32,
-) -> Result<Vec<Tried>, (usize, Vec<u32>)> {
+) -> Result<Vec<Trial>, (usize, Vec<u32>)> {
     let mut inputs = Inputs::new(graph, expected);
     let mut values = vec![0; graph.ops.len()];
     let mut seen = vec![[0_u32; 2]; graph.ops.len()];
@@ -44,30 +44,30 @@ pub(super) fn difference(
     Ok(all)
 }
 
-/// The values for these inputs, of so many nodes as there is place for.
-pub(super) fn compute(graph: &Graph, (turn, inputs): &Tried, values: &mut [u32]) {
+/// Computes the values of the first `values.len()` nodes for these inputs.
+pub(super) fn compute(graph: &Graph, (turn, inputs): &Trial, values: &mut [u32]) {
     for node in 0..values.len() {
         values[node] = match graph.ops[node] {
             Op::Input(at) | Op::Given(at) => inputs[at],
-            // Each elsewhere, and in another order every time.
+            // Each region at another address, in a different order in every trial.
             Op::Entry(register) => 0x2000_0000 + ((register ^ turn & 63) << 16),
             op => Graph::computed(op, &|part| values[part]),
         };
     }
 }
 
-/// What is tried next.
+/// Generator of inputs.
 struct Inputs {
     random: u64,
     /// Constants of the graph.
     constants: Vec<u32>,
     kept: Vec<Vec<u32>>,
-    /// By the input, which result stands in its place.
+    /// Per input, the index of the result in the same place.
     again: Vec<Option<usize>>,
     last: Option<Vec<u32>>,
 }
 
-/// How many are kept.
+/// Largest number of kept inputs.
 const KEPT: usize = 4096;
 
 impl Inputs {
@@ -96,7 +96,7 @@ impl Inputs {
             if inputs.is_empty() {
                 break;
             }
-            // Samples more often than what stays.
+            // Prefers samples to inputs that stay constant.
             let mut at = self.below(inputs.len());
             if self.again[at].is_some() && self.below(2) == 0 {
                 at = self.below(inputs.len());
@@ -106,7 +106,7 @@ impl Inputs {
         inputs
     }
 
-    fn word(&mut self, kind: Kind, before: u32, inputs: &[u32], expected: &Expected) -> u32 {
+    fn word(&mut self, kind: ValueKind, before: u32, inputs: &[u32], expected: &Expected) -> u32 {
         let other = self.below(inputs.len());
         let like = if expected.inputs[other].kind == kind { inputs[other] } else { before };
         let constant = self.below(self.constants.len());
@@ -114,8 +114,8 @@ impl Inputs {
         let bits = self.random as u32 ^ (self.random >> 32) as u32;
         let number = |value: f32| if value.is_nan() { f32::NAN.to_bits() } else { value.to_bits() };
         match kind {
-            Kind::Truth | Kind::Either(..) => bits >> 7 & 1,
-            Kind::Count => match self.below(8) {
+            ValueKind::Truth | ValueKind::Either(..) => bits >> 7 & 1,
+            ValueKind::Count => match self.below(8) {
                 0 => bits,
                 1 => constant,
                 2 => like.wrapping_add(constant),
@@ -125,7 +125,7 @@ impl Inputs {
                 6 => before.wrapping_add(1 << (bits >> 27)),
                 _ => like,
             },
-            Kind::Number => {
+            ValueKind::Number => {
                 let (like, before, constant) = (f32::from_bits(like), f32::from_bits(before), f32::from_bits(constant));
                 let random = (bits as f32 / 4e9 - 0.5) * 10_f32.powi(self.below(13) as i32 - 6);
                 number(match self.below(12) {
@@ -147,15 +147,15 @@ impl Inputs {
         }
     }
 
-    /// A call's results come in again.
+    /// Feeds the results of a call back as inputs.
     fn learn(&mut self, expected: &Expected, inputs: Vec<u32>, results: &[u32], is_rare: bool) {
         if self.below(4) > 0 {
             let of = |(at, before): (usize, &u32)| match (
                 self.again[at].map(|out| results[out]),
                 expected.inputs[at].kind,
             ) {
-                (Some(word), Kind::Truth) => word & 1,
-                (Some(word), Kind::Either(yes, _)) => (word == yes).into(),
+                (Some(word), ValueKind::Truth) => word & 1,
+                (Some(word), ValueKind::Either(yes, _)) => (word == yes).into(),
                 (Some(word), _) => word,
                 (None, _) => *before,
             };

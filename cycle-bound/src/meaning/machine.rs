@@ -1,19 +1,19 @@
-//! A function executed instruction by instruction on values of a graph instead of numbers, each instruction once.
+//! Symbolic execution of a function: each instruction once, on values of a graph instead of numbers.
 //!
-//! The instructions are taken in an order in which each comes after all that lead to it. Where ways meet, a register or
-//! a word of memory that is not the same on all of them is a choice, by the branches since the last instruction that
-//! all of them passed. A function that is called is executed once for each call, a loop once for each turn, up to a
-//! limit. What cannot be followed ends its way: it is then to be shown that no input goes there.
+//! The instructions are executed in topological order. Where paths join, a register or a memory word with differing
+//! values becomes a selection, by the branches since the last common instruction. A callee is executed once per call,
+//! and a loop once per iteration, up to a limit. An instruction that cannot be followed ends its path, and a proof is
+//! then needed that no input reaches it.
 //!
-//! Memory is bytes in regions: one for each address that the function is given, and the stack. A byte knows the word
-//! that was stored and which byte of it it is, so what is loaded is what was stored, or numbers that are known.
+//! Memory consists of bytes in regions: one region per address input, and the stack. Each byte refers to the stored
+//! word and its position within the word. A load therefore returns a stored word, or known numbers.
 
 use std::collections::{BTreeMap, HashSet};
 use std::rc::Rc;
 
 use super::graph::{Graph, Node, Op};
 use super::term::{EQUAL, GREATER, LESS, Mixing, Order, UNORDERED};
-use super::text::{Expected, Kind, Known, Place, Port};
+use super::text::{Expected, Place, Port, ValueKind, WordContent};
 use crate::graph::{Loops, loops};
 use crate::image::Image;
 use crate::instruction::{Decoder, Flow, Instruction, immediate, listed, register};
@@ -22,38 +22,38 @@ const SP: usize = 13;
 const LR: usize = 14;
 const PC: usize = 15;
 const FLOATS: usize = 16;
-/// Calls within calls.
+/// Largest depth of nested calls.
 const DEEP: usize = 8;
-/// Turns of a loop that are followed. That none goes further is shown as it is of all that cannot be followed.
+/// Largest number of loop iterations. That no input exceeds it needs a proof, as for any code that cannot be followed.
 const TURNS: usize = 64;
 
-/// What 32 bits of the machine are.
+/// Content of a 32-bit register or memory word.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Word {
     Term(Node),
-    /// An address: behind what this register held at the entry.
+    /// An address: base register at the entry, and offset in bytes.
     Address(u32, i32),
-    /// One of two such, the first where this holds: a store that ends two ways, which the compiler has joined.
+    /// One of two addresses, the first if the truth holds: the compiler has merged two stores at the ends of two paths.
     OneOf(Node, u32, [i32; 2]),
-    /// Bits of several addresses, of which the lowest two are 0.
+    /// Combined bits of several addresses, with the lowest two bits 0.
     Aligned,
-    /// Where the function is to return to.
+    /// Return address of the function.
     Return,
-    /// On each way of another of these kinds.
+    /// Different kinds of content on different paths.
     Mixed,
 }
 
-/// What the last comparison was, or what the flags were set by.
+/// Condition flags, as the operands that set them.
 #[derive(Clone, Debug, PartialEq)]
 enum Flags {
     Unknown,
     Floats(Node, Node),
     Counts(Node, Node),
-    /// Known: equal, below in two's complement, below without signs.
+    /// Known outcome: equal, less as signed, less as unsigned.
     Known(bool, bool, bool),
-    /// N and Z of this; C and V are not known.
+    /// N and Z of this result; C and V are unknown.
     Result(Node),
-    /// The first where it holds, else the second.
+    /// The first flags if the truth holds, else the second.
     Choice(Node, Rc<Flags>, Rc<Flags>),
 }
 
@@ -62,16 +62,16 @@ enum Operand {
     Register(usize),
     Number(u32),
     List(Vec<usize>),
-    /// Base, index and its shift, offset.
+    /// Memory operand: base, index with its shift, offset.
     Memory {
         base: usize,
         index: Option<(usize, u32)>,
         offset: i32,
         writes: bool,
     },
-    /// `lsl #2` behind a register.
+    /// Shift behind a register, for example `lsl #2`.
     Shift(&'static str, u32),
-    /// What is not followed.
+    /// Unsupported operand.
     Other,
 }
 
@@ -80,11 +80,11 @@ struct Code {
     instruction: Instruction,
     stem: String,
     operands: Vec<Operand>,
-    /// The base of LDM and STM is written.
+    /// Set if LDM or STM writes back its base.
     writes_base: bool,
 }
 
-/// The code of an image, decoded where it is executed.
+/// Code of a firmware, decoded on demand.
 pub(super) struct Program<'a> {
     image: &'a Image,
     decoder: Decoder,
@@ -98,7 +98,7 @@ impl<'a> Program<'a> {
         Self { image, decoder, code: Mixing::default(), behind_it: HashSet::new() }
     }
 
-    /// Instructions that some path has executed.
+    /// Returns the number of decoded instructions over all paths.
     pub(super) fn instructions(&self) -> usize {
         self.code.len()
     }
@@ -127,7 +127,7 @@ impl Code {
     fn of(instruction: Instruction) -> Self {
         let writes_base = instruction.operands.first().is_some_and(|one| one.ends_with('!'));
         let mut operands: Vec<Operand> = instruction.operands.iter().map(|text| operand(text)).collect();
-        // [r0], #4: the offset is added behind the access.
+        // Form `[r0], #4`: the offset is added after the access.
         if let [.., Operand::Memory { writes, .. }, Operand::Number(_)] = &mut operands[..] {
             *writes = true;
         }
@@ -143,7 +143,7 @@ fn operand(text: &str) -> Operand {
         return Operand::Number(value as u32);
     }
     if let Some(float) = text.strip_prefix('#') {
-        // As the manual writes it.
+        // A float immediate, in the notation of the manual.
         return float.parse::<f32>().map_or(Operand::Other, |float| Operand::Number(float.to_bits()));
     }
     if text.starts_with('{') {
@@ -179,43 +179,43 @@ fn operand(text: &str) -> Operand {
     number(register(text.trim_end_matches('!'))).map_or(Operand::Other, Operand::Register)
 }
 
-/// Registers and memory between two instructions.
+/// Registers, memory and flags between two instructions.
 #[derive(Clone)]
 struct State {
     registers: Vec<Word>,
     memory: BTreeMap<(u32, i32), (Word, u8)>,
-    /// Of the floats, before VMRS; then of all.
+    /// Float flags before VMRS; `flags` holds the flags of the core.
     compared: Rc<Flags>,
     flags: Rc<Flags>,
 }
 
-/// The machine at one instruction.
+/// Symbolic machine state at one instruction.
 pub(super) struct Machine<'p, 'i, 'x> {
     program: &'p mut Program<'i>,
     pub(super) graph: &'p mut Graph,
     expected: &'x Expected,
     state: State,
-    /// The stack pointer before the instruction: an interrupt may write below.
+    /// Stack pointer before the instruction; an interrupt may write below it.
     stack: i32,
     /// Registers that hold an address at the entry.
     bases: Vec<u32>,
-    /// What the inputs make of a word that are bits of it.
+    /// Sums of the input bits of a word so far.
     bits_below: Mixing<Place, Node>,
-    /// Truths that are never to hold, each with what cannot be followed there.
+    /// Conditions that must never hold, each with the instruction that cannot be followed under it.
     pub(super) dead: Vec<(String, Node)>,
 }
 
-/// Registers that a function leaves as they were (AAPCS), without the stack pointer.
+/// Callee-saved registers (AAPCS), without the stack pointer.
 const KEPT: [std::ops::RangeInclusive<usize>; 2] = [4..=11, FLOATS + 16..=FLOATS + 31];
 
 type Done<T> = Result<T, String>;
 
-/// Where an instruction goes, by its place in the order.
+/// Successors of an instruction, by position in the order.
 #[derive(Clone, Copy)]
 enum Next {
     Nowhere,
     One(usize),
-    /// The first if it holds, else the second.
+    /// The first successor if the truth holds, else the second.
     Two(Node, usize, usize),
 }
 
@@ -229,28 +229,28 @@ impl Next {
     }
 }
 
-/// How a value comes to where ways meet; each stands behind those that it is made of.
+/// A node of the selection at a join of paths; it follows the nodes that it refers to.
 #[derive(Clone, Copy)]
 enum Gate {
-    /// As it is behind this instruction.
+    /// Value behind this instruction.
     Leaf(usize),
-    /// Not this way.
+    /// No path.
     Never,
     Choice(Node, usize, usize),
 }
 
-/// Instructions in their order: address, call and turn of the loop around it, and where each goes if it goes on, if it
-/// jumps; calls: from which other, and where it returns to.
+/// Instructions in execution order: address, call and loop iteration; the successors without and with a jump; per call,
+/// the calling call and the return address.
 struct Ways {
     places: Vec<(u32, usize, usize)>,
     targets: Vec<[Option<usize>; 2]>,
     calls: Vec<(usize, Option<u32>)>,
 }
 
-/// An instruction of a call.
+/// An instruction within a call: address and call.
 type Key = (u32, usize);
 
-/// The last instruction that all ways to both have passed.
+/// Returns the last instruction that all paths to both instructions have passed.
 fn common(above: &[usize], mut one: usize, mut other: usize) -> usize {
     while one != other {
         if one > other {
@@ -262,10 +262,10 @@ fn common(above: &[usize], mut one: usize, mut other: usize) -> usize {
     one
 }
 
-/// All ways from one instruction to another: choices, and the last of them.
+/// Returns the selections on all paths from one instruction to another, and the index of the outermost one.
 fn gates(next: &[Next], from: usize, to: usize) -> (Vec<Gate>, usize) {
     let mut gates = vec![Gate::Never];
-    // By the instruction, from the last on: which gate it begins with.
+    // Outermost selection of each instruction, built from the last instruction on.
     let mut of: Mixing<usize, usize> = Mixing::default();
     for n in (from..to).rev() {
         let mut side = |target: usize| match of.get(&target) {
@@ -295,7 +295,7 @@ fn gates(next: &[Next], from: usize, to: usize) -> (Vec<Gate>, usize) {
     (gates, last)
 }
 
-/// What comes through gates, if anything does. It is only asked where ways meet, so another way is none.
+/// Evaluates selections to one value, if any path reaches the join. Paths that do not reach the join are ignored.
 fn folded<T: Clone>(
     gates: &[Gate],
     last: usize,
@@ -331,8 +331,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         machine.state.registers[LR] = Word::Return;
         for (k, port) in expected.inputs.iter().enumerate() {
             let word = match port.kind {
-                Kind::Number | Kind::Count => machine.graph.input(k),
-                Kind::Truth | Kind::Either(..) => {
+                ValueKind::Number | ValueKind::Count => machine.graph.input(k),
+                ValueKind::Truth | ValueKind::Either(..) => {
                     let given = machine.graph.given(k);
                     machine.graph.word_of(port, given)
                 }
@@ -344,8 +344,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
         for (place, value) in &expected.known {
             let value = match *value {
-                Known::Bits(bits) => Word::Term(machine.graph.constant(bits)),
-                Known::Address(register) => {
+                WordContent::Bits(bits) => Word::Term(machine.graph.constant(bits)),
+                WordContent::Address(register) => {
                     machine.state.registers[register as usize] = Word::Address(register, 0);
                     Word::Address(register, 0)
                 }
@@ -377,7 +377,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
     }
 
-    /// One more bit of a word, of which those before are there; those above may be anything.
+    /// Adds one bit to an input word whose lower bits exist already; the bits above are arbitrary.
     fn begin_with_bit(&mut self, place: Place, bit: Node, at: u32) {
         let before = if at == 0 { self.graph.constant(0) } else { self.bits_below[&place] };
         let below = self.graph.plus(before, bit, 1);
@@ -388,7 +388,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         self.begin_with(place, Word::Term(word), 4);
     }
 
-    /// Executes from `start` to the return, and stands there: what is then to be equal, each with what that means.
+    /// Executes from `start` to the return. Returns the values that must then be equal, each with its meaning.
     pub(super) fn run(&mut self, start: u32) -> Done<Vec<(String, Node, Node)>> {
         let ways = self.ways(start)?;
         let end = ways.places.len();
@@ -426,7 +426,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 self.ends(
                     &next,
                     n,
-                    format!("goes round more than {TURNS} times at {}", self.program.image.place(address)),
+                    format!("a loop with more than {TURNS} iterations at {}", self.program.image.place(address)),
                 );
                 continue;
             }
@@ -452,7 +452,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         Err("does not return".into())
     }
 
-    /// No input may come to this instruction.
+    /// Ends the path at this instruction; a proof is needed that no input reaches it.
     fn ends(&mut self, next: &[Next], n: usize, reason: String) {
         let (gates, last) = gates(next, 0, n);
         let mut holds: Vec<Node> = Vec::new();
@@ -466,27 +466,28 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         self.dead.push((reason, holds[last]));
     }
 
-    /// All instructions in an order in which each comes after those that lead to it, those of a loop turn by turn.
+    /// Returns all instructions in topological order; a loop is unrolled iteration by iteration.
     fn ways(&mut self, start: u32) -> Done<Ways> {
         let (keys, to, calls) = self.instructions(start)?;
         let at: Mixing<Key, usize> = keys.iter().zip(0..).map(|(key, k)| (*key, k)).collect();
         let leads = |k: usize| to[k].into_iter().flatten().flatten().map(|key| at[&key]).collect();
         let edges: Vec<Vec<usize>> = (0..keys.len()).map(leads).collect();
-        let Loops { order, bodies } = loops(&edges)
-            .map_err(|k| format!("goes in circles with two ways in at {}", self.program.image.place(keys[k].0)))?;
-        // By the instruction, the first one of the loop around it.
+        let Loops { order, bodies } =
+            loops(&edges).map_err(|k| format!("a loop with two entries at {}", self.program.image.place(keys[k].0)))?;
+        // Header of the loop around each instruction.
         let mut around = vec![None; keys.len()];
         for (head, body) in &bodies {
             for k in body {
                 if around[*k].replace(*head).is_some() {
-                    return Err(format!("goes in circles within circles at {}", self.program.image.place(keys[*k].0)));
+                    return Err(format!("a loop within a loop at {}", self.program.image.place(keys[*k].0)));
                 }
             }
         }
         let mut places: Vec<(usize, usize)> = Vec::new();
         for k in order {
             match (around[k], bodies.get(&k)) {
-                // All of it where it begins: what comes in between in the order is behind it.
+                // The whole loop goes to the position of its header: the instructions in between in the order lie
+                // behind the loop.
                 (_, Some(body)) => {
                     places.extend((0..TURNS).flat_map(|turn| body.iter().map(move |k| (*k, turn))));
                     places.push((k, TURNS));
@@ -514,7 +515,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         })
     }
 
-    /// All instructions, and where each goes on, where it jumps, none of one that is not known; calls as in [`Ways`].
+    /// Collects all instructions with the successors without and with a jump (`None` if unknown), and the calls as in
+    /// [`Ways`].
     #[allow(clippy::type_complexity)]
     fn instructions(
         &mut self,
@@ -546,7 +548,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                                 calls.len() - 1
                             });
                             if calls[deeper].2 > DEEP {
-                                return Err(format!("calls more than {DEEP} deep"));
+                                return Err(format!("nests calls more than {DEEP} deep"));
                             }
                             [None, Some(Some((to, deeper)))]
                         }
@@ -562,15 +564,15 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             }
             to.push(targets);
         }
-        // There its condition is not asked, and it has been read as one that is.
+        // The condition of the IT would not apply to such a jump target, but it was decoded with it.
         if let Some(to) = jumps.into_iter().find(|to| self.program.behind_it.contains(to)) {
-            return Err(format!("jumps behind an IT at {}", self.program.image.place(to)));
+            return Err(format!("a jump target behind an IT at {}", self.program.image.place(to)));
         }
         Ok((keys, to, calls.into_iter().map(|(from, back, _)| (from, back)).collect()))
     }
 
-    /// One instruction, and where it goes; the state there if it does not jump, if that is another. `back` is where the
-    /// running call returns to.
+    /// Executes one instruction. Returns its successors, and the state without the jump if that state differs. `back`
+    /// is the return address of the current call.
     fn execute(
         &mut self,
         code: &Code,
@@ -578,7 +580,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         back: Option<u32>,
     ) -> Done<(Next, Option<Rc<State>>)> {
         let instruction = &code.instruction;
-        let Word::Address(_, stack) = self.state.registers[SP] else { return Err("the stack is elsewhere".into()) };
+        let Word::Address(_, stack) = self.state.registers[SP] else { return Err("unknown stack pointer".into()) };
         self.stack = stack;
         let holds = match (code.stem.as_str(), code.operands.first()) {
             ("cbz" | "cbnz", Some(value)) => {
@@ -587,7 +589,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                         let zero = self.graph.constant(0);
                         self.graph.ordered(Order::Equal, value, zero)
                     }
-                    // An address that the function is given is none of nothing.
+                    // An address input is never 0.
                     Word::Address(..) => self.graph.truth(false),
                     other => return Err(format!("compares {other:?}")),
                 };
@@ -609,10 +611,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 other = Some(Rc::new(self.state.clone()));
                 self.returns(code, back)?;
             }
-            _ => return Err("goes where only the running program knows".into()),
+            _ => return Err("its target is known only at run time".into()),
         }
         if let Word::Address(_, now) = self.state.registers[SP] {
-            // What lies below the stack pointer is anybody's, an interrupt's for one, whoever wrote it.
+            // Memory below the stack pointer is arbitrary, because an interrupt may overwrite it.
             let sp = SP as u32;
             let lost: Vec<(u32, i32)> = self.state.memory.range((sp, i32::MIN)..(sp, now)).map(|(at, _)| *at).collect();
             for at in lost {
@@ -624,7 +626,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             (None, Some(to), _) | (_, Some(to), Some(true)) => Next::One(to),
             (Some(on), Some(to), None) if on == to => Next::One(on),
             (Some(on), Some(to), None) => Next::Two(holds, to, on),
-            (None, None, _) => return Err("goes nowhere".into()),
+            (None, None, _) => return Err("has no successor".into()),
         };
         Ok((next, other))
     }
@@ -659,10 +661,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             (Word::Term(to), Some(back)) => self.graph.bits(to).is_some_and(|to| to & !1 == back),
             _ => false,
         };
-        if is_back { Ok(()) } else { Err("returns to where it was not called from".into()) }
+        if is_back { Ok(()) } else { Err("returns to another address than its caller".into()) }
     }
 
-    /// Where this holds, a choice by it is the one side.
+    /// Reduces selections by a truth that holds on this path.
     fn suppose(&mut self, holds: Node) {
         for k in 0..self.state.registers.len() {
             if let Word::Term(node) = self.state.registers[k] {
@@ -677,7 +679,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
     }
 
-    /// The state where ways meet.
+    /// Returns the state at a join of paths.
     fn met(&mut self, gates: &[Gate], last: usize, states: &[&Rc<State>], leaf: &dyn Fn(usize) -> usize) -> State {
         let all_same = |of: &dyn Fn(&State) -> Word| {
             let first = of(states[0]);
@@ -712,7 +714,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             if let Some(byte) = first.filter(|_| states.iter().all(|state| of(state) == first)) {
                 return byte;
             }
-            // Memory that nobody has written on a way holds any word there.
+            // Memory without a store on a path holds an arbitrary word there.
             let part = states.iter().find_map(|state| of(state)).map_or(0, |(_, part)| part);
             let any = *unwritten.entry((at.0, at.1 - i32::from(part))).or_insert_with(|| self.graph.anything());
             let of = |n: usize| of(states[leaf(n)]).unwrap_or((Word::Term(any), part));
@@ -735,7 +737,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 let [a, b] = [a, b].map(|word| match word {
                     Word::Term(node) => node,
                     Word::Address(base, offset) => self.graph.address(base, offset),
-                    // Where nothing is known of it, it is any number.
+                    // Unknown content is an arbitrary number.
                     _ => self.graph.anything(),
                 });
                 Word::Term(self.graph.select(t, a, b))
@@ -743,7 +745,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
     }
 
-    /// A byte as a word.
+    /// Returns a byte as a word.
     fn byte(&mut self, (word, part): (Word, u8)) -> Word {
         let Word::Term(word) = word else { return Word::Mixed };
         let (by, mask) = (self.graph.constant(8 * u32::from(part)), self.graph.constant(0xff));
@@ -752,7 +754,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
     }
 
     fn returned(&mut self) -> Done<Vec<(String, Node, Node)>> {
-        let changed = || "returns with a register changed that a function leaves as it was".to_owned();
+        let changed = || "returns with a changed callee-saved register".to_owned();
         if self.state.registers[SP] != Word::Address(SP as u32, 0) {
             return Err(changed());
         }
@@ -764,7 +766,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         Ok(equal)
     }
 
-    /// What stands in the place of a result.
+    /// Returns the content of the place of a result.
     pub(super) fn result(&mut self, port: &Port) -> Done<Word> {
         match port.place {
             Place::Register(register) => Ok(self.state.registers[register as usize]),
@@ -776,7 +778,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         match operand {
             Operand::Register(k) => Ok(self.state.registers[*k]),
             Operand::Number(value) => Ok(Word::Term(self.graph.constant(*value))),
-            other => Err(format!("operand {other:?} is not followed")),
+            other => Err(format!("operand {other:?} is not supported")),
         }
     }
 
@@ -790,15 +792,16 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
     fn set(&mut self, operand: &Operand, word: Word) -> Done<()> {
         match operand {
             Operand::Register(k) => self.state.registers[*k] = word,
-            other => return Err(format!("result {other:?} is not followed")),
+            other => return Err(format!("result {other:?} is not supported")),
         }
         Ok(())
     }
 
-    /// An address in memory; the base is written if the instruction says so. `behind` is added after the access.
+    /// Returns the address of a memory operand and writes back its base if required. `behind` is added after the
+    /// access.
     fn address(&mut self, at: u32, operand: &Operand, behind: Option<&Operand>) -> Done<Word> {
         let Operand::Memory { base, index, offset, writes } = operand else {
-            return Err(format!("address {operand:?} is not followed"));
+            return Err(format!("address {operand:?} is not supported"));
         };
         let start =
             if *base == PC { Word::Term(self.graph.constant((at + 4) & !3)) } else { self.state.registers[*base] };
@@ -806,7 +809,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             None => self.graph.constant(*offset as u32),
             Some((index, by)) => {
                 let Word::Term(index) = self.state.registers[*index] else {
-                    return Err("an index is an address".into());
+                    return Err("an index register holds an address".into());
                 };
                 self.graph.shifted_left(index, *by)
             }
@@ -823,7 +826,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         Ok(moved)
     }
 
-    /// `start + factor by`, of addresses too.
+    /// Returns `start + factor by`, also for addresses.
     fn moved(&mut self, start: Word, by: Node, factor: u32) -> Done<Word> {
         match (start, self.graph.bits(by)) {
             (Word::Term(start), _) => Ok(Word::Term(self.graph.plus(start, by, factor))),
@@ -836,12 +839,12 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             }
             (Word::Address(base, offset), None) if let Op::Select(t, yes, no) = self.graph.ops[by] => {
                 let [Some(yes), Some(no)] = [yes, no].map(|by| self.graph.bits(by)) else {
-                    return Err("an address that only the running program knows".into());
+                    return Err("an address known only at run time".into());
                 };
                 let there = [yes, no].map(|by| offset.wrapping_add(by.wrapping_mul(factor) as i32));
                 Ok(Word::OneOf(t, base, there))
             }
-            _ => Err("an address that only the running program knows".into()),
+            _ => Err("an address known only at run time".into()),
         }
     }
 
@@ -861,14 +864,14 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             return Ok(Word::Term(self.graph.constant(value)));
         }
         let Word::Address(base, offset) = address else {
-            return Err("reads where only the running program knows".into());
+            return Err("reads an address known only at run time".into());
         };
         if base == SP as u32 && offset < self.stack {
             return Err("reads below the stack pointer".into());
         }
         let mut bytes = [(address, 0); 4];
         let bytes = &mut bytes[..usize::from(width)];
-        // What the function has not written of its own stack may be anything.
+        // The function's own stack is arbitrary before its first store.
         let is_own = base == SP as u32 && offset + i32::from(width) <= 0;
         if is_own && width == 4 && (0..4).all(|part| !self.state.memory.contains_key(&(base, offset + part))) {
             return Ok(Word::Term(self.graph.anything()));
@@ -877,7 +880,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             *byte = match self.state.memory.get(&(base, offset + part)) {
                 Some(byte) => *byte,
                 None if is_own => (Word::Term(self.graph.anything()), 0),
-                None => return Err(format!("reads {}, which holds nothing known", shown(base, offset + part))),
+                None => return Err(format!("reads {}, whose content is unknown", shown(base, offset + part))),
             };
         }
         let first = bytes[0].0;
@@ -898,7 +901,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
     fn store(&mut self, address: Word, word: Word, width: u8) -> Done<()> {
         if let Word::OneOf(t, base, [yes, no]) = address {
             if yes.abs_diff(no) < width.into() {
-                return Err("writes one of two places that overlap".into());
+                return Err("writes one of two overlapping places".into());
             }
             let [at_yes, at_no] = [yes, no].map(|offset| Word::Address(base, offset));
             let [before, other] = [self.load(at_yes, width)?, self.load(at_no, width)?];
@@ -906,12 +909,12 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             self.store(at_yes, here, width)?;
             return self.store(at_no, there, width);
         }
-        let Word::Address(base, offset) = address else { return Err("writes where it was given no address".into()) };
+        let Word::Address(base, offset) = address else { return Err("writes to an unknown address".into()) };
         for part in 0..width {
             let to = (base, offset + i32::from(part));
-            // Above where the stack was at the entry is what the caller keeps.
+            // Memory above the stack pointer at the entry belongs to the caller.
             if (base != SP as u32 || to.1 >= 0) && !self.may_write(base, to.1) {
-                return Err(format!("writes {}, which is no result", shown(base, to.1)));
+                return Err(format!("writes {}, which is not a result", shown(base, to.1)));
             }
             self.state.memory.insert(to, (word, part));
         }
@@ -927,24 +930,24 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             || self.expected.pads.iter().any(|(place, length)| holds(place, *length as i32))
     }
 
-    /// Does this condition hold?
+    /// Returns the truth of a condition.
     fn holds(&mut self, flags: &Flags, condition: &str) -> Done<Node> {
         let zero = self.graph.constant(0);
         match *flags {
             Flags::Floats(a, b) => {
-                let set = of_floats(condition).ok_or_else(|| format!("condition {condition} is not followed"))?;
+                let set = of_floats(condition).ok_or_else(|| format!("condition {condition} is not supported"))?;
                 Ok(self.graph.stands(a, set, b))
             }
             Flags::Result(a) => {
                 let order = match condition {
                     "eq" | "ne" => Order::Equal,
                     "mi" | "pl" => Order::Less,
-                    _ => return Err(format!("condition {condition} of flags that are not known")),
+                    _ => return Err(format!("condition {condition} of unknown flags")),
                 };
                 let holds = self.graph.ordered(order, a, zero);
                 Ok(if ["eq", "mi"].contains(&condition) { holds } else { self.graph.not(holds) })
             }
-            // The sign of the difference, which may have wrapped.
+            // Sign of the difference, which may have wrapped.
             Flags::Counts(a, b) if ["mi", "pl"].contains(&condition) => {
                 let difference = self.graph.plus(a, b, u32::MAX);
                 let holds = self.graph.ordered(Order::Less, difference, zero);
@@ -964,7 +967,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                             (_, false) => below,
                         })
                     }
-                    _ => return Err("flags that nothing has set".into()),
+                    _ => return Err("flags that no instruction has set".into()),
                 };
                 Ok(if holds { is } else { self.graph.not(is) })
             }
@@ -972,16 +975,16 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 let (a, b) = (self.holds(a, condition)?, self.holds(b, condition)?);
                 Ok(self.graph.select(t, a, b))
             }
-            Flags::Unknown => Err("flags that nothing has set".into()),
+            Flags::Unknown => Err("flags that no instruction has set".into()),
         }
     }
 
-    /// One instruction that goes to the next.
+    /// Executes one instruction that continues at the next.
     fn step(&mut self, code: &Code) -> Done<()> {
         let Code { instruction, operands, .. } = code;
         let stem = code.stem.as_str();
         if instruction.name.contains(".f64") || instruction.name.contains(".f16") {
-            return Err("floats of another size than 32 bits are not followed".into());
+            return Err("only floats of 32 bits are supported".into());
         }
         match (stem, &operands[..]) {
             ("nop" | "it" | "itt" | "ite" | "ittt" | "itte" | "itet" | "itee", _) => {}
@@ -990,7 +993,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             ("vcmp" | "vcmpe", [a, b]) => {
                 self.state.compared = Rc::new(Flags::Floats(self.term(a)?, self.term(b)?));
             }
-            // Into the flags, not into a register.
+            // VMRS to the flags, not to a register.
             ("vmrs", [Operand::Other, _]) => self.state.flags = Rc::clone(&self.state.compared),
             _ if self.float(instruction, stem, operands)? || self.moves(instruction, stem, code)? => {}
             _ => self.count(instruction, stem, operands)?,
@@ -998,7 +1001,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         Ok(())
     }
 
-    /// Arithmetic of floats, and moves between their registers; false if it is none of these.
+    /// Executes float arithmetic and moves between float registers; returns false for another instruction.
     fn float(&mut self, instruction: &Instruction, stem: &str, operands: &[Operand]) -> Done<bool> {
         let result = match (stem, operands) {
             ("vmov", [to, from]) => {
@@ -1025,14 +1028,14 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 match instruction.name.as_str() {
                     "vcvt.f32.s32" => self.graph.one("number_of", a),
                     "vcvt.f32.u32" => self.graph.one("number_without_sign_of", a),
-                    _ => return Err("is not followed".into()),
+                    _ => return Err("is not supported".into()),
                 }
             }
             ("vadd" | "vsub" | "vmul" | "vdiv" | "vnmul" | "vmla" | "vmls" | "vnmla" | "vnmls", [to, rest @ ..]) => {
                 let (a, b) = match rest {
                     [b] => (self.term(to)?, self.term(b)?),
                     [a, b] => (self.term(a)?, self.term(b)?),
-                    _ => return Err("is not followed".into()),
+                    _ => return Err("is not supported".into()),
                 };
                 let graph = &mut *self.graph;
                 match stem {
@@ -1046,7 +1049,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                         if matches!(stem, "vmul" | "vnmul") {
                             product
                         } else {
-                            // The product is rounded before it is added, unlike that of VFMA.
+                            // VMLA rounds the product before the addition, unlike VFMA.
                             let sum = self.term(to)?;
                             let graph = &mut *self.graph;
                             let sum = if stem.starts_with("vn") { graph.neg(sum) } else { sum };
@@ -1061,13 +1064,13 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         Ok(true)
     }
 
-    /// Loads and stores; false if it is none.
+    /// Executes loads and stores; returns false for another instruction.
     fn moves(&mut self, instruction: &Instruction, stem: &str, code: &Code) -> Done<bool> {
         let operands = &code.operands[..];
         let at = instruction.address;
         let many = |list: &Operand| match list {
             Operand::List(list) => Ok(list.clone()),
-            other => Err(format!("list {other:?} is not followed")),
+            other => Err(format!("list {other:?} is not supported")),
         };
         let single = |stem: &str| match stem {
             "ldr" | "str" | "vldr" | "vstr" => Some(4),
@@ -1124,7 +1127,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         Ok(true)
     }
 
-    /// Several words, and floats, are not moved from or to an address that is no multiple of 4: that is a fault.
+    /// Rejects unaligned accesses of several words or of floats: they fault.
     fn of_words(&self, address: Word) -> Done<()> {
         let is_off = match address {
             Word::Address(_, offset) => offset % 4 != 0,
@@ -1132,10 +1135,10 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             Word::Term(term) => self.graph.bits(term).is_some_and(|at| at % 4 != 0),
             _ => false,
         };
-        if is_off { Err("an address that is no multiple of 4: a fault".into()) } else { Ok(()) }
+        if is_off { Err("an address that is not a multiple of 4: a fault".into()) } else { Ok(()) }
     }
 
-    /// Where a list begins in memory; the base is moved past it.
+    /// Returns the first address of a register list, and moves the base past the list.
     fn list(&mut self, base: usize, list: &[usize], down: bool, writes: bool) -> Done<Word> {
         let (start, length) = (self.state.registers[base], self.graph.constant(4 * list.len() as u32));
         let end = self.moved(start, length, if down { u32::MAX } else { 1 })?;
@@ -1170,7 +1173,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         Ok(())
     }
 
-    /// Operations on counts and addresses.
+    /// Executes operations on counts and addresses.
     fn count(&mut self, instruction: &Instruction, stem: &str, operands: &[Operand]) -> Done<()> {
         const SETTING: [&str; 13] =
             ["add", "sub", "rsb", "mov", "mvn", "and", "orr", "eor", "bic", "lsl", "lsr", "asr", "mul"];
@@ -1192,7 +1195,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         };
         operands.truncate(operands.len() - usize::from(shift.is_some()));
         let (to, from) = operands.split_first().ok_or("no operand")?;
-        // What is compared is not written.
+        // A comparison has no destination.
         let compares = ["cmp", "cmn", "tst"].contains(&stem);
         let mut values = Vec::new();
         for one in if compares { &operands[..] } else { from } {
@@ -1206,7 +1209,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             let by = self.graph.constant(by);
             values.push(Word::Term(self.shifted(shift, last, by)?));
         }
-        // Of these the rest of the register stays.
+        // These instructions keep the rest of the register.
         if ["movt", "bfi"].contains(&stem) {
             values.insert(0, self.get(to)?);
         }
@@ -1221,7 +1224,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         let graph = &mut *self.graph;
         match (shift, graph.bits(by).map(|by| by & 0xff)) {
             ("lsl", Some(by)) => Ok(graph.shifted_left(a, by)),
-            // Up and down again: the low bits, as a text says it.
+            // A left shift followed by a right shift: the low bits, as in the specification.
             ("asr", Some(by @ 1..=31)) => Ok(match graph.ops[a] {
                 Op::Plus(none, inner, factor) if graph.bits(none) == Some(0) && factor == 1 << by => {
                     graph.low_bits(inner, 32 - by)
@@ -1233,11 +1236,11 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 let by = graph.constant(by);
                 Ok(self.graph.two("lsr", a, by))
             }
-            _ => Err("a shift that is not followed".into()),
+            _ => Err("an unsupported shift".into()),
         }
     }
 
-    /// An address as a number.
+    /// Returns an address as a number.
     fn number(&mut self, word: Word) -> Done<Node> {
         match word {
             Word::Term(node) => Ok(node),
@@ -1246,8 +1249,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }
     }
 
-    /// Does an address lie in the memory behind a register, or at its end? There addresses are in order, since no
-    /// memory goes over the highest one.
+    /// Returns whether an address lies in the memory behind a register, or at its end. Addresses are ordered there,
+    /// because no memory wraps around the highest address.
     fn is_within(&self, word: Word) -> bool {
         let Word::Address(base, offset) = word else { return false };
         if base == SP as u32 {
@@ -1256,7 +1259,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         self.expected.sizes.iter().any(|(of, size)| *of == base && (0..=*size as i32).contains(&offset))
     }
 
-    /// Of an address: the result, and the flags if they are set; none if it is no matter of addresses.
+    /// Computes an operation on addresses: the result and its flags; `None` for an operation without addresses.
     fn addressed(&mut self, stem: &str, values: &[Word]) -> Done<Option<(Word, Flags)>> {
         let is_within = values.iter().all(|word| self.is_within(*word));
         let zero = Word::Term(self.graph.constant(0));
@@ -1265,9 +1268,9 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             _ => None,
         };
         Ok(Some(match (stem, values) {
-            // An address that the function is given is none of nothing.
+            // An address input is never 0.
             ("cmp", [Word::Address(..), none]) if known(none) == Some(0) => (zero, Flags::Known(false, false, false)),
-            // It is a multiple of 4.
+            // The address is a multiple of 4.
             ("and" | "tst", [address, mask]) if is_aligned(address) && known(mask).is_some_and(|mask| mask <= 3) => {
                 (zero, Flags::Result(self.graph.constant(0)))
             }
@@ -1298,7 +1301,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
         }))
     }
 
-    /// The result, and the flags if they are set.
+    /// Computes an operation on counts: the result and its flags.
     fn counted(&mut self, stem: &str, values: &[Word]) -> Done<(Word, Flags)> {
         if let Some(done) = self.addressed(stem, values)? {
             return Ok(done);
@@ -1329,9 +1332,9 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             ("ubfx", [Word::Term(a), Word::Term(from), width]) => {
                 let mask = match known(graph, width) {
                     Some(width @ 1..=31) => graph.constant((1 << width) - 1),
-                    _ => return Err("is not followed".into()),
+                    _ => return Err("is not supported".into()),
                 };
-                let at = graph.bits(*from).filter(|from| *from < 32).ok_or("is not followed")?;
+                let at = graph.bits(*from).filter(|from| *from < 32).ok_or("is not supported")?;
                 let a = graph.below_mask(*a, graph.bits(mask).unwrap_or(0) << at);
                 let shifted = graph.two("lsr", a, *from);
                 let result = graph.two("and", shifted, mask);
@@ -1340,7 +1343,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             ("bfi", [Word::Term(to), Word::Term(from), at, width]) => {
                 let mask = match (known(graph, at), known(graph, width)) {
                     (Some(at @ 0..=31), Some(width @ 1..=31)) if at + width <= 32 => ((1 << width) - 1) << at,
-                    _ => return Err("is not followed".into()),
+                    _ => return Err("is not supported".into()),
                 };
                 let at = u32::trailing_zeros(mask);
                 let (put, kept) = (graph.constant(mask >> at), graph.constant(!mask));
@@ -1350,9 +1353,9 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             }
             ("sbfx", [Word::Term(a), from, width]) => match (known(graph, from), known(graph, width)) {
                 (Some(0), Some(width @ 1..=32)) => (Word::Term(graph.low_bits(*a, width)), Flags::Unknown),
-                _ => return Err("is not followed".into()),
+                _ => return Err("is not supported".into()),
             },
-            _ => return Err("is not followed".into()),
+            _ => return Err("is not supported".into()),
         };
         Ok((result, flags))
     }
@@ -1369,7 +1372,7 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             }
             "sxtb" => graph.low_bits(a, 8),
             "sxth" => graph.low_bits(a, 16),
-            _ => return Err("is not followed".into()),
+            _ => return Err("is not supported".into()),
         };
         Ok((result, Flags::Result(result)))
     }
@@ -1380,7 +1383,8 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
             "cmp" | "sub" => return Ok((graph.plus(a, b, u32::MAX), Flags::Counts(a, b))),
             "rsb" => return Ok((graph.plus(b, a, u32::MAX), Flags::Counts(b, a))),
             "cmn" => {
-                // Of 0 and of the least number carry and overflow are others than of the difference.
+                // For 0 and for the least number, carry and overflow of an addition differ from the flags of the
+                // comparison.
                 let of = graph.bits(b).filter(|b| *b != 0 && *b != 1 << 31);
                 let result = graph.plus(a, b, 1);
                 let flags = of.map(|b| Flags::Counts(a, graph.constant(b.wrapping_neg())));
@@ -1405,13 +1409,13 @@ impl<'p, 'i, 'x> Machine<'p, 'i, 'x> {
                 graph.plus(high, low, 1)
             }
             "lsl" | "lsr" | "asr" => self.shifted(stem, a, b)?,
-            _ => return Err("is not followed".into()),
+            _ => return Err("is not supported".into()),
         };
         Ok((result, Flags::Result(result)))
     }
 }
 
-/// When a condition holds after a comparison of floats.
+/// Returns the relations for which a condition holds after a float comparison.
 fn of_floats(condition: &str) -> Option<u8> {
     Some(match condition {
         "eq" => EQUAL,
@@ -1430,7 +1434,7 @@ fn of_floats(condition: &str) -> Option<u8> {
     })
 }
 
-/// Which order of counts a condition asks for, whether of the second to the first, and whether that is to hold.
+/// Returns the order that a condition tests, whether the operands are swapped, and whether the order must hold.
 fn of_counts(condition: &str) -> Option<(Order, bool, bool)> {
     Some(match condition {
         "eq" => (Order::Equal, false, true),
@@ -1447,17 +1451,16 @@ fn of_counts(condition: &str) -> Option<(Order, bool, bool)> {
     })
 }
 
-/// Are the lowest two bits of an address 0?
+/// Returns whether the lowest two bits of an address are 0.
 fn is_aligned(word: &Word) -> bool {
     matches!(word, Word::Aligned) || matches!(word, Word::Address(_, offset) if offset % 4 == 0)
 }
 
-/// Bytes of a place in memory.
-/// Bytes of a value in memory: a truth of its own has one, bits share a half word.
+/// Returns the size of a value in memory, bytes: a truth alone has one byte, bits share a halfword.
 fn width(port: &Port) -> u8 {
     match (port.kind, port.bit) {
-        (Kind::Truth, None) => 1,
-        (Kind::Truth, Some(_)) => 2,
+        (ValueKind::Truth, None) => 1,
+        (ValueKind::Truth, Some(_)) => 2,
         _ => 4,
     }
 }

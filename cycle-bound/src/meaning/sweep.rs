@@ -1,30 +1,30 @@
-//! Are two values of a graph equal for every input? Found by trying numbers, shown by following terms.
+//! Equivalence of two values of a graph for every input: candidates from numeric inputs, proofs by following terms.
 //!
-//! A tick of a drive with two encoders has tens of millions of paths, because what one encoder may meet is multiplied
-//! by what the other may, and that by what the law has. But there are values between: a believed angle is one value,
-//! whatever way it came. So all values of text and machine are computed for many inputs, and those that have been the
-//! same on all of them are supposed to be equal. From the inputs on, each such pair is then shown to be: on all paths
-//! of that part of the graph that lies between it and values that have been shown before, which may be anything. What
-//! has been shown is one value from then on, so each part of the graph is followed once, and small. (Circuits are
-//! compared in this way since the nineties.)
+//! A tick of a drive with two encoders has tens of millions of paths, because the paths of both encoders and of the
+//! control law multiply. Intermediate values reduce this number: an accepted angle is one value on every path. All
+//! values of the specification and of the machine code are therefore computed for many inputs. Values that agree on all
+//! inputs are candidates for equality. From the inputs on, each candidate pair is then proved equal on all paths of the
+//! graph between the pair and earlier proved values, which count as arbitrary. Proved values are joined to one value,
+//! so each part of the graph is followed once and stays small. This is SAT sweeping, a method of combinational
+//! equivalence checking from the 1990s.
 //!
-//! Numbers show nothing but where it is worth looking, and where two results differ: no pair is equal because no
-//! number has told it apart.
+//! Numbers only guide the search and find differing results: a pair is never accepted as equal because no input
+//! separates it.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::graph::{Graph, Node, Op, Run, Value};
-use super::inputs::{self, Tried};
+use super::inputs::{self, Trial};
 use super::term::{Mixing, Path, Signs, Terms};
 use super::text::Expected;
 
-/// Inputs by which values are supposed to be equal.
+/// Number of inputs for the search of candidates.
 const TRIED: usize = 4096;
-/// Values of one signature that a value is held against.
+/// Number of values of one signature that a value is compared with.
 const CANDIDATES: usize = 3;
-/// How many values that are known may lie between a pair and where it is cut off, and the paths that may take: one
-/// after the other, until it is shown. What is not shown in a round is tried again in the next one, when more is known.
+/// Rounds of the search. A depth is the number of known values between a pair and the cut, with the limit of paths; the
+/// depths are tried in order. A pair without a proof is tried again in the next round, when more values are known.
 const ROUNDS: [Round; 4] = [
     Round { of_both: true, depths: &[(0, 32), (1, 64), (2, 128)], last: &[(2, 256)] },
     Round { of_both: false, depths: &[(0, 32), (1, 64), (2, 128)], last: &[(2, 256)] },
@@ -33,34 +33,34 @@ const ROUNDS: [Round; 4] = [
 ];
 
 struct Round {
-    /// Only what text and machine have in common?
+    /// Restricts the pairs to values of the specification with values of the machine code.
     of_both: bool,
     depths: &'static [(usize, usize)],
-    /// The same for what is to be equal at the end.
+    /// Depths for the final results.
     last: &'static [(usize, usize)],
 }
 
-/// Text and machine in one graph.
+/// Specification and machine code in one graph.
 pub(super) struct Sweep<'a> {
     pub(super) graph: &'a mut Graph,
     expected: &'a Expected,
-    /// Which of them text and machine need: 1, 2, 3 is both.
+    /// Users of each value: 1 specification, 2 machine code, 3 both.
     sides: Vec<u8>,
-    /// Of each value what it was on all that was tried, and of a truth what its opposite was.
+    /// Signature of each value over all inputs, and of its opposite if it is a truth.
     signatures: Vec<[u64; 2]>,
-    /// Paths followed in all.
+    /// Number of followed paths.
     pub(super) paths: usize,
 }
 
 impl<'a> Sweep<'a> {
-    /// Of the machine's values and those of the text that they are held against.
+    /// Creates the sweep for pairs of a machine value and a specified value.
     pub(super) fn new(graph: &'a mut Graph, expected: &'a Expected, pairs: &[(Node, Node)]) -> Self {
         let mut sides = vec![0; graph.ops.len()];
         for &(machine, text) in pairs {
             sides[text] |= 1;
             sides[machine] |= 2;
         }
-        // Parts stand before what is made of them.
+        // Operands precede the values that use them.
         for node in (0..graph.ops.len()).rev() {
             for part in graph.ops[node].parts() {
                 sides[part] |= sides[node];
@@ -70,7 +70,7 @@ impl<'a> Sweep<'a> {
         Self { graph, expected, sides, signatures, paths: 0 }
     }
 
-    /// Are all pairs the same, followed as they are, on no more paths than these?
+    /// Returns whether all pairs are equal, followed directly on at most `limit` paths.
     pub(super) fn is_followed(&mut self, pairs: &[(Node, Node)], limit: usize) -> bool {
         let all: Vec<(Node, Node, bool)> = pairs.iter().map(|&(a, b)| (a, b, false)).collect();
         let (supposed, none) = (self.supposed(&|_| true), HashSet::new());
@@ -78,7 +78,7 @@ impl<'a> Sweep<'a> {
         all_signs.into_iter().any(|signs| self.follow(&all, &supposed, &none, signs, limit) == Some(true))
     }
 
-    /// What is so in this case, of values that are looked at.
+    /// Returns the assumptions of the case on values that are in view.
     fn supposed(&self, is_near: &dyn Fn(Node) -> bool) -> Vec<(Node, bool)> {
         let is_leaf = |node: Node| self.graph.ops[node].parts().next().is_none();
         let is_told = |part: Node| {
@@ -89,14 +89,15 @@ impl<'a> Sweep<'a> {
         all.filter(|(t, _)| self.graph.ops[*t].parts().all(is_told)).collect()
     }
 
-    /// Joins what is equal, from the inputs on, until all these pairs are; those that are not shown to be.
+    /// Joins equal values, from the inputs on, until all pairs are equal; returns the indices of the pairs without a
+    /// proof.
     ///
     /// # Errors
-    /// When it is to stop.
+    /// The `stop` flag was set.
     pub(super) fn unequal(
         &mut self,
         pairs: &[(Node, Node)],
-        tried: &[Tried],
+        tried: &[Trial],
         stop: &AtomicBool,
     ) -> Result<Vec<usize>, String> {
         let mut values = vec![0; self.graph.ops.len()];
@@ -193,7 +194,7 @@ impl<'a> Sweep<'a> {
         false
     }
 
-    /// What lies before both, to where it is cut off.
+    /// Returns the operands of both values up to the cut.
     fn cone(&self, a: Node, b: Node, depth: usize) -> Cone {
         let mut cone = Cone { near: Mixing::default(), cuts: HashSet::new(), has_signs: false };
         let nearest = &mut cone.near;
@@ -228,7 +229,7 @@ impl<'a> Sweep<'a> {
         cone
     }
 
-    /// On all paths: are they the same? Nothing if that takes more paths, or cannot be followed.
+    /// Compares pairs on all paths. Returns `None` if the paths exceed the limit or cannot be followed.
     fn follow(
         &mut self,
         pairs: &[(Node, Node, bool)],
@@ -269,14 +270,14 @@ impl<'a> Sweep<'a> {
 }
 
 struct Cone {
-    /// What lies in it, and how far.
+    /// Values of the cone and their distance.
     near: Mixing<Node, usize>,
     cuts: HashSet<Node>,
-    /// Has it values that may be asked for their signs?
+    /// Set if the cone has values whose sign may be decided.
     has_signs: bool,
 }
 
-/// Memory of these sizes has no byte in common.
+/// Assumes that memory regions of these sizes do not overlap.
 fn apart(path: &mut Path<'_>, expected: &Expected) {
     for (k, &(base, size)) in expected.sizes.iter().enumerate() {
         for &(other, of_other) in &expected.sizes[..k] {

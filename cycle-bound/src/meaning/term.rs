@@ -1,18 +1,18 @@
-//! What is computed, without its value: words of 32 bits as terms, and what a path has learnt of them.
+//! Terms: symbolic words of 32 bits, and the knowledge that a path has gained about them.
 //!
-//! Two terms are the same if they are made by the same operations of the same parts. `+ * /` of floats stay as they
-//! are; only identities are used that hold for every bit pattern when one rounds to nearest: `a - b = a + (-b)`,
-//! `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, signs of products and quotients,
-//! `-(-a) = a`, `|-a| = |a|`, and where a text or a compiler has no absolute value, `|a|` is `-a` if `a < 0`, else
-//! `a + 0`. The sign and payload of a NaN mean nothing. Counts are sums modulo 2^32 in a normal form; as a number a
-//! count is neither a NaN nor -0.
+//! Two terms are equal if they apply the same operations to the same operands. Float operations `+ * /` are
+//! uninterpreted. Only identities that hold for every bit pattern under rounding to nearest are used:
+//! `a - b = a + (-b)`, `a + b = b + a`, `a b = b a`, `a + (-0) = a`, `1 a = a`, `2 a = a + a`, signs of products and
+//! quotients, `-(-a) = a`, `|-a| = |a|`. Where a specification or a compiler has no absolute value, `|a|` is `-a` if
+//! `a < 0`, else `a + 0`. The sign and payload of a NaN are irrelevant. Counts are sums modulo 2^32 in a normal form. A
+//! count as a number is neither a NaN nor -0.
 //!
-//! Comparisons are decided: each one that does not follow from those before it parts the path in two.
+//! Comparisons are decided: a comparison that does not follow from earlier ones splits the path in two.
 
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hash, Hasher};
 
-/// For keys of a few small numbers, of which there are very many to look up.
+/// Hasher for keys of a few small numbers, optimised for many lookups.
 #[derive(Default)]
 pub(super) struct Mixed(u64);
 
@@ -42,32 +42,32 @@ impl Hasher for Mixed {
     }
 }
 
-/// A table of such keys.
+/// Hash table with such keys.
 pub(super) type Mixing<K, V> = HashMap<K, V, BuildHasherDefault<Mixed>>;
 
-/// Names a word: its place among the terms.
+/// Index of a term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) struct Term(u32);
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Node {
     Constant(u32),
-    /// An input, by its place.
+    /// Input, by its index.
     Input(usize),
-    /// What a register holds at the entry that is no argument.
+    /// Unknown content of a register at the entry.
     Entry(u32),
     Add(Term, Term),
     Mul(Term, Term),
     Div(Term, Term),
     Neg(Term),
     Abs(Term),
-    /// A count as a float, with a sign.
+    /// Signed count converted to float.
     FromCount(Term),
     /// Sum of multiples and a constant, modulo 2^32.
     Sum(Vec<(Term, u32)>, u32),
-    /// Shifted right, the sign kept.
+    /// Arithmetic shift right.
     ShiftedRight(Term, u32),
-    /// Another operation on bits: its name.
+    /// Other bit operation, by its name.
     Bits(&'static str, Term, Term),
 }
 
@@ -75,19 +75,19 @@ pub(super) const MINUS_ZERO: u32 = 1 << 31;
 const ONE: u32 = 0x3f80_0000;
 const TWO: u32 = 0x4000_0000;
 
-/// How a number stands to another: a set of these four. The third is that one of them is a NaN.
+/// Relation of one number to another, as a set of these four. UNORDERED: one of them is a NaN.
 pub(super) const LESS: u8 = 1;
 pub(super) const EQUAL: u8 = 2;
 pub(super) const GREATER: u8 = 4;
 pub(super) const UNORDERED: u8 = 8;
-/// Sums within sums that are looked into.
+/// Depth of nested sums that are searched.
 const SEEN: usize = 4;
 const ALL: [u8; 4] = [LESS, EQUAL, GREATER, UNORDERED];
 const ANY: u8 = LESS | EQUAL | GREATER | UNORDERED;
 const LESS_EQUAL: u8 = LESS | EQUAL;
 const GREATER_EQUAL: u8 = GREATER | EQUAL;
 
-/// All terms, each once.
+/// All terms, each stored once.
 #[derive(Default)]
 pub(super) struct Terms {
     nodes: Vec<Node>,
@@ -151,7 +151,7 @@ impl Terms {
         }
     }
 
-    /// A count as a number, or times a number that is not infinite: never a NaN.
+    /// Returns whether the term is a count as a number, or its product with a finite number: never a NaN.
     fn is_of_count(&self, a: Term) -> bool {
         match *self.node(a) {
             Node::FromCount(_) => true,
@@ -162,8 +162,8 @@ impl Terms {
         }
     }
 
-    /// Is it -0 for no input? A count is +0 or at least 1, and so many times a number above 0; of a sum both parts
-    /// must be -0. Looks so many sums deep.
+    /// Returns whether the term is -0 for no input, searching `deep` nested sums. A count is +0 or at least 1 in
+    /// magnitude, and its product with a positive number is never -0. A sum is -0 only if both operands are.
     fn is_never_minus_zero(&self, a: Term, deep: usize) -> bool {
         match *self.node(a) {
             Node::Constant(bits) => bits != MINUS_ZERO,
@@ -185,7 +185,7 @@ impl Terms {
         self.add(a, b)
     }
 
-    /// Without its sign, and whether there was one.
+    /// Returns a term without its sign, and whether it had one.
     fn unsigned(&mut self, a: Term) -> (Term, bool) {
         match *self.node(a) {
             Node::Constant(bits) if bits & MINUS_ZERO != 0 => (self.constant(bits ^ MINUS_ZERO), true),
@@ -221,7 +221,7 @@ impl Terms {
         self.signed(quotient, of_a != of_b)
     }
 
-    /// A count with a sign as a float.
+    /// Converts a signed count to float.
     pub(super) fn number_of(&mut self, a: Term) -> Term {
         match self.bits(a) {
             Some(bits) => self.constant((bits as i32 as f32).to_bits()),
@@ -229,7 +229,7 @@ impl Terms {
         }
     }
 
-    /// `a + factor b`, modulo 2^32.
+    /// Returns `a + factor b`, modulo 2^32.
     pub(super) fn plus(&mut self, a: Term, b: Term, factor: u32) -> Term {
         let (mut open, mut parts, mut constant) = (vec![(a, 1), (b, factor)], Vec::new(), 0_u32);
         while !open.is_empty() {
@@ -268,8 +268,9 @@ impl Terms {
         }
     }
 
-    /// A multiple that is one of another count: `2^k (a >> k)` is a less its k low bits, and of bits that a multiple
-    /// shifts out none counts. That count, how often it is there, and how many of its low bits are not.
+    /// Rewrites a multiple of masked or shifted bits as a multiple of the count itself: `2^k (a >> k)` is a minus its k
+    /// low bits, and bits shifted out by the factor do not count. Returns the count, its factor, and the number of low
+    /// bits to subtract.
     fn multiple(&self, term: Term, times: u32) -> Option<(Term, u32, Option<u32>)> {
         match *self.node(term) {
             Node::Bits("lsr", a, by) => {
@@ -284,7 +285,7 @@ impl Terms {
         }
     }
 
-    /// How many low bits this mask leaves, if it leaves them alone.
+    /// Returns the number of low bits of a mask that consists of low bits only.
     fn low_bits_of_mask(&self, mask: Term) -> Option<u32> {
         let mask = self.bits(mask)?;
         (mask != 0 && mask.wrapping_add(1).is_power_of_two()).then(|| mask.trailing_ones())
@@ -294,7 +295,7 @@ impl Terms {
         self.constant((1 << bits) - 1)
     }
 
-    /// What low bits of a count lie between, with their sign or without, and such bits less a constant.
+    /// Returns the range of a term made of low bits of a count (signed or unsigned), or of such bits and a constant.
     fn span(&self, a: Term) -> Option<(i64, i64)> {
         let (of, times, more) = match self.node(a) {
             Node::Sum(parts, more) => match parts[..] {
@@ -312,7 +313,7 @@ impl Terms {
         Some((ends[0].min(ends[1]), ends[0].max(ends[1])))
     }
 
-    /// The number with a sign whose bits up to `sign` are those of `masked`.
+    /// Returns the signed number whose bits up to `sign` are the bits of `masked`.
     fn of_low_bits(&mut self, masked: Term, sign: u32) -> Option<Term> {
         let wanted = sign.wrapping_mul(2).wrapping_sub(1);
         let (masked, is_turned) = match self.node(masked) {
@@ -326,15 +327,15 @@ impl Terms {
         if !sign.is_power_of_two() || self.bits(mask) != Some(wanted) {
             return None;
         }
-        // The bits that -1 - a has not.
+        // -1 - a is the bitwise complement of a.
         let all = self.constant(u32::MAX);
         let a = if is_turned { self.plus(all, a, u32::MAX) } else { a };
         Some(self.low_bits(a, sign.trailing_zeros() + 1))
     }
 
-    /// The lowest bits, 1..=32 of them, with the highest of them in all bits above.
+    /// Returns the lowest `bits` bits (1..=32), sign-extended.
     pub(super) fn low_bits(&mut self, a: Term, bits: u32) -> Term {
-        // No bit above those counts, of a constant neither.
+        // Bits above the width are irrelevant, also in the constant of a sum.
         let (half, above) = (1_i64 << (bits - 1), 32 - bits);
         let more = match self.node(a) {
             Node::Sum(_, more) => *more,
@@ -362,7 +363,7 @@ impl Terms {
         }
     }
 
-    /// Product modulo 2^32.
+    /// Returns the product modulo 2^32.
     pub(super) fn times(&mut self, a: Term, b: Term) -> Term {
         let zero = self.constant(0);
         match (self.bits(a), self.bits(b)) {
@@ -372,7 +373,7 @@ impl Terms {
         }
     }
 
-    /// AND, ORR, EOR, and others of which only constants are known.
+    /// Returns AND, ORR or EOR, or another operation that is only folded for constants.
     pub(super) fn bitwise(&mut self, name: &'static str, a: Term, b: Term) -> Term {
         let turns = ["and", "orr", "eor"].contains(&name) && self.bits(a).is_some();
         let (a, b) = if turns { (b, a) } else { (a, b) };
@@ -389,17 +390,17 @@ impl Terms {
                 let both = self.constant(mask & other);
                 self.bitwise("and", a, both)
             }
-            // Of a byte of a word that was put together of bytes: those above it are not looked at.
+            // A byte of a word composed of bytes: the bytes above are irrelevant.
             ("and", None, Some(mask)) if self.without_above(a, mask).is_some() => {
                 let a = self.without_above(a, mask).unwrap_or(a);
                 self.bitwise("and", a, b)
             }
-            // ((a & (2 s - 1)) ^ s) - s: the low bits of a with their sign.
+            // ((a & (2 s - 1)) ^ s) - s: the sign-extended low bits of a.
             ("eor", None, Some(sign)) if self.of_low_bits(a, sign).is_some() => {
                 let low = self.of_low_bits(a, sign).unwrap_or(a);
                 self.plus(low, b, 1)
             }
-            // No bit of both.
+            // No common bit.
             ("eor" | "orr", _, Some(bit))
                 if bit.is_power_of_two() && self.span(a).is_some_and(|(low, high)| low >= 0 && high < bit.into()) =>
             {
@@ -424,8 +425,7 @@ impl Terms {
         }
     }
 
-    /// `a` is a sum that was shifted right, of which a mask leaves low bits: the same without the parts that are no bit
-    /// of these, if there are any.
+    /// Removes the irrelevant parts of a sum that is shifted right and masked; `None` if every part has relevant bits.
     fn without_above(&mut self, a: Term, mask: u32) -> Option<Term> {
         let Node::Bits("lsr", sum, by) = *self.node(a) else { return None };
         let looked_at = self.bits(by)?.checked_add(32 - mask.leading_zeros()).filter(|bits| *bits < 32)?;
@@ -440,7 +440,7 @@ impl Terms {
         (of_parts(self, left) < of_parts(self, sum)).then(|| self.bitwise("lsr", left, by))
     }
 
-    /// The bits of a mask that are the lowest ones: of a sum no others are looked at in its parts.
+    /// Applies a mask of low bits: higher bits of the parts of a sum are irrelevant.
     fn low_bits_alone(&mut self, a: Term, mask: u32, may_turn: bool) -> Term {
         let above = mask.leading_zeros();
         let (mut sum, mut constant) = (Vec::new(), 0);
@@ -469,7 +469,7 @@ impl Terms {
             _ => false,
         };
         if is_turned {
-            // The bits of -1 - a are those that a has not.
+            // -1 - a is the bitwise complement of a.
             let all = self.constant(u32::MAX);
             let others = self.plus(all, reduced, u32::MAX);
             let others = self.low_bits_alone(others, mask, false);
@@ -478,7 +478,7 @@ impl Terms {
         self.term(Node::Bits("and", reduced, of_mask))
     }
 
-    /// For people, a few levels deep.
+    /// Returns a text of the term for messages, a few levels deep.
     #[cfg(test)]
     pub(super) fn shown(&self, term: Term, names: &[String], depth: usize) -> String {
         let of = |term: &Term| self.shown(*term, names, depth - 1);
@@ -514,7 +514,7 @@ impl Terms {
 
 #[cfg(test)]
 impl Terms {
-    /// The word that a term is of these inputs.
+    /// Returns the value of a term for these inputs.
     pub(super) fn value(&self, term: Term, inputs: &[u32]) -> u32 {
         let of = |term: &Term| self.value(*term, inputs);
         let float = |term: &Term| f32::from_bits(of(term));
@@ -542,7 +542,7 @@ impl Terms {
     }
 }
 
-/// The same set seen from the other number.
+/// Returns the relation of the second number to the first.
 pub(super) fn turned(set: u8) -> u8 {
     set & (EQUAL | UNORDERED) | (set & LESS) << 2 | (set & GREATER) >> 2
 }
@@ -556,7 +556,7 @@ pub(super) fn between(a: f32, b: f32) -> u8 {
     }
 }
 
-/// How a may stand to b, if a stands to a number in the first of these ways, and that to b in the second.
+/// Returns the possible relations of a to b, if a has the first relation to a number and that number the second to b.
 fn through(first: u8, second: u8) -> u8 {
     let mut may = 0;
     for (one, other) in ALL.into_iter().flat_map(|one| ALL.map(|other| (one, other))) {
@@ -573,7 +573,7 @@ fn through(first: u8, second: u8) -> u8 {
     may
 }
 
-/// How x may stand to `to` if it stands to `known` in one of these ways.
+/// Returns the possible relations of x to `to`, if x has one of the relations in `set` to `known`.
 pub(super) fn follows(set: u8, known: f32, to: f32) -> u8 {
     let order = between(known, to);
     let mut may = set & UNORDERED;
@@ -589,38 +589,38 @@ pub(super) fn follows(set: u8, known: f32, to: f32) -> u8 {
     may
 }
 
-/// A comparison of two counts.
+/// Comparison of two counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Order {
-    /// The same bits?
+    /// Equal bits.
     Equal,
-    /// Below, in two's complement?
+    /// Less, signed.
     Less,
-    /// Below, without signs?
+    /// Less, unsigned.
     Below,
 }
 
-/// What an absolute value is.
+/// Treatment of absolute values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Signs {
-    /// An operation of its own: cheap.
+    /// As an operation without further rules: fast.
     Whole,
-    /// By its sign where that has been asked; compared, from both sides: `|a| <= b` is `a >= -b` and `a <= b`.
+    /// By its sign where the sign is decided; in comparisons by both bounds: `|a| <= b` is `a >= -b` and `a <= b`.
     Known,
-    /// By its sign, which is asked: parts each path in two.
+    /// By its sign, which is decided: splits each path in two.
     Asked,
 }
 
-/// One way through: the answers that are still to be given, and what those that were given have taught.
+/// One path: the outcomes still to use, and the knowledge from the decided comparisons.
 pub(super) struct Path<'a> {
     pub(super) terms: &'a mut Terms,
     script: &'a [bool],
     given: Vec<bool>,
-    /// By the first number of a pair.
+    /// Known relations, by the first number of a pair.
     relations: Mixing<Term, Vec<(Term, u8)>>,
     orders: Mixing<(Order, Term, Term), bool>,
     truths: Mixing<usize, bool>,
-    /// How far one address is behind another, modulo 2^32: at least, at most.
+    /// Distance of one address behind another modulo 2^32: minimum and maximum.
     apart: Mixing<(Term, Term), (u32, u32)>,
     numbers: HashSet<Term>,
     nans: HashSet<Term>,
@@ -643,12 +643,12 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// The answers of this path.
+    /// Returns the outcomes of this path.
     pub(super) fn answers(&self) -> Vec<bool> {
         self.given.clone()
     }
 
-    /// The next path's answers: the last "yes" becomes "no".
+    /// Returns the outcomes of the next path: the last "yes" becomes "no".
     pub(super) fn next(mut answers: Vec<bool>) -> Option<Vec<bool>> {
         while answers.pop_if(|answer| !*answer).is_some() {}
         *answers.last_mut()? = false;
@@ -661,7 +661,7 @@ impl<'a> Path<'a> {
         answer
     }
 
-    /// An input that is true or false.
+    /// Decides an input that is true or false.
     pub(super) fn truth(&mut self, input: usize) -> bool {
         if let Some(known) = self.truths.get(&input) {
             return *known;
@@ -671,7 +671,7 @@ impl<'a> Path<'a> {
         answer
     }
 
-    /// What is compared of a number: zeros have no sign then.
+    /// Returns the part of a number that a comparison uses: zeros have no sign.
     fn magnitude(&mut self, mut a: Term) -> (Term, bool) {
         let mut negative = false;
         loop {
@@ -689,14 +689,14 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Does the first number stand to the second in one of these ways?
+    /// Decides whether the first number has one of the relations in `set` to the second.
     pub(super) fn stands(&mut self, a: Term, set: u8, b: Term) -> bool {
         let (a, set, b, bare) = match self.compared(a, set, b) {
             Ok(answer) => return answer,
             Err(asked) => asked,
         };
         if let (&Node::FromCount(count), Some(0)) = (self.terms.node(a), self.terms.bits(b)) {
-            // A count is 0 if its float is.
+            // A count is 0 if its float is 0.
             let zero = self.terms.constant(0);
             if set & !UNORDERED == EQUAL {
                 return self.ordered(Order::Equal, count, zero);
@@ -726,7 +726,7 @@ impl<'a> Path<'a> {
         answer
     }
 
-    /// The answer, if it follows from those before.
+    /// Returns the outcome, if it follows from earlier comparisons.
     fn follows_of(&mut self, a: Term, set: u8, b: Term) -> Option<bool> {
         let (a, set, b, bare) = match self.compared(a, set, b) {
             Ok(answer) => return Some(answer),
@@ -736,7 +736,8 @@ impl<'a> Path<'a> {
         (may & !set == 0 || may & set == 0).then_some(may & !set == 0)
     }
 
-    /// A comparison in its normal form, with the second number without its sign too; or the answer, of constants.
+    /// Returns the normal form of a comparison, also with the second number without its sign, or the outcome for
+    /// constants.
     fn compared(&mut self, a: Term, set: u8, b: Term) -> Result<bool, (Term, u8, Term, Term)> {
         let ((mut a, mut of_a), (mut b, mut of_b), mut set) = (self.magnitude(a), self.magnitude(b), set);
         if let (Some(a), Some(b)) = (self.terms.float(a), self.terms.float(b)) {
@@ -760,7 +761,7 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// All ways in which they may stand; `bare` is the second without its sign.
+    /// Returns the possible relations of two numbers; `bare` is the second without its sign.
     fn may_stand(&self, a: Term, b: Term, bare: Term) -> u8 {
         if let Some(to) = self.terms.float(b) {
             return self.may_stand_to(a, to);
@@ -775,7 +776,7 @@ impl<'a> Path<'a> {
         for (_, set) in self.known_of(a).filter(|(other, _)| *other == b) {
             may &= set;
         }
-        // Through a constant that stands between them.
+        // Through a constant between the two numbers.
         let of_b = |to: f32| {
             if bare == b { self.may_stand_to(bare, to) } else { turned(self.may_stand_to(bare, -to)) }
         };
@@ -787,7 +788,7 @@ impl<'a> Path<'a> {
         may
     }
 
-    /// All ways in which it may stand to a constant.
+    /// Returns the possible relations of a number to a constant.
     fn may_stand_to(&self, a: Term, to: f32) -> u8 {
         if to.is_nan() {
             return UNORDERED;
@@ -824,12 +825,13 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Does |a| stand to b in one of these ways? Nothing if that is to be asked of the absolute value as it is.
+    /// Decides whether |a| has one of the relations in `set` to b; `None` if the absolute value itself must be
+    /// compared.
     pub(super) fn magnitude_stands(&mut self, a: Term, set: u8, b: Term) -> Option<bool> {
         if self.signs != Signs::Known {
             return None;
         }
-        // A NaN is in the sets that are the others' complements.
+        // Sets that contain UNORDERED are complements of the others.
         let (within, holds) = match set {
             LESS | LESS_EQUAL => (set, true),
             _ if set == ANY & !LESS || set == ANY & !LESS_EQUAL => (ANY & !set, false),
@@ -843,13 +845,13 @@ impl<'a> Path<'a> {
         Some((self.stands(a, turned(within), below) && self.stands(a, within, b)) == holds)
     }
 
-    /// Memory of these addresses and sizes has no byte in common.
+    /// Assumes that the memory at these addresses, with these sizes, does not overlap.
     pub(super) fn are_apart(&mut self, one: Term, size: u32, other: Term, of_other: u32) {
         self.apart.insert((one, other), (of_other, size.wrapping_neg()));
         self.apart.insert((other, one), (size, of_other.wrapping_neg()));
     }
 
-    /// What a count lies between, if something is known.
+    /// Returns the known range of a count.
     fn range(&self, a: Term) -> Option<(u32, u32)> {
         match self.terms.node(a) {
             Node::Constant(bits) => Some((*bits, *bits)),
@@ -863,8 +865,8 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// An operation on bits, with what is known of the first: of a number from 0 on that has no more bits than those
-    /// that a mask leaves or a shift drops, all are left or none.
+    /// Returns a bit operation, using the knowledge about the first operand: a non-negative number that fits a mask
+    /// keeps all bits under it, and loses all under its complement or a long shift.
     pub(super) fn bitwise(&mut self, name: &'static str, a: Term, b: Term) -> Term {
         if let (Some((inner, one)), Some(other), "and") = (self.terms.masked(a), self.terms.bits(b), name) {
             let both = self.terms.constant(one & other);
@@ -889,7 +891,7 @@ impl<'a> Path<'a> {
         self.terms.bitwise(name, a, b)
     }
 
-    /// Is it known not to be below 0, of a count whose span does not wrap and has no least number?
+    /// Returns whether a count is known to be non-negative, if its range neither wraps nor contains the least number.
     fn is_not_negative(&mut self, a: Term) -> bool {
         let zero = self.terms.constant(0);
         let turned = self.terms.plus(zero, a, u32::MAX);
@@ -897,8 +899,8 @@ impl<'a> Path<'a> {
             || self.orders.get(&(Order::Less, turned, zero)) == Some(&true)
     }
 
-    /// Quotient of counts with a sign, towards 0. By a power of two it is the bits above, of the count or of what is
-    /// below 0 of it.
+    /// Returns the signed quotient of counts, rounded towards 0. For a power of two it is the upper bits of the count;
+    /// a negative count is negated before, and its quotient after.
     pub(super) fn quotient(&mut self, a: Term, b: Term) -> Term {
         if let (Some((low, high)), Some(by)) = (self.terms.span(a), self.terms.bits(b))
             && (low.abs().max(high) < i64::from(by) && by < 1 << 31 && self.signs != Signs::Whole)
@@ -917,10 +919,10 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Are two counts in this order?
+    /// Decides the order of two counts.
     pub(super) fn ordered(&mut self, order: Order, a: Term, b: Term) -> bool {
         let (a, b) = if order == Order::Equal {
-            // Of the difference, up to its sign.
+            // Uses the difference, up to its sign.
             let (one, other) = (self.terms.plus(a, b, u32::MAX), self.terms.plus(b, a, u32::MAX));
             (one.min(other), self.terms.constant(0))
         } else {
@@ -953,7 +955,7 @@ impl<'a> Path<'a> {
         answer
     }
 
-    /// A count without a sign as a float; none where its sign does not tell: -(float)(0 - a) of a negative a is the
+    /// Converts an unsigned count to float; `None` if its sign is unknown. For a negative a, -(float)(0 - a) is the
     /// float of a.
     pub(super) fn number_without_sign_of(&mut self, a: Term) -> Option<Term> {
         let zero = self.terms.constant(0);

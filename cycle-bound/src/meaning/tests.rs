@@ -6,15 +6,15 @@ use super::*;
 use crate::tests::elf::elf;
 
 const SLEW: (&[u8], &str) = (include_bytes!("../../tests/slew.elf"), include_str!("../../tests/slew.means"));
-/// The tick of a controller for a flexible joint with limits, exported as C and compiled by GCC 12 at -Os.
+/// Tick of a controller for a flexible joint with limits, exported as C and compiled by GCC 12 at -Os.
 const JOINT: (&[u8], &str) = (include_bytes!("../../tests/joint.elf"), include_str!("../../tests/joint.means"));
-/// The same from the archive for C: any design, the start, what a state is not, the status.
+/// The joint's tick from the C library: any design, the start, invalid states, the status.
 const ARCHIVE: (&[u8], &str) = (include_bytes!("../../tests/archive.elf"), include_str!("../../tests/archive.means"));
-/// The joint's tick of u alone as scheduled assembly: its constants are a table behind the code.
+/// The joint's tick for u alone as scheduled assembly: its constants are a table behind the code.
 const SCHEDULED: (&[u8], &str) =
     (include_bytes!("../../tests/scheduled.elf"), include_str!("../../tests/scheduled.means"));
 
-/// The start of a motor's drive in C, by GCC 12 at -O1: counts, their bits, and what follows from their signs.
+/// Start of a motor's drive in C, compiled by GCC 12 at -O1: counts, their bits, and the effects of their signs.
 const MOTOR: (&[u8], &str) = (include_bytes!("../../tests/motor.elf"), include_str!("../../tests/motor.means"));
 
 fn verdict(elf: &[u8], text: &str) -> Verdict {
@@ -22,7 +22,7 @@ fn verdict(elf: &[u8], text: &str) -> Verdict {
 }
 
 fn verdict_of(elf: &[u8], text: &str, effort: Effort) -> Verdict {
-    // Read where it is aligned.
+    // The ELF reader needs aligned bytes.
     let aligned = elf.to_vec();
     let image = Image::read(&aligned).expect("an image");
     let expected = Expected::read(text).expect("a text");
@@ -30,7 +30,7 @@ fn verdict_of(elf: &[u8], text: &str, effort: Effort) -> Verdict {
     held(&image, function, &expected, effort, &AtomicBool::new(false)).expect("not stopped").verdict
 }
 
-/// Byte offset in the file of the one place where these halfwords stand.
+/// Returns the byte offset in the file of the only place with these halfwords.
 fn place(elf: &[u8], halfwords: &[u16]) -> usize {
     let bytes: Vec<u8> = halfwords.iter().flat_map(|half| half.to_le_bytes()).collect();
     let found: Vec<usize> = (0..elf.len() - bytes.len()).filter(|&at| elf[at..].starts_with(&bytes)).collect();
@@ -60,7 +60,7 @@ fn a_function_is_what_its_text_says_and_nothing_else() {
         let other = text.replace(from, to);
         assert!(matches!(verdict(elf, &other), Verdict::Differs(_)), "{to}");
     }
-    // Two ways to say one thing: on neither side is NaN.
+    // Two equivalent forms: NaN takes neither branch in both.
     let other = text.replace("= greater step limit", "= less limit step").replace("add y taken", "add taken y");
     assert_eq!(verdict(elf, &other), Verdict::Same);
 }
@@ -79,14 +79,14 @@ fn faults_in_a_linear_function_are_noticed() {
     ] {
         let verdict = verdict(&patched(elf, from, to), text);
         assert_ne!(verdict, Verdict::Same, "{what}");
-        // The others are nothing that a text could say.
+        // The other faults are outside of any specification.
         let differs = ["vadd for vsub", "NaN takes the other way", "a lost store", "a register that is to be kept"]
             .contains(&what);
         assert_eq!(matches!(verdict, Verdict::Differs(_)), differs, "{what}: {verdict:?}");
     }
 }
 
-/// No result tells of them, and no number that is tried.
+/// Faults without an effect on a result or on any numeric input.
 #[test]
 fn what_is_not_the_functions_own_is_left_alone() {
     let told = |code: &[u16]| {
@@ -97,23 +97,23 @@ fn what_is_not_the_functions_own_is_left_alone() {
         let told = told(code);
         assert!(matches!(&told, Verdict::Declined(why) if why.contains(reason)), "{code:x?}: {told:?}");
     };
-    // bx lr; before it str r0, [sp], which is the caller's.
+    // bx lr; with a preceding str r0, [sp], which belongs to the caller.
     assert_eq!(told(&[0x4770]), Verdict::Same);
-    declined(&[0x9000, 0x4770], "writes sp+0, which is no result");
-    // sub sp, #8; str r0, [sp]; ldr r0, [sp]; add sp, #8; and with the store before, below the stack.
+    declined(&[0x9000, 0x4770], "writes sp+0, which is not a result");
+    // sub sp, #8; str r0, [sp]; ldr r0, [sp]; add sp, #8; and with the store before it, below the stack.
     assert_eq!(told(&[0xb082, 0x9000, 0x9800, 0xb002, 0x4770]), Verdict::Same);
     assert!(matches!(told(&[0xf84d, 0x0c08, 0xb082, 0x9800, 0xb002, 0x4770]), Verdict::Differs(_)));
-    // sub sp, #8; str r0, [sp]; strb r0, [sp, #4]; ldrd r0, r1, [sp]; add sp, #8: with it goes a word that is half
-    // written, and nobody minds. It is of the stack that is the function's own alone.
+    // sub sp, #8; str r0, [sp]; strb r0, [sp, #4]; ldrd r0, r1, [sp]; add sp, #8: also loads a half-written word,
+    // without an effect. The word is in the function's own stack.
     let both = |from: u16| [0xb082, 0x9000, 0xf88d, 0x0004, 0xe9dd, from, 0xb002, 0x4770];
     assert_eq!(told(&both(0x0100)), Verdict::Same);
     assert!(matches!(told(&both(0x1000)), Verdict::Differs(_)));
-    declined(&both(0x0101), "reads sp+0, which holds nothing known");
-    // movs r1, #0; cmn r0, r1; ite hs; mov r0, #1; mov r0, #0: nothing is carried, while of a - 0 nothing is borrowed.
-    declined(&[0x2100, 0x42c8, 0xbf2c, 0x2001, 0x2000, 0x4770], "flags that are not known");
+    declined(&both(0x0101), "reads sp+0, whose content is unknown");
+    // movs r1, #0; cmn r0, r1; ite hs; mov r0, #1; mov r0, #0: the addition has no carry, while a - 0 has no borrow.
+    declined(&[0x2100, 0x42c8, 0xbf2c, 0x2001, 0x2000, 0x4770], "unknown flags");
 }
 
-/// What a loop computes, however it counts; it is not followed where it may go round for ever, nor far.
+/// Loops with a known count, in several forms. Endless and long loops are rejected.
 #[test]
 fn a_loop_of_a_known_count_is_followed_turn_by_turn() {
     let told = |code: &[u16], result: &str| {
@@ -135,22 +135,22 @@ fn a_loop_of_a_known_count_is_followed_turn_by_turn() {
     assert_eq!(told(&clear(4, 3), "none"), Verdict::Same);
     assert!(matches!(told(&clear(3, 3), "none"), Verdict::Differs(_)));
     for (code, reason) in [
-        (&sum(65)[..], "goes round more than 64 times"),
-        // movs r1, r0; subs r1, #1; bne: as often as the input says.
-        (&[0x0001, 0x3901, 0xd1fd, 0x4770], "goes round more than 64 times at 0x08000002 (f+0x2), where a = "),
-        (&[0xe7fe], "goes round more than 64 times"),
-        (&clear(5, 3), "writes sp+0, which is no result"),
-        // A turn of movs r2, #2; subs r2, #1; bne; subs r1, #1; bne goes round itself.
-        (&[0x2102, 0x2202, 0x3a01, 0xd1fd, 0x3901, 0xd1fa, 0x4770], "goes in circles within circles"),
-        // cbz r0 into the middle: adds r0, #1; subs r1, #1; bne.
-        (&[0x2102, 0xb100, 0x3001, 0x3901, 0xd1fc, 0x4770], "goes in circles with two ways in"),
+        (&sum(65)[..], "a loop with more than 64 iterations"),
+        // movs r1, r0; subs r1, #1; bne: the input is the loop count.
+        (&[0x0001, 0x3901, 0xd1fd, 0x4770], "a loop with more than 64 iterations at 0x08000002 (f+0x2), where a = "),
+        (&[0xe7fe], "a loop with more than 64 iterations"),
+        (&clear(5, 3), "writes sp+0, which is not a result"),
+        // movs r2, #2; subs r2, #1; bne; subs r1, #1; bne: a loop within a loop.
+        (&[0x2102, 0x2202, 0x3a01, 0xd1fd, 0x3901, 0xd1fa, 0x4770], "a loop within a loop"),
+        // cbz r0 into the loop body: adds r0, #1; subs r1, #1; bne.
+        (&[0x2102, 0xb100, 0x3001, 0x3901, 0xd1fc, 0x4770], "a loop with two entries"),
     ] {
         let told = told(code, "a");
         assert!(matches!(&told, Verdict::Declined(why) if why.contains(reason)), "{code:x?}: {told:?}");
     }
 }
 
-/// Bits of a word are inputs, and what lies above them may be anything; low bits with their sign are two shifts.
+/// Input bits of a word leave the bits above arbitrary; sign-extended low bits are two shifts.
 #[test]
 fn of_a_word_that_is_given_the_bits_that_are_named_are_known() {
     let told = |code: &[u16], inputs: &str, result: &str| {
@@ -160,7 +160,8 @@ fn of_a_word_that_is_given_the_bits_that_are_named_are_known() {
     let two = "in a truth r0 bit 0\nin b truth r0 bit 1\n";
     let sum =
         "none = count 0\none = count 1\ntwo = count 2\nx = select a one none\ny = select b two none\nv = plus x y\n";
-    // bx lr; before it and r0, r0, #3, and with #7; ubfx r0, r0, #1, #1, of 2 bits; and r0, r0, #2; lsrs r0, r0, #1.
+    // bx lr; with a preceding and r0, r0, #3, and with #7. ubfx r0, r0, #1, #1 of 2 bits. and r0, r0, #2; lsrs r0, r0,
+    // #1.
     assert_eq!(told(&[0xf000, 0x0003, 0x4770], two, sum), Verdict::Same);
     assert_ne!(told(&[0xf000, 0x0007, 0x4770], two, sum), Verdict::Same);
     assert!(matches!(told(&[0x4770], two, sum), Verdict::Differs(_)));
@@ -177,7 +178,7 @@ fn of_a_word_that_is_given_the_bits_that_are_named_are_known() {
     assert!(matches!(told(&[0x0480, 0x1440, 0x4770], one, "v = signed a 14\n"), Verdict::Differs(_)));
 }
 
-/// `bfi` puts low bits at a place, `orn` what a register has not; the rest stays.
+/// `bfi` inserts low bits, `orn` uses the complement of a register; the other bits stay.
 #[test]
 fn bits_are_put_into_a_word_where_the_instruction_says() {
     let told = |code: &[u16], result: &str| {
@@ -202,7 +203,7 @@ fn bits_are_put_into_a_word_where_the_instruction_says() {
     assert!(matches!(told(&code([0xea60, 0x0001]), &or_not("b", "a")), Verdict::Differs(_)));
 }
 
-/// Truths that share a place in memory are bits of a half word: a byte alone leaves the other as it was.
+/// Truths at one place in memory are bits of a halfword: a byte store leaves the other byte unchanged.
 #[test]
 fn truths_of_one_place_in_memory_are_a_half_word() {
     let told = |code: &[u16]| {
@@ -216,7 +217,7 @@ fn truths_of_one_place_in_memory_are_a_half_word() {
     assert!(matches!(told(&[0xf001, 0x0101, 0xf441, 0x7180, 0x7001, 0x4770]), Verdict::Declined(_)));
 }
 
-/// `bx lr` with a bit that should be 0, `vstmia` of no register: a disassembler reads them as if they were good.
+/// `bx lr` with a bit that should be 0, `vstmia` of no register: a disassembler accepts both.
 #[test]
 fn what_the_architecture_leaves_open_is_declined() {
     let told = |code: &[u16]| {
@@ -233,7 +234,7 @@ fn what_the_architecture_leaves_open_is_declined() {
     open(&[0xec82, 0x5a00, 0x4770], "vstm");
 }
 
-/// A word that was put together of bytes, of which others than those in question may be anything.
+/// A word composed of bytes, with arbitrary bytes above the used ones.
 #[test]
 fn of_a_word_of_bytes_the_ones_above_are_not_looked_at() {
     let code: &[u16] = &[
@@ -254,21 +255,17 @@ fn of_a_word_of_bytes_the_ones_above_are_not_looked_at() {
 #[test]
 fn a_text_that_is_wrong_is_told_by_its_line() {
     for (from, to, told) in [
-        ("means 1", "means 2", "line 1: a text of this format begins with `means 1`"),
-        ("in x number s0", "in x number s32", "line 4: `s32` is no place"),
-        ("in x number s0", "in x either s0 1", "line 4: of `either` there are two: where it is true, where it is not"),
+        ("means 1", "means 2", "line 1: the first line must be `means 1`"),
+        ("in x number s0", "in x number s32", "line 4: `s32` is not a place"),
+        ("in x number s0", "in x either s0 1", "line 4: `either` needs two numbers, for true and for false"),
         ("in y number r0+0", "in y float r0+0", "line 3: no kind `float`"),
-        (
-            "in x number s0",
-            "in x truth s0 bit 1",
-            "line 4: an input has a place of its own; bits of a word go from 0 on",
-        ),
-        ("in x number s0", "in x number r0+0", "line 4: an input has a place of its own; bits of a word go from 0 on"),
+        ("in x number s0", "in x truth s0 bit 1", "line 4: an input needs its own place; bits of a word start at 0"),
+        ("in x number s0", "in x number r0+0", "line 4: an input needs its own place; bits of a word start at 0"),
         ("sub x y", "sub x z", "line 9: no value `z` before this line"),
         ("sub x y", "pow x y", "line 9: no operation `pow` of two values"),
-        ("over =", "step =", "line 10: `step` is two things"),
-        ("return next next", "return next", "line 13: a return has a value for each of 2 results"),
-        ("return next next", "return next next\nend", "line 14: more text behind the end"),
+        ("over =", "step =", "line 10: `step` is defined twice"),
+        ("return next next", "return next", "line 13: a return needs 2 values, one for each result"),
+        ("return next next", "return next next\nend", "line 14: text after the end"),
         ("return next next", "", "line 12: the text ends too early"),
     ] {
         let text = SLEW.1.replace(from, to);
@@ -292,9 +289,9 @@ fn swept_or_case_by_case_it_is_the_same_as_followed_as_a_whole() {
     }
 }
 
-/// As one case, of which nothing is followed as a whole.
+/// One case, without a direct comparison of the whole.
 const SWEPT: Effort = Effort { whole: 0, many: usize::MAX, cases: 1, ..Effort::USUAL };
-/// Case by case as long as there are choices to make.
+/// Case distinction while any selection is left.
 const PARTED: Effort = Effort { whole: 0, small: 4, many: 0, ..Effort::USUAL };
 
 #[test]
@@ -304,9 +301,9 @@ fn what_a_call_is_given_is_part_of_the_text() {
         assert!(text.contains(from), "{from}");
         verdict(elf, &text.replacen(from, to, 1))
     };
-    // An output of any size may lie in the state, and then the call is refused, without an output.
+    // The output may overlap the state; the call is then rejected, without an output.
     assert_ne!(with("size r3 16\n", ""), Verdict::Same);
-    // A state that neither waits nor runs is refused, and so is one of another design.
+    // A state that neither waits nor runs is rejected, and so is a state of another design.
     assert_ne!(with("in started either r1+4 1173007166", "in started either r1+4 1"), Verdict::Same);
     assert_ne!(with("known r1+0 r0", "known r1+0 8"), Verdict::Same);
 }
@@ -318,30 +315,31 @@ fn deep() -> bool {
 #[test]
 fn faults_in_a_tick_are_noticed_wherever_they_are() {
     let usual = Effort::USUAL;
-    // Two change nothing: |a - 0| is |a + 0| where it is compared, and the other's sign goes into an absolute value.
-    // The fast tier leaves this one out: it is the longest.
+    // Two faults have no effect: a comparison treats |a - 0| as |a + 0|, and the other sign ends in an absolute value.
+    // The fast tier omits this test, the longest one.
     if deep() {
         assert_eq!(missed(JOINT, usual), ["vsub for vadd at 0x150", "the sign of a constant at 0x3da"]);
     }
-    // Nor these, on the way of an address that is NULL or not a multiple of 4, which the text has not.
+    // These faults are on the path of an address that is NULL or unaligned, which the specification excludes.
     assert_eq!(missed(ARCHIVE, usual), ["the other branch at 0x8e", "the other branch at 0x94"]);
-    // Here too: an innovation of -1e-45 in place of -0 is lost in its product, and a sign goes into an absolute value.
+    // No effect either: an innovation of -1e-45 in place of -0 vanishes in its product, and a sign ends in an absolute
+    // value.
     assert_eq!(missed(SCHEDULED, usual), ["a bit of a constant at 0x3f8", "the sign of a constant at 0x40a"]);
-    // Of 14 bits with a sign that is known no more than 13 are left, and no turn; a count is no -0, added or taken off.
+    // A sign-known number of 14 bits has at most 13 magnitude bits and no wrap; a count is not -0, added or subtracted.
     assert_eq!(missed(MOTOR, usual), ["another width at 0x1a", "vsub for vadd at 0x48", "shifted by another at 0xda"]);
 }
 
-/// No number is tried but one, so that none of them is told by numbers: what is shown is shown.
+/// Only one numeric input, so no value is separated by numbers: every equality has a proof.
 #[test]
 fn what_is_shown_case_by_case_or_swept_is_shown_without_numbers() {
     let all = [(PARTED, JOINT, 2), (PARTED, MOTOR, 3), (SWEPT, JOINT, 2), (SWEPT, MOTOR, 3)];
-    // The fast tier takes the motor.
+    // The fast tier runs the motor only.
     for (effort, of, harmless) in all.iter().skip(usize::from(!deep())).step_by(if deep() { 1 } else { 2 }) {
         assert_eq!(missed(*of, Effort { tried: 1, ..*effort }).len(), *harmless);
     }
 }
 
-/// Each instruction of these encodings, changed one at a time: what nobody notices.
+/// Changes each instruction with these encodings, one at a time; returns the changes without an effect.
 fn missed((elf, text): (&[u8], &str), effort: Effort) -> Vec<String> {
     let elf = elf.to_vec();
     let image = Image::read(&elf).expect("an image");
@@ -365,7 +363,7 @@ fn missed((elf, text): (&[u8], &str), effort: Effort) -> Vec<String> {
             "lsrs" if size == 2 => faults.push(("shifted by another", at, vec![low ^ 0x40])),
             "str" if size == 2 => faults.push(("a lost store", at, vec![0xbf00])),
             "vstr" => faults.push(("a lost store", at, vec![0xbf00, 0xbf00])),
-            // Of many, one is left out.
+            // Only one store of a list is lost.
             "vstmdb" => faults.push(("a lost store", at, vec![low, high - 1])),
             "b" if !one.condition.is_empty() && size == 2 => faults.push(("the other branch", at, vec![low ^ 0x100])),
             "b" if !one.condition.is_empty() => faults.push(("the other branch", at, vec![low ^ 0x40, high])),
@@ -373,7 +371,7 @@ fn missed((elf, text): (&[u8], &str), effort: Effort) -> Vec<String> {
         }
         at += size;
     }
-    // Bits of the constants behind the code: the last of the fraction, the sign.
+    // Bits of the constants behind the code: the lowest bit of the fraction, and the sign.
     for word in (at..code.len()).step_by(4) {
         faults.push(("a bit of a constant", word, vec![half(word) ^ 1]));
         faults.push(("the sign of a constant", word + 2, vec![half(word + 2) ^ 0x8000]));
@@ -392,7 +390,7 @@ fn missed((elf, text): (&[u8], &str), effort: Effort) -> Vec<String> {
     missed
 }
 
-/// Bit patterns at random, every third of them of a kind that is rare.
+/// Random bit patterns; every third one is a rare kind.
 fn patterns() -> Vec<u32> {
     let rare = [0, 0x8000_0000, 1, 0x8000_0001, 0x3f80_0000, 0x7f80_0000, 0xff80_0000, 0x7fc0_0000, 0x7f7f_ffff];
     let mut seed = 1_u32;
@@ -429,7 +427,7 @@ fn what_follows_from_a_comparison_is_so() {
     for x in numbers {
         for known in numbers {
             for to in numbers {
-                // What is learnt of x and one constant is asked of another one, and of the other sign of both.
+                // Uses the relation of x to one constant for another constant, and for the opposite signs of both.
                 let mut terms = Terms::default();
                 let script = [true];
                 let mut path = Way::new(&mut terms, &script, Signs::Whole);
@@ -440,7 +438,7 @@ fn what_follows_from_a_comparison_is_so() {
                 let set = stands(x, to);
                 let (minus_input, minus_second) = (path.terms.neg(input), path.terms.neg(second));
                 let turned = set & (EQUAL | UNORDERED) | (set & LESS) << 2 | (set & GREATER) >> 2;
-                // Where the answer follows it is the true one; where it does not, the path asks, and is told "yes".
+                // A derived outcome must be true; otherwise the path decides, here with "yes".
                 assert!(path.stands(minus_input, turned, minus_second), "{x:?} {known:?} {to:?}");
                 assert!(path.answers().len() <= asked + 1);
             }
@@ -448,7 +446,7 @@ fn what_follows_from_a_comparison_is_so() {
     }
 }
 
-/// Numbers at random, the same ones every time.
+/// Random numbers, identical in every run.
 struct Random(u64);
 
 impl Random {
@@ -462,8 +460,7 @@ impl Random {
     }
 }
 
-/// Operations one upon the other, and what they give of some inputs: whatever the terms have been simplified to has the
-/// same bits.
+/// Nested random operations and their values for some inputs: the simplified terms have the same bits.
 #[test]
 fn what_a_term_is_simplified_to_has_its_value() {
     let patterns = patterns();
@@ -530,12 +527,12 @@ fn names() -> Vec<String> {
     (0..4).map(|k| format!("in{k}")).collect()
 }
 
-/// What a quotient, a mask and a shift are once it is known on which side of 0 a count is.
+/// Quotients, masks and shifts of counts with a known sign.
 #[test]
 fn counts_whose_sign_is_known_have_their_values() {
     let mut random = Random(2);
     let patterns = patterns();
-    // With what is added to it a count may wrap, and be the least number.
+    // A count plus this number may wrap, and may be the least number.
     for (width, more) in [(32, 0), (14, 0), (20, 0), (5, 0), (9, 0x8000_0003), (9, 0x8000_0000), (9, 0x7fff_fff0)] {
         for by in [0, 4, 5, 13, 14, 20, 30] {
             for below in [false, true] {
@@ -578,14 +575,14 @@ fn counts_whose_sign_is_known_have_their_values() {
     }
 }
 
-/// A value made at random: an operation, its parts and a number that goes with it, each taken from what is there.
+/// A random value: an operation, its operands and a number, each chosen from the existing values.
 type Step = [usize; 5];
 
 fn steps(random: &mut Random, many: usize) -> Vec<Step> {
     (0..many).map(|_| [0; 5].map(|_| random.below(1 << 30))).collect()
 }
 
-/// Values of three kinds: floats, counts, truths.
+/// Random values of three kinds: floats, counts, truths.
 #[derive(Clone)]
 struct Made {
     floats: Vec<Node>,
@@ -608,7 +605,7 @@ impl Made {
     ];
     const COUNTS: [u32; 9] = [0, 1, 2, 4, 7, 0x3fff, 0x8000_0000, 0x7fff_ffff, u32::MAX];
 
-    /// Three floats, two counts, three truths.
+    /// Starts with three floats, two counts and three truths.
     fn new(graph: &mut Graph) -> Self {
         let mut made = Self {
             floats: (0..3).map(|at| graph.input(at)).collect(),
@@ -620,14 +617,14 @@ impl Made {
         made
     }
 
-    fn tried(random: &mut Random, patterns: &[u32]) -> inputs::Tried {
+    fn tried(random: &mut Random, patterns: &[u32]) -> inputs::Trial {
         let words = (0..5).map(|at| match (random.below(4), at) {
             (0, _) => random.of(patterns),
             (_, 0..3) => random.of(&Self::FLOATS),
             _ => random.of(&Self::COUNTS),
         });
         let words = words.zip(0..).map(|(bits, at)| match at {
-            // All NaN are one.
+            // All NaN are equal.
             0..3 if f32::from_bits(bits).is_nan() => 0x7fc0_0000,
             _ => bits,
         });
@@ -636,10 +633,10 @@ impl Made {
         (random.below(64) as u32, words)
     }
 
-    /// If it is threaded, some of what is made of a choice is the choice between what is made of each.
+    /// Adds a value. With `threaded`, an operation on a selection may become a selection between operations.
     fn add(&mut self, graph: &mut Graph, [kind, i, j, k, with]: Step, threaded: bool) {
         let of = |values: &[Node], at: usize| match at % 3 {
-            // The last ones more often.
+            // Prefers the latest values.
             0 => values[values.len() - 1 - at / 3 % values.len().min(6)],
             _ => values[at / 3 % values.len()],
         };
@@ -708,15 +705,15 @@ impl Made {
     }
 }
 
-/// A text with these inputs, of which no more is used.
+/// A specification with these inputs only.
 fn text_of_inputs() -> Expected {
     let text = "means 1\nfunction f\nin a number s0\nin b number s1\nin c number s2\nin d count r0\nin e count r1\n\
                 in t truth r2\nin u truth r3\nin v truth r4\nout y count r9\nbegin\nreturn d\n";
     Expected::read(text).expect("a text")
 }
 
-/// Values at random of values at random, and what they are in cases within cases, of which some values have been
-/// joined before: for all inputs of it the same bits.
+/// Random nested values in nested cases, with some values joined before: the bits stay equal for all inputs of the
+/// case.
 #[test]
 fn in_a_case_every_value_is_what_it_was() {
     let mut random = Random(3);
@@ -729,14 +726,14 @@ fn in_a_case_every_value_is_what_it_was() {
         let mut roots = made.all();
         let truths: Vec<Node> = made.truths;
         let begin = roots.len() - truths.len();
-        let all: Vec<inputs::Tried> = (0..60).map(|_| Made::tried(&mut random, &patterns)).collect();
-        // The inputs of the case, and what each root is of them.
-        let of = |graph: &Graph, roots: &[Node], tried: &inputs::Tried| {
+        let all: Vec<inputs::Trial> = (0..60).map(|_| Made::tried(&mut random, &patterns)).collect();
+        // The inputs of the case, and the values of the roots for them.
+        let of = |graph: &Graph, roots: &[Node], tried: &inputs::Trial| {
             let mut values = vec![0; graph.ops.len()];
             inputs::compute(graph, tried, &mut values);
             roots.iter().map(|root| values[*root]).collect::<Vec<u32>>()
         };
-        let mut so: Vec<(inputs::Tried, Vec<u32>)> =
+        let mut so: Vec<(inputs::Trial, Vec<u32>)> =
             all.iter().map(|tried| (tried.clone(), of(&graph, &roots, tried))).collect();
         for level in 0..4 {
             for (tried, values) in &so {
@@ -745,7 +742,7 @@ fn in_a_case_every_value_is_what_it_was() {
             }
             if random.below(2) == 0 {
                 let pairs: Vec<(Node, Node)> = (0..4).map(|_| (random.of(&roots), random.of(&roots))).collect();
-                let blind: Vec<inputs::Tried> =
+                let blind: Vec<inputs::Trial> =
                     so.iter().take(random.below(6)).map(|(tried, _)| tried.clone()).collect();
                 let mut sweep = sweep::Sweep::new(&mut graph, &expected, &pairs);
                 let left = sweep.unequal(&pairs, &blind, &stop).expect("not stopped");
@@ -772,7 +769,7 @@ fn in_a_case_every_value_is_what_it_was() {
     assert!(of_a_case[3] > 1000 && joined > 1000, "{of_a_case:?} {joined}");
 }
 
-/// Two values that differ for some input are not shown to be equal, case by case or swept, whatever is tried.
+/// Two values that differ for an input are never proved equal, by cases or by the sweep, with any inputs.
 #[test]
 fn what_differs_is_never_shown_to_be_equal() {
     let mut random = Random(4);
@@ -782,20 +779,20 @@ fn what_differs_is_never_shown_to_be_equal() {
     for round in 0..2000 {
         let mut graph = Graph::default();
         let mut steps = steps(&mut random, 20 + round % 50);
-        // Choices and comparisons of few numbers more often.
+        // Prefers selections and comparisons of few numbers.
         for step in steps.iter_mut().filter(|_| round % 2 == 0) {
             step[0] = [0, 4, 8, 9, 10, 12, 17, 18, 20, 21, 22, 25, 27, 28, 29, 30, 31][step[0] % 17];
         }
         let mut changed = steps.clone();
         for _ in 0..random.below(3) {
             let at = random.below(steps.len());
-            // The kind of a value stays what it is.
+            // Keeps the kind of the value.
             changed[at][1 + random.below(4)] = random.below(1 << 30);
         }
         let one = Made::of(&mut graph, &steps, false).all();
         let other = Made::of(&mut graph, &changed, true).all();
         let pairs: Vec<(Node, Node)> = one.into_iter().zip(other).filter(|(a, b)| a != b).collect();
-        // A few of the last ones, of all kinds.
+        // A few of the latest pairs, of all kinds.
         let pairs: Vec<(Node, Node)> = (0..pairs.len().min(1 + round % 12)).map(|_| random.of(&pairs)).collect();
         let mut differs = vec![false; pairs.len()];
         let mut all = Vec::new();
@@ -813,7 +810,7 @@ fn what_differs_is_never_shown_to_be_equal() {
             }
         }
         all.truncate(random.below(4) * random.below(4));
-        // With and without cases, and values joined before them or only when no choice is left.
+        // With and without cases, with values joined early or only without remaining selections.
         let effort = Effort {
             tried: 0,
             whole: random.of(&[0, 0, 3, 64]),
@@ -835,7 +832,7 @@ fn what_differs_is_never_shown_to_be_equal() {
     assert!(shown > 1000 && different > 1000, "{shown} {different}");
 }
 
-/// What is supposed is itself made of what is decided by it: where that goes, nothing else may be shown by it.
+/// An assumption contains a selection that it decides itself; it must prove this selection and nothing else.
 #[test]
 fn what_is_supposed_of_a_choice_that_it_decides_is_still_shown_and_no_more() {
     let (expected, stop) = (text_of_inputs(), AtomicBool::new(false));
@@ -845,7 +842,7 @@ fn what_is_supposed_of_a_choice_that_it_decides_is_still_shown_and_no_more() {
             let w = graph.input(0);
             let [one, two, three, four, five, ten] =
                 [1.0_f32, 2.0, 3.0, 4.0, 5.0, 10.0].map(|number| graph.constant(number.to_bits()));
-            // Above 10 it is itself, else 3: at most 5 it is just where it is not above 10.
+            // The value is w above 10, else 3: it is at most 5 exactly where w is not above 10.
             let q = graph.stands(w, GREATER, ten);
             let x = graph.select(q, w, three);
             let p = graph.stands(x, LESS | EQUAL, five);
@@ -860,8 +857,8 @@ fn what_is_supposed_of_a_choice_that_it_decides_is_still_shown_and_no_more() {
     }
 }
 
-/// That `p and q` does not hold says nothing of either, but no path of that case has both: the text may ask them one
-/// after the other where the machine knows what both say.
+/// A false `p and q` decides neither operand, but no path of that case has both true. The specification may decide them
+/// one after the other where the machine code has both already.
 #[test]
 fn what_is_supposed_of_two_truths_together_is_known_on_every_path() {
     let (expected, stop) = (text_of_inputs(), AtomicBool::new(false));
@@ -884,26 +881,26 @@ fn what_is_supposed_of_two_truths_together_is_known_on_every_path() {
     }
 }
 
-/// A condition that is no truth would never hold on a path, and always for a number.
+/// A condition that is not a truth would never hold on a path, and always for a number.
 #[test]
 fn a_condition_that_is_no_truth_is_no_text() {
     // movs r0, #0; bx lr
     let code = [0x2000, 0x4770];
     let elf = elf(&[(0x0800_0000, &code)], &[("f", 1, 0, 4)]);
     let head = "means 1\nfunction f\nin a count r0\nin d number s0\nout o count r0\nbegin\n";
-    // 1.1111 of all numbers has this square.
+    // 1.1111 is the only number with this square.
     let squared = "sq = mul d d\nt = equal sq k\nb = select t one zero\n";
     let constants = format!("k = number {}\none = count 1\nzero = count 0\n", (1.1111_f32 * 1.1111).to_bits());
     for body in ["x = select a b zero\nreturn x\n", "if a\nreturn b\nelse\nreturn zero\nend\n"] {
         let text = format!("{head}{constants}{squared}{body}");
         match Expected::read(&text) {
-            Err(told) => assert!(told.contains("is no truth"), "{told}"),
+            Err(told) => assert!(told.contains("is not a truth"), "{told}"),
             Ok(_) => panic!("{:?}", verdict(&elf, &text)),
         }
     }
 }
 
-/// A word has no cases: what is chosen by one is not shown, in no case of which every path is left out.
+/// A word is not a case: a selection by a word is not proved by a case without any path.
 #[test]
 fn a_word_is_no_case() {
     let (expected, stop) = (text_of_inputs(), AtomicBool::new(false));
@@ -915,15 +912,15 @@ fn a_word_is_no_case() {
     }
 }
 
-/// A function that returns what it is given, with one more instruction before its return, alone and behind an IT:
-/// where that might do anything else, it is not the same.
+/// A function that returns its argument, with one more instruction before the return, alone and behind an IT. The
+/// result must differ wherever this instruction could do anything else.
 #[test]
 fn what_ends_or_leaves_a_path_is_seen_and_its_condition_too() {
     let told = |code: &[u16]| {
         let elf = elf(&[(0x0800_0000, code)], &[("f", 1, 0, 2 * code.len() as u32)]);
         verdict(&elf, "means 1\nfunction f\nin a count r0\nout b count r0\nbegin\nreturn a\n")
     };
-    // Behind push {r4, lr} where it pops.
+    // Behind push {r4, lr}, for the returns that pop.
     let returning: [(&[u16], bool); 4] =
         [(&[0x4770], false), (&[0x46f7], false), (&[0xbd10], true), (&[0xe8bd, 0x8010], true)];
     for (one, is_popped) in returning {
@@ -931,14 +928,14 @@ fn what_ends_or_leaves_a_path_is_seen_and_its_condition_too() {
         let end: &[u16] = if is_popped { &[0xbd10] } else { &[0x4770] };
         assert_eq!(told(&[push, one].concat()), Verdict::Same, "{one:x?}");
         assert_eq!(told(&[push, &[0x2800, 0xbf08], one, end].concat()), Verdict::Same, "{one:x?}");
-        // movs r0, #1, where the condition fails; adds r0, #0 changes nothing where it does.
+        // movs r0, #1 with a false condition; adds r0, #0 has no effect with a true one.
         let fails = |change: u16| told(&[push, &[0x2800, 0xbf08], one, &[change], end].concat());
         assert!(matches!(fails(0x2001), Verdict::Differs(_)), "{one:x?}");
         assert_eq!(fails(0x3000), Verdict::Same, "{one:x?}");
-        // Behind a return nothing is executed.
+        // Code behind a return is never executed.
         assert_eq!(told(&[push, one, &[0x2001], end].concat()), Verdict::Same, "{one:x?}");
     }
-    // b, beq, cbz, b behind an IT, over movs r0, #1: only the first is never gone through.
+    // b, beq, cbz, b behind an IT, over movs r0, #1: only the first never executes it.
     assert_eq!(told(&[0xe000, 0x2001, 0x4770]), Verdict::Same);
     for code in [
         &[0x2800_u16, 0xd000, 0x2001, 0x4770][..],
@@ -947,7 +944,7 @@ fn what_ends_or_leaves_a_path_is_seen_and_its_condition_too() {
     ] {
         assert!(matches!(told(code), Verdict::Differs(_)), "{code:x?}");
     }
-    // push {r4, lr}; bl g; pop {r4, pc}; g: bx lr, or movs r0, #1 before it; the call behind an IT is declined.
+    // push {r4, lr}; bl g; pop {r4, pc}; g: bx lr, or movs r0, #1 before it; the call behind an IT is rejected.
     let called = |front: &[u16], leaf: &[u16]| told(&[&[0xb510], front, &[0xf000, 0xf801, 0xbd10], leaf].concat());
     assert_eq!(called(&[], &[0x4770]), Verdict::Same);
     assert!(matches!(called(&[], &[0x2001, 0x4770]), Verdict::Differs(_)));
@@ -978,11 +975,11 @@ fn what_ends_or_leaves_a_path_is_seen_and_its_condition_too() {
         assert_ne!(told(&[one, &[0x4770]].concat()), Verdict::Same, "{one:x?}");
         assert_ne!(told(&[&[0x2800, 0xbf08], one, &[0x4770]].concat()), Verdict::Same, "{one:x?}");
     }
-    // Barriers and hints change nothing.
+    // Barriers and hints have no effect on the results.
     for one in [&[0xbf00_u16][..], &[0xf3bf, 0x8f5f], &[0xf3bf, 0x8f4f], &[0xf3bf, 0x8f6f]] {
         assert_eq!(told(&[&[0x2800, 0xbf08], one, &[0x4770]].concat()), Verdict::Same, "{one:x?}");
     }
-    // cbz r0 to the instruction behind an IT, and back to it; bx lr before the end of a block: nobody knows.
+    // cbz r0 to the instruction behind an IT, and a jump back to it; bx lr before the end of a block: unpredictable.
     for code in [
         &[0xb108_u16, 0x2800, 0xbf08, 0x4770, 0xbf00, 0x4770][..],
         &[0x2800, 0xbf08, 0x4770, 0xbf00, 0xd0fc, 0x4770],
@@ -992,7 +989,7 @@ fn what_ends_or_leaves_a_path_is_seen_and_its_condition_too() {
     }
 }
 
-/// An access of several words, or of a float, to an address that is no multiple of 4 is a fault; one of a word is none.
+/// An unaligned access of several words or of a float faults; an unaligned access of one word does not.
 #[test]
 fn an_access_that_faults_is_declined() {
     let told = |code: &[u16]| {
@@ -1000,20 +997,20 @@ fn an_access_that_faults_is_declined() {
         let elf = elf(&[(0x0800_0000, &code)], &[("f", 1, 0, 2 * code.len() as u32)]);
         verdict(&elf, "means 1\nfunction f\nin a count r0\nout b count r0\nbegin\nreturn a\n")
     };
-    // ldr r1, [sp, #2]; of it str too.
+    // ldr r1, [sp, #2]; the str has no fault either.
     assert_eq!(told(&[0xf8dd, 0x1002]), Verdict::Same);
     assert_eq!(told(&[0xf8cd, 0x1002]), Verdict::Same);
-    // add r3, sp, #4; adds r3, #2 or #4, and then ldrd r1, r2, [r3]; strd; ldm r3, {r1, r2}; stm; vldr s0, [r3]; vstr.
+    // add r3, sp, #4; adds r3, #2 or #4, then ldrd r1, r2, [r3]; strd; ldm r3, {r1, r2}; stm; vldr s0, [r3]; vstr.
     for one in
         [[0xe9d3, 0x1200], [0xe9c3, 0x1100], [0xe893, 0x0006], [0xe883, 0x0006], [0xed93, 0x0a00], [0xed83, 0x0a00]]
     {
         assert_eq!(told(&[&[0xab01, 0x3304], &one[..]].concat()), Verdict::Same, "{one:x?}");
         let off = told(&[&[0xab01, 0x3302], &one[..]].concat());
-        assert!(matches!(&off, Verdict::Declined(why) if why.contains("no multiple of 4")), "{one:x?}: {off:?}");
+        assert!(matches!(&off, Verdict::Declined(why) if why.contains("not a multiple of 4")), "{one:x?}: {off:?}");
     }
 }
 
-/// A compiler joins two stores at the ends of two ways into one behind them: its address is one of two places.
+/// A compiler merges two stores at the ends of two paths: the address is one of two places.
 #[test]
 fn a_store_to_one_of_two_places_is_followed() {
     let text = "means 1\nfunction f\nin a count r0\nin d number s0\nout b count r0\nbegin\nzero = count 0\n\
@@ -1028,7 +1025,7 @@ fn a_store_to_one_of_two_places_is_followed() {
         let elf = elf(&[(0x0800_0000, &code)], &[("f", 1, 0, 2 * code.len() as u32)]);
         verdict(&elf, text)
     };
-    // Unless d is 0 it stands at sp + 4, and a 0 stays at sp + 8.
+    // With d = 0 the value is at sp + 8, otherwise at sp + 4; the other place keeps its 0.
     assert_eq!(told(0x9801), Verdict::Same);
     assert!(matches!(told(0x9802), Verdict::Differs(_)));
 }

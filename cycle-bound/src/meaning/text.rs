@@ -1,49 +1,49 @@
-//! Reads the text of what a function is to compute, and enters it in a graph. The format stands at the head of
-//! [`meaning`](super).
+//! Parser of the specification of a function, with its entry into the value graph. The page of [`meaning`](super)
+//! defines the format.
 
 use std::collections::HashMap;
 
 use super::graph::{Graph, Node};
 use super::term::{EQUAL, GREATER, LESS, UNORDERED};
 
-/// What a value is.
+/// Kind of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ValueKind {
     Number,
     Count,
-    /// A byte in memory, 0 or 1; a bit of a half word, if it shares its place.
+    /// A byte in memory, 0 or 1; a bit of a halfword, if it shares its place.
     Truth,
-    /// A word: the first where it is true, else the second.
+    /// A word: the first number for true, the second for false.
     Either(u32, u32),
 }
 
-/// What a word of memory is known to be.
+/// Known content of a memory word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Known {
+pub(super) enum WordContent {
     Bits(u32),
-    /// The address that this register holds at the entry.
+    /// Address that this register holds at the entry.
     Address(u32),
 }
 
-/// Where an input comes from, where a result goes.
+/// Place of an input or a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Place {
-    /// r0 .. pc are 0 .. 15, s0 .. s31 are 16 .. 47.
+    /// Register: r0 .. pc are 0 .. 15, s0 .. s31 are 16 .. 47.
     Register(u32),
-    /// Behind the address that a register holds at the entry.
+    /// Memory: base register at the entry, and offset in bytes.
     Memory(u32, i32),
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Port {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: ValueKind,
     pub(super) place: Place,
-    /// Of a truth: which bit of a word it is; else it is a byte.
+    /// Bit of a word that a truth occupies; `None`: the truth is a byte.
     pub(super) bit: Option<u32>,
 }
 
-/// An operation on values, by their places.
+/// Operation on values, by their indices.
 #[derive(Clone, Debug, PartialEq)]
 enum Op {
     Input(usize),
@@ -62,13 +62,13 @@ enum Block {
     If(usize, Box<Block>, Box<Block>),
 }
 
-/// What a function is to compute.
+/// Specification of a function.
 #[derive(Clone, Debug)]
 pub(super) struct Expected {
     pub(super) function: String,
     pub(super) inputs: Vec<Port>,
-    pub(super) known: Vec<(Place, Known)>,
-    /// Bytes of the memory behind a register.
+    pub(super) known: Vec<(Place, WordContent)>,
+    /// Sizes of the memory behind registers: register and bytes.
     pub(super) sizes: Vec<(u32, u32)>,
     pub(super) pads: Vec<(Place, u32)>,
     pub(super) outs: Vec<Port>,
@@ -88,10 +88,10 @@ const OF_ONE: [&str; 4] = ["neg", "abs", "not", "number_of"];
 const OF_TWO: [&str; 10] = ["add", "sub", "mul", "div", "and", "or", "plus", "since", "times", "quotient"];
 
 impl Port {
-    /// What a truth adds to the word in its place.
+    /// Returns the contribution of a truth to the word at its place.
     pub(super) fn word_of(&self, truth: bool) -> u32 {
         match self.kind {
-            Kind::Either(yes, no) => {
+            ValueKind::Either(yes, no) => {
                 if truth {
                     yes
                 } else {
@@ -104,10 +104,10 @@ impl Port {
 }
 
 impl Expected {
-    /// Reads a text.
+    /// Parses a specification.
     ///
     /// # Errors
-    /// The first line that is wrong, by its number.
+    /// The first invalid line, with its number.
     pub(super) fn read(text: &str) -> Result<Self, String> {
         let lines = text.lines().zip(1..).map(|(line, number)| (number, line.split('#').next().unwrap_or("").trim()));
         let mut reader = Reader {
@@ -119,13 +119,13 @@ impl Expected {
         reader.expected().map_err(|message| format!("line {}: {message}", reader.at))
     }
 
-    /// The results, in the order of `outs`: what stands in their places at the return.
+    /// Returns the results in the order of `outs`, as their places hold them at the return.
     pub(super) fn results(&self, graph: &mut Graph) -> Vec<Node> {
         let nodes = self.nodes(graph);
         let values = results(&self.body, &nodes, graph);
         let mut words = Vec::new();
         for port in &self.outs {
-            // All truths in one place are one number.
+            // All truths at one place form one number.
             let mut word = graph.constant(0);
             for (one, &value) in self.outs.iter().zip(&values).filter(|(one, _)| one.place == port.place) {
                 word = if graph.is_truth(value) {
@@ -168,7 +168,7 @@ impl Expected {
     }
 }
 
-/// The results of a block and of those within.
+/// Returns the results of a block with its nested blocks.
 fn results(block: &Block, nodes: &[Node], graph: &mut Graph) -> Vec<Node> {
     match block {
         Block::Return(results) => results.iter().map(|at| nodes[*at]).collect(),
@@ -195,7 +195,7 @@ impl<'a> Reader<'a> {
 
     fn expected(&mut self) -> Result<Expected, String> {
         if self.line()? != ["means", "1"] {
-            return Err("a text of this format begins with `means 1`".into());
+            return Err("the first line must be `means 1`".into());
         }
         for truth in [true, false] {
             self.define(if truth { "true" } else { "false" }, Op::Truth(truth))?;
@@ -207,14 +207,14 @@ impl<'a> Reader<'a> {
                 ["function", ref words @ ..] => function = words.join(" "),
                 ["in", name, kind, at, ref more @ ..] => {
                     let port = port(name, kind, at, more)?;
-                    // Those of one word stand one after the other, so that what is above them may be anything.
+                    // The bits of a word must be consecutive, since the bits above are arbitrary.
                     let before = inputs.iter().filter(|one| one.place == port.place).count();
                     if port.bit.map_or(before > 0, |bit| bit as usize != before) {
-                        return Err("an input has a place of its own; bits of a word go from 0 on".into());
+                        return Err("an input needs its own place; bits of a word start at 0".into());
                     }
                     let op = match port.kind {
-                        Kind::Number | Kind::Count => Op::Input(inputs.len()),
-                        Kind::Truth | Kind::Either(..) => Op::One("input", inputs.len()),
+                        ValueKind::Number | ValueKind::Count => Op::Input(inputs.len()),
+                        ValueKind::Truth | ValueKind::Either(..) => Op::One("input", inputs.len()),
                     };
                     self.define(name, op)?;
                     inputs.push(port);
@@ -222,18 +222,18 @@ impl<'a> Reader<'a> {
                 ["known", at, value] => Vec::push(&mut known, (place(at)?, known_word(value)?)),
                 ["size", base, length] => match (place(base)?, bits(length)?) {
                     (Place::Register(base @ 0..=13), length @ 1..=0xffff) => Vec::push(&mut sizes, (base, length)),
-                    _ => return Err("a size is that of what a register points to, 1 to 65535 bytes".into()),
+                    _ => return Err("a size needs a register and 1 to 65535 bytes".into()),
                 },
                 ["pad", at, length] => Vec::push(&mut pads, (place(at)?, bits(length)?)),
                 ["out", name, kind, at, ref more @ ..] => Vec::push(&mut outs, port(name, kind, at, more)?),
                 ["begin"] => break,
-                _ => return Err("neither function, in, known, size, pad, out nor begin".into()),
+                _ => return Err("expected function, in, known, size, pad, out or begin".into()),
             }
         }
         let body = self.block(outs.len())?;
         if let Some((at, _)) = self.lines.next() {
             self.at = at;
-            return Err("more text behind the end".into());
+            return Err("text after the end".into());
         }
         let ops = std::mem::take(&mut self.ops);
         Ok(Expected { function, inputs, known, sizes, pads, outs, ops, body })
@@ -242,7 +242,7 @@ impl<'a> Reader<'a> {
     fn define(&mut self, name: &str, op: Op) -> Result<(), String> {
         match self.names.get(name) {
             Some(&at) if self.ops[at] == op => Ok(()),
-            Some(_) => Err(format!("`{name}` is two things")),
+            Some(_) => Err(format!("`{name}` is defined twice")),
             None => {
                 self.names.insert(name.to_owned(), self.ops.len());
                 self.ops.push(op);
@@ -255,10 +255,10 @@ impl<'a> Reader<'a> {
         self.names.get(name).copied().ok_or_else(|| format!("no value `{name}` before this line"))
     }
 
-    /// A value that is true or false.
+    /// Returns the index of a value that is a truth.
     fn truth(&self, name: &str) -> Result<usize, String> {
         let named = self.named(name)?;
-        if self.is_truth(named) { Ok(named) } else { Err(format!("`{name}` is no truth")) }
+        if self.is_truth(named) { Ok(named) } else { Err(format!("`{name}` is not a truth")) }
     }
 
     fn is_truth(&self, mut at: usize) -> bool {
@@ -274,7 +274,7 @@ impl<'a> Reader<'a> {
                 ["return", ref results @ ..] if results.len() == outs => {
                     return Ok(Block::Return(results.iter().map(|one| self.named(one)).collect::<Result<_, _>>()?));
                 }
-                ["return", ..] => return Err(format!("a return has a value for each of {outs} results")),
+                ["return", ..] => return Err(format!("a return needs {outs} values, one for each result")),
                 ["if", condition] => {
                     let condition = self.truth(condition)?;
                     let yes = self.block(outs)?;
@@ -291,7 +291,7 @@ impl<'a> Reader<'a> {
                     let op = self.op(words)?;
                     self.define(name, op)?;
                 }
-                _ => return Err("neither a definition, if nor return".into()),
+                _ => return Err("expected a definition, if or return".into()),
             }
         }
     }
@@ -304,8 +304,8 @@ impl<'a> Reader<'a> {
             ["select", t, one, other] => {
                 let (t, a, b) = (self.truth(t)?, self.named(one)?, self.named(other)?);
                 match (self.is_truth(a), self.is_truth(b)) {
-                    (true, false) => Err(format!("`{other}` is no truth")),
-                    (false, true) => Err(format!("`{one}` is no truth")),
+                    (true, false) => Err(format!("`{other}` is not a truth")),
+                    (false, true) => Err(format!("`{one}` is not a truth")),
                     _ => Ok(Op::Select(t, a, b)),
                 }
             }
@@ -328,7 +328,7 @@ impl<'a> Reader<'a> {
                     _ => Err(format!("no operation `{name}` of two values")),
                 }
             }
-            _ => Err("no operation".into()),
+            _ => Err("expected an operation".into()),
         }
     }
 }
@@ -338,31 +338,31 @@ fn bits(text: &str) -> Result<u32, String> {
         Some(hex) => u32::from_str_radix(hex, 16),
         None => text.parse(),
     };
-    number.map_err(|_| format!("`{text}` is no number of 32 bits"))
+    number.map_err(|_| format!("`{text}` is not a 32-bit number"))
 }
 
 fn port(name: &str, kind: &str, at: &str, more: &[&str]) -> Result<Port, String> {
     let (kind, bit) = match (kind, more) {
-        ("number", []) => (Kind::Number, None),
-        ("count", []) => (Kind::Count, None),
-        ("truth", []) => (Kind::Truth, None),
-        ("truth", ["bit", bit]) => (Kind::Truth, Some(bits(bit)?)),
-        ("either", [yes, no]) => (Kind::Either(bits(yes)?, bits(no)?), None),
-        ("either", _) => return Err("of `either` there are two: where it is true, where it is not".into()),
-        ("number" | "count" | "truth", _) => return Err("a truth has one of the bits 0 to 31".into()),
+        ("number", []) => (ValueKind::Number, None),
+        ("count", []) => (ValueKind::Count, None),
+        ("truth", []) => (ValueKind::Truth, None),
+        ("truth", ["bit", bit]) => (ValueKind::Truth, Some(bits(bit)?)),
+        ("either", [yes, no]) => (ValueKind::Either(bits(yes)?, bits(no)?), None),
+        ("either", _) => return Err("`either` needs two numbers, for true and for false".into()),
+        ("number" | "count" | "truth", _) => return Err("the bit of a truth is 0 to 31".into()),
         _ => return Err(format!("no kind `{kind}`")),
     };
     if bit.is_some_and(|bit| bit > 31) {
-        return Err("a truth has one of the bits 0 to 31".into());
+        return Err("the bit of a truth is 0 to 31".into());
     }
     Ok(Port { name: name.to_owned(), kind, place: place(at)?, bit })
 }
 
-/// A number, or the register whose address it is.
-fn known_word(text: &str) -> Result<Known, String> {
+/// Parses a number, or the register whose address is meant.
+fn known_word(text: &str) -> Result<WordContent, String> {
     match place(text) {
-        Ok(Place::Register(register @ 0..=13)) => Ok(Known::Address(register)),
-        _ => bits(text).map(Known::Bits),
+        Ok(Place::Register(register @ 0..=13)) => Ok(WordContent::Address(register)),
+        _ => bits(text).map(WordContent::Bits),
     }
 }
 
@@ -380,8 +380,8 @@ fn place(text: &str) -> Result<Place, String> {
         (Some(register), None) => Ok(Place::Register(register)),
         (Some(register @ 0..=13), Some(offset)) => match bits(offset)? {
             offset @ 0..=0xffff => Ok(Place::Memory(register, offset as i32)),
-            _ => Err(format!("`{text}` is too far behind")),
+            _ => Err(format!("`{text}` has an offset that is too large")),
         },
-        _ => Err(format!("`{text}` is no place")),
+        _ => Err(format!("`{text}` is not a place")),
     }
 }

@@ -1,9 +1,9 @@
-//! An ELF file written byte by byte: for the tests here, and for `cargo xtask attack`.
+//! Writer of a minimal ELF file, for the tests and for `cargo xtask attack`.
 
-/// A function in a section: name, number of the section from 1, offset in it, size.
+/// A function in a section: name, section number from 1, offset in the section, size.
 pub(crate) type Symbol<'a> = (&'a str, u16, u32, u32);
 
-/// A linked ELF file for ARM with these sections of code, address and halfwords, and these functions.
+/// Returns a linked ELF file for ARM with these code sections (address and halfwords) and these functions.
 pub(crate) fn elf(sections: &[(u32, &[u16])], symbols: &[Symbol<'_>]) -> Vec<u8> {
     let half = |value: u16| value.to_le_bytes().to_vec();
     let word = |value: u32| value.to_le_bytes().to_vec();

@@ -1,5 +1,5 @@
-//! ELF files written byte by byte: sections that lie at one address, symbols that lie, chains that are long, and bytes
-//! that something wrote over.
+//! Tests with ELF files written byte by byte: overlapping sections, wrong symbols, long call chains, and corrupted
+//! bytes.
 
 use std::time::Instant;
 
@@ -25,14 +25,14 @@ fn of_two_sections_at_one_address_a_functions_own_is_read() {
     let dear = report(&image, "dear");
     assert_eq!(cycles(&dear).map(|(_, worst)| worst), Some(14 + 4));
     assert_eq!((dear.flash_bytes, dear.functions.as_slice()), (6, &["dear".to_owned()][..]));
-    // The same name, or none that is before: partly one over the other.
+    // Two sections that overlap partly.
     let shifted = read(&[(OVERLAY, &[0xbf00; 4]), (OVERLAY + 4, DEAR)], &[("cheap", 1, 0, 8), ("dear", 2, 0, 6)]);
     assert_eq!(cycles(&report(&shifted, "dear")).map(|(_, worst)| worst), Some(14 + 4));
 }
 
 #[test]
 fn a_way_into_sections_at_one_address_is_declined_unless_it_begins_in_one() {
-    // b.w to 0x2000_0000 from 0x2000_0010, and bl to itself's neighbour within the overlay.
+    // b.w to 0x2000_0000 from 0x2000_0010, and bl to a neighbour within the overlay.
     let jump: &[u16] = &[0xf7ff, 0xbff6];
     // bl leaf; bx lr; leaf: bx lr
     let within: &[u16] = &[0xf000, 0xf801, 0x4770, 0x4770];
@@ -57,13 +57,13 @@ fn a_size_or_an_address_that_cannot_be_is_told_and_nothing_wraps() {
     let huge = Image::read(&elf(&[(BASE, &[0xbf00, 0x4770])], &[("f", 1, 0, 0xee00_0000)])).expect_err("too long");
     assert!(huge.contains("`f` has 3992977408 bytes from 0x08000000 on, but its section ends at 0x08000004"), "{huge}");
     let behind = Image::read(&elf(&[(0xffff_fffe, &[0xbf00, 0x4770])], &[])).expect_err("behind all addresses");
-    assert!(behind.contains("a section of 4 bytes at 0xfffffffe ends behind all addresses"), "{behind}");
-    // Two symbols of the same bytes cost them once.
+    assert!(behind.contains("a section of 4 bytes at 0xfffffffe ends beyond the address space"), "{behind}");
+    // Two symbols of the same bytes count the bytes once.
     let twice = read(&[(BASE, &[0xe7ff, 0x4770])], &[("f", 1, 0, 4), ("g", 1, 2, 2)]);
     assert_eq!(report(&twice, "f").flash_bytes, 4);
 }
 
-/// Any file, however it is spoiled, has an answer or a reason.
+/// Any corrupted file gives a result or an error.
 #[test]
 fn no_spoiled_file_makes_it_panic() {
     let whole = elf(
@@ -87,7 +87,7 @@ fn no_spoiled_file_makes_it_panic() {
         answers.iter().filter(|answered| **answered).count()
     };
     assert_eq!(ask(&whole), 7);
-    // The fast tier writes two of them.
+    // The fast tier corrupts with two of the values.
     let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
     let values = [0x80, 0xff, 0, 1, 2, 3, 0x7f, 0xfe];
     let values = &values[..if deep { values.len() } else { 2 }];
@@ -97,14 +97,14 @@ fn no_spoiled_file_makes_it_panic() {
             let mut spoiled = whole.clone();
             spoiled[at] = value;
             ask(&spoiled);
-            // And a whole word.
+            // A whole word.
             for byte in spoiled.iter_mut().skip(at).take(4) {
                 *byte = value;
             }
             ask(&spoiled);
         }
     }
-    // Two words at once: two sizes, or an address and a size, whose sum is too large.
+    // Two words at once: two sizes, or an address and a size with an overflowing sum.
     let words = whole.len() / 4;
     for (first, second) in (0..words).flat_map(|first| (0..first).map(move |second| (first, second))) {
         let mut spoiled = whole.clone();
@@ -113,7 +113,7 @@ fn no_spoiled_file_makes_it_panic() {
         }
         ask(&spoiled);
     }
-    // Several bytes at once, the same in every run.
+    // Several random bytes at once, identical in every run.
     let mut random = 1_u32;
     let mut next = move || {
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -129,13 +129,13 @@ fn no_spoiled_file_makes_it_panic() {
     }
 }
 
-/// b.w to the place `by` bytes behind itself.
+/// b.w to the address `by` bytes ahead.
 fn jump(by: u32) -> [u16; 2] {
     let offset = by - 4;
     [0xf000 | (offset >> 12) as u16, 0xb800 | ((offset >> 1) & 0x7ff) as u16]
 }
 
-/// Its own thread has the stack that a test has; a chain of functions must not need more for being long.
+/// Runs in a thread with the stack size of a test: long call chains must not need more stack.
 #[test]
 fn a_chain_of_jumps_or_calls_may_be_long() {
     const JUMPS: u32 = 5000;
@@ -156,7 +156,7 @@ fn a_chain_of_jumps_or_calls_may_be_long() {
     assert_eq!(chain.stack_bytes, Some(8 * CALLS));
 }
 
-/// Seconds at least that a function takes to be read.
+/// Least time to analyse a function, s.
 fn seconds(code: &[u16], loops: &[String]) -> f64 {
     let image = read(&[(BASE, code)], &[("f", 1, 0, 2 * code.len() as u32)]);
     let options = Options { loops: loops.to_vec(), ..question("f") };
@@ -169,10 +169,11 @@ fn seconds(code: &[u16], loops: &[String]) -> f64 {
     (0..3).map(|_| once()).fold(f64::INFINITY, f64::min)
 }
 
-/// Eight times as long: eight times as much, not sixty-four. Both are measured in one run; the bar lies between.
+/// An eightfold loop body takes about eightfold time, not 64-fold. Both times come from one run; the threshold lies
+/// between.
 #[test]
 fn the_work_for_a_loop_grows_as_its_length_and_not_as_its_square() {
-    // 1: adds r1, #1, so often; subs r0, #1; bne.w 1b; bx lr
+    // 1: adds r1, #1, repeated; subs r0, #1; bne.w 1b; bx lr
     let body = |length: u32| {
         let back = (2 * length + 2 + 4).wrapping_neg();
         let bne = [0xf440 | ((back >> 12) & 0x3f) as u16, 0xa800 | ((back >> 1) & 0x7ff) as u16];
@@ -181,7 +182,7 @@ fn the_work_for_a_loop_grows_as_its_length_and_not_as_its_square() {
     };
     let ratio = body(16_000) / body(2000);
     assert!(ratio < 24.0, "one loop: {ratio}");
-    // So many loops one behind the other: 1: subs r0, #1; bne 1b
+    // Several loops one behind the other: 1: subs r0, #1; bne 1b
     let many = |number: u32| {
         let code: Vec<u16> = (0..number).flat_map(|_| [0x3801, 0xd1fd]).chain([0x4770]).collect();
         seconds(&code, &(0..number).map(|k| format!("f+{}=2", 4 * k)).collect::<Vec<_>>())

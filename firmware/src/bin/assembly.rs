@@ -1,10 +1,10 @@
-//! Does the tick as assembly give the bits of the Rust tick, side by side? A million ticks each of a joint with order 2
-//! and 3, and of the drives of a motor and of a joint.
+//! Comparison of the assembly ticks with the Rust tick, bit for bit: a million ticks each of a joint with order 2 and
+//! 3, and of the drives of a motor and of a joint.
 //!
-//! Samples near rest and far from it, one in thirty of them bad, several in a row: NaN, infinities, numbers too large,
-//! subnormal ones, any bits at all. A drive moves under u over whole turns; counts are lost or jump, targets are no
-//! numbers. Now and then the actuator held something else, and now and then it starts again. Compared is every bit of u
-//! from `tick_u`, and of u, sigma, sigma* and health from `tick`.
+//! Samples are near rest and far from it. One in thirty is invalid, several in a row: NaN, infinities, too large
+//! numbers, subnormal numbers, random bits. A drive moves under u over whole revolutions; counts are missing or jump,
+//! and targets are not numbers. Occasionally the actuator holds another value, and occasionally the tick starts again.
+//! The comparison covers every bit of u from `tick_u`, and of u, sigma, sigma* and health from `tick`.
 #![no_std]
 #![no_main]
 
@@ -12,7 +12,7 @@ use controller_core::drive::{Joint as JointData, JointDrive, MotorDrive, Sample,
 use controller_core::{ControlLaw, Health, Output};
 use cortex_m::asm;
 use firmware::assembly::{
-    DriveSample, DriveState, JOINT_DRIVE, Joint, MOTOR, State, Told, joint, joint_drive_report_applied,
+    DriveSample, DriveState, JOINT_DRIVE, Joint, MOTOR, State, TickOutput, joint, joint_drive_report_applied,
     joint_drive_start, joint_drive_tick, joint_drive_tick_u, joint_r2_report_applied, joint_r2_start, joint_r2_tick,
     joint_r2_tick_u, joint_r3_report_applied, joint_r3_start, joint_r3_tick, joint_r3_tick_u, motor_report_applied,
     motor_start, motor_tick, motor_tick_u,
@@ -27,15 +27,15 @@ static JOINT_3: Joint<3> = joint();
 static OF_MOTOR: MotorDrive = <MotorDrive>::design(&MOTOR);
 static OF_JOINT: JointDrive = <JointDrive>::design(&JOINT_DRIVE);
 
-/// The functions of one file.
+/// Functions of one file.
 struct Exported<S, X> {
     start: extern "C" fn(&mut S, &X) -> bool,
     tick_u: extern "C" fn(&mut S, &X) -> f32,
-    tick: extern "C" fn(&mut S, &X, &mut Told) -> u32,
+    tick: extern "C" fn(&mut S, &X, &mut TickOutput) -> u32,
     report_applied: extern "C" fn(&mut S, f32) -> bool,
 }
 
-/// Xorshift.
+/// Random number generator (xorshift).
 struct Luck(u32);
 
 impl Luck {
@@ -61,7 +61,7 @@ impl Luck {
     }
 }
 
-/// What has been seen of one law.
+/// Counters of one comparison.
 #[derive(Default)]
 struct Seen {
     differ: u32,
@@ -71,8 +71,8 @@ struct Seen {
 }
 
 impl Seen {
-    /// Both ticks as assembly against the Rust tick.
-    fn compare(&mut self, output: &Output<f32>, u: f32, told: Told, health: u32) {
+    /// Compares both assembly ticks with the Rust tick.
+    fn compare(&mut self, output: &Output<f32>, u: f32, told: TickOutput, health: u32) {
         let alike = |one: f32, other: f32| one.to_bits() == other.to_bits();
         let same = alike(output.u, u)
             && alike(output.u, told.u)
@@ -84,7 +84,7 @@ impl Seen {
         self.saturated += u32::from(output.health.contains(Health::SATURATED));
     }
 
-    /// Did both do the same where assembly and Rust answer yes or no?
+    /// Compares the boolean results of assembly and Rust.
     fn agree(&mut self, rust: bool, assembly: [bool; 2]) {
         self.differ += u32::from(assembly != [rust; 2]);
     }
@@ -137,7 +137,7 @@ fn compare<const R: usize, const NUMBERS: usize>(
             seen.agree(taken, [&mut of_u, &mut of_all].map(|of| (exported.report_applied)(of, held)));
         }
         let output = law.tick(state, &x);
-        let mut told = Told::default();
+        let mut told = TickOutput::default();
         let u = (exported.tick_u)(&mut of_u, &x);
         let health = (exported.tick)(&mut of_all, &x, &mut told);
         seen.compare(&output, u, told, health);
@@ -146,16 +146,16 @@ fn compare<const R: usize, const NUMBERS: usize>(
     seen.tell(name);
 }
 
-/// What a drive moves.
+/// Simulated plant of a drive.
 trait Plant<const ENCODERS: usize>: Default {
-    /// One period of 1 ms.
+    /// Simulates one period of 1 ms.
     fn goes_on(&mut self, u: f32);
     fn counts(&self) -> [i32; ENCODERS];
-    /// Back by the whole turns of its first shaft, and by which angle.
+    /// Moves back by the whole revolutions of the first shaft; returns that angle, rad.
     fn turned_back(&mut self) -> f32;
 }
 
-/// A motor without friction: J w' = K_t u - B w in steps of a tick, counted by an encoder of 14 bits.
+/// Motor without friction: J w' = K_t u - B w in steps of a tick, with an encoder of 14 bits.
 #[derive(Default)]
 struct Shaft {
     angle: f32,
@@ -179,8 +179,8 @@ impl Plant<1> for Shaft {
     }
 }
 
-/// J_l q'' = K (q_m - q) - B_l q', J_m q_m'' = K (q - q_m) - B_m q_m' + K_t u in four steps a tick, without the weight;
-/// encoders of 20 bits.
+/// Joint: J_l q'' = K (q_m - q) - B_l q', J_m q_m'' = K (q - q_m) - B_m q_m' + K_t u in four steps per tick, without
+/// gravity; encoders of 20 bits.
 #[derive(Default)]
 struct TwoShafts {
     link: Shaft,
@@ -220,7 +220,7 @@ fn whole_turns(angle: f32) -> f32 {
     TURN * (angle / TURN) as i32 as f32
 }
 
-/// Whole turns and the rest of an angle, its speed, and no more.
+/// Returns the target at an angle and a speed, with further derivatives 0.
 fn target<const N: usize>(angle: f32, speed: f32) -> Target<f32, i32, N> {
     let turn = (angle / TURN) as i32;
     let mut jet = [0.0; N];
@@ -228,7 +228,7 @@ fn target<const N: usize>(angle: f32, speed: f32) -> Target<f32, i32, N> {
     Target { turn, jet }
 }
 
-/// A law of a drive, against the functions of its file, with a plant that turns so fast at most.
+/// Compares the law of a drive with the functions of its file, on a plant with a limited speed.
 fn compare_drive<L, P, const E: usize, const N: usize, const NUMBERS: usize, const COUNTS: usize>(
     name: &str,
     law: &L,
@@ -280,7 +280,7 @@ fn compare_drive<L, P, const E: usize, const N: usize, const NUMBERS: usize, con
             seen.agree(started.is_some(), [&mut of_u, &mut of_all].map(|of| (exported.start)(of, &given)));
             seen.starts += u32::from(started.is_some());
             if started.is_some() {
-                // It has no turns yet, and neither have the plant and where it should be.
+                // After a start the drive has no revolutions, so plant and target are moved back too.
                 goal -= plant.turned_back();
             }
             state = started.or(state);
@@ -292,7 +292,7 @@ fn compare_drive<L, P, const E: usize, const N: usize, const NUMBERS: usize, con
             seen.agree(taken, [&mut of_u, &mut of_all].map(|of| (exported.report_applied)(of, held)));
         }
         let output = law.tick(state, &sample);
-        let mut told = Told::default();
+        let mut told = TickOutput::default();
         u = (exported.tick_u)(&mut of_u, &given);
         let health = (exported.tick)(&mut of_all, &given, &mut told);
         seen.compare(&output, u, told, health);

@@ -1,14 +1,15 @@
-//! What one tick costs, instance by instance: the code, the state and the coefficients that `budgets.toml` holds to
-//! their ceilings, and a log of what the stopwatch says.
+//! Cost of one tick per instance: the code, the state and the coefficients that `budgets.toml` limits, and a log of the
+//! stopwatch.
 //!
-//! Every instance is a module of its own, so that each of its parts has a symbol: `tick`, called by reference as a
-//! firmware calls it and never inlined here, `CONTROLLER` in flash and `STATE` in RAM. The generic code of the library
-//! is inlined into each `tick`.
+//! Every instance is a separate module, so each of its parts has a symbol: `tick`, called by reference as in a firmware
+//! and never inlined here, `CONTROLLER` in flash and `STATE` in RAM. The generic code of the library is inlined into
+//! each `tick`.
 //!
-//! The unit of the log is in its first line: cycles on a chip, instructions under
-//! `qemu-system-arm -icount shift=0,sleep=off`. The call is part of what the stopwatch says, reading it is not.
-//! `host-sim budget --ceilings` looks at the machine code and at what the emulator executes instead, and counts the
-//! tick alone. All samples are good ones, within the limits of u and beyond; what a bad one may take is in the bound.
+//! The first line of the log has its unit: cycles on a chip, instructions under
+//! `qemu-system-arm -icount shift=0,sleep=off`. The stopwatch includes the call and excludes its own reading.
+//! `host-sim budget --ceilings` uses the machine code and the executed instructions of the emulator instead, and counts
+//! the tick alone. All samples are valid, within the limits of u and beyond. The bound covers the cost of an invalid
+//! sample.
 #![no_std]
 #![no_main]
 
@@ -26,26 +27,26 @@ use controller_core::{
 };
 use cortex_m::asm;
 use firmware::assembly::{
-    JointSample, JointState, MotorSample, MotorState, NOMINAL, State, Told, config, joint_drive_start,
+    JointSample, JointState, MotorSample, MotorState, NOMINAL, State, TickOutput, config, joint_drive_start,
     joint_drive_tick, joint_drive_tick_u, joint_r2_start, joint_r2_tick, joint_r2_tick_u, joint_r3_start,
     joint_r3_tick, joint_r3_tick_u, motor_start, motor_tick, motor_tick_u,
 };
 use firmware::{clock, log};
 use stm32f4::stm32f405::Peripherals;
 
-// What the texts are designed from that its machine code is held to.
+// Designs of the specifications that the machine code is validated against.
 #[path = "../../../tick-record/src/bin/tick-record/designs.rs"]
 mod designs;
 use designs::{JOINT_DRIVE, JOINT_WHOLE, MOTOR, Nothing, VaryingGain};
 
-/// Calls of each instance with good samples: enough to see saturation, few enough for a log of every instruction.
+/// Calls of each instance with valid samples: enough for saturation, few enough for a log of every instruction.
 const TICKS: u32 = 200;
 
-/// A state in RAM and nothing beside it, so that its symbol is as large as it is.
+/// A state in RAM without further data, so that the symbol has its exact size.
 #[repr(transparent)]
 struct Place<S>(UnsafeCell<MaybeUninit<S>>);
 
-// SAFETY: `put` alone hands out what is in it, and its caller vouches for being the only one.
+// SAFETY: only `put` hands out the contents, and its caller guarantees exclusive use.
 unsafe impl<S> Sync for Place<S> {}
 
 impl<S> Place<S> {
@@ -53,16 +54,18 @@ impl<S> Place<S> {
         Self(UnsafeCell::new(MaybeUninit::uninit()))
     }
 
+    /// Writes a state into the place and returns a reference to it.
+    ///
     /// # Safety
-    /// Once for each place.
+    /// At most one call for each place.
     #[allow(clippy::mut_from_ref)]
     unsafe fn put(&self, state: S) -> &mut S {
-        // SAFETY: as the caller promises, nobody else has or will have a reference to it.
+        // SAFETY: the caller guarantees that no other reference exists, now or later.
         unsafe { (*self.0.get()).write(state) }
     }
 }
 
-/// One module per instance. `tick.u -> f32` is a caller that reads nothing else of the output.
+/// Defines one module per instance. `tick.u -> f32` is a caller that uses only u of the output.
 macro_rules! instances {
     ($($name:ident: $law:ty, $n:literal = $design:expr, $call:ident $(.$field:ident)? -> $answer:ty;)*) => {
         $(mod $name {
@@ -89,7 +92,7 @@ macro_rules! instances {
     };
 }
 
-/// The same for drives, which are given counts or a measured state, and targets.
+/// Defines modules for drives, whose inputs are counts or a measured state, and targets.
 macro_rules! drives {
     ($($name:ident: $law:ty = $design:expr, $samples:expr;)*) => {
         $(mod $name {
@@ -116,7 +119,7 @@ macro_rules! drives {
     };
 }
 
-/// At a limit and of the wrong way.
+/// Tolerated ticks of a frozen encoder, of motion in the wrong direction, at a limit, and of braking.
 const PATIENCE: WatchTicks<f32> = WatchTicks { stuck: 200.0, wrong_way: 6.0, patience: 8.0, brake: 128.0 };
 
 drives! {
@@ -140,7 +143,7 @@ drives! {
     joint_measured_held: Measuring<Hold> = measuring(), measured::<Hold>();
 }
 
-/// A joint's law over four measured states, which observes the channels 2, 3 and 4.
+/// Control law of a joint over four measured states, with observers in channels 2, 3 and 4.
 type Measuring<A> = FullState<f32, JointModel<f32>, A, 2, 4, 2, UPPER, 3, 0>;
 
 const fn measuring<A>() -> Measuring<A> {
@@ -152,7 +155,7 @@ const fn measuring<A>() -> Measuring<A> {
     }
 }
 
-/// Noise of some counts about 0, along a target that moves a little.
+/// Returns samples with noise of some counts about 0, along a slowly moving target.
 fn counts<L: DriveLaw<E, N>, const E: usize, const N: usize>() -> impl FnMut() -> L::Sample {
     let mut noise = Noise(1);
     let mut end = Target { turn: 0, jet: [0.0; N] };
@@ -163,7 +166,7 @@ fn counts<L: DriveLaw<E, N>, const E: usize, const N: usize>() -> impl FnMut() -
     }
 }
 
-/// The same of a measured state.
+/// Returns measured states with noise about 0, along a slowly moving target.
 fn measured<A: Aim<f32, 4>>() -> impl FnMut() -> Measured<f32, A::Target, 4> {
     let mut noise = Noise(1);
     let mut end = Target { turn: 0, jet: [0.0; 4] };
@@ -174,7 +177,8 @@ fn measured<A: Aim<f32, 4>>() -> impl FnMut() -> Measured<f32, A::Target, 4> {
     }
 }
 
-/// Sine and cosine alone, of a drive's map and of `libm`, which computes them in 64 bits: functions of an angle.
+/// Defines modules for sine and cosine alone, from a drive's map and from `libm` (which computes in 64 bits), as
+/// functions of an angle.
 macro_rules! sines {
     ($($name:ident: $of:expr;)*) => {
         $(mod $name {
@@ -206,8 +210,8 @@ sines! {
     sine_libm: libm::sincosf;
 }
 
-/// The same ticks as assembly: the exported function itself is measured. That of the first tick is its sibling, since a
-/// tick after a start or a lost sample is no ordinary one and takes longer.
+/// Defines modules for the assembly ticks: the exported function itself is measured. The first tick uses the sibling
+/// `tick`, because a tick after a start or a missing sample takes longer than an ordinary one.
 macro_rules! assemblies {
     ($($name:ident: $state:expr, $samples:expr, $start:ident, $tick:ident, $tick_u:ident;)*) => {
         $(mod $name {
@@ -218,7 +222,7 @@ macro_rules! assemblies {
                 let mut sample = $samples;
                 let (mut state, first) = ($state, sample());
                 $start(&mut state, &first);
-                $tick(&mut state, &first, &mut Told::default());
+                $tick(&mut state, &first, &mut TickOutput::default());
                 let overhead = clock::elapsed(|| {});
                 log_costs(stringify!($name), || {
                     let sample = sample();
@@ -243,13 +247,13 @@ assemblies! {
     joint_drive_assembly: JointState::ZEROS, joint_samples(), joint_drive_start, joint_drive_tick, joint_drive_tick_u;
 }
 
-/// Those of the row `motor`.
+/// Returns the samples of the row `motor`.
 fn motor_samples() -> impl FnMut() -> MotorSample {
     let mut sample = counts::<MotorDrive, 1, 2>();
     move || MotorSample::from(&sample())
 }
 
-/// Those of the row `joint_drive`.
+/// Returns the samples of the row `joint_drive`.
 fn joint_samples() -> impl FnMut() -> JointSample {
     let mut sample = counts::<JointDrive, 2, 4>();
     move || JointSample::from(&sample())
@@ -261,7 +265,7 @@ const UPPER: u8 = channels(4, 2, [2, 3, 4]);
 const ALL: u8 = channels(4, 3, [1, 2, 3, 4]);
 const OF_TWO: u8 = channels(2, 2, [1, 2]);
 
-// Eq. (44) asks for order n - i in channel i: order 1 is for the driven channel alone, all four need order 3.
+// Eq. (44) requires order n - i in channel i: order 1 suits the driven channel only, all four channels need order 3.
 instances! {
     joint_r1: Of<Joint, 1, DRIVEN, 1>, 4 = joint(JOINT), tick.u -> f32;
     joint_r2: Of<Joint, 2, BOTH, 2>, 4 = joint(JOINT), tick.u -> f32;
@@ -284,7 +288,7 @@ type OfTwo<E> = Controller<f32, Benchmark<E>, 2, 2, OF_TWO, 2>;
 type Joint = FlexibleJoint<f32>;
 const JOINT: Joint = Joint::new(&NOMINAL);
 
-/// Wide enough for the samples that are measured.
+/// Limits that accept all measured samples.
 const GATE: Gate<f32, 4> = Gate::<f32, 4>::new(&SampleLimits { min: [-12.0; 4], max: [12.0; 4], jump: [12.0; 4] });
 
 const fn joint<M: NominalModel<f32, 4> + Copy, const R: usize, const MASK: u8, const O: usize>(
@@ -293,13 +297,14 @@ const fn joint<M: NominalModel<f32, 4> + Copy, const R: usize, const MASK: u8, c
     Of::<M, R, MASK, O>::design(&config(MASK, NOMINAL), model)
 }
 
-/// Eq. (59).
+/// Returns the controller of the benchmark, Eq. (59).
 const fn benchmark<E: Exp<f32> + Copy>(model: Benchmark<E>) -> OfTwo<E> {
     let config = config(OF_TWO, Benchmark::<E>::nominal());
     OfTwo::<E>::design(&config, model)
 }
 
-/// A trajectory that needs no plant: noise of ±1/2 from a linear congruence, smaller than a spike, larger than rest.
+/// Noise of ±1/2 from a linear congruential generator, as a trajectory without a plant: smaller than a spike, larger
+/// than rest.
 struct Noise(u32);
 
 impl Noise {
@@ -309,7 +314,7 @@ impl Noise {
     }
 }
 
-/// Samples of a chain: 0.01, 0.1, 1, 10, each derivative faster than the one before.
+/// Returns samples of a chain with sizes 0.01, 0.1, 1, 10; each derivative is larger than the previous one.
 fn samples<const N: usize>() -> impl FnMut() -> [f32; N] {
     let mut noise = Noise(1);
     let mut size = 0.001;
@@ -323,7 +328,7 @@ fn samples<const N: usize>() -> impl FnMut() -> [f32; N] {
 
 type Tick<C, Y> = fn(&C, &mut <C as ControlLaw>::State, &<C as ControlLaw>::Sample) -> Y;
 
-/// Calls a tick by reference as a firmware does: nothing that the compiler knows of its arguments enters it.
+/// Calls a tick by reference as a firmware does, hidden from the optimiser.
 #[inline(never)]
 fn measure<C: ControlLaw, Y>(
     name: &str,
@@ -336,9 +341,9 @@ fn measure<C: ControlLaw, Y>(
     let overhead = clock::elapsed(|| {});
     let x0 = sample();
     let Some(state) = controller.start(&x0) else { unreachable!() };
-    // SAFETY: the macro gives every instance a place of its own, and `main` runs each once.
+    // SAFETY: the macro gives every instance its own place, and `main` runs each instance once.
     let state = unsafe { place.put(state) };
-    // Without its guard a tick does not know what to do at the start.
+    // A tick without its guard cannot handle the start, so the guarded tick runs first.
     controller.tick(state, &x0);
     log_costs(name, || {
         let x = sample();

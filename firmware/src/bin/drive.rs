@@ -1,8 +1,8 @@
-//! What the drive of a joint looks like: a timer interrupt at 3.2 kHz reads two encoders, ticks and actuates; the main
-//! loop answers `host-sim live` over USART1, which observes, moves and tunes the drive meanwhile.
+//! Example of a joint's drive. A timer interrupt at 3.2 kHz reads two encoders, runs the tick and writes the current.
+//! The main loop answers `host-sim live` over USART1, which observes, moves and tunes the drive during operation.
 //!
-//! The joint is a stand-in on the chip, so that this runs on any board and in the emulator. What a board replaces
-//! is marked `BOARD`. `docs/linking.md` goes through this file line by line.
+//! The joint is simulated on the chip, so the example runs on any board and in the emulator. Parts to replace on a
+//! board are marked `BOARD`. `docs/rust.md` explains the parts of this file.
 #![no_std]
 #![no_main]
 
@@ -20,15 +20,15 @@ use stm32f4::stm32f405::{Peripherals, interrupt};
 const TICK_HZ: u32 = 3_200;
 const PERIOD_S: f64 = 1.0 / TICK_HZ as f64;
 
-/// Data sheets: joint, encoders (one turn of the link on each, 20 bits), power stage.
+/// Data sheet of the joint; further: encoders (one revolution of the link on each, 20 bits) and power stage.
 const JOINT: Joint = Joint::TABLE_I;
 const ENCODER: Encoder = Encoder::absolute(20);
-/// The largest load that comes at once, N m, and how well the data sheets are known.
+/// Largest load step, N m, and the parameter errors of the data sheets.
 const SUDDEN_LOAD_N_M: f64 = 1.3;
 const UNCERTAIN: f64 = 0.2;
 
 /// Gains by rule for this data sheet, as `host-sim export firmware/drive.toml --lang rust` writes them: the poles of a
-/// rigid shaft and the observers of both encoders; lag of the current loop, and the fast gain set.
+/// rigid shaft and of the observers of both encoders; the lag of the current loop, and the high gain set.
 const BANDWIDTHS: JointBandwidths = JointBandwidths {
     surface_rad_s: 64.390_839_063_667_1,
     reaching_per_s: 484.464_408_193_304_96,
@@ -49,9 +49,9 @@ const DESIGN: JointDesign = JointDesign {
     )
 };
 
-/// The joint as a whole, with two gain sets and no delay.
+/// Control law of the joint as a whole, with two gain sets and no delay.
 type Law = CoupledDrive<f32, Position, 1>;
-/// Designed by the compiler too: a bad design does not compile, and the error says why.
+/// Coefficients, designed by the compiler: an invalid design is a compile error with the reason.
 const LAW: Law = Law::design(&DESIGN);
 
 static DRIVE: Drive<Law, 2, 4> = Drive::new();
@@ -66,7 +66,7 @@ fn EXTI0() {
     DRIVE.change(counts, actuate);
 }
 
-/// BOARD: the counts of both timers in encoder mode; `None` for one whose checksum is wrong.
+/// BOARD: read both timers in encoder mode; `None` for a count with a wrong checksum.
 #[inline(always)]
 fn counts() -> [Option<i32>; 2] {
     stand_in::counts()
@@ -78,7 +78,7 @@ fn actuate(u: f32) {
     stand_in::hold(u);
 }
 
-/// After a panic or a hard fault, at once.
+/// Switches off at once after a panic or a hard fault.
 fn switch_off() {} // BOARD: the power stage
 
 #[interrupt]
@@ -86,7 +86,7 @@ fn USART1() {
     line::received();
 }
 
-/// BOARD: goes; the joint moves by itself.
+/// BOARD: remove; the real joint moves by itself.
 #[exception]
 fn PendSV() {
     static mut JOINT_ITSELF: stand_in::Joint = stand_in::Joint::new(JOINT, ENCODER.counts_per_turn);
@@ -103,7 +103,7 @@ fn main() -> ! {
     let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
     let line = Line::start(chip.USART1, &chip.RCC, &chip.GPIOA);
 
-    // At an alarm the drive brakes, then the safe current goes out until it is reset.
+    // At an alarm the drive brakes, then outputs the safe current until a reset.
     let bounds = DESIGN.bounds(&LAW, SUDDEN_LOAD_N_M, UNCERTAIN);
     let Some(design) = DESIGN.to_coupled_numbers() else { unreachable!() };
     let numbers = design.into_iter().chain(bounds.to_numbers()).chain([f64::from(BRAKING.bits())]);

@@ -1,4 +1,4 @@
-//! The drive of a motor with one encoder at 5 kHz: [`drive`](../drive/index.html) with another data sheet.
+//! Example of a motor's drive with one encoder at 5 kHz: [`drive`](../drive/index.html) with another data sheet.
 #![no_std]
 #![no_main]
 
@@ -16,7 +16,7 @@ use stm32f4::stm32f405::{Peripherals, interrupt};
 const TICK_HZ: u32 = 5_000;
 const PERIOD_S: f64 = 1.0 / TICK_HZ as f64;
 
-/// Data sheets: motor with its load, encoder, power stage; and how well they are known.
+/// Data sheet of the motor with its load; further: encoder, power stage and parameter errors.
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 const ENCODER: Encoder = Encoder::absolute(14);
 const UNCERTAIN: f64 = 0.2;
@@ -26,9 +26,9 @@ const DESIGN: MotorDesign = MotorDesign {
     ..MotorDesign::by_rule(PERIOD_S, MOTOR, ENCODER, Limits::symmetric(10.0))
 };
 
-/// Two gain sets, no delay.
+/// Control law with two gain sets and no delay.
 type Law = MotorDrive<f32, Position, 1>;
-/// Designed by the compiler too: a bad design does not compile, and the error says why.
+/// Coefficients, designed by the compiler: an invalid design is a compile error with the reason.
 const LAW: Law = Law::design(&DESIGN);
 
 static DRIVE: Drive<Law, 1, 2> = Drive::new();
@@ -43,7 +43,7 @@ fn EXTI0() {
     DRIVE.change(counts, actuate);
 }
 
-/// BOARD: the count of the timer in encoder mode; `None` for one whose checksum is wrong.
+/// BOARD: read the timer in encoder mode; `None` for a count with a wrong checksum.
 #[inline(always)]
 fn counts() -> [Option<i32>; 1] {
     stand_in::counts()
@@ -55,7 +55,7 @@ fn actuate(u: f32) {
     stand_in::hold(u);
 }
 
-/// After a panic or a hard fault, at once.
+/// Switches off at once after a panic or a hard fault.
 fn switch_off() {} // BOARD: the power stage
 
 #[interrupt]
@@ -63,7 +63,7 @@ fn USART1() {
     line::received();
 }
 
-/// BOARD: goes; the motor moves by itself.
+/// BOARD: remove; the real motor moves by itself.
 #[exception]
 fn PendSV() {
     static mut MOTOR_ITSELF: stand_in::Motor = stand_in::Motor::new(MOTOR, ENCODER.counts_per_turn);
@@ -80,7 +80,7 @@ fn main() -> ! {
     let unit = clock::start(core.DCB, core.DWT, chip.TIM2, &chip.RCC);
     let line = Line::start(chip.USART1, &chip.RCC, &chip.GPIOA);
 
-    // At an alarm the drive brakes, then the safe current goes out until it is reset.
+    // At an alarm the drive brakes, then outputs the safe current until a reset.
     let bounds = DESIGN.bounds(&LAW, UNCERTAIN);
     let numbers = DESIGN.to_numbers().into_iter().chain(bounds.to_numbers()).chain([f64::from(BRAKING.bits())]);
     let Ok((live, law)) = Live::new(numbers.flat_map(halves)) else { unreachable!() };

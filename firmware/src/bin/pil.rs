@@ -1,13 +1,13 @@
-//! The processor in the loop: requests of the host come in over USART1, replies go out, bit for bit what the same
-//! controller gives on the host. `pil-wire` is the talk; here is only the serial port.
+//! Processor in the loop: requests of the host arrive over USART1, and the replies are bit-identical to the controller
+//! on the host. `pil-wire` implements the protocol; this file contains only the serial port.
 //!
-//! **Why polling loses nothing.** The host speaks only when it has been answered (lock step), so no byte comes while
-//! this program computes, replies or logs; and it logs before it replies. Should a byte be lost all the same (a host
-//! that gave up waiting and repeats itself), the checksum fails, the receiver finds the next frame, and the repeated
-//! request is answered.
+//! **Polling loses no byte.** The host sends only after a reply (lock step), so no byte arrives while this program
+//! computes, replies or logs; and it logs before it replies. If a byte is lost all the same (the host timed out and
+//! repeats), the checksum fails and the receiver finds the next frame. The program then answers the repeated request.
 //!
-//! **Why it sleeps between bytes.** The emulator pays several system calls for each look at a port, and shares two
-//! threads between the chip and its ports: a core that looks all day makes a round trip two to three times as long.
+//! **The core sleeps between bytes.** The emulator needs several system calls for each poll of a port, and shares two
+//! threads between the chip and its ports. A core that polls continuously makes a round trip two to three times as
+//! long.
 #![no_std]
 #![no_main]
 
@@ -21,7 +21,7 @@ use firmware::{fault, log};
 use pil_wire::{CORE_VERSION, Event, LAYOUT_ID, Open, Refusal, Target, VERSION};
 use stm32f4::stm32f405::{Interrupt, Peripherals};
 
-/// For the last words.
+/// Storage for the output after a fault.
 static TARGET: AtomicPtr<Target> = AtomicPtr::new(ptr::null_mut());
 
 #[cortex_m_rt::entry]
@@ -31,19 +31,19 @@ fn main() -> ! {
     let Some(chip) = Peripherals::take() else { unreachable!() };
     log::start(chip.USART2, &chip.RCC, &chip.GPIOA);
     let host = Uart::on_usart1(chip.USART1, &chip.RCC, &chip.GPIOA);
-    // The reference is made of the pointer, which so stays good beside it.
+    // The reference derives from the pointer, which therefore stays valid.
     let storage = ptr::from_mut(STORAGE);
     TARGET.store(storage, Ordering::Relaxed);
-    // SAFETY: nobody else has the storage but `black_box`, after which this program does not go on.
+    // SAFETY: only `black_box` also uses the storage, and this program does not continue after it.
     let target = unsafe { &mut *storage };
     fault::respond_with(fault::Response { switch_off: || {}, last_words: black_box });
 
     host.write(&target.hello());
     defmt::info!("hello: wire {=u8}, layout {=u32:#010x}, core {=u32:#010x}", VERSION, LAYOUT_ID, CORE_VERSION);
-    // Masked, an interrupt ends the sleep and goes no further: there is no handler.
+    // A masked interrupt ends the sleep without a handler.
     interrupt::disable();
     host.interrupt_at_a_byte();
-    // SAFETY: interrupts are masked for good.
+    // SAFETY: interrupts stay masked.
     unsafe { NVIC::unmask(Interrupt::USART1) };
     loop {
         let byte = next(&host);
@@ -64,10 +64,10 @@ fn main() -> ! {
     }
 }
 
-/// The next byte; sleeps until it comes.
+/// Returns the next byte; sleeps until it arrives.
 fn next(host: &Uart) -> u8 {
     loop {
-        // In this order a byte that comes after the look is pending, and ends the sleep at once.
+        // In this order, a byte that arrives after the poll is pending and ends the sleep at once.
         NVIC::unpend(Interrupt::USART1);
         if let Some(byte) = host.read() {
             return byte;
@@ -76,11 +76,11 @@ fn next(host: &Uart) -> u8 {
     }
 }
 
-/// The last ticks, oldest first.
+/// Logs the last ticks, oldest first.
 fn black_box() {
     let target = TARGET.load(Ordering::Relaxed);
-    // SAFETY: it points to the storage of `main`, or nowhere. `main` may have been in the middle of changing it, but
-    // will never go on; a record that is half written is still numbers.
+    // SAFETY: the pointer is null or refers to the storage of `main`. `main` may have been interrupted during a change,
+    // but never continues; a half-written record still consists of numbers.
     if let Some(target) = unsafe { target.as_ref() } {
         for record in target.black_box().oldest_first() {
             defmt::error!("{}", record);

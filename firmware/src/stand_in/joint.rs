@@ -1,21 +1,21 @@
-//! A flexible joint with an encoder on each side.
+//! Simulated flexible joint with an encoder on each side.
 //!
 //! $$ J_l \ddot q_l = K (q_m - q_l) - B_l \dot q_l - m g l \sin q_l - \text{load}, \qquad
 //!    J_m \ddot q_m = K_t u - K (q_m - q_l) - B_m \dot q_m - \text{friction} - a \sin 24 q_m $$
 //!
-//! in rad of the link. The drive knows nothing of load, friction and cogging.
+//! in rad of the link. The drive's model has no load, friction or cogging.
 //!
-//! A period passes by half a move, the torques there, and half a move: exact for a torque that stays, and off by
-//! (ωT)²/24 of a spring (4e-5 of that of the joint at 3.2 kHz).
+//! A period consists of half a move, the torques there, and half a move. This is exact for a constant torque. For a
+//! spring the error is (ωT)²/24, which is 4e-5 for the joint at 3.2 kHz.
 
 use controller_core::drive::Joint as Data;
 use core::f32::consts::TAU;
 
 use super::{Angle, COGGING_PER_TURN, Plant, moved};
 
-/// The joint, and what drives it.
+/// Simulated joint with its drive.
 pub struct Joint {
-    /// As in [`pil_wire::Plant`].
+    /// Parameters as in [`pil_wire::Plant`].
     numbers: pil_wire::Plant,
     counts_per_turn: i32,
     link: (Angle, f32),
@@ -23,10 +23,10 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// Torque of the friction against the motor, N m.
+    /// Friction torque on the motor side, N m.
     const FRICTION_N_M: f32 = 0.05;
 
-    /// At rest at angle 0, behind encoders with so many counts per turn of the link.
+    /// Creates a joint at rest at angle 0, with `counts_per_turn` counts per revolution of the link.
     pub const fn new(data: Data, counts_per_turn: u32) -> Self {
         let numbers = [
             data.link_inertia_kg_m2 as f32,
@@ -50,7 +50,7 @@ impl Plant<2> for Joint {
     }
 
     fn become_as(&mut self, numbers: &pil_wire::Plant) {
-        // A link without inertia would be none.
+        // A link needs a positive inertia.
         if numbers[0] > 0.0 {
             self.numbers = *numbers;
         }
@@ -68,7 +68,7 @@ impl Plant<2> for Joint {
         let (link, motor) = (half(self.link), half(self.motor));
         let torsion = stiffness * unit * motor.from(link);
         let on_link = torsion - link.wave(1, turn, weight) - load_n_m;
-        // Friction opposes the motion, steeply about rest: in full at 0.04 rad/s.
+        // Friction opposes the motion, with a steep transition at rest: full at 0.04 rad/s.
         let friction = friction * (self.motor.1 * 25.0).clamp(-1.0, 1.0);
         let on_motor = torque * u - torsion - friction - motor.wave(COGGING_PER_TURN, turn, cogging);
         let shafts = [

@@ -1,17 +1,17 @@
-//! A motor with a rigid load and an encoder.
+//! Simulated motor with a rigid load and an encoder.
 //!
 //! $$ J \dot\omega = K_t u - B \omega - \text{friction} - a \sin 24 q - \text{load} $$
 //!
-//! The drive knows nothing of load, friction and cogging.
+//! The drive's model has no load, friction or cogging.
 
 use controller_core::drive::Motor as Data;
 use core::f32::consts::TAU;
 
 use super::{Angle, COGGING_PER_TURN, Plant, moved};
 
-/// The motor, and what it drives.
+/// Simulated motor with its load.
 pub struct Motor {
-    /// As in [`pil_wire::Plant`].
+    /// Parameters as in [`pil_wire::Plant`].
     numbers: pil_wire::Plant,
     counts_per_turn: i32,
     angle: Angle,
@@ -19,10 +19,10 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// Torque of the friction, N m.
+    /// Friction torque, N m.
     const FRICTION_N_M: f32 = 0.005;
 
-    /// At rest at angle 0, behind an encoder with so many counts per turn.
+    /// Creates a motor at rest at angle 0, with `counts_per_turn` counts per revolution.
     pub const fn new(data: Data, counts_per_turn: u32) -> Self {
         let [inertia, damping, torque] = [data.inertia_kg_m2, data.damping_n_m_s, data.torque_n_m_per_a];
         let numbers = [0.0, 0.0, 0.0, 0.0, inertia as f32, damping as f32, torque as f32, Self::FRICTION_N_M, 0.0];
@@ -41,7 +41,7 @@ impl Plant<1> for Motor {
 
     fn advance(&mut self, u: f32, load_n_m: f32, period_s: f32) {
         let [_, _, _, _, inertia, damping, torque, friction, cogging] = self.numbers;
-        // Friction opposes the motion, steeply about rest: in full at 0.005 rad/s.
+        // Friction opposes the motion, with a steep transition at rest: full at 0.005 rad/s.
         let friction = friction * (self.speed * 200.0).clamp(-1.0, 1.0);
         let torque = torque * u - friction - self.angle.wave(COGGING_PER_TURN, self.counts_per_turn, cogging);
         let (next, way) = moved(self.speed, (torque - load_n_m) / inertia, damping / inertia, period_s);

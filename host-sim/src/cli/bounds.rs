@@ -1,5 +1,6 @@
-//! `host-sim bounds`: how large σ\*, the errors, the output and u can be, by what, how tight that is, and which gain
-//! lowers it, as text.
+//! `host-sim bounds`: guaranteed bounds on σ\*, the estimation errors, the output and u.
+//!
+//! For each bound it prints the cause, the ratio to a simulated run, and the gain that lowers the bound.
 
 use std::path::PathBuf;
 
@@ -20,20 +21,25 @@ use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 
 #[derive(Args, Debug)]
 pub(super) struct BoundsOptions {
-    /// The scenario; without one the default.
+    /// Scenario file [default: built-in joint of the paper].
     file: Option<PathBuf>,
-    /// Override a key, as in --set controller.k_l=100.
+    /// Override a key of the scenario; repeatable. Example: --set controller.k_l=100.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for bounds.svg, with the feature png also bounds.png [default: out/SCENARIO-bounds].
+    /// Output folder of bounds.svg, with the feature png also bounds.png [default: out/SCENARIO-bounds].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON object instead of the tables.
+    /// Print JSON instead of the tables.
     #[arg(long)]
     json: bool,
 }
 
-/// ` (rad/s^2)`, where units are known.
+/// Returns the name of the noise in u: a drive commands a current.
+const fn noise_name(experiment: &Experiment) -> &'static str {
+    if experiment.drive.is_some() { "current noise" } else { "noise of u" }
+}
+
+/// Returns the unit in parentheses, as ` (rad/s^2)`; empty if it is unknown.
 fn unit(experiment: &Experiment, quantity: Quantity) -> String {
     let Experiment { output_unit, control_unit, drive, .. } = experiment;
     let order = match (quantity, drive) {
@@ -54,7 +60,7 @@ fn table(found: &Bounds, experiment: &Experiment) -> Table {
     let [from, to] = found.window_s;
     let names = found.names.iter().zip(&found.quantities);
     let names = names.map(|(name, quantity)| format!("|{name}|{}", unit(experiment, *quantity)));
-    let header = ["bound of".to_owned()].into_iter().chain(names).chain(["by".into()]);
+    let header = ["cause".to_owned()].into_iter().chain(names).chain(["basis".into()]);
     let mut table = Table::new(header);
     let number = |value: f64| if value.is_nan() { "-".into() } else { significant(value, 4) };
     let mut row = |name: &str, cells: Vec<String>, by: &str| {
@@ -63,21 +69,21 @@ fn table(found: &Bounds, experiment: &Experiment) -> Table {
     for part in &found.parts {
         row(&part.name, part.bounds.iter().map(|bound| number(*bound)).collect(), &part.known);
     }
-    row("all together", found.bounds.iter().map(|bound| number(*bound)).collect(), "of the sampled loop");
+    row("total", found.bounds.iter().map(|bound| number(*bound)).collect(), "sampled loop");
     let run = format!("largest over [{}, {}] s of the run", typed(from, 6), typed(to, 6));
     row("simulated", found.simulated.iter().map(|value| number(*value)).collect(), &run);
     let ratio = |(bound, value): (&f64, &f64)| if *value > 0.0 { significant(bound / value, 3) } else { "-".into() };
-    row("bound / simulated", found.bounds.iter().zip(&found.simulated).map(ratio).collect(), "how conservative");
+    row("bound / simulated", found.bounds.iter().zip(&found.simulated).map(ratio).collect(), "conservatism");
     if found.continuous.iter().any(Option::is_some) {
         let cells = found.continuous.iter().map(|value| value.map_or("-".into(), number)).collect();
-        row("continuous", cells, "of the paper's loop, without period, steps and rounding");
+        row("continuous", cells, "continuous loop of the paper, without sampling, quantisation and rounding");
     }
     table
 }
 
-fn gains(found: &Bounds) -> Table {
+fn gains(found: &Bounds, experiment: &Experiment) -> Table {
     let names = found.names.iter().map(|name| format!("|{name}|"));
-    let header = ["gain".to_owned()].into_iter().chain(names).chain(["noise of u".into()]);
+    let header = ["gain".to_owned()].into_iter().chain(names).chain([noise_name(experiment).into()]);
     let mut table = Table::new(header);
     let cell = |value: f64| if value.is_finite() { format!("{:+.2}", value + 0.0) } else { "-".into() };
     for Knob { name, elasticities, noise_of_u, .. } in &found.knobs {
@@ -87,23 +93,27 @@ fn gains(found: &Bounds) -> Table {
     table
 }
 
-/// `|sigma*|: 83 % from d_2 ..; k_l +10 % lowers it by 9 %, with 4 % more noise of u: --set controller.k_l=55`.
-fn sentences(found: &Bounds) -> Vec<String> {
+/// Returns a line for each bound: its largest cause, and the gain that lowers it.
+///
+/// `|sigma*|: 83 % of the bound comes from the magnitude of d_2. k_l +10 % lowers it by 9 %, with 4 % more noise of u:
+/// --set controller.k_l=55`
+fn sentences(found: &Bounds, experiment: &Experiment) -> Vec<String> {
+    let noise = noise_name(experiment);
     let percent = |share: f64| significant(100.0 * share, 2);
     let sentence = |i: usize| {
         let part = found.parts.iter().max_by(|a, b| a.bounds[i].total_cmp(&b.bounds[i]))?;
         let by = match part.derivatives.get(i) {
-            Some(0) => ", by its size".to_owned(),
-            Some(m) => format!(", by its derivative {m}"),
+            Some(0) => "the magnitude of ".to_owned(),
+            Some(m) => format!("derivative {m} of "),
             None => String::new(),
         };
-        let words =
-            format!("|{}|: {} % from {}{by}", found.names[i], percent(part.bounds[i] / found.bounds[i]), part.name);
+        let share = percent(part.bounds[i] / found.bounds[i]);
+        let words = format!("|{}|: {share} % of the bound comes from {by}{}. ", found.names[i], part.name);
         let advice = found.advice[i].as_ref().map_or_else(
-            || "; no gain lowers it by 1 % with 10 % of its own".to_owned(),
+            || "No 10 % gain change lowers it by 1 % or more.".to_owned(),
             |Advice { set, gain, change, bound, noise_of_u }| {
                 format!(
-                    "; {gain} {:+.0} % lowers it by {} %, with {} % {} noise of u: --set {}",
+                    "{gain} {:+.0} % lowers it by {} %, with {} % {} {noise}: --set {}",
                     100.0 * change,
                     percent(-bound),
                     percent(noise_of_u.abs()),
@@ -127,7 +137,7 @@ fn figure(found: &Bounds, experiment: &Experiment, trace: &Trace) -> Figure {
         let bound = found.bounds[i];
         Panel {
             title: format!(
-                "{name}: bound {}, {} times the largest",
+                "{name}: bound {}, {} times the simulated maximum",
                 significant(bound, 3),
                 significant(bound / found.simulated[i], 3)
             ),
@@ -136,7 +146,7 @@ fn figure(found: &Bounds, experiment: &Experiment, trace: &Trace) -> Figure {
             series: vec![
                 Series::solid("bound", GREY, line(bound)).styled(Style::Dashed),
                 Series::solid("", GREY, line(-bound)).styled(Style::Dashed),
-                Series::solid("run", 0, run),
+                Series::solid("simulated", 0, run),
             ],
             ..Panel::default()
         }
@@ -144,14 +154,17 @@ fn figure(found: &Bounds, experiment: &Experiment, trace: &Trace) -> Figure {
     Figure { title: experiment.title.clone(), panels: panels.collect(), columns: 2 }
 }
 
-/// The section of a report on a run that is over; why there are none, where there are none.
+/// Returns the section `Bounds` of a report. Without bounds it contains the reason.
 pub(super) fn section(experiment: &Experiment, trace: &Trace, subject: &Subject<'_>) -> Section {
     let (says, tables, figures) = match study::bounds(experiment, trace, subject, Watch::none()) {
         Ok(found) => {
             let found = found.iter();
             (
-                found.clone().flat_map(|found| sentences(found).into_iter().chain(found.remarks.clone())).collect(),
-                found.clone().flat_map(|found| [table(found, experiment), gains(found)]).collect(),
+                found
+                    .clone()
+                    .flat_map(|found| sentences(found, experiment).into_iter().chain(found.remarks.clone()))
+                    .collect(),
+                found.clone().flat_map(|found| [table(found, experiment), gains(found, experiment)]).collect(),
                 found.map(|found| figure(found, experiment, trace)).collect(),
             )
         }
@@ -166,7 +179,7 @@ impl Console<'_> {
         let subject = text.subject(&options.sets);
         let mut experiment = subject.with(&[])?;
         note_changes(&mut experiment.title, &options.sets);
-        // Before the run: a loop that grows, or has no matrices, has no bounds.
+        // Checked before the run: an unstable loop and a loop without matrices have no bounds.
         loop_of(&experiment)?;
         let folder = folder_of(options.out.as_ref(), &experiment.name, "bounds");
         let claim = claim_folder(&folder)?;
@@ -175,8 +188,8 @@ impl Console<'_> {
             Ending::Interrupted { .. } => return Ok(status::INTERRUPTED),
             Ending::Finished => {}
             Ending::Diverged { t_s } | Ending::BrokenOff { t_s } => {
-                let why = error.map_or("the state ran away".into(), |error| error.to_string());
-                let message = format!("the run ended at t = {} s: {why}; no bound holds", significant(t_s, 4));
+                let why = error.map_or("the state diverged".into(), |error| error.to_string());
+                let message = format!("the run ended at t = {} s: {why}; no bound applies", significant(t_s, 4));
                 return Err(failed(message));
             }
         }
@@ -193,13 +206,13 @@ impl Console<'_> {
         }
         self.say(&experiment.headline())?;
         self.say(&table(&found, &experiment).to_string())?;
-        self.say("d ln(bound)/d ln(gain), the disturbances as they are:")?;
-        self.say(&gains(&found).to_string())?;
-        for line in sentences(&found).iter().chain(&found.remarks) {
+        self.say("relative sensitivity, d ln(bound)/d ln(gain), for unchanged disturbances:")?;
+        self.say(&gains(&found, &experiment).to_string())?;
+        for line in sentences(&found, &experiment).iter().chain(&found.remarks) {
             self.say(line)?;
         }
         drawn()?;
-        self.say(&format!("written to {}", folder.display()))?;
+        self.say(&format!("files: {}", folder.display()))?;
         drop(claim);
         Ok(status::DONE)
     }

@@ -1,4 +1,4 @@
-//! `host-sim budget`: the bound of cycles of a function, with the feature `chip`.
+//! `host-sim budget` with the feature `chip`: computes the WCET bound of a function.
 
 use cycle_bound::Reply;
 

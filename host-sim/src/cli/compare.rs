@@ -1,4 +1,4 @@
-//! `host-sim compare`: our drive beside its rivals.
+//! `host-sim compare`: compares edo-smc with baseline controllers, all tuned with the same search budget.
 
 use std::path::PathBuf;
 
@@ -12,25 +12,25 @@ use crate::report::comparison;
 
 #[derive(Args, Debug)]
 pub(super) struct CompareOptions {
-    /// A scenario with [joint] or [motor]; without one that of `new --plant joint`.
+    /// Scenario with [joint] or [motor] [default: template of new --plant joint].
     file: Option<PathBuf>,
-    /// Override a key of the file, as in --set encoder.link.bits=16.
+    /// Override a key of the scenario; repeatable. Example: --set encoder.link.bits=16.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Evaluations of the cost per law and noise limit.
+    /// Evaluations of the cost for each control law and noise limit.
     #[arg(long, value_name = "N", default_value_t = 150, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     evaluations: u32,
     /// Seed of the search.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Limits of the noise of u, A [default: for a joint 1/3000, 1/1000 and 1/300 of the largest current, for a motor
-    /// 3/1000, 1/100 and 3/100].
+    /// Limits of the current noise, A rms [default: 1/3000, 1/1000 and 1/300 of max_current_a for a joint, 3/1000,
+    /// 1/100 and 3/100 for a motor].
     #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
     noise: Vec<f64>,
-    /// Folder for the figures and compare.json [default: out/SCENARIO-compare].
+    /// Output folder of the figures and compare.json [default: out/SCENARIO-compare].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON object instead of the table.
+    /// Print JSON instead of the table.
     #[arg(long)]
     json: bool,
 }
@@ -39,7 +39,7 @@ impl Console<'_> {
     pub(super) fn compare(&mut self, options: &CompareOptions) -> Result<u8, Failure> {
         let scenario = ScenarioText::read(options.file.as_deref(), JOINT)?;
         if let Some(limit) = options.noise.iter().find(|limit| !(**limit > 0.0 && limit.is_finite())) {
-            return Err(bad(format!("--noise {limit}: a limit is above 0")));
+            return Err(bad(format!("--noise {limit}: expected a number above 0")));
         }
         let bench = Bench::new(&scenario.file, &scenario.text, &options.sets)?;
         let settings = Settings {
@@ -54,7 +54,7 @@ impl Console<'_> {
         let entries = &comparison.entries;
         let text = serde_json::to_string_pretty(&comparison);
         let told = |error| Failure::writing(folder.display(), &error);
-        // Told before anything of it is written, which may fail: it took minutes.
+        // Printed before anything is written: the search took minutes, and a write may fail.
         let kept = text.as_ref().map_or(Ok(()), |text| {
             let path = folder.join("compare.json");
             crate::report::write_whole(&path, |out| writeln!(out, "{text}")).map_err(told)
@@ -63,7 +63,7 @@ impl Console<'_> {
             self.say_json(text)?;
         } else {
             self.say(&format!(
-                "{}: {}; {} evaluations for each law and limit, seed {}, tau = {} s, {} corners, recovery from {} rad",
+                "{}: {}; {} evaluations per law and noise limit, seed {}, tau = {} s, {} corners, recovery from {} rad",
                 bench.name,
                 bench.title,
                 settings.evaluations,
@@ -77,7 +77,7 @@ impl Console<'_> {
                 entries.iter().filter(|entry| entry.breaks_limit()).map(|entry| entry.law).collect();
             over.dedup();
             if !over.is_empty() {
-                self.say(&format!("! noise over its limit, not ranked: {}", over.join(", ")))?;
+                self.say(&format!("not ranked, current noise over the limit: {}", over.join(", ")))?;
             }
         }
         kept?;
@@ -85,12 +85,14 @@ impl Console<'_> {
         comparison::moves(&bench, &contenders, entries).write(&folder, "move").map_err(told)?;
         drop(claim);
         if !options.json {
-            self.say(&format!("written to {}", folder.display()))?;
+            self.say(&format!("files: {}", folder.display()))?;
+            let laws = contenders.len();
+            self.say(&format!("result: {laws} control laws tuned at {} noise limits", settings.noise_a.len()))?;
         }
         Ok(status::DONE)
     }
 
-    /// All of it under a progress bar; none if it was told to stop.
+    /// Runs the comparison under a progress bar; `None` if it was interrupted.
     fn tuned(&mut self, bench: &Bench, contenders: &[Box<dyn Contender>], settings: &Settings) -> Option<Comparison> {
         let all = contenders.len() * settings.noise_a.len() * settings.evaluations;
         let bar = self.bar(all as u64, LEFT);

@@ -1,4 +1,4 @@
-//! `host-sim design`: the closed loop of a scenario's design, what limits it, and a better one, as text.
+//! `host-sim design`: prints the closed loop of a scenario, the limits that bind, and a better design.
 
 use std::path::PathBuf;
 
@@ -17,20 +17,20 @@ use super::{Console, Failure, RunOptions, scenario_of, status};
 
 #[derive(Args, Debug)]
 pub(super) struct DesignOptions {
-    /// The scenario; without one the default.
+    /// Scenario file [default: built-in joint of the paper].
     file: Option<PathBuf>,
-    /// Override a key, as in --set drive.surface_rad_s=100.
+    /// Override a key of the scenario; repeatable. Example: --set drive.surface_rad_s=100.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Print one JSON object instead of the table.
+    /// Print JSON instead of the table.
     #[arg(long)]
     json: bool,
-    /// Look at a controller whose u has no limits.
+    /// Accept a controller without limits of u.
     #[arg(long)]
     no_limits: bool,
 }
 
-/// Share of a limit above which another design is told of: a rule takes all of it, give or take.
+/// Share of a limit above which `run` prints the suggested design. A rule uses 100 % within rounding.
 const MUCH: f64 = 1.02;
 
 impl Console<'_> {
@@ -38,7 +38,7 @@ impl Console<'_> {
         let DesignOptions { file, sets, json, no_limits } = options;
         let of_run = RunOptions { sets: sets.clone(), ..RunOptions::default() };
         let mut experiment = scenario_of(file.as_deref(), &of_run)?;
-        // The readings for the figures have none, as the paper.
+        // The readings for the figures have no limits, as in the paper.
         if !no_limits && experiment.figures_only.is_none() {
             let name =
                 file.as_deref().map_or_else(|| "built-in default.toml".into(), |file| file.display().to_string());
@@ -63,7 +63,7 @@ fn percent(share: f64) -> String {
     significant(100.0 * share, 2)
 }
 
-/// Six digits beyond those in which it is 1.
+/// Formats a spectral radius: six decimals near 1, where stability is decided.
 fn radius(value: f64) -> String {
     if (value - 1.0).abs() < 0.01 { format!("{value:.6}") } else { significant(value, 4) }
 }
@@ -72,29 +72,34 @@ fn factor_down(factor: f64) -> String {
     if factor < 1e-6 { "0".into() } else { number(factor) }
 }
 
-/// In one line.
+/// Formats the closed loop as one line.
 fn line(got: &ClosedLoop) -> String {
     let Some(margins) = &got.margins else {
-        return format!("unstable: spectral radius {}, so no margins", radius(got.spectral_radius));
+        return format!("UNSTABLE, spectral radius {} per tick", radius(got.spectral_radius));
     };
-    format!("decay {} 1/s; {}", number(got.decay_per_s), margins_in_words(margins))
+    format!("{}, slowest pole {} 1/s", margins_in_words(margins), number(got.decay_per_s))
 }
 
 fn margins_in_words(margins: &Margins) -> String {
     let Margins { phase_deg, delay_s, gain_up, gain_down, sensitivity_peak, .. } = *margins;
-    let phase = phase_deg.map_or_else(|| "any phase".into(), |phase| format!("{} deg", number(phase)));
-    let delay = delay_s.map_or_else(|| "any delay".into(), |delay| format!("{} ms", number(1e3 * delay)));
-    let up = gain_up.map_or_else(|| "any".into(), number);
-    format!("margins {phase}, {delay}, gain {} to {up}; |S| up to {}", factor_down(gain_down), number(sensitivity_peak))
+    let phase = phase_deg.map_or_else(|| "unlimited".into(), |phase| format!("{} deg", number(phase)));
+    let delay = delay_s.map_or_else(|| "unlimited".into(), |delay| format!("{} ms", number(1e3 * delay)));
+    let up = gain_up.map_or_else(|| "unlimited".into(), number);
+    format!(
+        "phase margin {phase}, delay margin {delay}, gain margin {} to {up}, peak sensitivity {}",
+        factor_down(gain_down),
+        number(sensitivity_peak)
+    )
 }
 
-/// What `run` says of it.
+/// Returns the lines that `run` prints of the design.
 pub(super) fn short(design: &Design) -> Vec<String> {
-    let mut lines = vec![format!("loop at rest: {}", line(&design.got))];
+    let mut lines = vec![format!("stability (linearised at rest): {}", line(&design.got))];
     if let (Some(_), Some(limit)) = (&design.got.margins, design.limits.first()) {
-        lines.push(format!("limited by {}, {} % used; more by `host-sim design`", limit.what, percent(limit.used)));
+        let used = percent(limit.used);
+        lines.push(format!("limiting factor: {}, {used} % used; details: host-sim design", limit.what));
     }
-    // What was taken by a rule may be more than the loop bears.
+    // The rule may exceed the margins of the loop that results.
     let is_too_much = !design.got.is_stable() || design.limits.first().is_some_and(|limit| limit.used > MUCH);
     if let Some(Suggested { lines: other, why, .. }) = design.suggested.as_ref().filter(|it| is_too_much && !it.is_same)
     {
@@ -105,7 +110,7 @@ pub(super) fn short(design: &Design) -> Vec<String> {
     lines
 }
 
-/// The slowest poles, `-5.00 (3 times), -0.200 +- 3.10 i`. Poles that are equal come out of f64 as a small ring.
+/// Formats the slowest poles: `-5.00 (3 times), -0.200 +- 3.10 i`. In f64 equal poles form a small ring.
 fn listed(poles: &[Root], most: usize) -> String {
     let mut groups: Vec<(Root, usize)> = Vec::new();
     for pole in poles.iter().filter(|pole| pole.im >= 0.0) {
@@ -125,7 +130,7 @@ fn listed(poles: &[Root], most: usize) -> String {
     shown.collect::<Vec<_>>().join(", ")
 }
 
-/// Those that are not over within a tick.
+/// Formats the slowest three poles that last longer than a tick.
 fn slow(poles: &[Root], period_s: f64) -> String {
     let slow: Vec<Root> = poles.iter().copied().filter(|pole| pole.re * period_s > -3.0).collect();
     listed(&slow, 3)
@@ -142,50 +147,52 @@ fn text(design: &Design, experiment: &Experiment) -> String {
     remarks(design, experiment).into_iter().fold(head, |text, line| text + &line + "\n")
 }
 
-/// What is said under the table, a line each.
+/// Returns the lines below the table.
 pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
     let mut lines = Vec::new();
-    let mut say = |words: String| lines.push(words);
+    let mut add = |line: String| lines.push(line);
     if !design.left_out.is_empty() {
-        say(format!("not in these figures: {}", design.left_out.join(", ")));
+        add(format!("not in this analysis: {}", design.left_out.join(", ")));
     }
     for (k, Limit { what, used, meaning }) in design.limits.iter().enumerate() {
-        let head = if k == 0 { "limited by " } else { "      then " };
-        say(format!("{head}{what}, {} % used: {meaning}", percent(*used)));
+        let head = if k == 0 { "limiting factor: " } else { "           then: " };
+        add(format!("{head}{what}, {} % used: {meaning}", percent(*used)));
     }
-    corners(design, &mut say);
-    guarantee(design).into_iter().for_each(&mut say);
+    corners(design, &mut add);
+    guarantee(design).into_iter().for_each(&mut add);
     for warning in &experiment.warnings {
-        say(format!("warning: {warning}"));
+        add(format!("warning: {warning}"));
     }
     match &design.suggested {
         None if experiment.drive.is_none() => {
-            say(format!("nothing is suggested: by its rules no loop here keeps {LEAST_PHASE_DEG} deg of phase margin"));
+            add(format!(
+                "no suggestion: no rule reaches {LEAST_PHASE_DEG} deg of phase margin with this plant and period"
+            ));
         }
         None if experiment.drive.as_ref().is_some_and(|drive| drive.is_slowed_by_play) => {
-            say("nothing is suggested: the play behind the gear binds".into());
+            add("no suggestion: the play behind the gear limits the bandwidth".into());
         }
-        None => say(String::from(
-            "nothing is suggested: by its rules nothing is better, with this period or an eighth of it; `host-sim \
-             tune` looks beyond them, and what is unstable in a corner needs a data sheet that is known better",
+        None => add(String::from(
+            "no suggestion: no rule is better, down to an eighth of this period. `host-sim tune` searches further; a \
+             drive that is unstable in a corner needs a smaller drive.uncertain_percent",
         )),
         Some(Suggested { lines, why, got, .. }) => {
-            say(format!("suggested: {why}"));
+            add(format!("suggested: {why}"));
             let mut last = "";
             for [table, entry] in lines {
                 if last != table {
-                    say(table.clone());
+                    add(table.clone());
                 }
                 last = table;
-                say(entry.clone());
+                add(entry.clone());
             }
-            say(format!("# makes: {}", line(got)));
+            add(format!("# result: {}", line(got)));
         }
     }
     lines
 }
 
-/// How many unstable corners are told by name.
+/// Largest number of unstable corners that are listed.
 const MOST_NAMED: usize = 4;
 
 fn corners(design: &Design, line: &mut impl FnMut(String)) {
@@ -193,7 +200,7 @@ fn corners(design: &Design, line: &mut impl FnMut(String)) {
     if *corners > 0 {
         let words = match unstable.len() {
             0 => "all stable".into(),
-            count => format!("{count} UNSTABLE, the worst first:"),
+            count => format!("{count} UNSTABLE, worst first:"),
         };
         let of = if design.inertia_range.is_some() { "the ends of the inertia and drive" } else { "drive" };
         line(format!("{corners} corners of {of}.uncertain_percent: {words}"));
@@ -206,10 +213,17 @@ fn corners(design: &Design, line: &mut impl FnMut(String)) {
     }
 }
 
-/// Each gain set as if it stayed, in the loop of the data sheet and in its worst corner; none of what has no gain sets.
+/// Returns the table of gain sets, each one frozen, nominal and in its worst corner. `None` without gain sets.
 fn gain_sets(design: &Design) -> Option<Table> {
-    let mut table =
-        Table::new(["gain set", "|S| up to", "phase, deg", "delay, ms", "gain", "|S| in the worst corner", "which is"]);
+    let mut table = Table::new([
+        "gain set",
+        "peak |S|",
+        "phase margin, deg",
+        "delay margin, ms",
+        "gain margin",
+        "peak |S|, worst corner",
+        "worst corner",
+    ]);
     for GainSet { name, margins, worst } in &design.gain_sets {
         let [corner, which] = match worst {
             Some(WorstCorner { name, sensitivity_peak }) => {
@@ -235,12 +249,19 @@ fn gain_sets(design: &Design) -> Option<Table> {
     (!design.gain_sets.is_empty()).then_some(table)
 }
 
-/// What another margin would cost; none of what is no motor.
+/// Returns the table of other margins and their cost. `None` for other plants than a motor.
 fn prices(design: &Design) -> Option<Table> {
-    let mut table =
-        Table::new(["margin", "|S| quiet", "fast", "in corners", "fast", "noise of u, A", "way of a 10 % load, mrad"]);
+    let mut table = Table::new([
+        "margin",
+        "peak |S|: quiet",
+        "fast",
+        "worst corner: quiet",
+        "fast",
+        "current noise, A",
+        "10 % load moves, mrad",
+    ]);
     for MarginPrice { margin, sets, noise_a, deflection_rad } in &design.prices {
-        let name = margin.map_or_else(|| "of the file".into(), |margin| format!("{margin:?}"));
+        let name = margin.map_or_else(|| "this file".into(), |margin| format!("{margin:?}"));
         let peaks = [0, 1].map(|k| {
             let or_unstable = |peak: Option<f64>| peak.map_or_else(|| "unstable".into(), number);
             sets.get(k).map_or_else(Default::default, |set| {
@@ -256,19 +277,19 @@ fn prices(design: &Design) -> Option<Table> {
     (!design.prices.is_empty()).then_some(table)
 }
 
-/// What the peak of |S| guarantees.
+/// Returns the margins that the peak of |S| guarantees.
 fn guarantee(design: &Design) -> Option<String> {
     let peaks = design.gain_sets.iter().map(|set| Some(set.margins?.sensitivity_peak));
     let peak = peaks.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)?;
     Some(format!(
-        "|S| up to {} leaves at least {} deg of phase and bears {} times the plant's gain",
+        "a peak |S| of {} guarantees {} deg of phase margin and an upper gain margin of {}",
         number(peak),
         number(2.0 * libm::asin(0.5 / peak).to_degrees()),
         number(peak / (peak - 1.0))
     ))
 }
 
-/// What of a range of inertia is covered, and its ends.
+/// Returns the lines on a range of inertia: covered part and margins at its ends.
 fn inertia_in_words(covered: &Covered) -> Vec<String> {
     let Covered { designed_for_kg_m2, ends } = covered;
     let [low, high] = ends;
@@ -294,39 +315,40 @@ fn inertia_in_words(covered: &Covered) -> Vec<String> {
 }
 
 pub(super) fn table(design: &Design, experiment: &Experiment) -> Table {
-    let mut table = Table::new(["of the loop", "value", "unit", "meaning"]);
+    let mut table = Table::new(["quantity", "value", "unit", "meaning"]);
     let mut row = |name: &str, value: String, unit: &str, meaning: &str| table.row([name, &value, unit, meaning]);
     for AskedPoles { name, poles, meaning } in &design.asked {
-        row(&format!("asked: {name}"), listed(poles, 4), "rad/s", meaning);
+        row(&format!("design: {name}"), listed(poles, 4), "rad/s", meaning);
     }
     let ClosedLoop { spectral_radius, decay_per_s, poles, margins, .. } = &design.got;
-    row("decay asked", number(design.decay_asked_per_s), "1/s", "the slowest of these, the offset apart");
-    row("decay got", number(*decay_per_s), "1/s", "of the slowest pole of the closed loop");
-    row("poles", slow(poles, design.period_s), "rad/s", "the slowest three of the closed loop, ln(z)/T");
+    row("design: decay rate", number(design.decay_asked_per_s), "1/s", "slowest design pole without alpha");
+    row("decay rate", number(*decay_per_s), "1/s", "slowest pole of the closed loop");
+    row("poles", slow(poles, design.period_s), "rad/s", "slowest three of the closed loop, ln(z)/T");
     let Some(margins) = margins else {
-        row("unstable", radius(*spectral_radius), "", "spectral radius, so no margins");
+        row("UNSTABLE", radius(*spectral_radius), "", "spectral radius per tick; an unstable loop has no margins");
         return table;
     };
     let or = |value: Option<f64>, none: &str| value.map_or_else(|| none.to_owned(), number);
     let Margins { crossover_rad_s, phase_deg, delay_s, gain_up, gain_down, sensitivity_peak, peak_rad_s } = *margins;
-    row("crossover", or(crossover_rad_s, "none"), "rad/s", "loop gain 1, broken at the plant's input");
-    row("phase margin", or(phase_deg, "any"), "deg", "phase that may be lost there");
+    row("crossover", or(crossover_rad_s, "none"), "rad/s", "loop gain 1, loop opened at the plant input");
+    row("phase margin", or(phase_deg, "unlimited"), "deg", "phase at crossover above -180 deg");
     let ticks = delay_s.map_or_else(String::new, |delay| format!(", {} ticks", number(delay / design.period_s)));
     row(
         "delay margin",
-        or(delay_s.map(|delay| 1e3 * delay), "any"),
+        or(delay_s.map(|delay| 1e3 * delay), "unlimited"),
         "ms",
-        &format!("delay that may come on top{ticks}"),
+        &format!("additional delay until instability{ticks}"),
     );
-    row("gain margin up", or(gain_up, "any"), "", "factor by which the plant's input gain may grow");
-    row("gain margin down", factor_down(gain_down), "", "factor to which it may fall");
-    let at = format!("max |S|, at {} rad/s", number(peak_rad_s));
+    row("gain margin up", or(gain_up, "unlimited"), "", "largest stable factor of the plant input gain");
+    row("gain margin down", factor_down(gain_down), "", "smallest stable factor");
+    let at = format!("maximum of |S|, at {} rad/s", number(peak_rad_s));
     row("sensitivity peak", number(sensitivity_peak), "", &at);
     for Noise { sensor, gain, unit, sensor_rms, u_rms } in &design.noise {
-        row(&format!("noise gain, {sensor}"), number(*gain), unit, "rms of u per rms of white noise there");
+        row(&format!("noise gain, {sensor}"), number(*gain), unit, "rms of u per rms of white noise on this encoder");
         if *sensor_rms > 0.0 {
             let u = if experiment.control_unit.is_empty() { "u" } else { experiment.control_unit };
-            row(&format!("noise of u, {sensor}"), number(*u_rms), u, "rms, of the sensor's steps and noise");
+            let name = if u == "A" { "current noise" } else { "noise of u" };
+            row(&format!("{name}, {sensor}"), number(*u_rms), u, "rms, from quantisation and declared noise");
         }
     }
     for Bound { name, value, unit, meaning } in &design.bounds {

@@ -1,4 +1,4 @@
-//! What is said of the run of a drive.
+//! The metrics table of a drive.
 
 use controller_core::Health;
 use controller_core::drive::{ALARMS, FENCED};
@@ -11,6 +11,7 @@ use terminal::table::Table;
 
 use super::run::how_it_went;
 
+/// Returns the metrics table of a drive. `of_loop_a` is the current noise of the linearised loop, A rms.
 pub(super) fn table(
     experiment: &Experiment,
     drive: &Drive,
@@ -21,10 +22,10 @@ pub(super) fn table(
     trace: &Trace,
 ) -> Table {
     let [from, to] = metrics.window_s.map(|t_s| significant(t_s, 4));
-    // Nothing is said of a window that the run did not go through.
+    // A run that ended before the window has no metric of it.
     let spoken = !metrics.y_ultimate.is_nan();
-    let over = |what: &str| {
-        if spoken { format!("{what} over [{from}, {to}] s") } else { format!("the run ended before {to} s") }
+    let over = |metric: &str| {
+        if spoken { format!("{metric} over [{from}, {to}] s") } else { format!("the run ended before {to} s") }
     };
     let mut table = Table::new(["metric", "value", "meaning"]);
     let mut row = |name: &str, value: String, meaning: &str| table.row([name, &value, meaning]);
@@ -43,21 +44,21 @@ pub(super) fn table(
     }
     if let Some(Noise { moving, at_rest }) = noise {
         let sensed = experiment.at_rest.iter().flat_map(|at_rest| &at_rest.sensed);
-        let of = if sensed.into_iter().any(|it| it.noise > 0.0) { "steps and noise" } else { "steps" };
-        // There are no finer encoders to hold against those of a drive that reads all that it can.
+        let of = if sensed.into_iter().any(|it| it.noise > 0.0) { "quantisation and noise" } else { "quantisation" };
+        // With the finest encoders there are no finer ones to compare with: the noise follows from the matrices.
         if let (true, Some(of_loop_a)) = (moving.is_nan(), of_loop_a) {
-            let meaning = format!("of the encoder's {of}, by the matrices of the loop at rest");
-            row("noise of u (A rms)", number(of_loop_a), &meaning);
+            let meaning = format!("from encoder {of}, computed for the linearised loop at rest");
+            row("current noise (A rms)", number(of_loop_a), &meaning);
         }
         for (name, value) in
             [("r moving", *moving), ("r at rest", *at_rest)].into_iter().filter(|(_, value)| !value.is_nan())
         {
-            row(&format!("noise of u, {name} (A rms)"), number(value), &over(&format!("of the encoder's {of},")));
+            row(&format!("current noise, {name} (A rms)"), number(value), &over(&format!("from encoder {of},")));
         }
     }
     for TorqueError { shaft, rms_n_m } in torque_errors(drive, metrics, trace) {
-        let name = format!("torque on the {shaft}, error of its estimate (N m rms)");
-        row(&name, number(rms_n_m), &over("load and friction,"));
+        let name = format!("load estimate error, {shaft} (N m rms)");
+        row(&name, number(rms_n_m), &over("load and friction torque,"));
     }
     row("|u| peak (A)", number(metrics.u_peak), &format!("of {} A, over the whole run", typed(drive.max_current_a, 6)));
     let share = format!("{} %", significant(100.0 * tracking.saturated_share, 3));
@@ -68,8 +69,8 @@ pub(super) fn table(
         row("first alarm (s)", typed(alarm.t_s, 6), &format!("tick {tick}: {alarms}"));
     }
     if let Some(hunting) = trace.rows.iter().find(|row| row.health.contains(Health::HUNTS)) {
-        let what = "it slipped or swung from side to side at rest: a wider drive.rest_band, or lower gains";
-        row("hunted from (s)", typed(hunting.t_s, 6), what);
+        let remedy = "limit cycle or stick-slip at rest: widen drive.rest_band or lower the gains";
+        row("hunting from (s)", typed(hunting.t_s, 6), remedy);
     }
     how_it_went(experiment, metrics, trace, &mut row);
     table

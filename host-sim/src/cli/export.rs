@@ -1,5 +1,6 @@
-//! `export`: the designed controller as a source file.
+//! `host-sim export`: writes the designed controller as a source file.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
@@ -10,12 +11,12 @@ use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, free, status, 
 use crate::feature::Feature;
 use forms::{Effort, Form, PREFIX};
 
-/// Languages that link a library of this project.
+/// Language of the library that the exported design is linked with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Language {
-    /// A constant for a program that links the archive of controller-capi.
+    /// Constant for a C program that links libedo_smc.a.
     C,
-    /// A static for a program that links controller-core.
+    /// Static for a Rust program that links controller-core.
     Rust,
 }
 
@@ -23,50 +24,50 @@ enum Language {
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 #[command(group = ArgGroup::new("form").required(true).multiple(true).args(["standalone", "lang", "asm"]))]
 pub(super) struct ExportOptions {
-    /// The scenario; without one the default.
+    /// Scenario file [default: built-in joint of the paper].
     scenario: Option<PathBuf>,
-    /// Override a key, as in --set controller.k_l=100.
+    /// Override a key of the scenario; repeatable. Example: --set controller.k_l=100.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// One self-contained C99 file: tick and coefficients, no library needed; --lang c may stand beside it.
+    /// One self-contained C99 file with tick and coefficients, without a library. --lang c may be given too.
     #[arg(long)]
     standalone: bool,
-    /// Instead of that file, or of --asm, what this function of it is to compute (start, tick, not_started,
-    /// report_applied, estimates, reset; of --asm tick_u too): for cycle-bound --means, which holds machine code to it.
-    #[arg(long, value_name = "FUNCTION", conflicts_with = "lang")]
+    /// Reference text of this function for translation validation (cycle-bound --means), in place of the C file or of
+    /// --asm. Functions: start, tick, not_started, report_applied, estimates, reset; with --asm also tick_u.
+    #[arg(long, value_name = "FUNCTION", conflicts_with = "lang", help_heading = "Experiments")]
     means: Option<String>,
-    /// What is proved of that file for every input, written beside it: statements, verdicts, solver, its SHA-256
-    /// (docs/proofs.md). Takes a minute or so, and the solver Bitwuzla (pip install bitwuzla) (feature proof).
+    /// Output file of the proof certificate of the C file: statements for every input, verdicts, solver, SHA-256
+    /// (docs/verification.md). Takes about a minute. Needs the solver Bitwuzla (pip install bitwuzla) (feature proof).
     #[arg(long, value_name = "FILE", requires_all = ["standalone", "output"], conflicts_with = "means")]
     certificate: Option<PathBuf>,
-    /// The Python that has the solver.
+    /// Python interpreter that has the solver.
     #[arg(long, value_name = "PATH", requires = "certificate")]
     python: Option<PathBuf>,
-    /// Two files for a Cortex-M4F: the tick as scheduled assembly, -o FILE.S, and its header, FILE.h beside it
-    /// (feature asm).
+    /// Scheduled Cortex-M4F assembly of the tick in -o FILE.S, and its header FILE.h (feature asm).
     #[arg(long, requires = "output", conflicts_with_all = ["standalone", "lang"])]
     asm: bool,
-    /// The design for a program that links the library of this language.
+    /// Design for a program that links the library of this language.
     #[arg(long)]
     lang: Option<Language>,
-    /// What the names in a C file begin with; two controllers in one program need two.
+    /// Prefix of all names in a C file. Two controllers in one program need two prefixes.
     #[arg(long, value_name = "NAME", default_value = PREFIX, value_parser = prefix)]
     prefix: String,
-    /// Export a reading of the paper that is for its figures only: no joint has its input gain.
+    /// Allow export of the parameter readings that only reproduce the paper's figures (their input gain is not
+    /// physical).
     #[arg(long)]
     paper: bool,
-    /// Export a controller whose u has no limits; --paper says so too.
+    /// Allow export of a controller without limits of u; implied by --paper.
     #[arg(long)]
     no_limits: bool,
-    /// The file to write; an existing one is left as it is [default: stdout].
+    /// Output file; an existing file is kept unless --force is given [default: stdout].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Overwrite the file.
+    /// Overwrite the output file.
     #[arg(long, requires = "output")]
     force: bool,
 }
 
-/// What every name begins with must itself be a name, in C and in capitals.
+/// Checks a prefix: it must be a valid C name, also in capitals.
 fn prefix(text: &str) -> Result<String, String> {
     let starts = text.chars().next().is_some_and(|c| c.is_ascii_lowercase());
     let rest = text.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
@@ -78,7 +79,7 @@ fn prefix(text: &str) -> Result<String, String> {
 }
 
 impl ExportOptions {
-    /// The option that needs a feature.
+    /// Returns the option that needs a cargo feature, and the feature.
     pub(super) const fn needs(&self) -> Option<(&'static str, Feature)> {
         match (self.asm, &self.certificate) {
             (true, _) => Some(("export --asm", Feature::Asm)),
@@ -87,14 +88,14 @@ impl ExportOptions {
         }
     }
 
-    /// The form of the file; none for assembly, which makes two.
+    /// Returns the form of the output file; `None` for assembly, which has two files.
     fn form(&self) -> Result<Option<Form<'_>>, Failure> {
         Ok(Some(match self.lang {
             Some(Language::Rust) if self.prefix != PREFIX => {
                 return Err(bad("--prefix is for C: in Rust the module is the prefix"));
             }
             Some(Language::Rust) if self.standalone => {
-                return Err(bad("--standalone is a file of C and cannot be used with --lang rust"));
+                return Err(bad("--standalone writes C and cannot be used with --lang rust"));
             }
             Some(Language::Rust) => Form::Rust,
             Some(Language::C) if !self.standalone => Form::Archive(&self.prefix),
@@ -108,10 +109,10 @@ impl ExportOptions {
     }
 }
 
-/// Files to write, and the statements of a certificate that stayed open.
+/// Files to write, and the statements of the certificate that are not proved.
 type Exported = (Vec<(PathBuf, String)>, Vec<String>);
 
-/// What is exported: the experiment, its source, and the file that messages name.
+/// Input of an export: the experiment, its source, and the file name for messages.
 struct Exporting<'a> {
     experiment: Experiment,
     source: Source<'a>,
@@ -119,33 +120,33 @@ struct Exporting<'a> {
 }
 
 impl Exporting<'_> {
-    fn refused(&self, why: &str) -> Failure {
+    fn refused(&self, why: impl Display) -> Failure {
         bad(format!("{}: {why}", self.file))
     }
 
-    /// A program for a motor must have limits and be stable, and a reading of the paper for its figures is no program.
+    /// Rejects a controller without limits, an unstable one, and the readings that only reproduce the paper's figures.
     fn may_be_exported(&self, options: &ExportOptions) -> Result<(), Failure> {
         let (file, experiment) = (self.file, &self.experiment);
         if let (Some(reading), false) = (experiment.figures_only, options.paper) {
             return Err(bad(format!(
-                "{file}: the reading {reading:?} is for the paper's figures, and no joint has its input gain; set \
-                 plant.reading=physical, begin with `host-sim new NAME --plant joint`, or say --paper"
+                "{file}: plant.reading = {reading:?}: only reproduces the paper's figures, its input gain is not \
+                 physical. Set plant.reading=physical, start with `host-sim new NAME --plant joint`, or give --paper"
             )));
         }
         if let Some(why) = refused_as_unstable(experiment) {
-            return Err(self.refused(&why));
+            return Err(self.refused(why));
         }
         if options.paper || options.no_limits { Ok(()) } else { refuse_without_limits(experiment, file) }
     }
 
-    /// The assembly, and its header beside it.
+    /// Returns the assembly file and its header.
     fn assembly(&self, path: &Path, prefix: &str) -> Result<Exported, Failure> {
         let header = path.with_extension("h");
         if header == *path {
-            return Err(bad("--asm writes a header beside the file: name it .S, not .h"));
+            return Err(bad("--asm also writes a header: name it .S, not .h"));
         }
         let files = forms::assembly(&self.experiment, &self.source, prefix, &Effort::FULL);
-        let files = files.map_err(|why| self.refused(&why))?;
+        let files = files.map_err(|why| self.refused(why))?;
         Ok((vec![(path.to_path_buf(), files.assembly), (header, files.header)], Vec::new()))
     }
 }
@@ -159,7 +160,7 @@ impl Console<'_> {
             Some(_) => scenario::parse_own(&source, &text.stem)?,
             None => scenario::parse(&source, &text.stem)?,
         };
-        // The path of a file is of this machine only; what is exported is the same everywhere.
+        // Only the file name is exported: the same scenario gives the same bytes in every folder.
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(file), ..source };
         let exporting = Exporting { experiment, source, file };
@@ -169,7 +170,7 @@ impl Console<'_> {
             (path, form) => {
                 let form = form.unwrap_or(Form::Standalone(&options.prefix));
                 let text = forms::export(&exporting.experiment, &exporting.source, form);
-                let text = text.map_err(|why| exporting.refused(&why))?;
+                let text = text.map_err(|why| exporting.refused(why))?;
                 let Some(path) = path else {
                     self.warn_of_export(&exporting.experiment);
                     self.say(text.trim_end())?;
@@ -186,10 +187,10 @@ impl Console<'_> {
         if open.is_empty() {
             return Ok(status::DONE);
         }
-        Err(failed(format!("not all is proved\n{}", open.join("\n"))))
+        Err(failed(format!("not every statement is proved\n{}", open.join("\n"))))
     }
 
-    /// A file of source code, and its certificate beside it if one is asked for.
+    /// Returns the source file, and its certificate if `--certificate` is given.
     fn with_certificate(
         &mut self,
         exporting: &Exporting<'_>,
@@ -201,13 +202,13 @@ impl Console<'_> {
             return Ok((vec![(path.to_path_buf(), text)], Vec::new()));
         };
         if certificate == path {
-            return Err(bad("--certificate is a file of its own, beside that of --output"));
+            return Err(bad("--certificate must name a file of its own, not the file of --output"));
         }
         for file in [path, certificate] {
             free(file, options.force)?;
         }
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let refused = |why: String| exporting.refused(&why);
+        let refused = |why: String| exporting.refused(why);
         let python = options.python.as_deref();
         let (proofs, open) = self.proved(&exporting.experiment, [&name, &text], python, refused)?;
         Ok((vec![(path.to_path_buf(), text), (certificate.clone(), proofs)], open))
@@ -220,10 +221,10 @@ impl Console<'_> {
     }
 }
 
-/// What drives a motor must know how far it may go.
+/// Rejects a controller without limits of u: exported, it could drive a motor without limit.
 pub(super) fn refuse_without_limits(experiment: &Experiment, file: &str) -> Result<(), Failure> {
     match forms::without_limits(experiment) {
-        Some(why) => Err(bad(format!("{file}: {why}, or say --no-limits"))),
+        Some(why) => Err(bad(format!("{file}: {why}, or give --no-limits"))),
         None => Ok(()),
     }
 }

@@ -1,4 +1,5 @@
-//! `host-sim identify` and `host-sim commission`: what a joint or motor really is, and the drive for it.
+//! `host-sim identify` identifies a motor or joint from a recording. `host-sim commission` records, identifies,
+//! switches the gains and verifies them.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -12,16 +13,16 @@ use loop_sim::signal::Signal;
 use scenario::{Experiment, Source};
 use serde::Serialize;
 use study::Watch;
-use study::commission::plants::{Plants, Tried, try_all};
+use study::commission::plants::{PlantResult, Plants, try_all};
 use study::commission::{
     BAR_STEPS, LEAST_BAR_RAD, Outcome, Plan, Report, Retuned, Rig, Stopped, Swap, TIMES_EXPECTED, Verified, commission,
     is_of_drive, sheet_of,
 };
-use study::identify::{Identified, Known, Record, identify, record};
+use study::identify::{Identified, PlantData, Record, identify, record};
 use study::number::significant;
 use terminal::stop;
 use terminal::table::Table;
-use whole_file::Kind;
+use whole_file::FileKind;
 
 use super::live::{Reach, way};
 use super::{
@@ -35,41 +36,42 @@ use link::live::LiveDrive;
 use link::transport::{Emulator, Transport};
 use link::wired::Wired;
 
-/// What both commands are told.
+/// Options of both commands.
 #[derive(Args, Debug)]
 struct Common {
-    /// Override a key of the scenario, as in --set joint.stiffness_n_m=12.
+    /// Override a key of the scenario; repeatable. Example: --set joint.stiffness_n_m=12.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Periods of the motor's cogging in a turn of its shaft, if they are known: errors of k_2, b_2, B_0 halve.
+    /// Periods of the motor's cogging per revolution, if known: halves the errors of k_2, b_2 and B_0.
     #[arg(long, value_name = "N")]
     cogging: Option<f64>,
-    /// How far the data sheet may be off: a parameter farther off is refused.
+    /// Largest accepted change of a data sheet parameter, percent.
     #[arg(long, value_name = "PERCENT", default_value_t = 60.0)]
     tolerance: f64,
-    /// Noise of the encoders besides their rounding, steps rms.
-    #[arg(long, value_name = "STEPS", default_value_t = 0.0)]
+    /// Encoder noise in addition to quantisation, counts rms.
+    #[arg(long, value_name = "COUNTS", default_value_t = 0.0)]
     noise_steps: f64,
-    /// Without the link's count, from the motor alone: of a joint whose record shakes the link at its own frequency, as
-    /// that of commission --motor-alone does.
+    /// Joint only: identify without the link encoder. The recording must excite the link at its own frequency, as
+    /// commission --motor-alone does.
     #[arg(long)]
     motor_alone: bool,
-    /// The scenario with what was found; an existing file is never overwritten [default: SCENARIO-identified.toml].
+    /// Output file of the identified scenario; an existing file is never overwritten [default:
+    /// SCENARIO-identified.toml].
     #[arg(long, short = 'o', value_name = "FILE")]
     to: Option<PathBuf>,
-    /// Folder for the figure [default: out/SCENARIO-identify or -commission].
+    /// Output folder of the figures [default: out/SCENARIO-identify or -commission].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON object instead of the tables.
+    /// Print JSON instead of the tables.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Args, Debug)]
 pub(super) struct IdentifyOptions {
-    /// The record: tick or t_s, count_link (of a joint), count_motor, u_held_a, a row per period.
+    /// Recording as CSV, a row per period: tick or t_s, count_link (joint only), count_motor, u_held_a.
     data: PathBuf,
-    /// The scenario with the data sheet, encoders and period; without one that of `new --plant joint`.
+    /// Scenario with data sheet, encoders and period [default: template of new --plant joint].
     file: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
@@ -77,56 +79,54 @@ pub(super) struct IdentifyOptions {
 
 #[derive(Args, Debug)]
 pub(super) struct CommissionOptions {
-    /// A scenario with [joint] or [motor]; without one that of `new --plant joint`.
+    /// Scenario with [joint] or [motor] [default: template of new --plant joint].
     file: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
-    /// Way of the recorded moves, rad [default: 0.6 of a joint, 3 of a motor].
+    /// Travel of the recorded moves, rad [default: 0.6 for a joint, 3 for a motor].
     #[arg(long, value_name = "RAD")]
     way: Option<f64>,
-    /// Peak of the multisine, A: at least five times the friction [default: 27 % of the limit; of a joint as a whole
-    /// 50 %, and 80 % if that says too little; of a motor all of it].
+    /// Peak of the multisine, A; at least five times the friction [default: 27 % of max_current_a for a joint, 100 %
+    /// for a motor; 50 % for a joint with the coupled design, then 80 % if the excitation is too weak].
     #[arg(long, value_name = "A")]
     peak: Option<f64>,
-    /// Seed of its phases, and of random plants.
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    /// Seed of the phases of the multisine and of --random plants.
+    #[arg(long, value_name = "S", default_value_t = 1, help_heading = "Experiments")]
     seed: u64,
-    /// Way of the move that verifies, rad. Its |y - r| may be 1e-4 rad, or twice what the same move leaves in a
-    /// simulation of the joint or motor as it was found, and 2.5 steps of its encoder (of a joint the link's); and no
-    /// more than a step above what the recorded moves left.
+    /// Travel of the test move, rad. The limit of |y - r| is the larger of 1e-4 rad and twice the simulated error, plus
+    /// 2.5 counts of the encoder (link encoder for a joint). The simulation uses the identified parameters. The limit
+    /// is at most one count above the largest error of the recorded moves.
     #[arg(long, value_name = "RAD", default_value_t = 1.0)]
     verify: f64,
-    /// The drive itself instead of a simulation: the emulated chip with this image, `drive` or `motor`
-    /// (feature chip).
+    /// Firmware `drive` or `motor` to commission on the emulated target instead of a simulation (feature chip).
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     image: Option<PathBuf>,
     #[command(flatten)]
     reach: Reach,
-    /// How the new gains take over; the others show what `at-rest` is better than.
-    #[arg(long, value_enum, value_name = "HOW", default_value = "at-rest")]
+    /// Gain switching method. in-motion and none are for comparison with at-rest.
+    #[arg(long, value_enum, value_name = "METHOD", default_value = "at-rest", help_heading = "Experiments")]
     swap: SwapWord,
-    /// Instead of the plant of the file: all corners (32 of a joint, 8 of a motor) and random ones within so many
-    /// percent of its data sheet, with friction, cogging, a load and a current that nobody knows of.
-    #[arg(long, value_name = "PERCENT", conflicts_with_all = ["image", "port"])]
+    /// Commission all corners (32 for a joint, 8 for a motor) and random plants within ±PERCENT of the data sheet. Each
+    /// has friction, cogging, a load and a disturbance current that are not in the controller's model.
+    #[arg(long, value_name = "PERCENT", conflicts_with_all = ["image", "port"], help_heading = "Experiments")]
     within: Option<f64>,
-    /// Random plants of --within.
-    #[arg(long, value_name = "N", default_value_t = 30, requires = "within",
+    /// Number of random plants of --within.
+    #[arg(long, value_name = "N", default_value_t = 30, requires = "within", help_heading = "Experiments",
           value_parser = clap::value_parser!(u32).range(0..=100_000))]
     random: u32,
-    /// Factors of k_1 and b_1 (of a motor: b and f_c) once they are found: shows with --within what the verification
-    /// sees.
-    #[arg(long, value_name = "F,F", value_parser = factors, requires = "within")]
+    /// Falsify the identified k_1 and b_1 (motor: b and f_c) by these factors, to test the verification of --within.
+    #[arg(long, value_name = "F,F", value_parser = factors, requires = "within", help_heading = "Experiments")]
     wrong: Option<[f64; 2]>,
 }
 
-/// [`Swap`] as a word.
+/// Word for a gain switching method, see [`Swap`].
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum SwapWord {
-    /// Without an offset W: u jumps a little.
+    /// At rest without an offset W; u has a small step.
     AtRest,
-    /// Without a jump of u, as in motion.
+    /// Bumpless, as in motion: u has no step.
     InMotion,
-    /// Not at all: the move that verifies is that of the old gains.
+    /// No switch: the test move runs with the old gains.
     None,
 }
 
@@ -141,7 +141,7 @@ impl From<SwapWord> for Swap {
 }
 
 impl CommissionOptions {
-    /// The option that needs a feature.
+    /// Returns the option that needs a cargo feature, and the feature.
     pub(super) const fn needs(&self) -> Option<(&'static str, Feature)> {
         match (&self.image, self.reach.is_port()) {
             (_, true) => Some(("commission --port", Feature::Chip)),
@@ -150,7 +150,7 @@ impl CommissionOptions {
         }
     }
 
-    /// Numbers that are in no range of clap's, and options that need another.
+    /// Checks options that clap cannot check: positive numbers, and `--faults` without a target.
     fn check(&self) -> Result<(), Failure> {
         for (option, value) in [("way", self.way), ("peak", self.peak), ("verify", Some(self.verify))] {
             if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
@@ -158,7 +158,7 @@ impl CommissionOptions {
             }
         }
         if self.reach.has_faults() && !self.is_wired() {
-            return Err(bad("--faults is for a drive behind a wire: give --image or --port"));
+            return Err(bad("--faults needs a target: give --image or --port"));
         }
         Ok(())
     }
@@ -172,7 +172,7 @@ impl CommissionOptions {
         Plan {
             way_rad: self.way.unwrap_or(by_rule.way_rad),
             peak_a: self.peak.unwrap_or(by_rule.peak_a),
-            // A peak that is typed is not exceeded.
+            // A given peak is also the largest one.
             most_peak_a: self.peak.unwrap_or(by_rule.most_peak_a),
             seed: self.seed,
             verify_rad: self.verify,
@@ -182,12 +182,12 @@ impl CommissionOptions {
         }
     }
 
-    /// The drive behind a wire, if one is asked for.
+    /// Connects to the drive of `--image` or `--port`; `None` for a simulation.
     fn drive(&self) -> Result<Option<LiveDrive<Box<dyn Transport>>>, Failure> {
         if !self.is_wired() {
             return Ok(None);
         }
-        // A port is asked first.
+        // `way` ignores the firmware if there is a port.
         let image = self.image.as_deref().unwrap_or(Path::new(""));
         let (transport, within, question) = way(image, &self.reach, self.seed, Emulator::paced)?;
         let connected = LiveDrive::connect(transport, within);
@@ -195,13 +195,13 @@ impl CommissionOptions {
     }
 }
 
-/// A scenario of a drive that follows a position.
+/// Scenario of a drive in position mode, with the outputs of a command.
 struct Subject {
     name: String,
     text: String,
     experiment: Experiment,
     designed: DriveDesign,
-    known: Known,
+    known: PlantData,
     to: PathBuf,
     folder: PathBuf,
 }
@@ -214,7 +214,7 @@ impl Subject {
             ("cogging", common.cogging, 1.0),
         ] {
             if let Some(value) = value.filter(|value| !(*value >= least && value.is_finite())) {
-                return Err(bad(format!("--{option} {value}: expected a number from {least} on")));
+                return Err(bad(format!("--{option} {value}: expected a number >= {least}")));
             }
         }
         if let Some(set) = common.sets.iter().find(|set| {
@@ -222,8 +222,8 @@ impl Subject {
             is_of_drive(key) && key.contains('[')
         }) {
             return Err(bad(format!(
-                "--set {set}: what is set of a drive goes into the file that is written, and an entry of a list \
-                 cannot: set the whole list, or change it in the file"
+                "--set {set}: a list entry cannot be written to the output file. Set the whole list, or change the \
+                 scenario file"
             )));
         }
         let scenario = ScenarioText::read(file, JOINT)?;
@@ -234,17 +234,17 @@ impl Subject {
         };
         let designed = drive.designed;
         if designed.form().follows == Follows::Speed {
-            return Err(bad(format!("{name}: drive.mode is \"speed\": a drive is identified that follows a position")));
+            return Err(bad(format!("{name}: drive.mode = \"speed\": identification needs drive.mode = \"position\"")));
         }
         if common.motor_alone && designed.encoders().len() == 1 {
-            return Err(bad(format!("{name}: --motor-alone is for a [joint]: a [motor] has no other count")));
+            return Err(bad(format!("{name}: --motor-alone is for a [joint]: a [motor] has one encoder")));
         }
-        let known = Known {
+        let known = PlantData {
             cogging_per_turn: common.cogging.map(|per_turn| per_turn * gear(&designed)),
             tolerance: common.tolerance / 100.0,
             noise_steps: common.noise_steps,
             gear: turns_of_gear(&Source { file: &name, text: &text, sets: &common.sets }, &designed),
-            ..Known::with_lag(drive.current_lag_s)
+            ..PlantData::with_lag(drive.current_lag_s)
         };
         let to = common.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-identified.toml", experiment.name)));
         let folder = folder_of(common.out.as_ref(), &experiment.name, what);
@@ -255,7 +255,7 @@ impl Subject {
         figure.write(&self.folder, stem).map_err(|error| Failure::writing(self.folder.join(stem).display(), &error))
     }
 
-    /// Without the loads of its file: one that varies during the record is no parameter of the plant.
+    /// Removes the loads of the scenario: a load that changes during the recording is not a parameter of the plant.
     fn calm(&mut self, common: &Common) -> Result<(), Failure> {
         let sets = [&common.sets[..], &["load=[]".into()]].concat();
         let calm = Source { file: &self.name, text: &self.text, sets: &sets };
@@ -268,7 +268,7 @@ impl Subject {
     }
 }
 
-/// The gear of the file; 1 without one.
+/// Returns the gear ratio of the file; 1 without a gear.
 fn turns_of_gear(source: &Source<'_>, designed: &DriveDesign) -> f64 {
     let part = |k: u32| {
         let key = format!("{}.gear[{k}]", designed.name());
@@ -277,24 +277,24 @@ fn turns_of_gear(source: &Source<'_>, designed: &DriveDesign) -> f64 {
     part(1).zip(part(2)).map_or(1.0, |(num, den)| num / den)
 }
 
-/// Turns of the motor in one behind its gear, as its encoder has it.
+/// Returns the revolutions of the motor per revolution behind the gear, as its encoder counts them.
 fn gear(designed: &DriveDesign) -> f64 {
     let of = |mounted: &Mounted| f64::from(mounted.encoder.gear_num) / f64::from(mounted.encoder.gear_den);
     designed.encoders().last().map_or(1.0, |(_, motor)| of(motor))
 }
 
-/// What `--json` prints of a record.
+/// Output of `identify --json`.
 #[derive(Serialize)]
 struct IdentifiedJson<'a> {
     scenario: &'a str,
     #[serde(flatten)]
     found: &'a Identified,
-    /// Where the scenario is; nowhere if the old gains are back.
+    /// Path of the identified scenario; `None` if the old gains were restored.
     #[serde(skip_serializing_if = "Option::is_none")]
     written: Option<String>,
 }
 
-/// What `--json` prints of a commissioning.
+/// Output of `commission --json`.
 #[derive(Serialize)]
 struct CommissionedJson<'a> {
     #[serde(flatten)]
@@ -310,7 +310,7 @@ impl<'a> CommissionedJson<'a> {
     }
 }
 
-/// What `--json` prints of the plants of `--within`, the corners first.
+/// Output of `commission --within --json`; the corners come first.
 #[derive(Serialize)]
 struct WithinJson<'a> {
     scenario: &'a str,
@@ -325,7 +325,7 @@ struct WithinJson<'a> {
 enum PlantJson<'a> {
     Tried {
         outcome: Outcome,
-        /// Of what was found, relative.
+        /// Relative errors of the identified parameters.
         errors: BTreeMap<&'a str, f64>,
         error_over_interval: f64,
         recorded_peak_rad: f64,
@@ -338,9 +338,9 @@ enum PlantJson<'a> {
 }
 
 impl<'a> PlantJson<'a> {
-    fn of(tried: &'a Result<Tried, Stopped>) -> Self {
+    fn of(tried: &'a Result<PlantResult, Stopped>) -> Self {
         match tried {
-            Ok(Tried { off, over_interval, report }) => Self::Tried {
+            Ok(PlantResult { off, over_interval, report }) => Self::Tried {
                 outcome: report.outcome,
                 errors: off.iter().copied().collect(),
                 error_over_interval: *over_interval,
@@ -353,25 +353,25 @@ impl<'a> PlantJson<'a> {
     }
 }
 
-/// Figures of all plants of `--within`, the corners apart from those between.
-fn within_table(tried: &[Result<Tried, Stopped>], corners: usize) -> Table {
+/// Returns the table of all plants of `--within`, separately for corners and random plants.
+fn within_table(tried: &[Result<PlantResult, Stopped>], corners: usize) -> Table {
     let (corners, between) = tried.split_at(corners);
-    let mut table = Table::new(["figure", "corners: worst", "median", "random: worst", "median"]);
+    let mut table = Table::new(["metric", "corners: worst", "median", "random: worst", "median"]);
     let names = tried.iter().find_map(|it| it.as_ref().ok()).map_or(&[][..], |it| &it.off);
-    let off = |i: usize| move |it: &Tried| it.off[i].1;
+    let off = |i: usize| move |it: &PlantResult| it.off[i].1;
     let errors = names.iter().enumerate().map(|(i, (name, _))| {
         let name = format!("{name}{}", if i == 0 { ", relative error" } else { "" });
-        (name, Box::new(off(i)) as Told)
+        (name, Box::new(off(i)) as PlantMetric)
     });
     let figures: [(&str, Figured); 6] = [
         ("largest error over stated interval", |it| it.over_interval),
         ("condition", |it| it.report.identified.motor.condition),
-        ("jump of u at the swap (A)", |it| it.report.jump_a),
-        ("moves of the record, |y - r| (rad)", |it| it.report.recorded_peak_rad),
-        ("residual of the verification (steps rms)", |it| it.report.verified.residual_steps.unwrap_or(f64::NAN)),
-        ("move after the swap, true |y - r| (rad)", |it| it.report.verified.true_peak_rad.unwrap_or(f64::NAN)),
+        ("step in u at the switch (A)", |it| it.report.jump_a),
+        ("recorded moves, |y - r| (rad)", |it| it.report.recorded_peak_rad),
+        ("residual of the test move (counts rms)", |it| it.report.verified.residual_steps.unwrap_or(f64::NAN)),
+        ("test move, true |y - r| (rad)", |it| it.report.verified.true_peak_rad.unwrap_or(f64::NAN)),
     ];
-    let figures = figures.into_iter().map(|(name, of)| (name.to_owned(), Box::new(of) as Told));
+    let figures = figures.into_iter().map(|(name, of)| (name.to_owned(), Box::new(of) as PlantMetric));
     for (name, of) in errors.chain(figures) {
         let cells = [corners, between].map(|some| {
             let mut values: Vec<f64> =
@@ -381,7 +381,7 @@ fn within_table(tried: &[Result<Tried, Stopped>], corners: usize) -> Table {
             [at(values.len().saturating_sub(1)), at(values.len() / 2)]
         });
         let [[a, b], [c, d]] = cells;
-        // Of a motor no residual is taken.
+        // A motor has no residual.
         if [&a, &b, &c, &d].into_iter().any(|cell| cell != "-") {
             table.row([name, a, b, c, d]);
         }
@@ -389,61 +389,53 @@ fn within_table(tried: &[Result<Tried, Stopped>], corners: usize) -> Table {
     table
 }
 
-/// Two factors of a command line.
+/// Parses two factors.
 fn factors(text: &str) -> Result<[f64; 2], String> {
     let factor = |text: &str| text.trim().parse::<f64>().ok().filter(|it| *it > 0.0 && it.is_finite());
     let factors: Option<Vec<f64>> = text.split(',').map(factor).collect();
     factors.and_then(|two| two.try_into().ok()).ok_or_else(|| "expected two factors above 0, as in 1.05,1".into())
 }
 
-/// What follows from the verification, in words.
+/// Returns the verdict of a commissioning.
 const fn told(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Accepted => "accepted",
-        Outcome::BackForTheMove => "SWAPPED BACK: the move is not good enough",
-        Outcome::BackForTheLink => "SWAPPED BACK: the link is not as it was found",
+        Outcome::BackForTheMove => "REJECTED, old gains restored: the test move exceeds the limit",
+        Outcome::BackForTheLink => "REJECTED, old gains restored: the link differs from the identified one",
     }
 }
 
-/// Why the move was not good enough, what its bar is made of, and what to type instead.
+/// Returns why the test move was rejected: its error, how the limit is made up, possible causes and a remedy.
 fn of_the_bar(plan: &Plan, report: &Report) -> String {
     let three = |value: f64| significant(value, 3);
     let Verified { peak_rad, bar_rad, expected_rad, .. } = report.verified;
     let (followed, whose, suspects) = match &report.record.link {
-        Some(link) => {
-            (link, "joint", "Something else than the link is not as it was found: a load, friction, play, cogging")
-        }
-        None => {
-            (&report.record.motor, "motor", "b is not as it was found, or a load, friction or cogging is in the way")
-        }
+        Some(link) => (link, "joint", "Possible causes outside of the link: a load, friction, play, cogging"),
+        None => (&report.record.motor, "motor", "Possible causes: a wrong b, a load, friction, cogging"),
     };
     let bar = if bar_rad < report.recorded_peak_rad + followed.step_rad {
         let expected = expected_rad.map_or_else(
-            || format!("the same move in a simulation of the {whose} as it was found came to no end"),
-            |it| {
-                format!(
-                    "{TIMES_EXPECTED} times the {} that it leaves in a simulation of the {whose} as found",
-                    three(it)
-                )
-            },
+            || format!("a simulation of the identified {whose} did not finish"),
+            |it| format!("{TIMES_EXPECTED} times the {} rad of a simulation of the identified {whose}", three(it)),
         );
         let steps = three(BAR_STEPS * followed.step_rad);
-        format!("{LEAST_BAR_RAD:?} rad or, if more, {expected}; and {BAR_STEPS} steps of the encoder, {steps}")
+        format!("{LEAST_BAR_RAD:?} rad or, if more, {expected}; plus {BAR_STEPS} counts of the encoder, {steps} rad")
     } else {
-        format!("what the recorded moves left, {}, and a step of the encoder", three(report.recorded_peak_rad))
+        format!("the error of the recorded moves, {} rad, plus a count of the encoder", three(report.recorded_peak_rad))
     };
     format!(
-        "the move left {} rad, at most {} were allowed: {bar}. {suspects}. Look at commissioned.{FIGURE}, record \
-         again, or verify by a shorter way (--verify {})",
+        "test move: |y - r| = {} rad, limit {} rad ({bar}). {suspects}. See commissioned.{FIGURE}, record again, or \
+         verify with a shorter move (--verify {})",
         three(peak_rad),
         three(bar_rad),
         significant(0.5 * plan.verify_rad, 2)
     )
 }
 
-/// A figure of a plant that was tried; the same by a function that knows no more.
-type Told = Box<dyn Fn(&Tried) -> f64>;
-type Figured = fn(&Tried) -> f64;
+/// Metric of a plant that was tried.
+type PlantMetric = Box<dyn Fn(&PlantResult) -> f64>;
+/// Metric without captured variables.
+type Figured = fn(&PlantResult) -> f64;
 
 impl Console<'_> {
     pub(super) fn identify(&mut self, options: &IdentifyOptions) -> Result<u8, Failure> {
@@ -451,14 +443,14 @@ impl Console<'_> {
         let subject = Subject::of(options.file.as_deref(), common, "identify")?;
         free_to(&subject.to)?;
         let data = options.data.display().to_string();
-        let text = read_text(&options.data, Kind::TRACE)?;
+        let text = read_text(&options.data, FileKind::TRACE)?;
         let mut mounted: Vec<Mounted> = subject.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
         let kind = match mounted.len() {
-            1 => record::Kind::Motor,
-            _ if common.motor_alone => record::Kind::JointAlone,
-            _ => record::Kind::Joint,
+            1 => record::RecordingKind::Motor,
+            _ if common.motor_alone => record::RecordingKind::JointAlone,
+            _ => record::RecordingKind::Joint,
         };
-        if kind == record::Kind::JointAlone {
+        if kind == record::RecordingKind::JointAlone {
             mounted.remove(0);
         }
         let record = record::read(&text, subject.experiment.period_s, kind, &mounted)
@@ -469,7 +461,7 @@ impl Console<'_> {
             .and_then(|it| it.taken_over_by(&subject.designed, &subject.to.display().to_string()))
             .map_err(|error| failed(error.to_string()))?;
         let to = subject.to.display().to_string();
-        retuned.designed(&to).map_err(|why| failed(format!("no drive can be made of what was found: {why}")))?;
+        retuned.designed(&to).map_err(|why| failed(format!("no design for the identified parameters: {why}")))?;
         let _claim = claim_folder(&subject.folder)?;
         let kept = write_new(&subject.to, &retuned.text);
         if common.json {
@@ -488,6 +480,7 @@ impl Console<'_> {
         subject.draw("identified", &figure(&subject.experiment.title, &record, &found))?;
         if !common.json {
             self.say(&format!("figure: {}", subject.folder.join("identified").with_extension(FIGURE).display()))?;
+            self.say(&format!("result: {} parameters identified", found.parameters.len()))?;
         }
         Ok(status::DONE)
     }
@@ -502,28 +495,28 @@ impl Console<'_> {
         }
         let claim = free_to(&subject.to).and_then(|()| claim_folder(&subject.folder))?;
         let drive = options.drive()?;
-        // Whoever ends this early waits for the old gains: the wire itself does not end before they are back.
+        // After a request to stop the command ends only when the old gains are restored.
         let kept = drive.is_some().then(stop::keeping);
         if drive.is_none() && !subject.experiment.plant.jumps_s().is_empty() {
             subject.calm(common)?;
             self.note(
-                "without the loads of the file: one of them steps, and a load must stay as it is while is recorded",
+                "note: the loads of the file are left out: one steps, but a load must be constant while recording",
             );
         }
         let (report, retuned) = match self.commissioned(&mut subject, common, &plan, drive) {
             Ok(done) => done,
             Err(Stopped::Interrupted) => {
                 if kept.is_some() {
-                    self.note("stopped on request: the drive rests, with the gains of before; nothing is written");
+                    self.note("stopped on request: the drive rests with the old gains; no file written");
                 }
                 return Ok(status::INTERRUPTED);
             }
-            Err(stopped) => return Err(failed(format!("{stopped}; nothing is written"))),
+            Err(stopped) => return Err(failed(format!("{stopped}; no file written"))),
         };
         let is_accepted = report.outcome == Outcome::Accepted;
-        // What no move has verified is not kept.
+        // Gains that no move has verified are not kept.
         let is_kept = is_accepted && plan.swap != Swap::None;
-        // Told before it fails: what was found took a while.
+        // Printed before a failed write is reported: the identification took minutes.
         let kept = retuned.filter(|_| is_kept).map_or(Ok(()), |retuned| write_new(&subject.to, &retuned.text));
         if common.json {
             let json = CommissionedJson::of(&subject, &report, is_kept && kept.is_ok());
@@ -539,13 +532,14 @@ impl Console<'_> {
         subject.draw("identified", &figure(title, &report.record, &report.identified))?;
         subject.draw("commissioned", &sequence(title, &report))?;
         if !common.json {
-            self.say(&format!("figures: {}", subject.folder.display()))?;
+            self.say(&format!("files: {}", subject.folder.display()))?;
+            self.say(&format!("result: {}", told(report.outcome)))?;
         }
         drop(claim);
         Ok(if is_accepted { status::DONE } else { status::FAILED })
     }
 
-    /// The sequence on a drive behind a wire, or in a simulation; the report, and the scenario with what was found.
+    /// Commissions a drive on a target or in a simulation. Returns the report and the identified scenario.
     fn commissioned(
         &self,
         subject: &mut Subject,
@@ -561,7 +555,7 @@ impl Console<'_> {
             let of_form = Retuned::of(&source, &old, found)?.taken_over_by(designed, &to)?;
             retuned.insert(of_form).designed(&to)
         };
-        // Over a wire every row is made, and then read.
+        // On a target every row is recorded and then read.
         let ticks = if drive.is_some() { 20.0 } else { 12.0 } / experiment.period_s;
         let (stop, bar) = (self.stop, self.bar(ticks as u64, LEFT));
         let mut watch = |ticks| {
@@ -578,21 +572,21 @@ impl Console<'_> {
         done.map(|report| (report, retuned))
     }
 
-    /// What was found, as tables.
+    /// Prints the identified parameters and the quality of the fit as tables.
     fn found(&mut self, found: &Identified) -> Result<(), Failure> {
-        let mut table = Table::new(["parameter", "", "unit", "found", "+-", "data sheet", "change %"]);
+        let mut table = Table::new(["parameter", "meaning", "unit", "identified", "+-", "data sheet", "change %"]);
         for it in &found.parameters {
             let sheet = it.sheet.map_or_else(String::new, |sheet| significant(sheet, 5));
             let change = it.sheet.filter(|sheet| *sheet != 0.0).map(|sheet| 100.0 * (it.value / sheet - 1.0));
             let change = change.map_or_else(String::new, |change| format!("{change:+.1}"));
-            // As many digits as the interval leaves, and one more.
+            // The digits that the interval justifies, and one more.
             let digits = libm::log10((it.value / it.interval).abs().max(1.0)) as usize + 2;
             let [value, interval] =
                 [(it.value, digits.min(8)), (it.interval, 2)].map(|(it, digits)| significant(it, digits));
             table.row([it.name, it.meaning, it.unit, &value, &interval, &sheet, &change]);
         }
         self.say(&table.to_string())?;
-        let mut table = Table::new(["equation", "residual (steps rms)", "condition", "Gauss-Newton steps"]);
+        let mut table = Table::new(["equation", "residual (counts rms)", "condition", "Gauss-Newton iterations"]);
         for (name, quality) in found.link.iter().map(|link| ("link", link)).chain([("motor", &found.motor)]) {
             let [residual, condition] = [quality.residual_steps, quality.condition].map(|it| significant(it, 3));
             table.row([name, &residual, &condition, &quality.steps.to_string()]);
@@ -600,15 +594,15 @@ impl Console<'_> {
         self.say(&table.to_string())
     }
 
-    /// What happened, step by step.
+    /// Prints a commissioning step by step.
     fn told(&mut self, subject: &Subject, plan: &Plan, report: &Report) -> Result<(), Failure> {
         let three = |value: f64| significant(value, 3);
         self.say(&format!("{}: {}", subject.experiment.name, subject.experiment.title))?;
         self.say(&format!(
-            "record    {:.2} s, {} rad to and fro{}, shaken by up to {} A: |y - r| <= {} rad",
+            "record    {:.2} s, {} rad back and forth{}, excitation up to {} A: |y - r| <= {} rad",
             report.record.held_a.len() as f64 * report.record.period_s,
             plan.way_rad,
-            if plan.motor_alone { " and ever less, without the link's count" } else { "" },
+            if plan.motor_alone { " with decreasing travel, without the link encoder" } else { "" },
             three(report.peak_a),
             three(report.recorded_peak_rad)
         ))?;
@@ -616,11 +610,11 @@ impl Console<'_> {
         self.found(&report.identified)?;
         let how = match plan.swap {
             Swap::AtRest => "at rest, W = 0",
-            Swap::InMotion => "as in motion, bumpless",
-            Swap::None => "none, the gains of before go on",
+            Swap::InMotion => "bumpless, as in motion",
+            Swap::None => "none, the old gains stay",
         };
         self.say(&format!(
-            "swap      {how}: u jumps by {} A, then |y - r| <= {} rad",
+            "switch    {how}: step in u {} A, then |y - r| <= {} rad",
             three(report.jump_a),
             three(report.settling_rad)
         ))?;
@@ -628,28 +622,27 @@ impl Console<'_> {
             report.verified;
         let expected = expected_rad.map_or_else(String::new, |it| format!(", expected {}", three(it)));
         let residual = residual_steps.map_or_else(String::new, |steps| match most_residual_steps {
-            _ if steps.is_infinite() => "; a count was lost on the way".into(),
-            Some(most) => format!("; {} steps rms of the link are left (at most {})", three(steps), three(most)),
+            _ if steps.is_infinite() => "; a count was missing during the move".into(),
+            Some(most) => format!("; link residual {} counts rms (limit {})", three(steps), three(most)),
             None => String::new(),
         });
         self.say(&format!(
-            "verify    {} rad in {move_s:.3} s: |y - r| <= {} rad (at most {}{expected}){residual}",
+            "verify    {} rad in {move_s:.3} s: |y - r| <= {} rad (limit {}{expected}){residual}",
             plan.verify_rad,
             three(peak_rad),
             three(bar_rad)
         ))?;
-        self.say(told(report.outcome))?;
         if report.outcome == Outcome::BackForTheMove {
             self.say(&of_the_bar(plan, report))?;
         }
         self.say(&format!("home      |y - r| <= {} rad", three(report.home_rad)))?;
         if report.outcome == Outcome::Accepted && plan.swap == Swap::None {
-            self.say("nothing is written: no move was made with the new gains")?;
+            self.say("no file written: no move was made with the new gains")?;
         }
         Ok(())
     }
 
-    /// All plants within what the data sheet may be off.
+    /// Commissions all plants of `--within`.
     fn commission_all(
         &mut self,
         options: &CommissionOptions,
@@ -658,7 +651,7 @@ impl Console<'_> {
         percent: f64,
     ) -> Result<u8, Failure> {
         if !(percent > 0.0 && percent <= 50.0) {
-            return Err(bad(format!("--within {percent}: expected 0 to 50 percent, without 0")));
+            return Err(bad(format!("--within {percent}: expected a percentage above 0, up to 50")));
         }
         let random = options.random as usize;
         let plants = Plants {
@@ -676,7 +669,7 @@ impl Console<'_> {
         let tried = try_all(&plants, Watch::new(self.stop, &|| bar.inc(1)));
         bar.finish_and_clear();
         let Some(tried) = tried? else { return Ok(status::INTERRUPTED) };
-        let is_accepted = |it: &Tried| it.report.outcome == Outcome::Accepted;
+        let is_accepted = |it: &PlantResult| it.report.outcome == Outcome::Accepted;
         let accepted = tried.iter().flatten().filter(|it| is_accepted(it)).count();
         let status = if accepted == tried.len() { status::DONE } else { status::FAILED };
         if options.common.json {
@@ -692,11 +685,11 @@ impl Console<'_> {
         for (k, it) in tried.iter().enumerate() {
             match it {
                 Ok(it) if is_accepted(it) => {}
-                Ok(Tried { report: Report { outcome, verified, .. }, .. }) => {
+                Ok(PlantResult { report: Report { outcome, verified, .. }, .. }) => {
                     let residual =
-                        verified.residual_steps.map(|steps| format!(", residual {} steps", significant(steps, 3)));
+                        verified.residual_steps.map(|steps| format!(", residual {} counts", significant(steps, 3)));
                     self.say(&format!(
-                        "plant {k}: {}: |y - r| <= {} rad (at most {}){}",
+                        "plant {k}: {}: |y - r| <= {} rad (limit {}){}",
                         told(*outcome),
                         significant(verified.peak_rad, 3),
                         significant(verified.bar_rad, 3),
@@ -706,7 +699,7 @@ impl Console<'_> {
                 Err(why) => self.say(&format!("plant {k}: {why}"))?,
             }
         }
-        self.say(&format!("accepted: {accepted} of {}", tried.len()))?;
+        self.say(&format!("result: {accepted} of {} plants accepted", tried.len()))?;
         Ok(status)
     }
 }
@@ -715,7 +708,7 @@ fn json<'a>(subject: &'a Subject, found: &'a Identified) -> IdentifiedJson<'a> {
     IdentifiedJson { scenario: &subject.experiment.name, found, written: Some(subject.to.display().to_string()) }
 }
 
-/// The record, and what the equations leave of it.
+/// Returns the figure of a recording and the residuals of its equations.
 fn figure(title: &str, record: &Record, found: &Identified) -> Figure {
     let timed = |values: &[f64]| -> Vec<(f64, f64)> {
         values.iter().enumerate().map(|(k, value)| (k as f64 * record.period_s, *value)).collect()
@@ -732,16 +725,16 @@ fn figure(title: &str, record: &Record, found: &Identified) -> Figure {
         angles.push(Series::solid("link", 0, timed(&link.rad)));
     }
     let held = Series { is_held: true, ..Series::solid("", 2, timed(&record.held_a)) };
-    let mut panels = vec![panel("Record", "angle (rad)", angles), panel("", "current (A)", vec![held])];
+    let mut panels = vec![panel("Recording", "angle (rad)", angles), panel("", "current (A)", vec![held])];
     let names: &[&str] = if found.link.is_some() { &["Link", "Motor"] } else { &["Motor"] };
     for (k, (name, residual)) in names.iter().zip(&found.residuals).enumerate() {
-        let heading = format!("{name}: what its equation leaves");
-        panels.push(panel(&heading, "residual (steps)", vec![Series::solid("", k, residual.iter().copied())]));
+        let heading = format!("{name}: residual of its equation");
+        panels.push(panel(&heading, "residual (counts)", vec![Series::solid("", k, residual.iter().copied())]));
     }
     Figure { title: format!("{title}: identified"), panels, columns: 1 }
 }
 
-/// All of a commissioning: where the link was, how far off, the current.
+/// Returns the figure of a commissioning: angle, error and current.
 fn sequence(title: &str, report: &Report) -> Figure {
     let at = |f: &dyn Fn(&[f64; 3]) -> f64| -> Vec<(f64, f64)> {
         report.ticks.iter().map(|[t, rest @ ..]| (*t, f(rest))).collect()
@@ -765,7 +758,7 @@ fn sequence(title: &str, report: &Report) -> Figure {
         title: format!("{title}: commissioned"),
         panels: vec![
             panel(
-                format!("Swap at {swapped:.2} s, verification from {verified:.2} s, home from {home:.2} s"),
+                format!("Gain switch at {swapped:.2} s, test move from {verified:.2} s, return from {home:.2} s"),
                 "angle (rad)",
                 vec![
                     Series::solid("y", 0, at(&|tick| tick[0])),
@@ -775,9 +768,9 @@ fn sequence(title: &str, report: &Report) -> Figure {
             ),
             panel(String::new(), "y - r (rad)", vec![Series::solid("", 0, error)], None),
             panel(
-                "From the verification on".into(),
+                "From the test move on".into(),
                 "y - r (rad)",
-                vec![off, Series { label: "bar of the verification".into(), ..above }, below],
+                vec![off, Series { label: "limit of the test move".into(), ..above }, below],
                 Some((verified, end)),
             ),
             panel(

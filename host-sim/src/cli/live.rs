@@ -1,4 +1,7 @@
-//! `live` and `replay`: a drive that runs by itself, seen, moved and tuned; and what its black box held, run again.
+//! `host-sim live` monitors, moves and tunes a running drive. `host-sim replay` reruns its trace buffer (black box).
+//!
+//! The drive is the firmware `drive` or `motor`, in the emulator or on a board. Commands come from stdin or a script,
+//! one per line. While no command is pending the drive is observed every 0.1 s.
 
 use std::fmt::Write as _;
 use std::io::{self, BufRead, Read};
@@ -17,7 +20,7 @@ use study::design::refused_as_unstable;
 use study::number::significant;
 use terminal::stop;
 use terminal::table::Table;
-use whole_file::Kind;
+use whole_file::FileKind;
 
 use super::target::{present, rate};
 use super::{Console, Failure, bad, failed, read_text, status};
@@ -29,82 +32,83 @@ use link::remote::{Loadable, for_target, form_in_words};
 use link::transport::faulty::Rates;
 use link::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport, TransportError};
 
-/// Where `cargo xtask firmware` leaves the image, from the root of the repository.
+/// Firmware `drive` as built by `cargo xtask firmware`, relative to the root of the repository.
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/drive";
-/// How often a drive is looked at while nothing is asked.
+/// Period of the observations while no command is pending.
 const GLANCE: Duration = Duration::from_millis(100);
-/// A tick that does not go on for so long does not go on at all.
+/// Time without a new tick after which the drive counts as stopped.
 const STANDS_STILL: Duration = Duration::from_secs(5);
-/// Bytes of a line.
+/// Largest length of a command line, bytes.
 const LONGEST_LINE: u64 = 1000;
-/// Rows of a record; when it is full its older half goes.
+/// Largest number of observations; the older half is dropped when it is reached.
 const MOST_ROWS: usize = 1 << 20;
-/// A page that moves is written at most this often, and shows so much of the drive's time.
+/// Shortest time between two writes of the page.
 const REDRAWN: Duration = Duration::from_millis(500);
+/// Time span of the drive that the page shows, s.
 const SHOWN_S: f64 = 10.0;
 
-/// What can be typed.
+/// Commands with their help.
 const COMMANDS: [(&str, &str); 12] = [
-    ("show", "how it is"),
-    ("move RAD [S]", "to rest at an angle, in so many seconds or as few as the limits allow"),
-    ("stop [S]", "to rest where it can, in so many seconds (0.2) or more"),
-    ("set KEY=VALUE ..", "other settings of the scenario: designed on the chip, and taken over without a jump"),
-    ("wait S", "lets so many seconds of the drive pass, and looks at it meanwhile"),
-    ("blackbox FILE", "what it remembers of its last ticks, as a file for `host-sim replay`"),
-    ("reset", "after an alarm: starts again, at rest where it is"),
-    ("release", "the black box goes on, with nothing in it"),
-    ("plot FOLDER", "writes a figure of what was seen so far"),
-    ("stick [link] [motor]", "stand-in only: these encoders stick, the others go on"),
-    ("load N_M", "stand-in only: a torque against it"),
-    ("quit", "leaves the drive as it is"),
+    ("show", "print the state of the drive"),
+    ("move RAD [S]", "move to rest at an angle in S seconds; without S as fast as the limits allow"),
+    ("stop [S]", "controlled stop in S seconds or more [default: 0.2]"),
+    ("set KEY=VALUE ..", "change keys of the scenario: designed on the target, switched without a step in u"),
+    ("wait S", "observe the drive for S seconds"),
+    ("blackbox FILE", "save the trace buffer (black box) for `host-sim replay`"),
+    ("reset", "restart after an alarm, at rest at the present angle"),
+    ("release", "empty the trace buffer and continue recording"),
+    ("plot FOLDER", "write a figure of all observations so far"),
+    ("stick [link] [motor]", "simulated plant only: freeze these encoders, release the others"),
+    ("load N_M", "simulated plant only: apply a load torque, N m"),
+    ("quit", "quit; the drive keeps running"),
 ];
 
 #[derive(Args, Debug)]
 pub(super) struct LiveOptions {
-    /// The scenario that the drive was designed from, for `set`; firmware/drive.toml and motor.toml are those of the
-    /// images.
+    /// Scenario that the drive was designed from, for the command `set`. The example firmware uses firmware/drive.toml
+    /// and firmware/motor.toml.
     file: Option<PathBuf>,
-    /// The image to emulate, `drive` or `motor`.
+    /// Firmware to emulate, `drive` or `motor`.
     #[arg(long, value_name = "FILE", default_value = IMAGE, conflicts_with = "port")]
     image: PathBuf,
     #[command(flatten)]
     reach: Reach,
-    /// Commands from this file instead of stdin; the first that fails ends it.
+    /// Read commands from this file instead of stdin; the first failure ends the session.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
-    /// Write everything that was seen to this CSV file, and a figure beside it.
+    /// Output CSV file of all observations; a figure is written next to it.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Keep a picture of the last 10 seconds in this HTML file while it runs; a browser shows it anew by itself.
+    /// Output HTML file with a figure of the last 10 s; a browser reloads it by itself while the session runs.
     #[arg(long, value_name = "FILE")]
     page: Option<PathBuf>,
     /// Seed of the faults.
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "faults")]
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "faults", help_heading = "Experiments")]
     seed: u64,
 }
 
-/// The way to a drive that runs by itself.
+/// Connection to a running drive.
 #[derive(Args, Debug)]
 pub(super) struct Reach {
-    /// Serial port of a board instead, such as /dev/ttyUSB0 (feature chip).
+    /// Serial port of a board, as /dev/ttyUSB0, instead of the emulator (feature chip).
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
-    /// Speed of the port, bits per second.
+    /// Baud rate of the port, bit/s.
     #[arg(long, value_name = "N", default_value_t = BAUD, requires = "port")]
     #[arg(value_parser = clap::value_parser!(u32).range(9600..=12_000_000))]
     baud: u32,
-    /// Drop, corrupt, truncate, duplicate and delay frames, each with this probability in each direction (0 .. 0.1).
-    #[arg(long, value_name = "RATE", value_parser = rate)]
+    /// Probability of a dropped, corrupted, truncated, duplicated and delayed frame, each, per direction (0 to 0.1).
+    #[arg(long, value_name = "RATE", value_parser = rate, help_heading = "Experiments")]
     faults: Option<f64>,
 }
 
 impl Reach {
-    /// Is its wire a bad one?
+    /// Returns whether faults are injected.
     pub(super) const fn has_faults(&self) -> bool {
         self.faults.is_some()
     }
 
-    /// Is it a board?
+    /// Returns whether the drive is a board on a serial port.
     pub(super) const fn is_port(&self) -> bool {
         self.port.is_some()
     }
@@ -112,24 +116,24 @@ impl Reach {
 
 #[derive(Args, Debug)]
 pub(super) struct ReplayOptions {
-    /// A black box that `host-sim live` wrote.
+    /// Trace buffer file written by the command blackbox of host-sim live.
     file: PathBuf,
-    /// Another setting of its scenario: what would that design have asked for?
+    /// Override a key of the recorded scenario: replay with the other design; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// The scenario, where the black box has none.
+    /// Scenario file, if the trace buffer file contains none.
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// Folder for replay.csv and the figure [default: nothing is written].
+    /// Output folder of replay.csv and the figure [default: no files].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
-/// How an image is booted in the emulator.
+/// Function that boots a firmware in the emulator.
 pub(super) type Boot = fn(&Path) -> Result<Emulator, TransportError>;
 type Line<'a> = Stoppable<'a, Box<dyn Transport>>;
 
-/// What happens while commands come.
+/// State of a session with a drive.
 struct Session<'a> {
     drive: LiveDrive<Line<'a>>,
     /// Name, text and settings of the scenario.
@@ -140,7 +144,7 @@ struct Session<'a> {
     page: Option<Page>,
 }
 
-/// A picture of what was seen last, in a page that a browser loads again every second.
+/// HTML page with a figure of the last observations, which a browser reloads every second.
 struct Page {
     file: PathBuf,
     due: Instant,
@@ -152,12 +156,12 @@ impl From<PortError> for Failure {
     }
 }
 
-/// The design of a scenario with these settings.
+/// Returns the design of a scenario with these settings, for a target.
 fn designed(name: &str, text: &str, sets: &[String]) -> Result<Loadable, Failure> {
     let mut experiment = scenario::parse(&Source { file: name, text, sets }, "drive")?;
     experiment.leave_rest_band();
     if experiment.drive.is_none() {
-        return Err(bad(format!("{name}: this is no scenario of a drive: it has no [motor] and no [joint]")));
+        return Err(bad(format!("{name}: expected the scenario of a drive, with [motor] or [joint]")));
     }
     if let Some(why) = refused_as_unstable(&experiment) {
         return Err(bad(format!("{name}: {why}")));
@@ -170,21 +174,21 @@ impl<'a> Console<'a> {
         let scenario = match &options.file {
             None => None,
             Some(file) => {
-                let text = read_text(file, Kind::SETTINGS)?;
+                let text = read_text(file, FileKind::SETTINGS)?;
                 designed(&file.display().to_string(), &text, &[])?;
                 Some((file.display().to_string(), text, Vec::new()))
             }
         };
         let script = match &options.script {
             None => None,
-            Some(file) => Some(read_text(file, Kind::SETTINGS)?),
+            Some(file) => Some(read_text(file, FileKind::SETTINGS)?),
         };
         let drive = self.reached(options)?;
         let disturbance = Disturbance::default();
         let page = options.page.as_ref().map(|file| Page { file: file.clone(), due: Instant::now() });
         let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false, page };
         self.greet(&session)?;
-        // What was seen is kept, and said to be, when this is told to end.
+        // A request to stop first saves the observations.
         let _kept = stop::keeping();
         let done = match script {
             Some(script) => self.obey_script(&mut session, &script, options),
@@ -208,7 +212,7 @@ impl<'a> Console<'a> {
         done.map(|()| status::DONE)
     }
 
-    /// A drive that runs by itself: the image in the emulator, or a board.
+    /// Connects to the drive: the firmware in the emulator, or a board.
     fn reached(&self, options: &LiveOptions) -> Result<LiveDrive<Line<'a>>, Failure> {
         let LiveOptions { image, reach, seed, .. } = options;
         let (transport, within, question) = way(image, reach, *seed, Emulator::counting)?;
@@ -220,7 +224,7 @@ impl<'a> Console<'a> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// What runs there, and whether it is what the scenario says.
+    /// Prints the kind of drive, and checks its design against the scenario.
     fn greet(&mut self, session: &Session<'_>) -> Result<(), Failure> {
         let design = session.drive.design();
         let (what, hz) = (kind(design), 1.0 / session.drive.period_s());
@@ -230,7 +234,7 @@ impl<'a> Console<'a> {
         if ours.instance != design.instance {
             let [ours, theirs] = [ours.instance, design.instance].map(form_in_words);
             return Err(bad(format!(
-                "{name}: this is a {ours}; what runs there is a {theirs}: change these keys, or the image"
+                "{name}: this is a {ours}; the target runs a {theirs}: change these keys, or the firmware"
             )));
         }
         for ((name_of, there), here) in design.names().iter().zip(design.numbers()).zip(ours.numbers()) {
@@ -253,9 +257,9 @@ impl<'a> Console<'a> {
         Ok(())
     }
 
-    /// A mistake is told, and the next line is waited for; a wire that broke is the end.
+    /// Executes commands from stdin. A rejected command is reported; a broken connection ends the session.
     fn obey_typed(&mut self, session: &mut Session<'a>) -> Result<(), Failure> {
-        // Some in advance, and no more: whoever types faster than the drive answers waits.
+        // A bounded queue: input that is faster than the drive waits.
         let (send, lines) = mpsc::sync_channel(64);
         std::thread::spawn(move || {
             let mut typed = io::stdin().lock();
@@ -286,7 +290,7 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// One command; `false` to leave.
+    /// Executes one command. Returns `false` for `quit`.
     fn obey(&mut self, session: &mut Session<'a>, line: &str) -> Result<bool, Failure> {
         let line = line.split('#').next().unwrap_or_default().trim();
         let mut words = line.split_whitespace();
@@ -324,7 +328,7 @@ impl<'a> Console<'a> {
             ("reset", []) => {
                 session.drive.order(Order::Reset).map_err(refused)?;
                 session.stopped = false;
-                self.say("reset: at rest where it is")?;
+                self.say("reset: at rest at the present angle")?;
             }
             ("release", []) => session.drive.order(Order::Release).map_err(refused)?,
             ("plot", [folder]) => {
@@ -337,7 +341,7 @@ impl<'a> Console<'a> {
         Ok(true)
     }
 
-    /// Looks at the drive for so many of its ticks.
+    /// Observes the drive for a number of its ticks.
     fn wait(&mut self, session: &mut Session<'a>, ticks: u32) -> Result<(), Failure> {
         let begin = self.look(session)?.tick;
         let (mut last, mut moved) = (begin, Instant::now());
@@ -346,13 +350,13 @@ impl<'a> Console<'a> {
             if tick != last {
                 (last, moved) = (tick, Instant::now());
             } else if moved.elapsed() > STANDS_STILL {
-                return Err(failed(format!("the drive answers, but its tick {tick} does not go on")));
+                return Err(failed(format!("the drive replies, but its tick counter stays at {tick}")));
             }
         }
         Ok(())
     }
 
-    /// Looks at the drive; an alarm is told once.
+    /// Observes the drive once. An alarm is reported once.
     fn look(&mut self, session: &mut Session<'a>) -> Result<Observed, Failure> {
         let seen = session.drive.observe()?;
         if session.seen.len() == MOST_ROWS {
@@ -362,7 +366,7 @@ impl<'a> Console<'a> {
         let stopped = seen.health.contains(Health::STOPPED);
         if stopped && !session.stopped {
             self.note(&format!(
-                "alarm: the drive has stopped by tick {}; `blackbox FILE` keeps what was before, `reset` starts again",
+                "alarm: the drive stopped by tick {}; save the trace buffer with `blackbox FILE`, restart with `reset`",
                 seen.tick
             ));
         }
@@ -379,7 +383,7 @@ impl<'a> Console<'a> {
 
     fn set(&mut self, session: &mut Session<'a>, sets: &[&str]) -> Result<(), Failure> {
         let Some((name, text, before)) = &session.scenario else {
-            return Err(bad("set: the scenario is not known: give it as in `host-sim live firmware/drive.toml`"));
+            return Err(bad("set: no scenario given: start with one, as in `host-sim live firmware/drive.toml`"));
         };
         let mut all = before.clone();
         all.extend(sets.iter().map(ToString::to_string));
@@ -389,14 +393,14 @@ impl<'a> Console<'a> {
             *sets = all;
         }
         self.say(&format!(
-            "set {}: from tick {tick} on; designed in {ticks} ticks (time {time} on the chip), u went from {} to {} A",
+            "set {}: active from tick {tick}; designed in {ticks} ticks (time {time} on the target), u from {} to {} A",
             sets.join(" "),
             significant(f64::from(before), 4),
             significant(f64::from(after), 4)
         ))
     }
 
-    /// The black box as a file; one that goes on is stopped for as long as it is read.
+    /// Saves the trace buffer as a file. A running buffer is frozen while it is read.
     fn keep(&mut self, session: &mut Session<'a>, file: &Path) -> Result<(), Failure> {
         let was_frozen = session.drive.observe()?.frozen;
         if !was_frozen {
@@ -419,15 +423,15 @@ impl<'a> Console<'a> {
 
     pub(super) fn replay(&mut self, options: &ReplayOptions) -> Result<u8, Failure> {
         let ReplayOptions { file, sets, scenario, out } = options;
-        let text = read_text(file, Kind::TRACE)?;
+        let text = read_text(file, FileKind::TRACE)?;
         let black_box = BlackBox::from_text(&text).map_err(|why| bad(named(file, &why)))?;
         let again = black_box.replay().map_err(|why| bad(named(file, &why)))?;
         let differ = again.iter().filter(|again| !again.is_same()).count();
-        self.say(&format!("{} ticks run again, {differ} differ", again.len()))?;
+        self.say(&format!("{} ticks replayed, {differ} differ", again.len()))?;
         if let Some(first) = again.iter().find(|again| !again.is_same()) {
             let Again { tick, then, now } = first;
             self.say(&format!(
-                "first at tick {tick}: u was {:?}, {}; is {:?}, {}",
+                "first difference at tick {tick}: recorded u {:?}, {}; replayed u {:?}, {}",
                 then.u, then.health, now.u, now.health
             ))?;
         }
@@ -436,11 +440,11 @@ impl<'a> Console<'a> {
         } else {
             let (name, text) = match scenario {
                 Some(path) => {
-                    let text = read_text(path, Kind::SETTINGS)?;
+                    let text = read_text(path, FileKind::SETTINGS)?;
                     (path.display().to_string(), text)
                 }
                 None if black_box.scenario.is_empty() => {
-                    let why = "the black box has no scenario to set something in: name it with --scenario FILE";
+                    let why = "the trace buffer file contains no scenario: give it with --scenario FILE";
                     return Err(bad(named(file, why)));
                 }
                 None => (format!("the scenario in {}", file.display()), black_box.scenario.join("\n")),
@@ -466,7 +470,7 @@ impl<'a> Console<'a> {
     }
 }
 
-/// A command for the stand-in of the plant, if it is one.
+/// Executes a command for the simulated plant on the target.
 fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<(), Failure> {
     match (command, words) {
         ("stick", shafts) if shafts.iter().all(|shaft| matches!(*shaft, "link" | "motor")) => {
@@ -477,7 +481,7 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<(
         ("load", [torque]) => {
             let load_n_m = finite(command, torque)? as f32;
             if !load_n_m.is_finite() {
-                return Err(bad(format!("load: {torque} N m are too many")));
+                return Err(bad(format!("load: {torque} N m: beyond the range of f32")));
             }
             session.disturbance.load_n_m = load_n_m;
         }
@@ -486,7 +490,7 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<(
     session.drive.disturb(session.disturbance).map_err(refused)
 }
 
-/// The next line that is typed, without its end; what is wrong with it. `None` at the end.
+/// Returns the next line without its end, or the reason why it is invalid. `None` at the end of the input.
 fn next_line(typed: &mut impl BufRead) -> Option<Result<String, String>> {
     let mut line = Vec::new();
     let read = |typed: &mut dyn BufRead, line: &mut Vec<u8>| {
@@ -504,10 +508,10 @@ fn next_line(typed: &mut impl BufRead) -> Option<Result<String, String>> {
         return Some(Err(format!("a line of more than {LONGEST_LINE} bytes: expected a command, `help` lists them")));
     }
     let text = String::from_utf8(line).map(|text| text.trim_end().to_owned());
-    Some(text.map_err(|error| format!("{:?} is no text in UTF-8", String::from_utf8_lossy(error.as_bytes()))))
+    Some(text.map_err(|error| format!("{:?} is not UTF-8 text", String::from_utf8_lossy(error.as_bytes()))))
 }
 
-/// The way to the drive, how long a round trip may take, and what to ask when nothing answers.
+/// Opens the connection to a drive. Returns it with the timeout of a round trip and the hint for a missing reply.
 pub(super) fn way(
     image: &Path,
     to: &Reach,
@@ -517,17 +521,17 @@ pub(super) fn way(
     let Reach { port, baud, faults } = to;
     let (transport, within, question): (Box<dyn Transport>, _, _) = if let Some(port) = port {
         let transport = Serial::open(port, *baud).map_err(|error| failed(error.0))?;
-        // 10 bits a byte there and back, twice for what stands in the way (a USB adapter gathers bytes for 16 ms).
+        // 10 bits per byte in both directions. Doubled: a USB adapter collects bytes for 16 ms.
         let line = Duration::from_secs_f64(10.0 * (REQUEST_LEN + REPLY_LEN) as f64 / f64::from(*baud));
         let question = format!(
-            "is {} the board's port, at {baud} bits per second, and does the image `drive` or `motor` run on it?",
+            "check the port {}, --baud {baud}, and that the board runs the firmware `drive` or `motor`",
             port.display()
         );
         (Box::new(transport), Duration::from_millis(50) + 2 * line, question)
     } else {
         present(image, "--image").map_err(failed)?;
         let transport = boot(image).map_err(|error| failed(error.0))?;
-        let question = format!("is {} the image `drive` or `motor`, and of this version?", image.display());
+        let question = format!("check that {} is the firmware `drive` or `motor` of this version", image.display());
         (Box::new(transport), Duration::from_millis(100), question)
     };
     Ok(match faults {
@@ -537,14 +541,14 @@ pub(super) fn way(
 }
 
 fn told_to_stop() -> Failure {
-    Failure { status: status::INTERRUPTED, message: "stopped on request; the drive goes on as it is".into() }
+    Failure { status: status::INTERRUPTED, message: "stopped on request; the drive keeps running".into() }
 }
 
 fn named(file: &Path, why: &str) -> String {
     format!("{}: {why}", file.display())
 }
 
-/// A refusal is a mistake of whoever asked; anything else is the wire's.
+/// Converts an error: a refusal is invalid input, any other error a failure of the connection.
 fn refused(error: PortError) -> Failure {
     match error {
         PortError::Refused(why) => bad(why),
@@ -554,7 +558,7 @@ fn refused(error: PortError) -> Failure {
 
 fn finite(command: &str, text: &str) -> Result<f64, Failure> {
     let number: Option<f64> = text.parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or_else(|| bad(format!("{command}: {text:?} is no number")))
+    number.ok_or_else(|| bad(format!("{command}: {text:?} is not a number")))
 }
 
 fn positive(command: &str, text: &str) -> Result<f64, Failure> {
@@ -563,7 +567,7 @@ fn positive(command: &str, text: &str) -> Result<f64, Failure> {
     if is_good { Ok(time_s) } else { Err(bad(format!("{command}: {text} s: expected more than 0, up to 3600"))) }
 }
 
-/// With the nearest that there is.
+/// Returns the message for an unknown or incomplete command, with the nearest one.
 fn unknown(command: &str) -> String {
     let word = |form: &&(&'static str, &str)| form.0.split(' ').next().unwrap_or_default();
     let distance = |form: &&(&'static str, &str)| strsim::damerau_levenshtein(word(form), command);
@@ -571,7 +575,7 @@ fn unknown(command: &str) -> String {
     if nearest.split(' ').next() == Some(command) {
         format!("{command}: expected `{nearest}`")
     } else {
-        format!("{command}: there is no such command; nearest is `{nearest}`, `help` lists all")
+        format!("{command}: unknown command; nearest is `{nearest}`, `help` lists all")
     }
 }
 
@@ -591,15 +595,14 @@ fn in_words(seen: &Observed, design: &Loadable, period_s: f64) -> String {
     let number = |value: f32| significant(f64::from(value), 5);
     let mut text = format!("t = {} s (tick {})", significant(f64::from(seen.tick) * period_s, 6), seen.tick);
     let turns = f64::from(seen.turn) * std::f64::consts::TAU;
-    // Nothing can go wrong with a `String`.
+    // Writing to a String cannot fail.
     let _ = write!(text, ", r = {} rad", significant(turns + f64::from(seen.reference), 6));
     for (shaft, [position, speed, _, load]) in shafts(design).iter().zip(seen.estimates) {
         let position = significant(turns + f64::from(position), 6);
         let _ = write!(text, "; {shaft} {position} rad, {} rad/s, load {} N m", number(speed), number(load));
     }
     let _ = write!(text, "; u = {} A, sigma* = {}, {}", number(seen.u), number(seen.sigma_star), seen.health);
-    for (is, what) in [(seen.moving, "moving"), (seen.frozen, "black box stands still"), (!seen.started, "not started")]
-    {
+    for (is, what) in [(seen.moving, "moving"), (seen.frozen, "trace buffer frozen"), (!seen.started, "not started")] {
         if is {
             let _ = write!(text, ", {what}");
         }
@@ -608,7 +611,7 @@ fn in_words(seen: &Observed, design: &Loadable, period_s: f64) -> String {
     text
 }
 
-/// What was seen, as comma-separated values.
+/// Returns the observations as CSV.
 fn rows(session: &Session<'_>) -> String {
     let design = session.drive.design();
     let mut text = String::from("tick,t_s,r_rad");
@@ -628,7 +631,7 @@ fn rows(session: &Session<'_>) -> String {
     text
 }
 
-/// The last seconds, and in a browser: again after one.
+/// Writes the page. With `moves` a browser reloads it every second.
 fn write_page(file: &Path, session: &Session<'_>, moves: bool) -> Result<(), Failure> {
     let last = session.seen.last().map_or(0, |seen| seen.tick);
     let shown = (SHOWN_S / session.drive.period_s()) as u32;
@@ -661,19 +664,19 @@ fn figure(seen: &[Observed], session: &Session<'_>) -> Figure {
     let loads = shafts(session.drive.design()).iter().enumerate();
     let loads = loads.map(|(i, shaft)| line(shaft, i, &|seen| f64::from(seen.estimates[i][3])));
     Figure {
-        title: format!("Drive of a {}, as seen over its serial line", kind(session.drive.design())),
+        title: format!("Drive of a {}, observed over its serial port", kind(session.drive.design())),
         panels: vec![
             panel("Output and reference", "y (rad)", vec![y, r]),
             panel("Current", "u (A)", vec![line("", 0, &|seen| f64::from(seen.u))]),
-            panel("Torque against it", "(N m)", loads.collect()),
+            panel("Load estimate", "torque (N m)", loads.collect()),
         ],
         columns: 1,
     }
 }
 
-/// Then beside now.
+/// Returns the table of the recorded and the replayed run.
 fn summary(then: &[Again], other: Option<&[Again]>) -> Table {
-    let mut table = Table::new(["figure", "then", "now"]);
+    let mut table = Table::new(["metric", "recorded", "replayed"]);
     let alarm = |of: &dyn Fn(&Again) -> Health, all: &[Again]| {
         let first = all.iter().find(|again| of(again).intersects(ALARMS));
         first.map_or_else(|| "none".into(), |again| format!("tick {}: {}", again.tick, of(again)))
@@ -686,10 +689,10 @@ fn summary(then: &[Again], other: Option<&[Again]>) -> Table {
     table.row(["|u| peak (A)", &peak(&|it| it.then.u, then), &peak(&|it| it.now.u, now)]);
     if let Some(other) = other {
         let off = other.iter().map(|it| (it.now.u - it.then.u).abs()).fold(0.0, f32::max);
-        table.row(["largest |u now - u then| (A)", "-", &significant(f64::from(off), 4)]);
+        table.row(["largest difference of u (A)", "-", &significant(f64::from(off), 4)]);
         let first = other.iter().find(|it| (it.now.u - it.then.u).abs() > 1e-3);
         let first = first.map_or_else(|| "none".into(), |it| format!("tick {}", it.tick));
-        table.row(["first tick with more than 1 mA between them", "-", &first]);
+        table.row(["first difference of u above 1 mA", "-", &first]);
     }
     table
 }
@@ -707,14 +710,14 @@ fn replayed_figure(all: &[Again], file: &str, sets: &[String], period_s: f64) ->
         let points = all.iter().map(|again| (f64::from(again.tick) * period_s, f64::from(value(again))));
         Series { is_held: true, ..Series::solid(label, color, points) }
     };
-    let now = if sets.is_empty() { "now".into() } else { format!("with {}", sets.join(" ")) };
+    let now = if sets.is_empty() { "replayed".into() } else { format!("with {}", sets.join(" ")) };
     Figure {
-        title: format!("{file}, run again"),
+        title: format!("{file}, replayed"),
         panels: vec![Panel {
             title: "Current".into(),
             x_label: "t (s)".into(),
             y_label: "u (A)".into(),
-            series: vec![line("then", BLACK, &|it| it.then.u), line(&now, 0, &|it| it.now.u).styled(Style::Dashed)],
+            series: vec![line("recorded", BLACK, &|it| it.then.u), line(&now, 0, &|it| it.now.u).styled(Style::Dashed)],
             ..Panel::default()
         }],
         columns: 1,

@@ -1,11 +1,13 @@
-//! `host-sim map`: where a loop is stable, and how good, over two keys of its scenario or all corners of its plant.
+//! `host-sim map`: stability and performance of a loop over two keys of its scenario, or in all corners of its plant.
+//!
+//! A corner is a vertex of the parameter box: every parameter at its lower or upper end.
 
 use std::iter;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use scenario::Experiment;
-use study::map::{self, Asked, Axis, Judged, Map, Point, Question, Simulated};
+use study::map::{self, Axis, Judged, Map, MapRequest, Point, Question, Simulated};
 use study::number::significant;
 use study::{Error, Watch};
 use terminal::table::Table;
@@ -17,42 +19,41 @@ use crate::report::write_whole;
 
 #[derive(Args, Debug, Default)]
 pub(super) struct MapOptions {
-    /// The scenario; without one the default.
+    /// Scenario file [default: built-in joint of the paper].
     file: Option<PathBuf>,
-    /// What to sweep from left to right: KEY=FROM..TO, with :log and :POINTS after it as wished, or KEY=A,B,C.
+    /// Horizontal axis: KEY=FROM..TO, optionally followed by :log and :POINTS, or KEY=A,B,C.
     #[arg(long, value_name = "AXIS", requires = "y", conflicts_with = "preset")]
     x: Option<String>,
-    /// What to sweep upwards, likewise.
+    /// Vertical axis, in the format of --x.
     #[arg(long, value_name = "AXIS", requires = "x")]
     y: Option<String>,
-    /// Axes that many ask for: input gain, rate (period and bandwidth), delay, jitter, plant (what it weighs and how
-    /// stiff it is), corners (all of --corners 50, one by one).
+    /// Common axes. gain: input gain; rate: period and bandwidth; delay; jitter; plant: inertia against stiffness;
+    /// corners: table of all corners at --corners 50.
     #[arg(long, value_name = "NAME", value_parser = presets())]
     preset: Option<String>,
-    /// Every number of the plant that is not swept may be so many percent off: a point is as good as the worst of all
-    /// 2^p corners.
+    /// Vary all parameters that are not swept by ±PERCENT. Each point shows the worst of the 2^p corners.
     #[arg(long, value_name = "PERCENT")]
     corners: Option<f64>,
-    /// Colour this number of run.json, as in metrics.u_peak or design.margins.phase_deg [default: the decay of the
-    /// slowest pole]; all but design is simulated.
+    /// Key of run.json to plot, as metrics.u_peak or design.margins.phase_deg [default: decay rate of the slowest
+    /// pole]. All keys except design.* simulate every point.
     #[arg(long, value_name = "KEY")]
     figure: Option<String>,
-    /// Good is only where the figure is at most this.
+    /// Count a point as good only if the metric of --figure is <= VALUE.
     #[arg(long, value_name = "VALUE", requires = "figure", conflicts_with = "at_least")]
     at_most: Option<f64>,
-    /// Good is only where the figure is at least this.
+    /// Count a point as good only if the metric of --figure is >= VALUE.
     #[arg(long, value_name = "VALUE", requires = "figure")]
     at_least: Option<f64>,
-    /// Simulate every point too, and say where that differs from the poles.
+    /// Also simulate every point and count the disagreements with the poles.
     #[arg(long)]
     simulate: bool,
-    /// Override a key, as in --set drive.period_s=5e-4.
+    /// Override a key of the scenario; repeatable. Example: --set drive.period_s=5e-4.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for map.svg, map.csv, with the feature png also map.png [default: out/SCENARIO-map].
+    /// Output folder of map.svg and map.csv, with the feature png also map.png [default: out/SCENARIO-map].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON object instead of the text.
+    /// Print JSON instead of the text.
     #[arg(long)]
     json: bool,
 }
@@ -61,28 +62,28 @@ fn presets() -> clap::builder::PossibleValuesParser {
     presets_or(map::CORNERS)
 }
 
-/// Those with axes, or this word.
+/// Returns the parser of the presets with axes, and of one word more.
 pub(super) fn presets_or(word: &'static str) -> clap::builder::PossibleValuesParser {
     map::presets().chain([word]).collect::<Vec<_>>().into()
 }
 
 impl MapOptions {
-    /// One of the presets.
+    /// Returns the options of a preset.
     pub(super) fn of_preset(file: Option<&Path>, preset: &str, sets: &[String]) -> Self {
         Self { file: file.map(Path::to_path_buf), preset: Some(preset.into()), sets: sets.to_vec(), ..Self::default() }
     }
 }
 
-/// How poles and simulation agree.
+/// Formats the agreement of poles and simulation.
 fn agreement(simulated: Simulated) -> String {
     let Simulated { agree, differ, differ_within } = simulated;
     let told = format!("simulation agrees at {agree} of {} points", agree + differ);
-    if differ == 0 { told } else { format!("{told}; at the others |1 - radius| <= {differ_within:.1e}") }
+    if differ == 0 { told } else { format!("{told}; elsewhere |1 - spectral radius| <= {differ_within:.1e}") }
 }
 
 impl MapOptions {
-    fn asked(&self) -> Asked<'_> {
-        Asked {
+    fn request(&self) -> MapRequest<'_> {
+        MapRequest {
             x: self.x.as_deref(),
             y: self.y.as_deref(),
             preset: self.preset.as_deref(),
@@ -106,7 +107,7 @@ impl Console<'_> {
         })
     }
 
-    /// What the options ask for, ready to be answered.
+    /// Builds the question of the options and passes it to `then`.
     pub(super) fn with_view<T>(
         &mut self,
         options: &MapOptions,
@@ -114,13 +115,13 @@ impl Console<'_> {
     ) -> Result<T, Failure> {
         let text = ScenarioText::read(options.file.as_deref(), DEFAULT)?;
         let subject = text.subject(&options.sets);
-        let question = Question::new(subject, &options.asked())?;
+        let question = Question::new(subject, &options.request())?;
         let mut experiment = subject.with(&[])?;
         note_changes(&mut experiment.title, &question.sets());
         then(self, &View { question: &question, experiment: &experiment })
     }
 
-    /// Each corner by itself, the worst first; none if it was told to stop.
+    /// Analyses each corner, worst first; `None` if interrupted.
     pub(super) fn judged_corners(&mut self, view: &View<'_>) -> Result<Option<Map>, Failure> {
         Ok(study::map(view.question, Watch::new(self.stop, &|| ()))?)
     }
@@ -134,21 +135,22 @@ impl Console<'_> {
         }
         self.say(&format!("{}\n{}", experiment.headline(), view.count(&map)))?;
         let mut table =
-            Table::new(["corner", "slowest |z|", "its decay (1/s)"].into_iter().chain(question.figure.as_deref()));
+            Table::new(["corner", "slowest |z|", "decay rate (1/s)"].into_iter().chain(question.figure.as_deref()));
         for point in map.points.iter().flatten() {
             let corner = point.worst.clone().unwrap_or_default();
             let figure = point.figure.iter().map(|value| number(*value));
-            // Of that pole, and not of the offset W, whose own may be slower and is the same in every corner.
+            // The pole of the offset W is left out: it may be slower, and it is equal in every corner.
             let radius = format!("{:.6}", libm::exp(-point.decay_per_s * experiment.period_s));
             let cells: Vec<String> = [corner, radius, number(point.decay_per_s)].into_iter().chain(figure).collect();
             table.row(cells.iter().map(String::as_str));
         }
         self.say(&table.to_string())?;
         map.simulated.map_or(Ok(()), |simulated| self.say(&agreement(simulated)))?;
+        self.say(&format!("result: {}", view.count(&map)))?;
         Ok(status::DONE)
     }
 
-    /// Every point of the map; none if it was told to stop.
+    /// Analyses every point of the map; `None` if interrupted.
     pub(super) fn answered(&mut self, view: &View<'_>) -> Result<Option<Map>, Failure> {
         let [columns, rows] = view.question.size();
         let bar =
@@ -168,25 +170,25 @@ impl Console<'_> {
             self.say_json(serde_json::to_string(&map))?;
         } else {
             self.say(&experiment.headline())?;
-            for line in lines(&map) {
-                self.say(&line)?;
-            }
+            self.say(&census(&map.points, &map.good))?;
+            map.simulated.map_or(Ok(()), |simulated| self.say(&agreement(simulated)))?;
         }
         let csv = view.csv(&map);
         write_whole(&folder.join("map.csv"), |out| out.write_all(csv.as_bytes())).map_err(failed)?;
         view.drawn(&map).write(&folder, "map").map_err(failed)?;
         drop(claim);
         if !options.json {
-            self.say(&format!("written to {}", folder.display()))?;
+            self.say(&format!("files: {}", folder.display()))?;
+            self.say(&format!("result: {}", promise(&map)))?;
         }
         Ok(status::DONE)
     }
 }
 
-/// What is coloured if nothing else is asked for.
-const DECAY_LABEL: &str = "decay of the slowest pole (1/s)";
+/// Label of the colour scale without `--figure`.
+const DECAY_LABEL: &str = "decay rate of the slowest pole (1/s)";
 
-/// A question and the scenario that it is of, with its changes in the title.
+/// A question with its scenario, whose title contains the changes.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     question: &'a Question<'a>,
@@ -194,7 +196,7 @@ pub(super) struct View<'a> {
 }
 
 impl View<'_> {
-    /// How many corners are unstable.
+    /// Returns the number of unstable corners as text.
     pub(super) fn count(&self, map: &Map) -> String {
         let unstable = map.points.iter().flatten().filter(|point| !point.is_stable()).count();
         let percent = self.question.percent.unwrap_or_default();
@@ -219,17 +221,17 @@ impl View<'_> {
 
     fn title(&self) -> String {
         let worst = self.question.percent.map_or_else(String::new, |percent| {
-            format!(", the worst of {} corners at {percent} %", self.question.corners.len())
+            format!(", worst of {} corners at ±{percent} %", self.question.corners.len())
         });
         let bar = match (self.question.at_most, self.question.at_least) {
-            (Some(most), _) => format!(", good up to {most}"),
-            (_, Some(least)) => format!(", good from {least}"),
+            (Some(most), _) => format!(", good if <= {most}"),
+            (_, Some(least)) => format!(", good if >= {least}"),
             _ => String::new(),
         };
         format!(
             "{}: {}{worst}{bar}",
             self.experiment.title,
-            self.question.figure.as_deref().unwrap_or("decay of the slowest pole")
+            self.question.figure.as_deref().unwrap_or("decay rate of the slowest pole")
         )
     }
 
@@ -254,33 +256,34 @@ impl View<'_> {
     }
 }
 
-/// What is said of a map.
+/// Returns the lines of a map: numbers of points, guaranteed tolerance, agreement with the simulation.
 pub(super) fn lines(map: &Map) -> Vec<String> {
     let lines = [census(&map.points, &map.good), promise(map)];
     lines.into_iter().chain(map.simulated.map(agreement)).collect()
 }
 
+/// Formats the guaranteed tolerance: the largest rectangle of good points around the values of the file.
 fn promise(map: &Map) -> String {
     if !map.unseen.is_empty() {
         return format!(
-            "nothing is promised: no pole of the loop at rest moves with {}; judge it by --figure with a bar",
+            "no guaranteed tolerance: {} moves no linearised pole; use --figure with --at-most or --at-least",
             map.unseen.join(" or ")
         );
     }
     let (axes, own, home) = ([0, 1].map(|i| &map.axes[i]), map.own, map.home);
     let Some(ends) = &map.promise else {
         if !map.good.contains(&true) {
-            return String::from("nothing may be promised: no point is good");
+            return String::from("no guaranteed tolerance: no point is good");
         }
         let at = |i: usize| Some(format!("{} = {}", axes[i].key, axes[i].values[home[i]?]));
         let place: Vec<String> = (0..2).filter_map(at).collect();
         return format!(
-            "nothing may be promised around the file's own values: no point at {} is good",
+            "no guaranteed tolerance around the values of the file: no point at {} is good",
             place.join(", ")
         );
     };
     let is_within = |k: usize| {
-        // Of a list only what is in it was tried.
+        // A list was evaluated at its entries only.
         axes[k].numbers.as_ref()?;
         let number = |text: &str| text.parse::<f64>().ok();
         Some((number(&ends[k][0])?..=number(&ends[k][1])?).contains(&own[k]?))
@@ -290,37 +293,37 @@ fn promise(map: &Map) -> String {
         .map(|k| format!("{} = {}", axes[k].key, number(own[k].unwrap_or(f64::NAN))))
         .collect();
     let is_around = |k: usize| is_within(k).unwrap_or(axes[k].numbers.is_none() && home[k].is_some());
-    let place = if is_around(0) && is_around(1) { " around the file's own values" } else { "" };
+    let place = if is_around(0) && is_around(1) { " around the values of the file" } else { "" };
     let range = |k: usize| match &ends[k] {
-        [only, same] if only == same => format!("{} = {only} alone", axes[k].key),
-        // Words have no order but that in which they were given.
+        [only, same] if only == same => format!("{} = {only} only", axes[k].key),
+        // Words have only the order in which they were given.
         _ if axes[k].numbers.is_none() => {
             let at = |text: &str| axes[k].values.iter().position(|value| value == text).unwrap_or(0);
             format!("{} any of {}", axes[k].key, axes[k].values[at(&ends[k][0])..=at(&ends[k][1])].join(", "))
         }
         [from, to] => format!("{} from {from} to {to}", axes[k].key),
     };
-    let told = format!("may be promised{place}: {} with {}", range(0), range(1));
-    if outside.is_empty() { told } else { format!("{told}; the file's own {} is not in it", outside.join(", ")) }
+    let told = format!("guaranteed tolerance{place}: {} with {}", range(0), range(1));
+    if outside.is_empty() { told } else { format!("{told}; the file has {}, outside this range", outside.join(", ")) }
 }
 
-/// How many points are what.
+/// Formats the numbers of good, unstable and other points.
 fn census(points: &[Judged], good: &[bool]) -> String {
     let unstable = points.iter().flatten().filter(|point| !point.is_stable()).count();
     let good = good.iter().filter(|good| **good).count();
     let refused: Vec<&Error> = points.iter().filter_map(|point| point.as_ref().err()).collect();
     let beyond = points.len() - good - unstable - refused.len();
     let beyond =
-        if beyond > 0 { format!(", {beyond} stable but beyond the bar or without a figure") } else { String::new() };
+        if beyond > 0 { format!(", {beyond} stable but outside the limit or without a value") } else { String::new() };
     let refused = refused.first().map_or_else(String::new, |why| {
         let why = why.to_string();
         let why = why.lines().next().unwrap_or_default();
-        format!(", {} without a design (the first: {why})", refused.len())
+        format!(", {} without a design (first: {why})", refused.len())
     });
     format!("{} points: {good} good, {unstable} unstable{beyond}{refused}", points.len())
 }
 
-/// A field of a CSV file, on one line.
+/// Formats a field of a CSV file on one line.
 fn quoted(text: &str) -> String {
     let line = text.trim_end().replace('\n', "; ");
     if line.contains([',', '"']) { format!("\"{}\"", line.replace('"', "\"\"")) } else { line }
@@ -334,7 +337,7 @@ fn cell(point: &Judged) -> Cell {
     }
 }
 
-/// Of a figure that there may be none of.
+/// Formats a metric with four digits; `-` without a value.
 pub(super) fn number(value: f64) -> String {
     if value.is_nan() { "-".into() } else { significant(value, 4) }
 }

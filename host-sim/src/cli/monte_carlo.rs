@@ -1,12 +1,11 @@
-//! `host-sim monte-carlo`: a scenario run many times with some of its keys drawn anew each time; `host-sim merge`:
-//! shards of it made one.
+//! `host-sim monte-carlo`: simulates many random variations of a scenario. `host-sim merge`: combines its shards.
 //!
 //! ```text
 //! plan -> trials of a chunk on all cores -> FOLDER/trials.chunks/N.csv .. -> FOLDER/trials.csv -> report
 //! ```
 //!
-//! A trial is what `host-sim run` does, with the same figures as in its run.json. One that runs away, or has no design,
-//! is a result.
+//! A trial is one run of `host-sim run` with the metrics of its run.json. A trial that diverges or has no design is
+//! also a result. Trials are saved in chunks, so that an interrupted run can continue.
 
 use std::ffi::OsString;
 use std::fs;
@@ -34,38 +33,38 @@ pub(super) use report::{Written, section};
 
 #[derive(Args, Debug)]
 pub(super) struct MonteCarloOptions {
-    /// The scenario; without one the default.
+    /// Scenario file [default: built-in joint of the paper].
     file: Option<PathBuf>,
-    /// A key and how it is drawn: KEY=uniform(LOW,HIGH), normal(MEAN,DEVIATION), corners(LOW,HIGH), list(A,B,..) or
-    /// sobol(LOW,HIGH); 0.5x is half of what the file has. May be given several times.
+    /// Key and distribution; repeatable: KEY=uniform(LOW,HIGH), normal(MEAN,DEVIATION), corners(LOW,HIGH), list(A,B,..)
+    /// or sobol(LOW,HIGH). A number with x is a multiple of the file's value: 0.5x is half of it.
     #[arg(long = "vary", value_name = "KEY=DISTRIBUTION")]
     vary: Vec<String>,
-    /// Every number of the plant that `map --corners` has is off by up to so many percent: 50, or 50:corners, 50:sobol.
+    /// Tolerance of all plant parameters of map --corners, percent. Example: 50, 50:corners or 50:sobol.
     #[arg(long, value_name = "PERCENT")]
     uncertain: Option<String>,
-    /// How many trials.
+    /// Number of trials.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = count)]
     trials: u64,
-    /// Master seed: what trial i draws depends on it and i alone.
+    /// Master seed. The values of trial i depend only on the seed and i.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-    /// Trials of a chunk: what is lost at most when the program is ended.
+    /// Trials per chunk. An interrupted run loses at most one chunk.
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     chunk: u64,
-    /// Only this part, into shard-I-of-N.csv of the folder, with the feature parquet into shard-I-of-N.parquet;
-    /// `host-sim merge` makes one of all.
+    /// Compute shard I of N only, and write it to shard-I-of-N.csv, with the feature parquet to shard-I-of-N.parquet.
+    /// host-sim merge combines the shards.
     #[arg(long, value_name = "I/N", conflicts_with_all = ["replay", "worst", "at_most", "draw"])]
     shard: Option<String>,
-    /// Go on where a run of the same was ended.
+    /// Continue an interrupted run with equal settings.
     #[arg(long)]
     resume: bool,
-    /// Run one trial alone, with its figures, as `host-sim run` does.
+    /// Rerun one trial with figures and trace, as host-sim run.
     #[arg(long, value_name = "TRIAL", conflicts_with_all = ["resume", "worst", "at_most", "draw"])]
     replay: Option<u64>,
-    /// Threads [default: one for each core].
+    /// Number of threads [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Override a key for all trials, as in --set drive.period_s=5e-4.
+    /// Override a key of the scenario for all trials; repeatable. Example: --set drive.period_s=5e-4.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     #[command(flatten)]
@@ -74,7 +73,7 @@ pub(super) struct MonteCarloOptions {
 
 #[derive(Args, Debug)]
 pub(super) struct MergeOptions {
-    /// The shards, all of one plan.
+    /// Files of all shards of one run.
     #[arg(required = true, value_name = "SHARD")]
     shards: Vec<PathBuf>,
     #[command(flatten)]
@@ -83,22 +82,22 @@ pub(super) struct MergeOptions {
 
 #[derive(Args, Debug)]
 pub(super) struct ReportOptions {
-    /// The number of run.json by which trials are the worst [default: metrics.error_ultimate or metrics.y_ultimate].
-    #[arg(long, value_name = "FIGURE")]
+    /// Metric of run.json that ranks the worst trials [default: metrics.error_ultimate or metrics.y_ultimate].
+    #[arg(long, value_name = "METRIC")]
     worst: Option<String>,
-    /// A trial whose figure is above this has failed, as one has that ran away; with a failure the exit status is 1.
-    /// May be given several times.
-    #[arg(long = "at-most", value_name = "FIGURE=VALUE")]
+    /// Limit of a metric; repeatable. A trial above it counts as failed, as a diverged trial does. A failed trial sets
+    /// exit status 1.
+    #[arg(long = "at-most", value_name = "METRIC=VALUE")]
     at_most: Vec<String>,
-    /// A figure whose histogram is drawn, or a key over which the dots are; may be given several times [default: the
-    /// first nine of each that vary].
-    #[arg(long, value_name = "FIGURE")]
+    /// Metric to plot as a histogram, or key to use as x axis of a scatter plot; repeatable [default: the first nine of
+    /// each that vary].
+    #[arg(long, value_name = "METRIC")]
     draw: Vec<String>,
-    /// Folder for the figures and trials.csv, with the feature parquet trials.parquet [default:
+    /// Output folder of the figures and trials.csv, with the feature parquet trials.parquet [default:
     /// out/SCENARIO-monte-carlo].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON object instead of the text.
+    /// Print JSON instead of the text.
     #[arg(long)]
     json: bool,
 }
@@ -109,16 +108,16 @@ impl ReportOptions {
     }
 }
 
-/// The stem of the file of all trials.
+/// File stem of all trials.
 const TRIALS: &str = "trials";
-/// What `--json` prints of a shard: its first and its last trial.
+/// Output of `--json` for a shard: its file, its first and its last trial.
 #[derive(Serialize)]
 struct ShardJson {
     file: String,
     trials: [u64; 2],
 }
 
-/// A plan with its columns, as it is kept in files.
+/// Plan of a Monte Carlo run with its columns, the header of its files, and its threads.
 struct Campaign<'a> {
     plan: Plan<'a>,
     columns: Columns,
@@ -127,7 +126,7 @@ struct Campaign<'a> {
 }
 
 impl<'a> Campaign<'a> {
-    /// `of_file` is the scenario with nothing drawn: what it has are the columns.
+    /// Builds the campaign. `of_file` is the trial with the values of the file; its metrics define the columns.
     fn new(
         options: &MonteCarloOptions,
         plan: Plan<'a>,
@@ -153,7 +152,7 @@ impl<'a> Campaign<'a> {
         Ok(Self { plan, columns, header, pool })
     }
 
-    /// Some trials, one after the other; none if told to stop.
+    /// Computes the trials `first..end`; `None` if interrupted.
     fn chunk(&self, [first, end]: [u64; 2], watch: Watch<'_>) -> Option<Chunk> {
         let rows = self.pool.install(|| trials(&self.plan, &self.columns, first..end, watch))?;
         let column = |k: usize| rows.iter().map(|(_, row)| row[k]).collect();
@@ -165,7 +164,7 @@ impl<'a> Campaign<'a> {
     }
 }
 
-/// How many, as a person writes it: 1000000 or 1e6.
+/// Parses a count, as 1000000 or 1e6.
 fn count(text: &str) -> Result<u64, String> {
     const MOST: u64 = 1 << 40;
     let written_out = || text.parse::<f64>().ok().filter(|it| it.fract() == 0.0 && (0.0..=MOST as f64).contains(it));
@@ -175,30 +174,29 @@ fn count(text: &str) -> Result<u64, String> {
         .ok_or_else(|| format!("expected a whole number from 1 to {MOST}, as 1000 or 1e6"))
 }
 
-/// `3/8`: the third of eight.
+/// Parses a shard, as `3/8`: the third of eight.
 fn shard_of(text: &str, chunks: u64) -> Result<[u64; 2], String> {
     let parts = text.split_once('/').and_then(|(i, n)| Some([i.trim().parse().ok()?, n.trim().parse::<u64>().ok()?]));
     match parts {
         Some([i, n]) if (1..=n).contains(&i) && n <= chunks => Ok([i, n]),
         Some([i, n]) if (1..=n).contains(&i) => Err(format!(
-            "--shard {text}: the plan has {chunks} chunks, and a shard at least one: {chunks} shards at most (or a \
-             smaller --chunk)"
+            "--shard {text}: at most {chunks} shards, one per chunk. Give a smaller N, or a smaller --chunk"
         )),
         _ => Err(format!("--shard {text}: expected I/N with I from 1 to N, as in 3/8")),
     }
 }
 
-/// The stem of the file that is asked for, and its chunks: the first, and the one after the last.
+/// Returns the stem of the output file and its chunks: the first, and the one after the last.
 fn part_of(options: &MonteCarloOptions) -> Result<(String, [u64; 2]), Failure> {
     let chunks = options.trials.div_ceil(options.chunk);
     let Some(text) = &options.shard else { return Ok((TRIALS.to_owned(), [0, chunks])) };
     let [i, n] = shard_of(text, chunks).map_err(bad)?;
-    // A product of two that may be 2^40 each.
+    // The product of two factors up to 2^40 needs 128 bits.
     let at = |i: u64| (u128::from(chunks) * u128::from(i) / u128::from(n)) as u64;
     Ok((format!("shard-{i}-of-{n}"), [at(i - 1), at(i)]))
 }
 
-/// The folder of the chunks of a run that is not at its end.
+/// Folder of the chunks of an unfinished run.
 struct Parts(PathBuf);
 
 impl Parts {
@@ -206,14 +204,14 @@ impl Parts {
         self.0.join(format!("{chunk}.{EXTENSION}"))
     }
 
-    /// The chunks of an earlier run that are there, each of this plan.
+    /// Returns the chunks of an interrupted run, each checked to be of this plan.
     fn there(&self, header: &Header, work: &Work<'_>) -> Result<Vec<u64>, Failure> {
         let [first, end] = work.chunks;
         let there = chunks_in(&self.0, first..end);
         if !there.is_empty() && !work.resume {
             let message = format!(
-                "{} holds {} of {} chunks of a run that was ended: --resume goes on, --out gives this one another \
-                 folder",
+                "{} contains {} of {} chunks of an interrupted run. Give --resume to continue it, or another folder \
+                 with --out",
                 self.0.display(),
                 there.len(),
                 end - first
@@ -222,13 +220,13 @@ impl Parts {
         }
         for chunk in &there {
             of_plan(&self.path(*chunk), header, header.range(*chunk)).map_err(|Failure { status, message }| {
-                Failure { status, message: message + "; without it --resume computes this chunk again" }
+                Failure { status, message: message + "; delete the file, and --resume computes the chunk again" }
             })?;
         }
         Ok(there)
     }
 
-    /// What cannot be removed is only in the way.
+    /// Removes the chunks. A failure is ignored: leftover files do no harm.
     fn remove(&self, chunks: Range<u64>) {
         chunks.for_each(|chunk| _ = fs::remove_file(self.path(chunk)));
         _ = fs::remove_dir(&self.0);
@@ -238,7 +236,7 @@ impl Parts {
 impl Console<'_> {
     pub(super) fn monte_carlo(&mut self, options: &MonteCarloOptions, args: &[OsString]) -> Result<u8, Failure> {
         let text = ScenarioText::read(options.file.as_deref(), DEFAULT)?;
-        // The default has no name on a command line.
+        // The built-in scenario has no file name on a command line.
         let named =
             options.file.as_ref().map_or_else(String::new, |file| format!(" {}", quoted(&file.to_string_lossy())));
         let (mut sets, mut vary) = (options.sets.clone(), options.vary.clone());
@@ -252,12 +250,12 @@ impl Console<'_> {
         let subject = Subject { sets: &sets, ..bare };
         let plan = Plan::new(subject, &vary, options.seed)?;
         if vary.is_empty() {
-            return Err(bad("what is to vary? Give --uncertain 50, or --vary KEY=uniform(LOW,HIGH)"));
+            return Err(bad("no parameter to vary: give --uncertain PERCENT or --vary KEY=DISTRIBUTION"));
         }
         if let Some(index) = options.replay {
             if index >= options.trials {
                 let last = options.trials - 1;
-                return Err(bad(format!("--replay {index}: the trials are 0 to {last}; --trials says how many")));
+                return Err(bad(format!("--replay {index}: expected 0 to {last} (--trials {})", options.trials)));
             }
             return self.replay_trial(&plan, (index, &named), &options.report);
         }
@@ -280,7 +278,7 @@ impl Console<'_> {
             let words = args.iter().skip(1).map(|it| it.to_string_lossy()).filter(|word| word != "--resume");
             let words: String = words.map(|word| quoted(&word) + " ").collect();
             self.note(&format!(
-                "stopped on request; all chunks that were done are in {}; go on with: {program} {words}--resume",
+                "stopped on request; all finished chunks are in {}; continue with: {program} {words}--resume",
                 folder.display()
             ));
             return Ok(status::INTERRUPTED);
@@ -299,13 +297,13 @@ impl Console<'_> {
         if let Some(first) = refused
             && let Err(error) = campaign.plan.experiment(first)
         {
-            self.note(&format!("no design, the first: trial {first}: {error}"));
+            self.note(&format!("first trial without a design: trial {first}: {error}"));
         }
         Ok(if is_missed { status::FAILED } else { status::DONE })
     }
 
-    /// The file of all trials that are asked for: what is there already stays, the rest is computed. None if told to
-    /// stop.
+    /// Returns the file of all requested trials. Existing chunks are kept, the others are computed. `None` if
+    /// interrupted.
     fn computed(&mut self, campaign: &Campaign<'_>, work: &Work<'_>) -> Result<Option<Trials>, Failure> {
         let Campaign { header, .. } = campaign;
         let [first, end] = work.chunks;
@@ -314,7 +312,7 @@ impl Console<'_> {
         if fs::symlink_metadata(&whole).is_ok() {
             if !work.resume {
                 let message = format!(
-                    "{} is there already: --resume takes what it has, --out gives this run another folder",
+                    "{} already exists. Give --resume to use its trials, or another folder with --out",
                     whole.display()
                 );
                 return Err(bad(message));
@@ -328,7 +326,7 @@ impl Console<'_> {
         if !self.compute(campaign, work.chunks, &parts, &there)? {
             return Ok(None);
         }
-        // One chunk in memory at a time.
+        // Read lazily: one chunk is in memory at a time.
         let all = (first..end).flat_map(|chunk| match Trials::open(&parts.path(chunk)) {
             Ok(trials) => trials.chunks().collect::<Vec<_>>(),
             Err(why) => vec![Err(std::io::Error::other(why))],
@@ -340,7 +338,7 @@ impl Console<'_> {
         Ok(Some(trials))
     }
 
-    /// Computes the chunks that are not there, each into a file of its own; `false` if told to stop.
+    /// Computes the missing chunks, each into its own file. Returns `false` if interrupted.
     fn compute(
         &self,
         campaign: &Campaign<'_>,
@@ -364,14 +362,14 @@ impl Console<'_> {
             let path = parts.path(chunk);
             store::write(&path, header, trials, [Ok(computed)]).map_err(|error| {
                 let Failure { status, message } = Failure::writing(path.display(), &error);
-                Failure { status, message: message + "; what was done before is kept for --resume" }
+                Failure { status, message: message + "; finished chunks are kept for --resume" }
             })?;
         }
         bar.finish_and_clear();
         Ok(true)
     }
 
-    /// One trial as `host-sim run` does it.
+    /// Runs one trial as `host-sim run` does.
     fn replay_trial(
         &mut self,
         plan: &Plan<'_>,
@@ -395,7 +393,7 @@ impl Console<'_> {
             shards.push((Trials::open(path).map_err(bad)?, path));
         }
         shards.sort_by_key(|(trials, _)| trials.range);
-        let Some(((of_first, _), _)) = shards.split_first() else { return Err(bad("no shards")) };
+        let Some(((of_first, _), _)) = shards.split_first() else { return Err(bad("no shards given")) };
         let header = of_first.header.clone();
         if let Some((differs, path)) =
             shards.iter().find_map(|(trials, path)| Some((header.difference(&trials.header)?, path)))
@@ -410,7 +408,7 @@ impl Console<'_> {
             }
             if first < next {
                 return Err(bad(format!(
-                    "{}: its trials {first} to {} are in another too",
+                    "{}: its trials {first} to {} are also in another shard",
                     path.display(),
                     end.min(next) - 1
                 )));
@@ -424,20 +422,20 @@ impl Console<'_> {
         let folder = options.report.folder(&header.scenario);
         let _claim = claim_folder(&folder)?;
         let whole = folder.join(format!("{TRIALS}.{EXTENSION}"));
-        // A merge that was ended after this has it already.
+        // An interrupted merge may have written the file already.
         if fs::symlink_metadata(&whole).is_err() {
             let all = shards.iter().flat_map(|(trials, _)| trials.chunks());
             store::write(&whole, &header, [0, header.trials], all)
                 .map_err(|error| Failure::writing(whole.display(), &error))?;
         }
         let trials = of_plan(&whole, &header, [0, header.trials])?;
-        // No shard knows what its file was called.
+        // A shard does not contain the path of its scenario.
         let (_, is_missed) = self.tell_trials(&trials, &question, &folder, " FILE", options.report.json)?;
         Ok(if is_missed { status::FAILED } else { status::DONE })
     }
 }
 
-/// The chunks of these that a folder has, in order: of a large plan few are there.
+/// Returns the existing chunks of a folder in order. It lists the folder: a large plan has few files there.
 fn chunks_in(folder: &Path, chunks: Range<u64>) -> Vec<u64> {
     let names = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
     let number = |name: OsString| name.to_str()?.strip_suffix(EXTENSION)?.strip_suffix('.')?.parse::<u64>().ok();
@@ -446,23 +444,23 @@ fn chunks_in(folder: &Path, chunks: Range<u64>) -> Vec<u64> {
     there
 }
 
-/// What of a plan is computed, and where.
+/// Part of a plan to compute, and its output.
 struct Work<'a> {
     folder: &'a Path,
     stem: &'a str,
-    /// The first chunk, and the one after the last.
+    /// First chunk, and the one after the last.
     chunks: [u64; 2],
     resume: bool,
 }
 
-/// A file of this plan and no other.
+/// Opens a file of trials and checks that it is of this plan and range.
 fn of_plan(path: &Path, header: &Header, range: [u64; 2]) -> Result<Trials, Failure> {
     let trials = Trials::open(path).map_err(bad)?;
     if let Some(differs) = header.difference(&trials.header) {
         return Err(bad(format!("{}: trials of another plan: {differs}", path.display())));
     }
     if trials.range != range {
-        return Err(bad(format!("{}: it has trials {:?}, expected {range:?}", path.display(), trials.range)));
+        return Err(bad(format!("{}: contains trials {:?}, expected {range:?}", path.display(), trials.range)));
     }
     Ok(trials)
 }

@@ -1,4 +1,4 @@
-//! The module `budget` without the feature `chip`: any options, and the reason.
+//! The module `budget` without the feature `chip`: accepts any options and returns an error that names the feature.
 
 use std::ffi::OsString;
 
@@ -6,10 +6,10 @@ use clap::Args;
 
 use super::{Console, Failure, bad};
 
-/// Options that are not read.
+/// Options of the command, which are not evaluated.
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct BudgetOptions {
-    /// The options of this command need the feature chip.
+    /// Options of `budget`; they need the feature chip.
     #[arg(value_name = "OPTIONS", trailing_var_arg = true, allow_hyphen_values = true)]
     options: Vec<OsString>,
 }

@@ -1,4 +1,4 @@
-//! The module `proof` without the feature `proof`: it returns the reason.
+//! The module `proof` without the feature `proof`: returns an error that names the feature.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `host-sim figures`: the figures of the paper again, and its claims held against them.
+//! `host-sim figures`: reproduces the figures of the paper and checks its claims.
 use std::path::Path;
 
 use loop_sim::trace::Ending;
@@ -13,7 +13,7 @@ impl Console<'_> {
     pub(super) fn figures(&mut self, only: &[String], folder: &Path, json: bool) -> Result<u8, Failure> {
         let chosen = chosen_figures(only)?;
         let _claim = claim_folder(folder)?;
-        // Between two looks there is the writing of one figure.
+        // A request to stop is checked between two figures: each one is written completely.
         let guards = (stop::keeping(), stop::looking());
         let mut claims = Vec::new();
         for figure in chosen {
@@ -51,13 +51,13 @@ impl Console<'_> {
             for claim in claims.iter().filter(|claim| !claim.remark.is_empty()) {
                 self.say(&format!("{}, {}: {}", claim.figure, claim.claim, claim.remark))?;
             }
-            self.say(&format!("written to {}", folder.display()))?;
+            self.say(&format!("files: {}", folder.display()))?;
         }
         let lost: Vec<&str> = claims.iter().filter(|claim| claim.is_regression()).map(|claim| claim.claim).collect();
         if lost.is_empty() {
             return Ok(status::DONE);
         }
-        Err(failed(format!("reproduced before, no longer does: {}", lost.join("; "))))
+        Err(failed(format!("claims that held before and no longer hold: {}", lost.join("; "))))
     }
 }
 

@@ -1,4 +1,4 @@
-//! `export --certificate`: statements proved of an exported file, with the feature `proof`.
+//! `host-sim export --certificate` with the feature `proof`: proves statements about an exported file.
 
 use std::path::Path;
 use std::time::Duration;
@@ -10,12 +10,14 @@ use tick_proof::solver::{Solver, Which};
 
 use super::{Console, Failure, bad, failed};
 
-/// For one question to the solver.
+/// Time limit of the solver for one statement.
 const PATIENCE: Duration = Duration::from_mins(2);
 
 impl Console<'_> {
-    /// Everything that is claimed of the file of this name and text, asked under a progress bar: the certificate, and
-    /// what is not proved. There is nothing to keep of a part: a request to stop ends the program at once.
+    /// Proves all statements about a file under a progress bar. Returns the certificate and the statements that are not
+    /// proved.
+    ///
+    /// A part of a certificate has no use, so a request to stop ends the program at once.
     pub(super) fn proved(
         &self,
         experiment: &Experiment,
@@ -23,7 +25,7 @@ impl Console<'_> {
         python: Option<&Path>,
         refused: impl Fn(String) -> Failure,
     ) -> Result<(String, Vec<String>), Failure> {
-        let functions = forms::functions(experiment).map_err(refused)?;
+        let functions = forms::functions(experiment).map_err(|why| refused(why.to_string()))?;
         let solver = Solver::find(Which::Bitwuzla, python).map_err(bad)?;
         let jobs = run::jobs("", &functions);
         let bar = self.bar(jobs.len() as u64, "{bar:40} {pos} of {len} statements  {elapsed}  {msg}");

@@ -1,4 +1,6 @@
-//! `host-sim report`: all that there is to say of a scenario, as one page for a browser, a printer and the next reader.
+//! `host-sim report`: writes an HTML report of one or more scenarios: design, run, bounds, map and cycle cost.
+//!
+//! The page needs no network. It contains its data, so that a later report can read it back for a comparison.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +14,7 @@ use study::map::{CORNERS, Subject};
 use study::margins;
 use study::number::significant;
 use terminal::table::Table;
-use whole_file::Kind;
+use whole_file::FileKind;
 
 use super::design;
 use super::map::{self, MapOptions};
@@ -28,77 +30,81 @@ use crate::report::write_whole;
 
 #[derive(Args, Debug)]
 pub(super) struct ReportOptions {
-    /// Scenarios, or reports made before, to lay side by side; without any the default.
+    /// Scenarios or earlier reports, shown side by side [default: built-in joint of the paper].
     files: Vec<PathBuf>,
-    /// Override a key of every scenario, as in --set drive.surface_rad_s=100.
+    /// Override a key of every scenario; repeatable. Example: --set drive.surface_rad_s=100.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// The page to write; an existing one is left as it is [default: out/SCENARIO-report.html, which is made anew].
+    /// Output file; an existing file is kept unless --force is given [default: out/SCENARIO-report.html, which is
+    /// replaced].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Overwrite the file.
+    /// Overwrite the output file.
     #[arg(long)]
     force: bool,
-    /// The preset of `map` that is drawn; `none` leaves the map out.
+    /// Preset of the map; none leaves the map out.
     #[arg(long, value_name = "PRESET", default_value = "gain", value_parser = map::presets_or(NO_MAP))]
     map: String,
-    /// The folder that `monte-carlo` of one of the scenarios wrote.
+    /// Output folder of host-sim monte-carlo for one of the scenarios.
     #[arg(long, value_name = "DIR")]
     trials: Option<PathBuf>,
-    /// The certificate of `export --certificate`, to be attached.
+    /// Proof certificate of host-sim export --certificate to attach.
     #[arg(long, value_name = "FILE")]
     certificate: Option<PathBuf>,
 }
 
-/// Names the fingerprint of a design.
+/// Label of the fingerprint of a design.
 const HASH: &str = "hash of the design";
-/// Instead of a preset.
+/// Value of `--map` for a report without a map.
 const NO_MAP: &str = "none";
-/// What ends the name of a report.
+/// File extension of a report.
 const PAGE: &str = "html";
-/// Names of several scenarios make so many characters of the name of a page at most: file systems take 255 bytes.
+/// Largest length of a file stem made of several scenario names, characters: file systems allow 255 bytes.
 const STEM: usize = 60;
-/// Clock of the chip that times are told for, Hz.
+/// Clock of the STM32F405, for times in the report, Hz.
 const CLOCK_HZ: f64 = 168e6;
 
-/// What a page has been given so far.
+/// Input of a page.
 #[derive(Default)]
 struct Gathered {
     accounts: Vec<Account>,
-    /// Of each scenario file: the place of its account, and what stands in it.
+    /// For each scenario file: the index of its account, and its text.
     files: Vec<(usize, ScenarioText)>,
 }
 
 impl Gathered {
-    /// Puts the trials beside the scenario that they are of.
+    /// Adds a Monte Carlo section to the account of its scenario.
+    ///
+    /// # Errors
+    /// If the scenario is not in the report, or if file, settings or design differ from the trials.
     fn add_trials(&mut self, trials: Written, asked: &[String]) -> Result<(), Failure> {
         let Written { scenario, sha256, sets, section } = trials;
         let is_named = |account: &Account| account.name == scenario;
         if !self.accounts.iter().any(is_named) {
-            return Err(bad(format!("--trials: its scenario is {scenario:?}, and that is not here")));
+            return Err(bad(format!("--trials: its scenario {scenario:?} is not in this report: add the file")));
         }
         let mut of_name = self.files.iter().filter(|(of, _)| is_named(&self.accounts[*of])).peekable();
         if of_name.peek().is_none() {
-            return Err(bad(format!("--trials: {scenario} is of a page: give its scenario file")));
+            return Err(bad(format!("--trials: {scenario} comes from an earlier report: give its scenario file")));
         }
         let Some((of, text)) = of_name.find(|(_, file)| hex_sha256(file.subject(&[]).text) == sha256) else {
             return Err(bad(format!(
-                "--trials: the file of {scenario} was another when its trials ran (scenario_sha256): run \
-                 `host-sim monte-carlo` again"
+                "--trials: the file of {scenario} changed after its trials (scenario_sha256): run `host-sim \
+                 monte-carlo` again"
             )));
         };
-        // What `--uncertain` sets beside what it draws is what the controller believes, as the file has it.
+        // `--uncertain` also sets controller.nominal to the nominal values of the file; this is not a difference.
         let mut of_trials = sets.iter().filter(|set| !set.starts_with("controller.nominal"));
         let without = asked.iter().find(|set| !sets.contains(set)).map(|set| ("without", set));
         let differs = without.or_else(|| Some(("with", of_trials.find(|set| !asked.contains(set))?)));
         if let Some((how, set)) = differs {
-            return Err(bad(format!("--trials: its trials ran {how} --set {set}: the page would be of two plants")));
+            return Err(bad(format!("--trials: the trials ran {how} --set {set}: give the report equal settings")));
         }
         let design = |sets: &[String]| -> Result<_, Failure> { Ok(text.subject(sets).with(&[])?.port.fingerprint()) };
         if design(&sets)? != design(asked)? {
             let set = sets.iter().find(|set| set.starts_with("controller.nominal")).map_or("", String::as_str);
             return Err(bad(format!(
-                "--trials: its trials ran with --set {set}: the page would be of two designs. Give this --set here too"
+                "--trials: the trials ran with --set {set}, another design than in this report: give this --set too"
             )));
         }
         self.accounts[*of].sections.push(section);
@@ -106,7 +112,7 @@ impl Gathered {
     }
 }
 
-/// The account of the design that a certificate is of.
+/// Returns the account whose design hash the certificate contains.
 fn certified<'a>(accounts: &'a mut [Account], name: &str, text: &str) -> Result<&'a mut Account, Failure> {
     let Some(design) = text.lines().find_map(|line| line.strip_prefix("Design: ")) else {
         return Err(bad(format!(
@@ -133,11 +139,11 @@ fn certified<'a>(accounts: &'a mut [Account], name: &str, text: &str) -> Result<
     })
 }
 
-/// The certificate of an export, attached.
+/// Returns the section with the attached certificate.
 fn proofs(name: String, text: String) -> Section {
     Section {
         heading: "Proofs".into(),
-        says: vec!["What holds for every input, state and order of lost samples, and who showed it.".into()],
+        says: vec!["Statements for every input, state and order of lost samples, with verdict and solver.".into()],
         files: vec![(name, text)],
         ..Section::default()
     }
@@ -149,7 +155,7 @@ impl Console<'_> {
             may_be_named(output, options)?;
         }
         let certificate = match &options.certificate {
-            Some(file) => Some((file.display().to_string(), read_text(file, Kind::SETTINGS)?)),
+            Some(file) => Some((file.display().to_string(), read_text(file, FileKind::SETTINGS)?)),
             None => None,
         };
         let trials = options.trials.as_deref().map(monte_carlo::section).transpose()?;
@@ -163,7 +169,7 @@ impl Console<'_> {
         }
         told_apart(&mut accounts);
         let names: Vec<&str> = accounts.iter().map(|account| account.name.as_str()).collect();
-        let title = names.join(" beside ");
+        let title = names.join(" and ");
         let page = Page { title: &title, accounts: &accounts };
         let html = page.html().map_err(|error| Failure::writing("the page", &error.into()))?;
         let (output, is_anew) = if let Some(output) = &options.output {
@@ -177,12 +183,12 @@ impl Console<'_> {
                 .map_err(|error| Failure::writing(output.display(), &error))?;
             (output, is_anew)
         };
-        let instead = if is_anew { ", instead of the one there was; --output keeps it" } else { "" };
-        self.say(&format!("written to {}{instead}", output.display()))?;
+        let instead = if is_anew { " (replaced; give --output to keep several)" } else { "" };
+        self.say(&format!("wrote {}{instead}", output.display()))?;
         Ok(status::DONE)
     }
 
-    /// The account of each file, in their order; none if told to stop.
+    /// Returns the account of each file in order; `None` if interrupted.
     fn gather(&mut self, options: &ReportOptions) -> Result<Option<Gathered>, Failure> {
         let files: Vec<Option<&Path>> = if options.files.is_empty() {
             vec![None]
@@ -190,7 +196,7 @@ impl Console<'_> {
             options.files.iter().map(|file| Some(&**file)).collect()
         };
         if !options.sets.is_empty() && files.iter().all(|file| file.is_some_and(is_page)) {
-            return Err(bad("--set is for scenarios: a report that was made says what it says"));
+            return Err(bad("--set applies to scenarios only: an earlier report cannot change"));
         }
         let mut gathered = Gathered::default();
         for file in files {
@@ -207,7 +213,7 @@ impl Console<'_> {
         Ok(Some(gathered))
     }
 
-    /// All that is told of one scenario; none if it was told to stop.
+    /// Returns the account of one scenario; `None` if interrupted.
     fn account(
         &mut self,
         file: Option<&Path>,
@@ -259,7 +265,7 @@ impl Console<'_> {
         Ok(Some((section, trace)))
     }
 
-    /// Where it is stable, and in which corners.
+    /// Returns the section on stability: corners and map; `None` if interrupted.
     fn of_map(&mut self, file: Option<&Path>, options: &ReportOptions) -> Option<Section> {
         let asked = |preset: &str| MapOptions::of_preset(file, preset, &options.sets);
         let corners = self.with_view(&asked(CORNERS), |console, view| {
@@ -267,7 +273,7 @@ impl Console<'_> {
             Ok(found.map(|found| {
                 let worst = found.points.iter().flatten().next().map_or_else(String::new, |point| {
                     let name = point.worst.as_deref().unwrap_or_default();
-                    format!("; the worst, {name}, has spectral radius {:.5}", point.spectral_radius)
+                    format!("; worst: {name}, spectral radius {:.5}", point.spectral_radius)
                 });
                 view.count(&found) + &worst
             }))
@@ -275,7 +281,7 @@ impl Console<'_> {
         let mut says = match corners {
             Ok(Some(line)) => vec![line],
             Ok(None) => return None,
-            // A law that switches has no matrices: that is told, and no reason for no report.
+            // A law that switches has no matrices. The report is written anyway, with the reason.
             Err(Failure { message, .. }) => vec![format!("no corners: {message}")],
         };
         let mut drawings = Vec::new();
@@ -290,37 +296,39 @@ impl Console<'_> {
             Ok(None) => return None,
             Err(Failure { message, .. }) => says.push(format!("no map: {message}")),
         }
-        Some(Section { heading: "Where it is stable".into(), says, drawings, ..Section::default() })
+        Some(Section { heading: "Stability map".into(), says, drawings, ..Section::default() })
     }
 }
 
-/// Is it a report, by its name?
+/// Returns whether a file is a report, by its extension.
 fn is_page(file: &Path) -> bool {
     file.extension().is_some_and(|end| [PAGE, "htm"].iter().any(|page| end.eq_ignore_ascii_case(page)))
 }
 
-/// Told before minutes of work: not over what is read, nor without being told over what is there.
+/// Checks `--output` before minutes of work: it must not be an input, and must not exist without `--force`.
 fn may_be_named(output: &Path, options: &ReportOptions) -> Result<(), Failure> {
     not_read(output, options)?;
     free(output, options.force)
 }
 
-/// Where the program keeps the page of these scenarios: not over what is read, nor over anything but an earlier page of
-/// the same. Is there one?
+/// Checks the default output path and returns whether an earlier report is replaced.
+///
+/// # Errors
+/// If the path is an input, or contains anything but an earlier report of these scenarios (without `--force`).
 fn may_be_made_anew(output: &Path, names: &[&str], options: &ReportOptions) -> Result<bool, Failure> {
     not_read(output, options)?;
     if !output.is_file() {
         return Ok(false);
     }
-    let before = whole_file::read_text(output, Kind::REPORT).ok().and_then(|text| page::accounts(&text));
+    let before = whole_file::read_text(output, FileKind::REPORT).ok().and_then(|text| page::accounts(&text));
     let is_of_them = before.is_some_and(|before| before.iter().map(|account| &*account.name).eq(names.iter().copied()));
     if is_of_them || options.force {
         return Ok(true);
     }
     Err(bad(format!(
-        "{} is no report of {} and is left as it is: give another --output, or --force to overwrite it",
+        "{} is not a report of {} and was not changed: give another --output, or --force to overwrite it",
         output.display(),
-        names.join(" beside ")
+        names.join(" and ")
     )))
 }
 
@@ -328,25 +336,25 @@ fn not_read(output: &Path, options: &ReportOptions) -> Result<(), Failure> {
     let Ok(place) = output.canonicalize() else { return Ok(()) };
     let read = options.files.iter().chain(&options.certificate);
     match read.into_iter().find(|file| file.canonicalize().is_ok_and(|file| file == place)) {
-        Some(file) => Err(bad(format!("{} is read: give the page another place with --output", file.display()))),
+        Some(file) => Err(bad(format!("{} is an input: give another file with --output", file.display()))),
         None => Ok(()),
     }
 }
 
-/// With the file that it is about, if it does not begin with that.
+/// Prefixes a message with its file, unless it begins with the file.
 fn of_file(file: &str, message: String) -> String {
     if message.starts_with(file) { message } else { format!("{file}: {message}") }
 }
 
-/// The accounts of a report that was made before.
+/// Reads the accounts of an earlier report.
 fn read_back(file: &Path) -> Result<Vec<Account>, Failure> {
-    let text = read_text(file, Kind::REPORT)?;
-    page::accounts(&text).filter(|accounts| !accounts.is_empty()).ok_or_else(|| {
-        bad(format!("{}: no report that this program made: it has no accounts to read back", file.display()))
-    })
+    let text = read_text(file, FileKind::REPORT)?;
+    page::accounts(&text)
+        .filter(|accounts| !accounts.is_empty())
+        .ok_or_else(|| bad(format!("{}: not a report of host-sim: it contains no accounts", file.display())))
 }
 
-/// No two accounts have one name.
+/// Makes the names of the accounts unique.
 fn told_apart(accounts: &mut [Account]) {
     for k in 1..accounts.len() {
         let (before, rest) = accounts.split_at_mut(k);
@@ -359,24 +367,24 @@ fn told_apart(accounts: &mut [Account]) {
     }
 }
 
-/// What it is, and by which numbers it is known again.
+/// Returns the section `Scenario`: file, hashes, versions, warnings.
 fn about(experiment: &Experiment, subject: &Subject<'_>) -> Section {
     let Subject { file, text, sets, .. } = *subject;
-    let mut table = Table::new(["of the scenario", "value"]);
+    let mut table = Table::new(["property", "value"]);
     table.row(["file", file]);
-    table.row(["sha256 of the file, its first half", &hex_sha256(text)[..32]]);
+    table.row(["SHA-256 of the file, first half", &hex_sha256(text)[..32]]);
     if !sets.is_empty() {
-        table.row(["set besides", &sets.join(", ")]);
+        table.row(["overrides (--set)", &sets.join(", ")]);
     }
     if let Some(hash) = experiment.port.fingerprint() {
         table.row([HASH, &format!("{hash:08x}")]);
     }
     table.row(["period (s)", &significant(experiment.period_s, 6)]);
     table.row(["span (s)", &significant(experiment.span_s, 6)]);
-    table.row(["made by", concat!("host-sim ", env!("CARGO_PKG_VERSION"))]);
-    table.row(["its commit", env!("HOST_SIM_COMMIT")]);
-    table.row(["its compiler", env!("HOST_SIM_COMPILER")]);
-    table.row(["the plant is moved", &moved(experiment)]);
+    table.row(["program", concat!("host-sim ", env!("CARGO_PKG_VERSION"))]);
+    table.row(["commit", env!("HOST_SIM_COMMIT")]);
+    table.row(["compiler", env!("HOST_SIM_COMPILER")]);
+    table.row(["integration of the plant", &moved(experiment)]);
     let warnings = experiment.warnings.iter().map(|warning| format!("warning: {warning}"));
     let chosen = experiment.drive.iter().flat_map(|drive| drive.chosen.clone());
     Section {
@@ -388,25 +396,23 @@ fn about(experiment: &Experiment, subject: &Subject<'_>) -> Section {
     }
 }
 
-/// By what the plant goes from tick to tick, and how exactly: what the tests of `loop_sim::exact` and `solver` show.
+/// Returns the integration method of the plant and its accuracy, as tested in `loop_sim::exact` and `solver`.
 fn moved(experiment: &Experiment) -> String {
     let plant = &experiment.plant;
     if plant.exact().is_some() {
-        "in one exact step a tick, within 1e-9 of the solver of order 10 (of the largest of each state); by that \
-         solver where a disturbance jumps or a link turns fast"
+        "one exact step per tick, within 1e-9 of the solver of order 10 (relative to the largest value of each \
+         state); that solver where a disturbance jumps or a link turns fast"
             .into()
     } else if plant.is_checked() {
-        "by the solver, of order 6 to 10, each step as short as an order less by 2 agrees with it within 1e-9 of how \
-         far a state is from 0 or moves, or 1/1024 of what was tried"
+        "solver of order 6 to 10; a step is shortened until a solution of order 2 less agrees within 1e-9 of the \
+         distance of a state from 0 or of its change, at most to 1/1024"
             .into()
     } else {
-        "by the solver, of order 4 to 10 as the step asks for, whose error is 4e-11 of a state at most in the time \
-         that its fastest mode takes for 1 rad"
-            .into()
+        "solver of order 4 to 10, chosen by the step; error at most 4e-11 of a state per rad of its fastest mode".into()
     }
 }
 
-/// Its loop at rest.
+/// Returns the section `Design` on the linearised loop at rest.
 fn of_design(design: &Design, experiment: &Experiment) -> Section {
     Section {
         heading: "Design".into(),
@@ -417,12 +423,12 @@ fn of_design(design: &Design, experiment: &Experiment) -> Section {
     }
 }
 
-/// Poles asked for and got, as far as they are slow enough to be seen.
+/// Returns the figure of the design poles and the closed-loop poles; poles far beyond the design poles are left out.
 fn poles(design: &Design) -> Figure {
     let asked: Vec<_> = design.asked_poles().collect();
     let fastest = asked.iter().map(|pole| pole.re.abs()).fold(0.0, f64::max);
     let dots = |label: &str, color: usize, poles: &mut dyn Iterator<Item = margins::Root>| {
-        // A gap behind each: they are no curve.
+        // A gap after each point keeps the dots unconnected.
         let points = poles.filter(|pole| pole.re.abs() <= 3.0 * fastest && pole.im.abs() <= 3.0 * fastest);
         let points = points.flat_map(|pole| [(pole.re, pole.im), (f64::NAN, f64::NAN)]);
         Series { has_dots: true, ..Series::solid(label, color, points) }
@@ -432,45 +438,43 @@ fn poles(design: &Design) -> Figure {
         panels: vec![Panel {
             x_label: "real part (rad/s)".into(),
             y_label: "imaginary part (rad/s)".into(),
-            series: vec![
-                dots("of the closed loop", 0, &mut design.poles()),
-                dots("asked for", 1, &mut asked.iter().copied()),
-            ],
+            series: vec![dots("closed loop", 0, &mut design.poles()), dots("design", 1, &mut asked.iter().copied())],
             ..Panel::default()
         }],
         columns: 1,
     }
 }
 
-/// What the tick costs.
+/// Returns the section on cycles and memory of a tick on the target.
 fn on_chip(experiment: &Experiment) -> Section {
     let mut says = Vec::new();
     let mut tables = Vec::new();
     if let Some(&Cost { ref instance, typical, bound, flash, state, coefficients }) = chip::cost_of(experiment) {
-        says.push(format!("the tick that is shipped as {instance:?} in firmware/budgets.toml, on a Cortex-M4F"));
-        let mut table = Table::new(["of the tick", "value", "unit", "meaning"]);
+        says.push(format!("cost of a tick on a Cortex-M4F, measured for {instance:?} of firmware/budgets.toml"));
+        let mut table = Table::new(["quantity", "value", "unit", "meaning"]);
         let microseconds =
             |cycles: u32| format!("{} us at 168 MHz", significant(1e6 * f64::from(cycles) / CLOCK_HZ, 3));
         let mut row = |name: &str, value: u32, unit: &str, meaning: &str| {
             table.row([name, &value.to_string(), unit, meaning]);
         };
-        row("an ordinary tick", typical, "cycles", &microseconds(typical));
-        row("any tick, bound", bound, "cycles", &microseconds(bound));
+        row("typical tick", typical, "cycles", &microseconds(typical));
+        row("WCET bound", bound, "cycles", &microseconds(bound));
         let share = 1e2 * f64::from(bound) / (CLOCK_HZ * experiment.period_s);
         row("code", flash, "bytes", "flash");
-        row("state", state, "bytes", "memory that changes");
-        row("design", coefficients, "bytes", "flash or memory");
-        says.push(format!("the bound is {} % of the period", significant(share, 2)));
+        row("state", state, "bytes", "RAM");
+        row("design", coefficients, "bytes", "flash or RAM");
+        says.push(format!("the WCET bound is {} % of the period", significant(share, 2)));
         tables.push(table);
     } else if let Some(drive) = &experiment.drive {
         says.push(format!(
-            "this form of a drive is not measured; its parts add up to a bound of {} cycles a tick on a Cortex-M4F",
+            "this drive configuration is not measured; the sum of its parts is a WCET bound of {} cycles (Cortex-M4F)",
             chip::cycles(&drive.designed)
         ));
     } else {
         says.push(
-            "no tick of this shape is measured; `host-sim budget --elf YOURS --symbol TICK` bounds your own".into(),
+            "this controller configuration is not measured; host-sim budget --elf FILE --symbol TICK bounds your tick"
+                .into(),
         );
     }
-    Section { heading: "On the chip".into(), says, tables, ..Section::default() }
+    Section { heading: "Cost on the target".into(), says, tables, ..Section::default() }
 }

@@ -1,4 +1,5 @@
-//! `host-sim run`: a scenario once through its loop, as table, trace and figures; and what others tell of a run.
+//! `host-sim run`: simulates a scenario once and prints its metrics, and writes trace and figures. Other commands share
+//! its table, figures and verdict.
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -28,13 +29,13 @@ use crate::report::trace_figure::{self, Labels};
 use crate::report::{csv, drive_figure, write_whole};
 use link::transport::board::Log;
 
-/// What `--json` prints of a run.
+/// Output of `--json`, and content of run.json.
 #[derive(Serialize)]
 struct RunJson<'a> {
     scenario: &'a str,
-    /// What was set besides the file.
+    /// `KEY=VALUE` overrides of the file.
     sets: &'a [String],
-    /// Fingerprint of the design that ran, the `DESIGN` of its exported files; none of a law that has none.
+    /// Fingerprint of the design, equal to `DESIGN` in its exported files; `None` for a law without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     design_hash: Option<String>,
     #[serde(flatten)]
@@ -42,30 +43,30 @@ struct RunJson<'a> {
     ending: &'static str,
     /// Time of the last recorded tick, s.
     ended_at_s: f64,
-    /// Why the run broke off, if not by divergence or on request.
+    /// Reason why the run broke off, other than divergence or a request.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
     warnings: &'a [String],
-    /// Poles, margins and noise of the loop at rest; none for a law that switches.
+    /// Poles, margins and noise of the linearised loop at rest; `None` for a law that switches.
     #[serde(skip_serializing_if = "Option::is_none")]
     design: Option<&'a Design>,
     /// Bounds of the external disturbances, Eq. (40); chain plants only.
     #[serde(skip_serializing_if = "<[Mu]>::is_empty")]
     mu: &'a [Mu],
-    /// How the target did, if there was one.
+    /// Comparison with the target, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     target: Option<&'a Comparison>,
 }
 
-/// The controller on a target against the one here.
+/// Comparison of the controller on a target with the controller in this process.
 #[derive(Serialize)]
 struct Comparison {
-    /// How many ticks were compared.
+    /// Number of compared ticks.
     ticks: u64,
-    /// Bits that differ in the first output that does.
+    /// Number of different bits in the first different output.
     bits_differ: u32,
     round_trips_per_s: f64,
-    /// Requests that had to be sent again.
+    /// Number of repeated requests.
     repeated: u64,
 }
 
@@ -74,15 +75,15 @@ impl Comparison {
         let Self { ticks, bits_differ, round_trips_per_s, repeated } = self;
         let repeated = match repeated {
             0 => String::new(),
-            1 => ", 1 request sent again".into(),
-            many => format!(", {many} requests sent again"),
+            1 => ", 1 request repeated".into(),
+            many => format!(", {many} requests repeated"),
         };
         format!("{ticks} ticks, {bits_differ} bits differ ({round_trips_per_s:.0} round trips/s{repeated})")
     }
 }
 
 impl Console<'_> {
-    /// One run, in this process or on a target too; `place` ends the name of its folder.
+    /// Runs a scenario in this process, and with `link` also on a target. `place` is the suffix of the output folder.
     pub(super) fn run(
         &mut self,
         mut experiment: Experiment,
@@ -109,7 +110,7 @@ impl Console<'_> {
         if let Ending::BrokenOff { t_s } = trace.ending
             && self.stop.load(Ordering::Relaxed)
         {
-            // A target that says nothing was waited for no longer.
+            // The request to stop ended the wait for a silent target: this is not an error of the connection.
             (trace.ending, error) = (Ending::Interrupted { t_s }, None);
         }
         let comparison = link.map(|link| compared(&trace, error.as_ref(), &link, started));
@@ -142,21 +143,22 @@ impl Console<'_> {
         } else {
             self.tell_run(&experiment, &trace, &metrics, &json)?;
             if !options.no_files {
-                self.say(&format!("written to {}", folder.display()))?;
+                self.say(&format!("files: {}", folder.display()))?;
             }
+            self.say(&format!("result: {}", verdict(&trace, &metrics, &json)))?;
         }
         match error {
             Some(message) => Err(failed(message)),
             None if matches!(trace.ending, Ending::Interrupted { .. }) => {
-                let kept = if options.no_files { "is not kept".into() } else { format!("is in {}", folder.display()) };
-                self.note(&format!("stopped on request; what was recorded {kept}"));
+                let kept = if options.no_files { "are lost".into() } else { format!("are in {}", folder.display()) };
+                self.note(&format!("stopped on request; the recorded data {kept}"));
                 Ok(status::INTERRUPTED)
             }
             None => Ok(status::DONE),
         }
     }
 
-    /// A run for people.
+    /// Prints a run as text.
     fn tell_run(
         &mut self,
         experiment: &Experiment,
@@ -174,11 +176,10 @@ impl Console<'_> {
         for warning in json.warnings {
             self.say(&format!("warning: {warning}"))?;
         }
-        self.say(ending(trace, metrics).1.as_str())?;
-        json.target.map_or(Ok(()), |comparison| self.say(&comparison.line()))
+        Ok(())
     }
 
-    /// Runs the loop under a progress bar and Ctrl-C, with what the target logs shown as it comes.
+    /// Runs the loop with a progress bar until its end or Ctrl-C, and prints the log of the target.
     pub(super) fn watched(
         &mut self,
         experiment: &mut Experiment,
@@ -187,7 +188,7 @@ impl Console<'_> {
         let periods = experiment.periods as u64;
         let bar = self.bar(periods, LEFT);
         let _looking = stop::looking();
-        // Drawing is slower than a tick.
+        // 200 updates of the bar: drawing is slower than a tick.
         let stride = (periods / 200).max(1);
         let mut ticks = 0;
         let mut drive;
@@ -222,7 +223,7 @@ impl Console<'_> {
     }
 }
 
-/// How a target did in a run that took this long.
+/// Returns the comparison with the target after a run that began at `started`.
 fn compared(trace: &Trace, error: Option<&LoopError>, link: &Link, started: Instant) -> Comparison {
     let traffic = link.remote.traffic();
     let bits_differ = match error {
@@ -237,7 +238,7 @@ fn compared(trace: &Trace, error: Option<&LoopError>, link: &Link, started: Inst
     }
 }
 
-/// A title speaks of its file: what `--set` changed is told beside it, here and in the figures, on the same line.
+/// Appends the changes of `--set` to a title, on one line: the title itself describes the unchanged file.
 pub(super) fn note_changes(title: &mut String, sets: &[String]) {
     let is_label = |set: &String| matches!(set.split('=').next().map(str::trim), Some("title" | "name"));
     let on_a_line = |set: &String| {
@@ -251,18 +252,21 @@ pub(super) fn note_changes(title: &mut String, sets: &[String]) {
     }
 }
 
-/// What a run leaves in its folder beside trace and figures.
+/// File name of the results as JSON.
 const RUN_JSON: &str = "run.json";
 
-/// [`claim_folder`], unless the results of another scenario are there.
+/// Claims the output folder of a scenario with [`claim_folder`].
+///
+/// # Errors
+/// If the folder contains results of another scenario.
 fn prepare_folder(folder: &Path, name: &str) -> Result<Claim, Failure> {
     let left = std::fs::read_to_string(folder.join(RUN_JSON)).unwrap_or_default();
     let left = serde_json::from_str::<serde_json::Value>(&left).unwrap_or_default();
     match left["scenario"].as_str() {
         Some(other) if other != name => {
             let message = format!(
-                "output folder {} holds the results of scenario {other:?}: give those of {name:?} another with --out, \
-                 or remove it",
+                "output folder {} holds the results of scenario {other:?}: give {name:?} another folder with --out, or \
+                 remove this one",
                 folder.display()
             );
             Err(bad(message))
@@ -296,7 +300,7 @@ pub(super) fn labels(experiment: &Experiment) -> Labels<'_> {
     Labels { title, output_unit, control_unit, states }
 }
 
-/// The standard figures of its run, with the stems of their files.
+/// Returns the standard figures of a run with the stems of their files.
 pub(super) fn figures_of(experiment: &Experiment, trace: &Trace) -> Vec<(String, Figure)> {
     match &experiment.drive {
         Some(drive) => drive_figure::drive_figures(trace, drive, &labels(experiment)),
@@ -304,27 +308,34 @@ pub(super) fn figures_of(experiment: &Experiment, trace: &Trace) -> Vec<(String,
     }
 }
 
-/// As a word for programs, and as a sentence for people.
+/// Returns the ending of a run as a word for programs and as a phrase for people.
 pub(super) fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String) {
     match trace.ending {
         Ending::Finished if !metrics.bounded => {
-            ("finished", format!("NOT BOUNDED: |y| went beyond {FAR} times where it began and the settling band"))
+            ("finished", format!("NOT BOUNDED: |y| exceeded {FAR} times its start and the settling band"))
         }
-        Ending::Finished => ("finished", "the state stayed bounded to the end".into()),
-        Ending::Diverged { t_s } => (
-            "diverged",
-            format!("NOT BOUNDED: the state ran away at t = {} s and the run ended there", significant(t_s, 4)),
-        ),
-        Ending::BrokenOff { t_s } => {
-            ("broken off", format!("BROKEN OFF: the run could not go on at t = {} s", significant(t_s, 4)))
-        }
-        Ending::Interrupted { t_s } => {
-            ("interrupted", format!("INCOMPLETE: the run ended at t = {} s", significant(t_s, 4)))
-        }
+        Ending::Finished => ("finished", "finished, state bounded".into()),
+        Ending::Diverged { t_s } => ("diverged", format!("DIVERGED at t = {} s", significant(t_s, 4))),
+        Ending::BrokenOff { t_s } => ("broken off", format!("BROKEN OFF at t = {} s", significant(t_s, 4))),
+        Ending::Interrupted { t_s } => ("interrupted", format!("STOPPED at t = {} s", significant(t_s, 4))),
     }
 }
 
-/// What a run came to, for people.
+/// Returns the verdict of a run. It never contradicts the warnings above it.
+fn verdict(trace: &Trace, metrics: &Metrics, json: &RunJson<'_>) -> String {
+    let (_, ending) = ending(trace, metrics);
+    let is_held_by_limits = metrics.bounded && json.warnings.iter().any(|warning| warning.starts_with("UNSTABLE"));
+    let warned = match json.warnings.len() {
+        _ if is_held_by_limits => "; the linearised loop is UNSTABLE".into(),
+        0 => String::new(),
+        1 => "; 1 warning above".into(),
+        count => format!("; {count} warnings above"),
+    };
+    let compared = json.target.map_or_else(String::new, |comparison| format!("; {}", comparison.line()));
+    format!("{ending}{warned}{compared}")
+}
+
+/// Returns the metrics table of a run.
 pub(super) fn table(
     experiment: &Experiment,
     metrics: &Metrics,
@@ -337,7 +348,7 @@ pub(super) fn table(
         return drive::table(experiment, drive, metrics, tracking, figures.noise.as_ref(), of_loop_a, trace);
     }
     let [from, to] = metrics.window_s.map(|t_s| typed(t_s, 6));
-    // Nothing is said of a window that the run did not go through.
+    // A run that ended before the window has no metric of it.
     let spoken = !metrics.sigma_star_ultimate.is_nan();
     let window = if spoken { format!("largest over [{from}, {to}] s") } else { format!("the run ended before {to} s") };
     let mut table = Table::new(["metric", "value", "meaning"]);
@@ -368,7 +379,7 @@ pub(super) fn table(
     table
 }
 
-/// The rows that every run has.
+/// Adds the rows that every run has: bounded, and ticks with each status flag.
 pub(super) fn how_it_went(
     experiment: &Experiment,
     metrics: &Metrics,
@@ -376,7 +387,7 @@ pub(super) fn how_it_went(
     row: &mut impl FnMut(&str, String, &str),
 ) {
     let ticks = format!("{} of {} ticks", trace.rows.len(), experiment.periods + 1);
-    // A run that could not go on says nothing of it.
+    // A run that broke off gives no information on boundedness.
     let bounded = match trace.ending {
         Ending::BrokenOff { .. } => "-",
         _ if metrics.bounded => "yes",
@@ -386,7 +397,7 @@ pub(super) fn how_it_went(
     for (flag, _) in TROUBLES {
         let count = ticks_with(trace, flag);
         if count > 0 {
-            row(&format!("ticks with {flag}"), count.to_string(), "told by the controller");
+            row(&format!("ticks with {flag}"), count.to_string(), "reported by the controller");
         }
     }
 }

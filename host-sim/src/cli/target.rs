@@ -1,4 +1,4 @@
-//! `pil`, `hil` and `emulate`: the controller on a chip, emulated or real.
+//! `host-sim pil`, `hil` and `emulate`: the controller on a target, emulated or a board.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -17,80 +17,84 @@ use link::transport::board::{Log, Messages, is_last, logged};
 use link::transport::faulty::Rates;
 use link::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport};
 
-/// Where `cargo xtask firmware` leaves the image, from the root of the repository.
+/// Firmware `pil` as built by `cargo xtask firmware`, relative to the root of the repository.
 const IMAGE: &str = "firmware/target/thumbv7em-none-eabihf/release/pil";
-/// A line of the log is looked for this long; also how soon Ctrl-C is heard.
+/// Longest wait for a line of the log, and so the delay of Ctrl-C.
 const LISTEN: Duration = Duration::from_millis(50);
-/// A log that has more to say than this after the end of a run is cut short.
+/// Longest time for which the log is printed after the end of a run.
 const LOG_TAIL: Duration = Duration::from_secs(2);
 
 #[derive(Args, Debug)]
 pub(super) struct PilOptions {
-    /// The image with the target's side of the talk; cargo xtask firmware builds it.
+    /// Firmware `pil`; cargo xtask firmware builds it.
     #[arg(long, value_name = "FILE", default_value = IMAGE)]
     image: PathBuf,
-    /// Show what the target logs, on stderr.
+    /// Print the log of the target on stderr.
     #[arg(long)]
     log: bool,
-    /// Drop, corrupt, truncate, duplicate and delay frames, each with this probability in each direction (0 ..
-    /// 0.1); 0.05 makes a run ten times as long.
-    #[arg(long, value_name = "RATE", value_parser = rate)]
+    /// Probability of a dropped, corrupted, truncated, duplicated and delayed frame, each, per direction (0 to 0.1). At
+    /// 0.05 a run takes ten times as long.
+    #[arg(long, value_name = "RATE", value_parser = rate, help_heading = "Experiments")]
     faults: Option<f64>,
     /// Seed of the faults.
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "faults")]
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "faults", help_heading = "Experiments")]
     seed: u64,
 }
 
 #[derive(Args, Debug)]
 pub(super) struct HilOptions {
-    /// Serial port of the board, such as /dev/ttyUSB0.
+    /// Serial port of the board, as /dev/ttyUSB0.
     #[arg(long, value_name = "DEV")]
     port: PathBuf,
-    /// Speed of the port, bits per second.
+    /// Baud rate of the port, bit/s.
     #[arg(long, value_name = "N", default_value_t = BAUD)]
     #[arg(value_parser = clap::value_parser!(u32).range(9600..=12_000_000))]
     baud: u32,
-    /// Serial port of the board's log (same speed), shown on stderr.
+    /// Serial port of the board's log at the same baud rate; the log is printed on stderr.
     #[arg(long, value_name = "DEV", requires = "elf")]
     log_port: Option<PathBuf>,
-    /// The image on the board, the very one: the log of another decodes to messages that nobody sent.
+    /// ELF file of the firmware on the board. It must be the flashed build, otherwise the log decodes to wrong text.
     #[arg(long, value_name = "FILE", requires = "log_port")]
     elf: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]
 pub(super) struct EmulateOptions {
-    /// The image, such as firmware/target/thumbv7em-none-eabihf/release/drive.
+    /// ELF file of the firmware, as firmware/target/thumbv7em-none-eabihf/release/drive.
     #[arg(long, value_name = "FILE")]
     image: PathBuf,
-    /// How long, s of this machine's time; an image whose line ends in `ends`, `done` or `stopped` ends earlier.
+    /// Duration, s of host time. A log line that ends in `ends`, `done` or `stopped` ends the emulation earlier.
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = seconds)]
     seconds: f64,
 }
 
 pub(super) fn rate(text: &str) -> Result<f64, String> {
     let rate: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    // At 0.1 more than every second round trip fails already.
-    if (0.0..=0.1).contains(&rate) { Ok(rate) } else { Err("from 0 to 0.1".into()) }
+    // Five faults in two directions: at 0.1 more than every second round trip fails.
+    if (0.0..=0.1).contains(&rate) { Ok(rate) } else { Err("expected 0 to 0.1".into()) }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if seconds > 0.0 && seconds <= 86_400.0 { Ok(seconds) } else { Err("more than 0, up to a day of 86400".into()) }
+    if seconds > 0.0 && seconds <= 86_400.0 { Ok(seconds) } else { Err("expected above 0, up to 86400 (a day)".into()) }
 }
 
-/// The way to a target.
+/// Connection to a target, and its log.
 pub(super) struct Link<'a> {
     pub(super) remote: Remote<Stoppable<'a, Box<dyn Transport>>>,
     pub(super) log: Option<Log>,
 }
 
-/// Is there such an image at all? Who asks for one of ours is told which option names it and how it comes to be.
+/// Checks that a firmware file exists.
+///
+/// # Errors
+/// If there is no such file. The message contains the option that names it and the command that builds the example
+/// firmware.
 pub(super) fn present(image: &Path, option: &str) -> Result<(), String> {
     match std::fs::metadata(image) {
         Err(error) if error.kind() == ErrorKind::NotFound => Err(format!(
-            "image {}: there is no such file; {option} FILE names one, `cargo xtask firmware` in the repository \
-                 builds it",
+            "firmware {}: there is no such file; give {option} FILE, or build the example firmware with `cargo xtask \
+             firmware` in the repository",
             image.display()
         )),
         _ => Ok(()),
@@ -102,14 +106,14 @@ fn design(experiment: &Experiment) -> Result<Loadable, Failure> {
 }
 
 impl<'a> Console<'a> {
-    /// Leaves out what the image does not have, and says so.
+    /// Switches off `drive.rest_band`, which the firmware does not have, and prints a note.
     pub(super) fn as_on_the_chip(&mut self, experiment: &mut Experiment) {
         if experiment.leave_rest_band() {
-            self.note("drive.rest_band = \"off\" on both sides: the image on the chip has no band at rest");
+            self.note("note: drive.rest_band = \"off\" on host and target: the firmware has no rest band");
         }
     }
 
-    /// Boots the image and loads the design.
+    /// Boots the firmware in the emulator and loads the design.
     pub(super) fn emulated(&mut self, experiment: &Experiment, options: &PilOptions) -> Result<Link<'a>, Failure> {
         let design = design(experiment)?;
         let PilOptions { image, log, faults, seed } = options;
@@ -122,10 +126,10 @@ impl<'a> Console<'a> {
             Some(rate) => Box::new(Faulty::new(emulator, Rates::all(*rate), *seed)),
             None => Box::new(emulator),
         };
-        // A round trip takes 1 to 3 ms. Where frames are known to be lost it pays to ask again soon.
+        // A round trip takes 1 to 3 ms. With injected faults a short timeout saves time.
         let reply_within = Duration::from_millis(if faults.is_some() { 10 } else { 100 });
         self.linked(transport, reply_within, design, log, |_| {
-            format!("is {} the image `pil`, and of this version?", image.display())
+            format!("check that {} is the firmware `pil` of this version", image.display())
         })
     }
 
@@ -144,17 +148,14 @@ impl<'a> Console<'a> {
         };
         self.wait_for(&format!("the target at {}", port.display()));
         let transport = Serial::open(port, *baud).map_err(|error| failed(error.0))?;
-        // 10 bits a byte there and back, twice for what stands in the way (a USB adapter gathers bytes for 16 ms).
+        // 10 bits per byte in both directions. Doubled: a USB adapter collects bytes for 16 ms.
         let line = Duration::from_secs_f64(10.0 * (REQUEST_LEN + REPLY_LEN) as f64 / f64::from(*baud));
         let reply_within = Duration::from_millis(50) + 2 * line;
         self.linked(Box::new(transport), reply_within, design, log, |heard| {
             if heard == 0 {
-                format!(
-                    "is {} the board's port, is the board powered, and does the image `pil` run on it?",
-                    port.display()
-                )
+                format!("check the port {}, the power of the board, and its firmware (`pil`)", port.display())
             } else {
-                format!("is {baud} the speed of the port, and the image `pil` the one that runs on the board?")
+                format!("check --baud {baud}, and that the board runs the firmware `pil`")
             }
         })
     }
@@ -178,14 +179,14 @@ impl<'a> Console<'a> {
         Ok(Link { remote, log })
     }
 
-    /// Tells a person why nothing moves for a moment.
+    /// Prints a note on a terminal before a wait of some seconds.
     fn wait_for(&mut self, what: &str) {
         if self.terminal {
             self.note(&format!("waiting for {what}"));
         }
     }
 
-    /// What the log has to say at the end of a run.
+    /// Prints the rest of the log at the end of a run, for at most [`LOG_TAIL`].
     pub(super) fn rest_of(&mut self, log: &Log) {
         let until = Instant::now() + LOG_TAIL;
         while Instant::now() < until
@@ -200,7 +201,7 @@ impl<'a> Console<'a> {
         present(image, "--image").map_err(failed)?;
         let messages = Messages::or_text(image).map_err(failed)?;
         if messages.is_text() {
-            self.note("note: the image holds no defmt messages; what it sends over USART2 is shown as text");
+            self.note("note: the firmware has no defmt messages; the output of USART2 is printed as text");
         }
         let (process, stream) = logged(image).map_err(failed)?;
         let log = Log::follow(stream, messages);
@@ -217,14 +218,14 @@ impl<'a> Console<'a> {
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Err(failed(process.ended("the emulator is gone"))),
+                Err(RecvTimeoutError::Disconnected) => return Err(failed(process.ended("the emulator ended"))),
             }
         }
         Ok(status::DONE)
     }
 }
 
-/// Folder of a run on a target: beside that of the run in this process.
+/// Returns the output folder of a run on a target: the scenario name with `-pil` or `-hil`.
 pub(super) fn folder(experiment: &Experiment, place: &str) -> PathBuf {
     Path::new("out").join(format!("{}{place}", experiment.name))
 }

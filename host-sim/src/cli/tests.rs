@@ -1,4 +1,4 @@
-//! The program as its user meets it: what stands on stdout, on stderr, on the disk, and the exit status.
+//! The program from outside: stdout, stderr, files and exit status.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::Ordering;
@@ -13,9 +13,9 @@ use link::transport::{Loopback, Transport, TransportError};
 use pil_wire::Reply;
 use study::figures::TROUBLES;
 
-/// A run of a fifth of a second.
+/// Settings of a run of 0.2 s.
 const SHORT: [&str; 4] = ["--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]"];
-/// Two weak springs and a strong motor: the linear gain of 10 is too low for that, the joint runs away within a second.
+/// Two weak springs and a strong motor: with the linear gain of 10 the joint diverges within a second.
 const RUNAWAY: [&str; 8] = [
     "--set",
     "controller.k_l=10",
@@ -27,7 +27,7 @@ const RUNAWAY: [&str; 8] = [
     "plant.error.b=0.5",
 ];
 
-/// A folder of one test, gone when the test is over.
+/// Folder of one test, removed at its end.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -60,9 +60,9 @@ impl Drop for Folder {
 }
 
 /// Exit status, stdout, stderr.
-type Spoken = (u8, String, String);
+type CommandResult = (u8, String, String);
 
-fn spoken_to(args: &[&str], stop: &AtomicBool) -> Spoken {
+fn spoken_to(args: &[&str], stop: &AtomicBool) -> CommandResult {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let console = Console { out: &mut out, err: &mut err, stop, terminal: false };
     let status = run(["host-sim"].iter().chain(args).map(OsString::from), console);
@@ -70,7 +70,7 @@ fn spoken_to(args: &[&str], stop: &AtomicBool) -> Spoken {
     (status, text(out), text(err))
 }
 
-fn spoken(args: &[&str]) -> Spoken {
+fn spoken(args: &[&str]) -> CommandResult {
     spoken_to(args, &AtomicBool::new(false))
 }
 
@@ -111,10 +111,10 @@ fn json_of_the_bare_run_is_one_object_with_the_published_sigma_star() {
     assert_eq!(json["ending"], "finished");
     assert_eq!(json["metrics"]["bounded"], true);
     assert_eq!(json["metrics"]["window_s"], serde_json::json!([10.0, 20.0]));
-    // 0.0486 of the continuous controller, within 3 % at 1 ms.
+    // The continuous controller has 0.0486; at 1 ms the value is within 3 %.
     let sigma_star = json["metrics"]["sigma_star_ultimate"].as_f64().expect("a number");
     assert!((sigma_star - 0.0486).abs() < 0.03 * 0.0486, "{sigma_star}");
-    // What is being run is told where it does not disturb a program.
+    // The headline goes to stderr, so that a program can read stdout.
     assert_eq!(err.lines().count(), 1, "{err}");
     let expected = ["estimates.png", "estimates.svg", "response.png", "response.svg", "run.json", "trace.csv"];
     assert_eq!(folder.names("o"), expected.map(String::from).into());
@@ -127,7 +127,7 @@ fn json_of_a_chain_gives_the_bounds_of_its_disturbances_too() {
     let (status, out, _) = spoken(&["run", &file, "--json", "--out", &folder.path("o"), "--set", "span_s=6"]);
     assert_eq!(status, status::DONE);
     let json = assert_is_run_json(&out);
-    // 0.3 + 0.5 sin 2t: 0.8, 1, 2.
+    // Bounds of 0.3 + 0.5 sin 2t and its derivatives: 0.8, 1, 2.
     assert_eq!(json["mu"][1]["by_order"], serde_json::json!([0.8, 1.0, 2.0]));
     assert_eq!(json["mu"][1]["mu"], 2.0);
 }
@@ -159,8 +159,8 @@ fn a_run_speaks_its_headline_a_table_and_where_it_wrote_and_nothing_on_stderr() 
     assert!(lines[1].starts_with("metric "), "{out}");
     assert!(lines.iter().any(|line| line.starts_with("|u| peak (A) ")), "{out}");
     assert!(lines.iter().any(|line| line.starts_with("bounded ") && line.ends_with(" 201 of 201 ticks")), "{out}");
-    assert_eq!(lines[lines.len() - 2], "the state stayed bounded to the end");
-    assert_eq!(lines[lines.len() - 1], format!("written to {to}"));
+    assert_eq!(lines[lines.len() - 2], format!("files: {to}"));
+    assert_eq!(lines[lines.len() - 1], "result: finished, state bounded");
 }
 
 #[test]
@@ -168,9 +168,9 @@ fn a_run_that_diverges_says_so_and_claims_no_figure_for_a_window_it_never_saw() 
     let folder = Folder::new("diverged");
     let to = folder.path("o");
     let (status, out, _) = spoken(&[&RUNAWAY[..], &["--out", &to]].concat());
-    // A result like any other.
+    // Divergence is a result, not a failure.
     assert_eq!(status, status::DONE);
-    assert!(out.contains("NOT BOUNDED: the state ran away at t = 0.7"), "{out}");
+    assert!(out.contains("result: DIVERGED at t = 0.7"), "{out}");
     let sigma_star = out.lines().find(|line| line.starts_with("|sigma*| ultimate")).expect("a row");
     assert_eq!(sigma_star.split_whitespace().nth(3), Some("-"), "{sigma_star}");
     assert!(sigma_star.ends_with("the run ended before 20 s"), "{sigma_star}");
@@ -187,7 +187,7 @@ fn a_run_that_diverges_says_so_and_claims_no_figure_for_a_window_it_never_saw() 
 #[test]
 fn a_run_that_ends_far_out_is_not_called_bounded() {
     let folder = Folder::new("far");
-    // An unstable plant, and an actuator that is too weak for it: exp 1.6 t.
+    // An unstable plant with an actuator that is too weak: y grows as exp(1.6 t).
     let text = "span_s = 10\nplant = { kind = \"chain\", order = 2, a = [1, 1], b = 1, x0 = [1, 0] }\n\
                 controller = { c = [5, 1], limits = { min = -0.1, max = 0.1 } }\n";
     let file = folder.file("weak.toml", text);
@@ -195,7 +195,7 @@ fn a_run_that_ends_far_out_is_not_called_bounded() {
     let (status, out, _) = spoken(&["run", &file, "--out", &to]);
     assert_eq!(status, status::DONE);
     assert!(out.lines().any(|line| line.starts_with("bounded ") && line.contains(" NO ")), "{out}");
-    let told = "NOT BOUNDED: |y| went beyond 1000 times where it began and the settling band";
+    let told = "result: NOT BOUNDED: |y| exceeded 1000 times its start and the settling band";
     assert!(out.contains(told), "{out}");
     let (_, out, _) = spoken(&["run", &file, "--json", "--out", &to]);
     let json = assert_is_run_json(&out);
@@ -225,12 +225,12 @@ fn a_plant_too_fast_to_integrate_ends_with_status_1_and_keeps_its_record() {
     let fast: Vec<String> = (1..=9).map(term).collect();
     let file = folder.file(
         "fast.toml",
-        // Of more frequencies than its own step has room for: the solver's.
+        // More frequencies than the exact step supports, so the solver integrates.
         &format!("[[plant.disturbance]]\nchannel = 1\nterms = [{}]", fast.join(", ")),
     );
     let (status, out, err) = spoken(&["run", &file, "--out", &folder.path("o")]);
     assert_eq!(status, status::FAILED);
-    assert!(out.contains("BROKEN OFF: the run could not go on at t = 0 s"), "{out}");
+    assert!(out.contains("result: BROKEN OFF at t = 0 s"), "{out}");
     assert!(err.starts_with("error: the plant is too fast for the period: 9.000e9 rad/s"), "{err}");
     assert_eq!(err.lines().count(), 1, "{err}");
     let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
@@ -253,9 +253,9 @@ fn bad_input_ends_with_status_2_one_line_on_stderr_and_nothing_written() {
             &["--set", "plant.kind=chain", "--out", &out_folder],
             "error: --set plant.kind=chain: `plant.a`: missing: the coefficients a_1 .. a_n of the true a(x)\n\
              error: --set plant.kind=chain: `plant.b`: missing: the true input gain\n\
-             error: --set plant.kind=chain: `plant.kind`: found \"chain\", but the file says `plant.reading`, \
-             `plant.parameters`, `plant.error`, `plant.input_disturbance`: only for \"flexible_joint\"; start from a \
-             file without them\n\
+             error: --set plant.kind=chain: `plant.kind`: found \"chain\", but the file sets `plant.reading`, \
+             `plant.parameters`, `plant.error`, `plant.input_disturbance`, only for \"flexible_joint\": start from a \
+             file without these keys\n\
              error: --set plant.kind=chain: `plant.order`: missing: the order n of the chain, 2 to 6\n"
                 .into(),
         ),
@@ -270,7 +270,7 @@ fn bad_input_ends_with_status_2_one_line_on_stderr_and_nothing_written() {
     assert!(!Path::new(&out_folder).exists());
 }
 
-/// A number below 0 is judged by the option, and no option itself.
+/// A negative number is checked by its option, and is not parsed as an option.
 #[test]
 fn a_negative_value_is_told_what_its_option_takes() {
     for (args, expected) in [
@@ -317,7 +317,7 @@ fn a_folder_that_another_run_writes_into_is_refused_by_name() {
     let to = folder.path("o");
     let claim = whole_file::claim(Path::new(&to)).expect("free");
     for args in [&["--out", to.as_str()][..], &["figures", "--only", "fig09", "--out", &to]] {
-        let told = "another run is writing there; wait for its end, or give this one another with --out";
+        let told = "another run is writing there; wait until it ends, or give another folder with --out";
         let message = format!("error: output folder {to}: {told}\n");
         assert_eq!(spoken(args), (status::BAD_INPUT, String::new(), message));
     }
@@ -329,7 +329,7 @@ fn a_folder_that_another_run_writes_into_is_refused_by_name() {
 fn ctrl_c_keeps_what_was_recorded() {
     let folder = Folder::new("interrupted");
     let stop = AtomicBool::new(false);
-    // The longest run there is: 2000 s at 1 ms take many times the tenth of a second.
+    // The longest possible run: 2000 s at 1 ms take far more than 0.1 s.
     let args = ["--set", "span_s=2000", "--set", "window_s=[0, 2000]", "--out", &folder.path("o")];
     let (status, out, err) = std::thread::scope(|scope| {
         scope.spawn(|| {
@@ -339,13 +339,13 @@ fn ctrl_c_keeps_what_was_recorded() {
         spoken_to(&args, &stop)
     });
     assert_eq!(status, status::INTERRUPTED);
-    assert!(out.contains("\nINCOMPLETE: the run ended at t = "), "{out}");
-    assert_eq!(err, format!("stopped on request; what was recorded is in {}\n", folder.path("o")));
+    assert!(out.contains("\nresult: STOPPED at t = "), "{out}");
+    assert_eq!(err, format!("stopped on request; the recorded data are in {}\n", folder.path("o")));
     let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
     let ticks = csv.lines().count() - 1;
     assert!((1..2_000_001).contains(&ticks), "{ticks}");
     let ended: f64 = csv.lines().last().and_then(|line| line.split(',').next()?.parse().ok()).expect("a time");
-    // Ticks of 1 ms from 0, none lost; the product rounds.
+    // Ticks of 1 ms from 0, none missing; the product rounds.
     assert!((ended - 1e-3 * (ticks - 1) as f64).abs() < 1e-9, "{ended} {ticks}");
     assert_eq!(folder.names("o").len(), 6);
 }
@@ -363,7 +363,7 @@ fn ctrl_c_ends_the_figures_between_whole_files() {
     assert_eq!(folder.names("o"), BTreeSet::new());
 }
 
-/// Fails every write with this kind of error.
+/// Stream that fails every write with this kind of error.
 struct Broken(io::ErrorKind);
 
 impl Write for Broken {
@@ -386,10 +386,10 @@ fn a_reader_that_went_away_is_no_error_and_the_files_are_written_all_the_same() 
     let mut err = Vec::new();
     assert_eq!(status_of(io::ErrorKind::BrokenPipe, &folder.path("o"), &mut err), status::DONE);
     assert_eq!((err.len(), folder.names("o").len()), (0, 6));
-    // A full disk is one.
+    // A full disk is an error.
     assert_eq!(status_of(io::ErrorKind::StorageFull, &folder.path("p"), &mut err), status::FAILED);
     assert_eq!(String::from_utf8_lossy(&err), "error: stdout cannot be written: no storage space\n");
-    // Nobody hears that stderr is gone.
+    // A closed stderr is ignored.
     let quiet = status_of(io::ErrorKind::BrokenPipe, &folder.path("q"), &mut Broken(io::ErrorKind::BrokenPipe));
     assert_eq!(quiet, status::DONE);
 }
@@ -417,13 +417,13 @@ fn new_writes_a_scenario_that_runs_and_never_over_another() {
 
     std::fs::write(&path, "my work").expect("temporary file");
     for name in ["mine", "mine.toml"] {
-        assert_eq!(new(name), Err((status::BAD_INPUT, format!("{path} exists already and is left as it is"))));
+        assert_eq!(new(name), Err((status::BAD_INPUT, format!("{path} already exists and was not changed"))));
     }
     assert_eq!(std::fs::read_to_string(&path).expect("a file"), "my work");
     for odd in ["", "..", "../mine", "a/b", ".hidden", ".toml", "a b"] {
         let refused = new(odd).expect_err(odd);
         assert_eq!(refused.0, status::BAD_INPUT);
-        assert!(refused.1.contains("cannot name a scenario: use 1 to 64 letters"), "{}", refused.1);
+        assert!(refused.1.contains("is not a valid name: use 1 to 64 letters"), "{}", refused.1);
     }
     assert_eq!(folder.names(""), ["mine.toml", "o", "other.toml", "p"].map(String::from).into());
 }
@@ -438,11 +438,11 @@ fn a_title_tells_what_set_changed_but_not_its_own_change() {
     assert_eq!(titled(&[]), "k_l = 50");
     assert_eq!(titled(&["name=x", "title = y"]), "k_l = 50");
     assert_eq!(titled(&["controller.k_l=9", "seed=1"]), "k_l = 50; set controller.k_l=9, seed=1");
-    // It is one line, whatever was typed.
+    // The title stays one line for any input.
     assert_eq!(titled(&["window_s=[1,\n\t2] # \u{9b}x"]), "k_l = 50; set window_s=[1, 2] # x");
 }
 
-/// A target in this process that flips one bit of u in its 100th reply.
+/// Target in this process that flips one bit of u in its 100th reply.
 struct Flipping {
     inner: Loopback,
     receiver: pil_wire::Receiver<{ pil_wire::REPLY_LEN }>,
@@ -494,10 +494,7 @@ fn a_target_that_differs_in_one_bit_ends_the_run_with_status_1_and_names_it_and_
     let patterns: Vec<&str> = message.split(", 0x").collect();
     let [there, here] = [0, 1].map(|k| u32::from_str_radix(&patterns[k][..8], 16).expect("8 digits"));
     assert_eq!(there ^ here, 1, "{message}");
-    assert!(
-        out.contains("\nBROKEN OFF: the run could not go on at t = 0.09900 s\n100 ticks, 1 bits differ ("),
-        "{out}"
-    );
+    assert!(out.contains("\nresult: BROKEN OFF at t = 0.09900 s; 100 ticks, 1 bits differ ("), "{out}");
     let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
     assert_eq!(csv.lines().count(), 1 + 99, "the ticks before it");
 
@@ -542,13 +539,13 @@ fn options_that_make_no_sense_are_wrong_usage() {
 
 #[test]
 fn the_longest_wait_stands_in_the_help() {
-    let longest = format!("{} s for any answer", link::remote::LONGEST_WAIT.as_secs());
+    let longest = format!("reply within {} s", link::remote::LONGEST_WAIT.as_secs());
     for command in ["pil", "hil"] {
         let (_, out, _) = spoken(&[command, "--help"]);
         assert!(out.contains(&longest), "{out}");
     }
     let (_, out, _) = spoken(&["pil", "--help"]);
-    assert!(out.contains(&format!("{} s for the emulator", cycle_bound::qemu::START_WITHIN.as_secs())), "{out}");
+    assert!(out.contains(&format!("start within {} s", cycle_bound::qemu::START_WITHIN.as_secs())), "{out}");
 }
 
 #[test]
@@ -558,10 +555,10 @@ fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
     let (code, text, err) = spoken(&["export", "--paper", "--standalone"]);
     let unlimited = "warning: u has no limits: up to 1e12 may go out; set controller.limits={ min = .., max = .. }\n";
     assert_eq!((code, err.as_str()), (status::DONE, unlimited));
-    // What machine code of the file is held to: u in the first word behind the address of the output.
+    // Reference text of the C file: u is the first word behind the address of the output.
     let (code, means, _) = spoken(&["export", "--paper", "--standalone", "--means", "tick", "--prefix", "left"]);
     assert!(code == 0 && means.starts_with("means 1\nfunction left_tick\n") && means.contains("\nout u number r2+0\n"));
-    // Of the assembly, in whose state u is the first word.
+    // Reference text of the assembly: u is the first word of the state.
     let scheduled = folder.path("tick_u.means");
     let asked = ["export", "--paper", "--asm", "--means", "tick_u", "--prefix", "left", "-o", &scheduled];
     assert_eq!(spoken(&asked).0, status::DONE);
@@ -575,13 +572,13 @@ fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
     assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
     let (code, out, err) = spoken(&["export", "--paper", "--lang", "rust", "-o", &file]);
     assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""));
-    assert!(err.contains("exists already and is left as it is; --force overwrites it"), "{err}");
+    assert!(err.contains("already exists and was not changed; --force overwrites it"), "{err}");
     assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
     assert_eq!(spoken(&["export", "--paper", "--lang", "rust", "-o", &file, "--force"]).0, status::DONE);
     assert!(std::fs::read_to_string(&file).expect("the file").contains("pub static CONTROLLER"));
 }
 
-/// A solver that has one answer to every question; questions are on its input.
+/// Creates a solver that gives one answer to every question; questions arrive on its input.
 #[cfg(unix)]
 fn solver_that_says(folder: &Folder, answer: &str) -> String {
     use std::os::unix::fs::PermissionsExt as _;
@@ -591,7 +588,8 @@ fn solver_that_says(folder: &Folder, answer: &str) -> String {
     path
 }
 
-/// The hash is that of the file by a program that is not ours; what a solver does not prove is said, and no success.
+/// `sha256sum` confirms the hash of the file. A statement that the solver does not prove is reported, and the command
+/// fails.
 #[cfg(unix)]
 #[test]
 fn a_certificate_is_about_the_file_beside_it() {
@@ -613,7 +611,7 @@ fn a_certificate_is_about_the_file_beside_it() {
     assert!(text.contains("Solver: Bitwuzla 1.2.3") && text.matches("  PROVED").count() >= 10, "{text}");
 
     let (code, _, err) = with(&solver_that_says(&folder, "sat"), &["--force"]);
-    assert!(code == status::FAILED && err.contains("not all is proved"), "{code} {err}");
+    assert!(code == status::FAILED && err.contains("not every statement is proved"), "{code} {err}");
     let text = std::fs::read_to_string(&certificate).expect("a certificate");
     assert!(text.contains("refuted") && !text.contains("PROVED"), "{text}");
 }
@@ -630,7 +628,7 @@ fn a_reading_that_is_a_joint_is_exported_without_a_word_more() {
 #[test]
 fn nothing_without_limits_is_exported_or_designed_unless_that_is_said() {
     let told =
-        "u has no limits: up to 1e12 may go out; set controller.limits={ min = .., max = .. }, or say --no-limits";
+        "u has no limits: up to 1e12 may go out; set controller.limits={ min = .., max = .. }, or give --no-limits";
     let physical = ["--set", "plant.reading=physical"];
     for command in [&["export", "--standalone"][..], &["export", "--lang", "rust"], &["design"]] {
         let (code, out, err) = spoken(&[command, &physical].concat());
@@ -661,10 +659,10 @@ fn export_says_what_is_wrong_with_its_arguments() {
         (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: there is no such file"),
         (&["export", "--standalone", "--set", "controller.epsilom=1"], "did you mean `epsilon`"),
         (&["export", "--paper", "--standalone", "--set", "controller.precision=f64"], "set controller.precision=f32"),
-        (&["export", "--standalone"], "no joint has its input gain; set plant.reading=physical, "),
+        (&["export", "--standalone"], "its input gain is not physical. Set plant.reading=physical, "),
         (
             &["export", "--lang", "c", "--set", "plant.reading=stiff"],
-            "the reading \"stiff\" is for the paper's figures",
+            "plant.reading = \"stiff\": only reproduces the paper's figures",
         ),
     ] {
         let (code, out, err) = spoken(args);
@@ -681,8 +679,8 @@ fn a_motor_of_one_s_own_runs_from_its_file_and_says_how_the_reference_was_follow
     let (status, out, err) = spoken(&["run", &file, "--out", &to]);
     assert_eq!((status, err.as_str()), (status::DONE, ""));
     let has = |start: &str| out.lines().any(|line| line.starts_with(start));
-    assert!(has("error 125 rad/s: the phase lost in 0.80 ms of period, lag and delay allows no more"), "{out}");
-    for row in ["|y - r| peak (rad) ", "noise of u, r moving (A rms) ", "|u| peak (A) ", "saturated ", "bounded "] {
+    assert!(has("position bandwidth 125 rad/s, limited by 0.80 ms of loop delay"), "{out}");
+    for row in ["|y - r| peak (rad) ", "current noise, r moving (A rms) ", "|u| peak (A) ", "saturated ", "bounded "] {
         assert!(has(row), "{row}: {out}");
     }
     let expected = ["load.png", "load.svg", "response.png", "response.svg", "run.json", "trace.csv"];
@@ -734,7 +732,7 @@ fn a_run_without_files_tells_all_the_same_and_leaves_nothing() {
     assert_eq!((status, without), (status::DONE, with));
     assert_eq!(std::fs::metadata("out").is_ok(), before);
     let (status, out, _) = spoken(&[&SHORT[..], &["--no-files"]].concat());
-    assert!(status == status::DONE && !out.contains("written"), "{out}");
+    assert!(status == status::DONE && !out.contains("files: "), "{out}");
     let (status, _, err) = spoken(&[&SHORT[..], &["--no-files", "--out", &folder.path("p")]].concat());
     assert!(status == status::BAD_INPUT && err.contains("--no-files"), "{err}");
 }
@@ -751,7 +749,7 @@ fn the_answer_has_what_was_set_and_which_design_ran() {
         assert_eq!((hash.len(), u32::from_str_radix(&hash, 16).is_ok()), (8, true), "{hash}");
         hash
     };
-    // Of the design alone: not of the plant.
+    // The hash depends on the design only, not on the plant.
     assert_eq!(hash(&[]), hash(&["plant.x0=[0.05, 0, 0, 0]"]));
     assert_ne!(hash(&[]), hash(&["controller.k_l=90"]));
 }
@@ -765,7 +763,7 @@ fn fewer_ticks_and_every_state_on_request() {
     let csv = std::fs::read_to_string(folder.path("o/trace.csv")).expect("a trace");
     let times: Vec<f64> =
         csv.lines().skip(1).map(|line| line.split(',').next().expect("t").parse().expect("t")).collect();
-    // 0.2 s at 1 ms: ticks 0, 60, 120, 180 and the last.
+    // 0.2 s at 1 ms: ticks 0, 60, 120, 180 and the last one.
     assert_eq!(times.len(), 5, "{times:?}");
     assert!((times[1] - 0.06).abs() < 1e-12 && (times[4] - 0.2).abs() < 1e-12, "{times:?}");
     for bad in ["0", "-1", "x"] {
@@ -788,28 +786,24 @@ fn the_results_of_another_scenario_are_left_alone() {
     assert_eq!(named("first").0, status::DONE);
 }
 
-/// What would drive a motor that may swing is not written; what is refused names the key that takes it all the same.
+/// A controller that may be unstable is not exported. The message names the key that exports it anyway.
 #[test]
 fn a_drive_that_is_unstable_within_its_data_sheet_is_exported_with_consent_only() {
     let folder = Folder::new("unstable");
-    // A harmonic drive.
+    // Stiffness of a harmonic drive.
     let stiff = folder.file("stiff.toml", &scenario::JOINT.replace("stiffness_n_m = 9.0", "stiffness_n_m = 8000.0"));
     let motor = folder.file("motor.toml", scenario::MOTOR);
     let joint: [&str; 6] =
         ["--set", "joint.gear=[100, 1]", "--set", "joint.motor_inertia_kg_m2=1.2e-4", "--set", "encoder.motor.bits=14"];
-    // As a whole, which it is without a tuning, it is stable.
+    // The coupled design, the default without drive.tuning, is stable.
     let output = folder.path("whole.h");
     let (status, _, err) = spoken(&[&["export", &stiff, "--standalone", "-o", &output][..], &joint].concat());
     assert_eq!(status, status::DONE, "{err}");
     let joint = [&joint[..], &["--set", "drive.tuning=normal"]].concat();
     let late = ["--set", "motor.current_lag_s=4e-3", "--set", "drive.surface_rad_s=80"];
     for (file, sets, words) in [
-        (&stiff, joint, &["take drive.tuning = \"coupled\""][..]),
-        (
-            &motor,
-            [&late[..], &["--set", "drive.gain_sets=1"]].concat(),
-            &["1 of 4 corners", "take drive.surface_rad_s"],
-        ),
+        (&stiff, joint, &["set drive.tuning = \"coupled\""][..]),
+        (&motor, [&late[..], &["--set", "drive.gain_sets=1"]].concat(), &["1 of 4 corners", "set drive.surface_rad_s"]),
         (&motor, [&late[..3], &["drive.surface_rad_s=50"]].concat(), &["the fast gain set is unstable"]),
     ] {
         let output = folder.path("a.h");
@@ -831,9 +825,9 @@ fn a_map_is_a_table_of_points_two_pictures_and_what_may_be_promised() {
     let axes = ["map", &file, "--x", "error.torque_percent=-90..500:12", "--y", "drive.surface_rad_s=20..500:log:3"];
     let (status, out, err) = spoken(&[&axes[..], &["--out", &folder.path("o")]].concat());
     assert_eq!((status, err.as_str()), (status::DONE, ""), "{out}");
-    // The file has no bandwidth of its own: that of the rule is where it is.
+    // The file sets no bandwidth: the bandwidth of the rule is its position on the axis.
     assert!(
-        out.contains("36 points: ") && out.contains("may be promised around the file's own values: error."),
+        out.contains("36 points: ") && out.contains("guaranteed tolerance around the values of the file: error."),
         "{out}"
     );
     assert_eq!(folder.names("o"), ["map.csv", "map.png", "map.svg"].map(String::from).into());
@@ -866,7 +860,7 @@ fn a_figure_of_a_run_is_that_of_the_run() {
     }
 }
 
-/// The file's own values, those that follow by rule too: around them, not around them, or outside.
+/// The tolerance lies around the values of the file (also those by rule), not around them, or excludes them.
 #[test]
 fn what_is_promised_is_around_the_file_or_said_not_to_be() {
     let folder = Folder::new("promise");
@@ -876,13 +870,13 @@ fn what_is_promised_is_around_the_file_or_said_not_to_be() {
     let words = ["--x", "drive.period_s=2e-4..2e-3:6", "--y", "drive.tuning=quiet,normal,firm"];
     let fast = ["--set", "drive.surface_rad_s=480", "--corners", "50"];
     for (file, args, expected) in [
-        (&motor, [&axes[..], &[]].concat(), "may be promised around the file's own values: drive.period_s from "),
-        (&motor, [&narrow[..], &[]].concat(), "; the file's own drive.surface_rad_s = 125.0 is not in it"),
-        (&joint, [&words[..], &[]].concat(), "may be promised around the file's own values: drive.period_s from "),
+        (&motor, [&axes[..], &[]].concat(), "guaranteed tolerance around the values of the file: drive.period_s from "),
+        (&motor, [&narrow[..], &[]].concat(), "; the file has drive.surface_rad_s = 125.0, outside this range"),
+        (&joint, [&words[..], &[]].concat(), "guaranteed tolerance around the values of the file: drive.period_s from"),
         (
             &motor,
             [&["--x", "drive.period_s=2e-4..2e-3:6", "--y", "drive.surface_rad_s=20..480:6"], &fast[..]].concat(),
-            "nothing may be promised around the file's own values: no point at drive.period_s = 0.00092, \
+            "no guaranteed tolerance around the values of the file: no point at drive.period_s = 0.00092, \
              drive.surface_rad_s = 480 is good",
         ),
     ] {
@@ -897,7 +891,7 @@ fn corners_are_told_one_by_one_the_worst_first() {
     let (status, out, _) = spoken(&["map", "--preset", "corners", "--set", "controller.k_l=10"]);
     assert_eq!(status, status::DONE);
     assert!(out.contains("8 of 32 corners at 50 % are unstable"), "{out}");
-    // Both numbers of a row are of one pole.
+    // Both numbers of a row belong to one pole.
     let rows = out.lines().filter_map(|line| {
         let mut words = line.split_whitespace().rev().map(str::parse::<f64>);
         Some((words.next()?.ok()?, words.next()?.ok()?))
@@ -912,7 +906,7 @@ fn corners_are_told_one_by_one_the_worst_first() {
     assert!(radii.len() == 32 && radii.is_sorted_by(|a, b| a >= b), "{radii:?}");
 }
 
-/// An upright pendulum with a limit of u: near rest every point is stable, and from 0.5 rad the heavy ones fall.
+/// An upright pendulum with a limit of u: every point is stable near rest, but from 0.5 rad the heavy pendulums fall.
 #[test]
 fn nothing_is_promised_where_the_run_did_not_come_to_its_end() {
     let folder = Folder::new("map-fallen");
@@ -926,9 +920,9 @@ fn nothing_is_promised_where_the_run_did_not_come_to_its_end() {
     };
     let (status, told, err) = map(&["--figure", "metrics.y_ultimate"]);
     assert_eq!(status, status::DONE, "{err}");
-    assert!(told.contains("6 points: 4 good, 0 unstable, 2 stable but beyond the bar or without a figure"), "{told}");
+    assert!(told.contains("6 points: 4 good, 0 unstable, 2 stable but outside the limit"), "{told}");
     assert!(told.contains("any of 0.5, 1 with"), "{told}");
-    // A figure is known though the run of the file itself ends early.
+    // The metric exists although the run of the file itself ends early.
     let (status, told, err) =
         map(&["--figure", "metrics.u_peak", "--set", "plant.x0=[30.0, 0.0]", "--set", "plant.constants.m=60"]);
     assert_eq!(status, status::DONE, "{told}{err}");
@@ -943,21 +937,21 @@ fn what_cannot_be_mapped_is_told_before_anything_is_written() {
     let out = folder.path("o");
     let axes = ["--x", "error.torque_percent=0..1:2", "--y", "drive.period_s=1e-3,2e-3"];
     for (args, told) in [
-        (vec![&*motor], "what is to be swept?"),
+        (vec![&*motor], "nothing to sweep"),
         (vec![&motor, "--x", "a=0..1"], "--y"),
         (vec![&motor, "--x", "a=0..1", "--y", "a=1..2"], "both sweep a"),
-        (vec![&motor, "--x", "a=0..1", "--y", "b=1..2"], "no point of the map has a design; of the first: --set a=0"),
+        (vec![&motor, "--x", "a=0..1", "--y", "b=1..2"], "no point of the map has a valid design; first point: --set"),
         (vec![&motor, "--x", "a", "--y", "b=1..2"], "expected KEY=FROM..TO"),
-        (vec![&motor, "--x", "a=1,2,1", "--y", "b=1..2"], "1 is there twice"),
+        (vec![&motor, "--x", "a=1,2,1", "--y", "b=1..2"], "duplicate value 1"),
         (vec![&motor, "--preset", "plants"], "plant"),
         (vec![&motor, "--corners", "100"], "above 0 and below 100"),
         (vec![&motor, "--corners", "nan"], "above 0 and below 100"),
-        (vec![&example, "--corners", "20"], "no number of its plant is known to be off"),
-        (vec![&example, "--preset", "gain"], "it sweeps plant.error.b, and"),
+        (vec![&example, "--corners", "20"], "no uncertain parameters"),
+        (vec![&example, "--preset", "gain"], "the preset sweeps plant.error.b, and"),
         (vec![&chain, "--preset", "plant"], "give two keys, as in --x plant.a[1]=-12..-3 --y plant.b=1..4"),
         (vec!["nowhere.toml", "--preset", "gain"], "nowhere.toml"),
         (vec![&motor, "--at-most", "1"], "--figure"),
-        ([&[&*motor], &axes[..], &["--figure", "tracking.error"]].concat(), "nearest is tracking.error_rms"),
+        ([&[&*motor], &axes[..], &["--figure", "tracking.error"]].concat(), "did you mean tracking.error_rms?"),
     ] {
         let (status, _, err) = spoken(&[&["map", "--out", &out], &args[..]].concat());
         assert_eq!(status, status::BAD_INPUT, "{args:?}");
@@ -972,7 +966,7 @@ fn what_cannot_be_mapped_is_told_before_anything_is_written() {
 #[test]
 fn a_preset_sweeps_what_its_kind_of_plant_is_tuned_by() {
     let folder = Folder::new("map-kinds");
-    // The fast tier takes every third.
+    // The fast tier tests every third case.
     let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
     let sweeps = [
         (scenario::DEFAULT, "gain", ["plant.error.b", "controller.k_l"]),
@@ -990,7 +984,7 @@ fn a_preset_sweeps_what_its_kind_of_plant_is_tuned_by() {
         assert_eq!(status, status::DONE, "{err}");
         let json: Json = serde_json::from_str(&told).expect("JSON");
         assert_eq!([0, 1].map(|k| json["axes"][k]["key"].as_str()), keys.map(Some), "{preset}");
-        // Somewhere it is stable, somewhere it is not, and the file itself is on the axes.
+        // The map has stable and unstable points, and the values of the file are on the axes.
         let points = json["points"].as_array().expect("points");
         let stable = points.iter().filter(|point| point["spectral_radius"].as_f64().is_some_and(|it| it < 1.0)).count();
         assert!((points.len() / 20..points.len()).contains(&stable), "{preset}: {stable} of {}", points.len());
@@ -1005,7 +999,7 @@ fn a_preset_sweeps_what_its_kind_of_plant_is_tuned_by() {
         (json["axes"][0]["key"].as_str(), json["points"].as_array().map(Vec::len)),
         (Some("drive.jitter_s"), Some(289))
     );
-    // Row by row: at each k_l u moves more with more jitter.
+    // Row by row: for each k_l, u varies more with more jitter.
     let moved = |k: usize| json["points"][k]["figure"].as_f64().expect("a number");
     assert!((0..17).all(|row| moved(17 * row + 16) > moved(17 * row)), "{told}");
 }
@@ -1018,19 +1012,19 @@ fn a_tuned_drive_is_a_file_that_runs_and_is_never_overwritten() {
     let args = ["tune", &file, "--evaluations", "12", "--noise", "0.3", "--to", &to, "--out", &out];
     let (status, told, err) = spoken(&args);
     assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
-    assert!(told.contains("noise of u (A rms)") && told.contains(&format!("wrote {to}\n")), "{told}");
-    // Ratios or numbers: for a motor they are the same but for its damping.
-    assert!(told.contains("corners of ±20 % of J, K_t") && told.contains("data sheet is off by"), "{told}");
+    assert!(told.contains("current noise (A rms)") && told.contains(&format!("wrote {to}\n")), "{told}");
+    // For a motor, corners of ratios and of parameters agree, except for damping.
+    assert!(told.contains("corners of ±20 % of J, K_t") && told.contains("tolerance of all data sheet"), "{told}");
     assert_eq!(folder.names("o"), ["pareto.png", "pareto.svg"].map(String::from).into());
     let written = std::fs::read_to_string(&to).expect("the file");
     assert!(["surface_rad_s = ", "\nobserver_rad_s = ", "\ngain_sets = "].iter().all(|key| written.contains(key)));
-    // The rest of the file is as it was, its comments too.
+    // The rest of the file is unchanged, with its comments.
     assert!(scenario::MOTOR.lines().filter(|line| line.starts_with('[')).all(|line| written.contains(line)));
     assert_eq!(spoken(&["run", &to, "--no-files"]).0, status::DONE);
 
     let (status, _, err) = spoken(&args);
     assert_eq!(status, status::BAD_INPUT);
-    assert!(err.contains("exists already and is left as it is"), "{err}");
+    assert!(err.contains("already exists and was not changed"), "{err}");
     assert_eq!(std::fs::read_to_string(&to).expect("the file"), written);
 }
 
@@ -1043,8 +1037,8 @@ fn what_cannot_be_reached_is_told_and_nothing_is_written() {
     let (status, told, err) = spoken(&args);
     assert_eq!(status, status::FAILED);
     assert!(told.contains("NOT MET") && err.contains("not met: load"), "{told}{err}");
-    // What is offered instead can be had.
-    let offered = err.split("--load ").nth(1).and_then(|it| it.split(". Ask").next()?.parse::<f64>().ok());
+    // The specification that the message offers can be met.
+    let offered = err.split("--load ").nth(1).and_then(|it| it.split(". Relax").next()?.parse::<f64>().ok());
     let load = format!("{}", 1.05 * offered.expect("an offer"));
     let to_offered = folder.path("offered.toml");
     let again = ["tune", &file, "--evaluations", "6", "--load", &load, "--to", &to_offered, "--out", &out];
@@ -1055,15 +1049,16 @@ fn what_cannot_be_reached_is_told_and_nothing_is_written() {
     assert_eq!((json["missed"][0].as_str(), json["written"].as_str()), (Some("load"), None));
     assert_eq!(json["pareto"].as_array().map(Vec::len), Some(6));
     assert!(!folder.0.join("t.toml").exists());
-    // A recovery that never settles in a corner is a failure, asked for or not.
+    // A recovery that never settles in a corner is a failure, also without a limit.
     let lost = ["--noise", "0.02", "--uncertain", "50", "--evaluations", "9", "--to", &to, "--out", &out];
     let (status, told, err) = spoken(&[&["tune", &file], &lost[..]].concat());
     assert_eq!(status, status::FAILED, "{told}{err}");
-    assert!(err.contains("not met: settling (lost in 4 of 9 plants, first J -50 %, K_t +50 %); nothing is"), "{err}");
-    assert!(told.lines().any(|line| line.starts_with("settling") && line.ends_with("lost     NOT MET")), "{told}");
+    assert!(err.contains("not met: settling (lost in 4 of 9 plants, first: J -50 %, K_t +50 %); no file"), "{err}");
+    let settling = told.lines().find(|line| line.starts_with("settling")).expect("a row");
+    assert!(settling.contains(" lost ") && settling.ends_with(" NOT MET"), "{told}");
     assert!(!folder.0.join("t.toml").exists());
     let of_motor = study::chip::cost("motor").expect("a motor");
-    let dear = format!("a tick of this drive takes up to {} with one gain set", of_motor.bound);
+    let dear = format!("a tick of this drive takes up to {} cycles with one gain set", of_motor.bound);
     for (more, told) in [
         (["--noise", "0"], "expected a number above 0"),
         (["--load", "nan"], "expected a number above 0"),
@@ -1089,12 +1084,12 @@ fn all_plants_of_a_data_sheet_commission_themselves_and_write_nothing() {
     let args = ["commission", &file, "--within", "50", "--random", "2", "-o", &to];
     let (status, told, err) = spoken(&args);
     assert_eq!((status, err.as_str()), (status::DONE, ""), "{told}");
-    assert!(told.ends_with("accepted: 10 of 10\n") && told.contains("b, relative error"), "{told}");
-    // No row says nothing.
+    assert!(told.ends_with("result: 10 of 10 plants accepted\n") && told.contains("b, relative error"), "{told}");
+    // Every row has a value.
     assert!(told.lines().filter(|line| !line.starts_with('-')).all(|line| !line.ends_with('-')), "{told}");
     let (status, told, _) = spoken(&[&args[..], &["--wrong", "1.2,1"]].concat());
     assert_eq!(status, status::FAILED);
-    assert!(told.contains("plant 9: SWAPPED BACK") && told.ends_with("accepted: 0 of 10\n"), "{told}");
+    assert!(told.contains("plant 9: REJECTED") && told.ends_with("result: 0 of 10 plants accepted\n"), "{told}");
     assert_eq!(std::fs::read_to_string(&to).expect("the file"), "mine");
 }
 
@@ -1112,14 +1107,14 @@ fn a_record_becomes_a_scenario_that_runs() {
     assert!(told.contains("stiffness / link inertia") && told.contains(&format!("wrote {to}\n")), "{told}");
     assert_eq!(folder.names("o"), ["identified.png", "identified.svg"].map(String::from).into());
     let written = std::fs::read_to_string(&to).expect("the file");
-    // Half of 9 N m/rad; friction of 1 A.
+    // The stiffness is half of 9 N m/rad; the friction is 1 A.
     assert!(written.contains("\nstiffness_n_m = 4.5 ") && written.contains("coulomb_n_m = 0.0"), "{written}");
     assert_eq!(spoken(&["run", &to, "--no-files"]).0, status::DONE);
     let (status, _, err) = spoken(&args);
     assert_eq!(status, status::BAD_INPUT);
-    assert!(err.contains("exists already and is left as it is"), "{err}");
+    assert!(err.contains("already exists and was not changed"), "{err}");
 
-    // A figure that cannot be drawn costs nothing of what was found.
+    // A figure that cannot be written does not lose the result.
     std::fs::create_dir_all(folder.0.join("p").join("identified.png")).expect("a folder in the way");
     let (late, in_the_way) = (folder.path("late.toml"), folder.path("p"));
     let (status, told, err) =
@@ -1130,7 +1125,7 @@ fn a_record_becomes_a_scenario_that_runs() {
     let other = folder.path("u.toml");
     let spoilt = folder.file("s.csv", &text.replacen("\n200,", "\n", 1));
     let strict = ["--tolerance", "40"];
-    // The link's column taken out: of use when that is said.
+    // Without the column of the link, the recording is usable with --motor-alone.
     let cut = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         [&cells[..1], &cells[2..]].concat().join(",") + "\n"
@@ -1151,10 +1146,10 @@ fn a_record_becomes_a_scenario_that_runs() {
     assert_eq!(status, status::BAD_INPUT);
     assert!(err.contains("--motor-alone is for a [joint]"), "{err}");
     for (data, more, told) in [
-        (&data, &strict[..], "k_1 is -50 % from the data sheet, at most 40 %"),
+        (&data, &strict[..], "k_1 is -50 % from the data sheet (limit 40 %)"),
         (&data, &["--cogging", "0"], "--cogging 0"),
         (&spoilt, &[], ":202:"),
-        (&alone, &[], ":1:1: no column count_link (of a joint without it: --motor-alone; is it the record of a motor?"),
+        (&alone, &[], ":1:1: no column count_link (for a joint without it use --motor-alone; for a motor recording"),
         (&file, &[], ":1:1: no column tick"),
     ] {
         let (status, told_too, err) = spoken(&[&["identify", data, &file, "-o", &other, "--out", &out], more].concat());
@@ -1162,9 +1157,9 @@ fn a_record_becomes_a_scenario_that_runs() {
         assert!(err.contains(told), "{more:?}: {err}");
     }
     let (_, _, err) = spoken(&["identify", &file, &data, "-o", &other]);
-    assert!(err.contains("expected a scenario, this is a table, as `identify RECORD SCENARIO`"), "{err}");
+    assert!(err.contains("expected a scenario, this is a recording, the first argument of `identify"), "{err}");
     let (_, _, err) = spoken(&["commission", &file, "--faults", "0.05", "-o", &other]);
-    assert!(err.contains("--faults is for a drive behind a wire"), "{err}");
+    assert!(err.contains("--faults needs a target"), "{err}");
     assert!(!folder.0.join("u.toml").exists());
 }
 
@@ -1187,11 +1182,11 @@ fn a_joint_commissions_itself_and_tells_each_step() {
     let file = folder.file("j.toml", scenario::JOINT);
     let (to, out) = (folder.path("t.toml"), folder.path("o"));
     let error = "error={stiffness_percent = -40, torque_percent = 20}";
-    // The file has a load that steps while is recorded.
+    // The file has a load that steps during the recording.
     let (status, told, err) = spoken(&["commission", &file, "--set", error, "-o", &to, "--out", &out]);
     assert_eq!(status, status::DONE, "{told}{err}");
-    assert!(err.starts_with("without the loads of the file: one of them steps"), "{err}");
-    for step in ["record ", "identify", "swap ", "verify ", "accepted", "home "] {
+    assert!(err.starts_with("note: the loads of the file are left out: one steps"), "{err}");
+    for step in ["record ", "identify", "switch ", "verify ", "home ", "result: accepted"] {
         assert!(told.lines().any(|line| line.starts_with(step)), "{step}: {told}");
     }
     let written = std::fs::read_to_string(&to).expect("the file");
@@ -1199,7 +1194,7 @@ fn a_joint_commissions_itself_and_tells_each_step() {
         written.lines().find_map(|line| line.strip_prefix("stiffness_n_m = ")?.split(' ').next()?.parse().ok());
     assert!((spring.unwrap_or(0.0) / 5.4 - 1.0_f64).abs() < 1e-4, "{written}");
     assert_eq!(folder.names("o").len(), 4);
-    // Lost counts: refused, and nothing is written.
+    // Missing counts: the recording is rejected, and no file is written.
     let other = folder.path("u.toml");
     let lost = "fault=[{kind = \"lost\", at_s = 1.0, for_s = 0.003}]";
     let (status, _, err) = spoken(&["commission", &file, "--set", lost, "-o", &other, "--out", &out]);
@@ -1208,10 +1203,10 @@ fn a_joint_commissions_itself_and_tells_each_step() {
     let (status, _, err) = spoken(&["commission", &folder.file("c.toml", scenario::CHAIN)]);
     assert_eq!(status, status::BAD_INPUT);
     assert!(err.contains("neither [joint] nor [motor]"), "{err}");
-    // Ten bits behind a hundred turns say less than the data sheet.
+    // 10 bits behind a gear of 100 give less information than the data sheet.
     let coarse = "[motor]\ninertia_kg_m2 = 2e-5\ntorque_n_m_per_a = 0.03\nmax_current_a = 5.0\ngear = [100, 1]\n\
                   load_inertia_kg_m2 = 0.3\n[encoder]\nbits = 10\nbehind_gear = true\n[drive]\nperiod_s = 5e-3\n";
     let (status, _, err) = spoken(&["commission", &folder.file("m.toml", coarse), "-o", &other, "--out", &out]);
     assert_eq!(status, status::FAILED);
-    assert!(err.contains("the record says b to +-") && !folder.0.join("u.toml").exists(), "{err}");
+    assert!(err.contains("b identified to +-") && !folder.0.join("u.toml").exists(), "{err}");
 }

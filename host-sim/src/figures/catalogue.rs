@@ -1,16 +1,17 @@
-//! What the paper shows and claims, figure by figure.
+//! Figures and claims of the paper.
 //!
-//! "Ultimate" figures are maxima over the second half of the run (Example 1: from 4 s on), as are the "bounds".
-//! Thresholds of claims in words ("marginally", "almost the same", "not at all") are ours and stand beside the claim.
+//! "Ultimate" values and "bounds" are maxima over the second half of the run (Example 1: from 4 s on). The paper gives
+//! some claims in words ("marginally", "almost the same", "not at all"). Their thresholds are chosen here and listed
+//! with the claim.
 //!
-//! What the text leaves open is run through. Example 1: c_1 from 2 to 10 and alpha from 0.5 to 5 per second, around the
-//! 5 and 1 that are drawn. Example 2, "in simulation for all cases uncertainties up to 50 %": all parameters low, all
+//! Values that the paper leaves open are varied. Example 1: c_1 from 2 to 10 and alpha from 0.5 to 5 per second, around
+//! the drawn values 5 and 1. Example 2, "in simulation for all cases uncertainties up to 50 %": all parameters low, all
 //! high, and [`MIXED`].
 
 use loop_sim::trace::Row;
 
 use super::Test::{AtMost, Near};
-use super::{Case, Claim, Held, Merit, PanelSpec, PaperFigure, Quantity, Test};
+use super::{Case, Claim, KnownVerdict, Merit, PanelSpec, PaperFigure, Quantity, Test};
 
 const EXAMPLE_1: &str = "c1 = 5, alpha = 1, 0.1 ms";
 const EXAMPLE_2: &str = "reconstructed, 0.2 ms";
@@ -30,10 +31,10 @@ const SWITCHING_GAINS: &[(&str, &[&str])] =
 
 const LOW: &str = "plant.error={k1=-0.5, k1_x3=-0.5, b1=-0.5, k2_x1=-0.5, k2_x3=-0.5, b2=-0.5, b=-0.5}";
 const HIGH: &str = "plant.error={k1=0.5, k1_x3=0.5, b1=0.5, k2_x1=0.5, k2_x3=0.5, b2=0.5, b=0.5}";
-/// Signs that differ. The opposite of the last two, k_2 low and b high, is unstable at k_l = 10.
+/// Errors of different signs. The opposite of the last two, k_2 low and b high, is unstable at k_l = 10.
 const MIXED: &str = "plant.error={k1=-0.5, k1_x3=-0.5, b1=0.5, k2_x1=0.5, k2_x3=0.5, b2=-0.5, b=-0.5}";
 
-/// The cases of Example 2 once more under each set of errors.
+/// Repeats the cases of Example 2 under each set of parameter errors.
 macro_rules! under_errors {
     ($name:literal, [$($case:expr),+] $(, $more:expr)?) => {
         &[
@@ -45,7 +46,7 @@ macro_rules! under_errors {
     };
 }
 
-/// Our controller and that of [1], each with the step and without, for other c_1 and alpha.
+/// The controller of the paper and the one of [1], each with and without the step, for other c_1 and alpha.
 macro_rules! fig02_assuming {
     ($(($c:literal, $alpha:literal)),+) => {
         &[
@@ -61,12 +62,12 @@ macro_rules! fig02_assuming {
     };
 }
 
-/// The last term of the disturbance is the step.
+/// Removes the step, which is the last term of the disturbance.
 const NO_STEP: &str = "plant.disturbance[1].terms[5].amplitude=0.0";
 
-const HELD: Held = Held { as_drawn: true, everywhere: Some(true) };
+const HELD: KnownVerdict = KnownVerdict { as_drawn: true, everywhere: Some(true) };
 
-/// A claim that holds: its text, what is published, unit and test of the figure of merit, and how it is reproduced.
+/// Returns a claim that holds.
 const fn claim(
     text: &'static str,
     published: &'static str,
@@ -77,7 +78,7 @@ const fn claim(
     Claim { text, published, unit, test, reproduced: Merit::One(reproduced), held: HELD, remark: "" }
 }
 
-/// The same, for a claim that is judged over all that the text leaves open.
+/// Returns a claim that holds over all values that the paper leaves open.
 const fn ranged(
     text: &'static str,
     published: &'static str,
@@ -89,24 +90,24 @@ const fn ranged(
 }
 
 impl Claim {
-    /// It holds, in this sense.
+    /// Adds a remark to a claim that holds.
     const fn remarked(self, remark: &'static str) -> Self {
         Self { remark, ..self }
     }
 
-    /// It does not hold, for this reason.
+    /// Marks the claim as one that does not hold, with the reason.
     const fn fails(self, remark: &'static str) -> Self {
-        Self { held: Held { as_drawn: false, everywhere: Some(false) }, remark, ..self }
+        Self { held: KnownVerdict { as_drawn: false, everywhere: Some(false) }, remark, ..self }
     }
 
-    /// It holds for a part of what the text leaves open, not for what is drawn.
+    /// Marks the claim as one that holds for a part of the open values, but not as drawn.
     const fn open_and_fails_as_drawn(self, remark: &'static str) -> Self {
         self.fails("").open(remark)
     }
 
-    /// It holds as drawn, and for a part of what the text leaves open.
+    /// Marks the claim as one that holds as drawn and for a part of the open values.
     const fn open(self, remark: &'static str) -> Self {
-        Self { held: Held { everywhere: None, ..self.held }, remark, ..self }
+        Self { held: KnownVerdict { everywhere: None, ..self.held }, remark, ..self }
     }
 }
 
@@ -129,14 +130,14 @@ fn error_4(row: &Row) -> f64 {
     row.d[3] - row.d_hat[3]
 }
 
-/// Name and text of a scenario file.
+/// Returns name and text of a scenario file.
 macro_rules! scenario {
     ($name:literal) => {
         (concat!($name, ".toml"), include_str!(concat!("../../scenarios/", $name, ".toml")))
     };
 }
 
-/// A panel of one quantity: the legend names the cases.
+/// Returns a panel; with one quantity the legend names the cases.
 macro_rules! panel {
     ($y_label:literal, [$(($name:literal, $quantity:expr)),+]) => {
         PanelSpec { y_label: $y_label, quantities: &[$(($name, $quantity as Quantity)),+], x_range: None }
@@ -152,12 +153,12 @@ const ERROR_2: PanelSpec = panel!("d₂ − d̂₂ (rad/s²)", error_2);
 const ERROR_4: PanelSpec = panel!("d₄ − d̂₄ (rad/s⁴)", error_4);
 const OUTPUT: PanelSpec = panel!("y = x₁ (rad)", y);
 
-/// The same panel over a part of the time, where the steady part can be read.
+/// Returns the panel over a part of the time.
 const fn between(panel: PanelSpec, from_s: f64, to_s: f64) -> PanelSpec {
     PanelSpec { x_range: Some((from_s, to_s)), ..panel }
 }
 
-/// (largest - smallest)/largest magnitude: how much a figure of merit depends on the case. NaN if one is.
+/// Returns (largest - smallest)/(largest magnitude) of a figure of merit over the cases; NaN if one value is NaN.
 fn spread(cases: &[Case], f: impl Fn(&Case) -> f64) -> f64 {
     let values: Vec<f64> = cases.iter().map(f).collect();
     let size = values.iter().fold(0.0, |size, value| f64::max(size, value.abs()));
@@ -165,22 +166,22 @@ fn spread(cases: &[Case], f: impl Fn(&Case) -> f64) -> f64 {
     largest(distances) / size
 }
 
-/// Largest ratio of one case's figure of merit to that of the case before it: below 1 if it falls throughout.
+/// Returns the largest ratio of a figure of merit to its value in the previous case; below 1 if it falls throughout.
 fn worst_step(cases: &[Case], f: impl Fn(&Case) -> f64) -> f64 {
     largest(cases.windows(2).map(|pair| f(&pair[1]) / f(&pair[0])))
 }
 
-/// The largest; NaN if one is, or there is none.
+/// Returns the largest value; NaN if a value is NaN or there is none.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.reduce(|a, b| if a >= b || a.is_nan() { a } else { b }).unwrap_or(f64::NAN)
 }
 
-/// A figure of merit of each group of `size` cases.
+/// Returns a figure of merit of each group of `size` cases.
 fn groups(cases: &[Case], size: usize, f: impl Fn(&[Case]) -> f64) -> Vec<f64> {
     cases.chunks_exact(size).map(f).collect()
 }
 
-/// What the step adds to x_1: the largest distance of two runs that differ in it alone.
+/// Returns the effect of the step on x_1: the largest distance of two runs with and without it.
 fn added_by_step(with: &Case, without: &Case) -> f64 {
     let rows = with.trace.rows.iter().zip(&without.trace.rows);
     largest(rows.map(|(with, without)| (y(with) - y(without)).abs()))
@@ -191,14 +192,14 @@ fn ultimate_error(case: &Case, channel: usize) -> f64 {
     errors.iter().find(|error| error.channel == channel).map_or(f64::NAN, |error| error.error)
 }
 
-/// Total variation of u in the first case over that in the second.
+/// Returns the ratio of the total variations of u in the first and the second case.
 fn variation_ratio(cases: &[Case]) -> f64 {
     cases[0].metrics.u_total_variation_per_s / cases[1].metrics.u_total_variation_per_s
 }
 
-const ERRORS_OPEN: &str = "hangs on the errors of the parameters: which ones were simulated is not printed";
+const ERRORS_OPEN: &str = "depends on the parameter errors: the paper does not print which were simulated";
 const D4_MOVES: &str =
-    "worst of three sets of errors of 50 %; without errors d4 = b v is given, and no gain could move it";
+    "worst of three sets of errors of 50 %; without errors d4 = b v is given, and no gain can change it";
 
 /// The ten figures.
 pub const CATALOGUE: &[PaperFigure] = &[
@@ -220,7 +221,7 @@ pub const CATALOGUE: &[PaperFigure] = &[
                 groups(cases, 2, |pair| spread(pair, |case| case.peak(2.0, y)))
             })
             .open_and_fails_as_drawn(
-                "alike in shape; within 0.1 at c1 = 10 only. alpha is of no effect: x(0) = 0 makes sigma(0) = 0",
+                "equal in shape; within 0.1 at c1 = 10 only. alpha has no effect: x(0) = 0 makes sigma(0) = 0",
             ),
             ranged("free from chatter: variation of u over [1]'s", "absolutely free", "ratio", AtMost(1e-3), |cases| {
                 groups(cases, 2, variation_ratio)
@@ -252,11 +253,11 @@ pub const CATALOGUE: &[PaperFigure] = &[
             ranged("better performance: rms of x1 over [1]'s", "better", "ratio", AtMost(1.0), |cases| {
                 groups(cases, 4, |four| four[0].rms(y) / four[1].rms(y))
             })
-            .open("hangs on alpha, which is not printed"),
+            .open("depends on alpha, which is not printed"),
             ranged("better performance: step's share of x1 over [1]'s", "better", "ratio", AtMost(1.0), |cases| {
                 groups(cases, 4, |four| added_by_step(&four[0], &four[2]) / added_by_step(&four[1], &four[3]))
             })
-            .remarked("what the step at 2 s adds to x1; x1 itself is still on its way from x1(0) = 1"),
+            .remarked("effect of the step at 2 s on x1; x1 itself still decays from x1(0) = 1"),
         ],
     },
     PaperFigure {
@@ -275,7 +276,7 @@ pub const CATALOGUE: &[PaperFigure] = &[
             ranged("|d2 - d2_hat| from 1 s on, r = 3", "0.001", "rad/s^2", AtMost(0.001), |cases| {
                 groups(cases, 2, |two| two[1].peak(1.0, error_2))
             })
-            .open("needs T <= 0.2 ms (0.00108 at 1 ms), and hangs on the errors of the parameters"),
+            .open("needs T <= 0.2 ms (0.00108 at 1 ms), and depends on the parameter errors"),
             ranged("better estimate: |d4 - d4_hat|, r = 3 over r = 2", "improved", "ratio", AtMost(0.5), |cases| {
                 groups(cases, 2, |two| ultimate_error(&two[1], 4) / ultimate_error(&two[0], 4))
             }),
@@ -452,7 +453,7 @@ pub const CATALOGUE: &[PaperFigure] = &[
     },
 ];
 
-/// Real part of the fastest pole that printed gains have.
+/// Returns the real part of the fastest pole for the printed gains.
 fn fastest_pole<const R: usize>(l: [f64; R]) -> f64 {
     let gains = controller_core::ObserverGains::<R>::as_printed::<R>(l);
     controller_core::error_dynamics::error_poles(&gains).first().map_or(f64::NAN, |pole| pole.re)

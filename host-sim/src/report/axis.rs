@@ -1,17 +1,17 @@
-//! The scale of one axis: its range, where its ticks stand and what they say.
+//! Scale of one axis: range, positions and texts of its ticks.
 //!
-//! Ticks stand at multiples of 1, 2 or 5 times a power of ten and carry as many decimals as their distance needs. Very
-//! large and very small ranges share one factor 10^(3k), written once beside the axis. A logarithmic axis has them at
-//! 1, 2 and 5 times every power of ten, of a long one at the powers alone.
+//! Ticks are multiples of 1, 2 or 5 times a power of ten, with the decimals that their distance needs. Very large and
+//! very small ranges have one factor 10^(3k), written once at the axis. A logarithmic axis has ticks at 1, 2 and 5
+//! times every power of ten; a long one has ticks at the powers only.
 
 use study::number::significant;
 
-/// Magnitudes beyond this one cannot be drawn; they are gaps like NaN.
+/// Largest magnitude that can be drawn; larger values are gaps, as NaN is.
 const LARGEST: f64 = 1e100;
-/// A range below this one counts as a single value.
+/// Smallest range; a smaller one counts as a single value.
 const SMALLEST: f64 = 1e-100;
 
-/// Can the value be drawn?
+/// Returns whether the value can be drawn.
 pub(super) fn drawable(value: f64) -> bool {
     value.abs() <= LARGEST
 }
@@ -31,8 +31,8 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// An axis over `range` if that is a range, else over all drawable `values` with `margin` of their span at both
-    /// ends; with about `count` ticks.
+    /// Returns an axis with about `count` ticks over `range`. Without a valid range it covers all drawable `values`,
+    /// with `margin` of their span at both ends.
     pub(super) fn new(
         range: Option<(f64, f64)>,
         values: impl IntoIterator<Item = f64>,
@@ -55,12 +55,13 @@ impl Axis {
         Self { lo, hi, ticks: ticks(lo / unit, hi / unit, unit, count), factor: factor(exponent), is_log: false }
     }
 
-    /// A logarithmic axis over the values above 0, with some room at both ends.
+    /// Returns a logarithmic axis over the values above 0, with a margin at both ends.
     pub(super) fn logarithmic(values: impl IntoIterator<Item = f64>) -> Self {
         Self::logarithmic_over(values, 1.0)
     }
 
-    /// The same over at least a range in which two of 1, 2, 5, 10, .. lie: one point alone has a scale too.
+    /// Returns a logarithmic axis that contains at least two of 1, 2, 5, 10, .., so that a single point also has a
+    /// scale.
     pub(super) fn logarithmic_with_scale(values: impl IntoIterator<Item = f64>) -> Self {
         Self::logarithmic_over(values, 6.3)
     }
@@ -91,7 +92,7 @@ impl Axis {
         Self { lo, hi, ticks, factor: String::new(), is_log: true }
     }
 
-    /// Where the value stands, 0 at the lower end and 1 at the upper one.
+    /// Returns the position of a value: 0 at the lower end, 1 at the upper end.
     pub(super) fn place(&self, value: f64) -> f64 {
         if self.is_log {
             libm::log(value.max(SMALLEST) / self.lo) / libm::log(self.hi / self.lo)
@@ -101,10 +102,10 @@ impl Axis {
     }
 }
 
-/// A range wide enough to tell its ends apart.
+/// Returns a range that is wide enough for distinct ends.
 fn widened(lo: f64, hi: f64) -> (f64, f64) {
     let size = lo.abs().max(hi.abs());
-    // Below a billionth of its size a range is rounding noise, and its tick labels would not fit.
+    // A range below a billionth of its size is rounding noise, and its tick labels would not fit.
     if hi - lo > SMALLEST.max(1e-9 * size) {
         return (lo, hi);
     }
@@ -112,22 +113,22 @@ fn widened(lo: f64, hi: f64) -> (f64, f64) {
     (lo - half, hi + half)
 }
 
-/// Largest e with 10^e <= value.
+/// Returns the largest e with 10^e <= value.
 fn exponent_of(value: f64) -> i32 {
-    // The text of a number has the exact exponent; a logarithm may round across it.
+    // The exponent of the printed number is exact; a logarithm may round to the next one.
     format!("{value:e}").split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0)
 }
 
 fn ticks(lo: f64, hi: f64, unit: f64, count: usize) -> Vec<(f64, String)> {
-    // A third more ticks than asked for beats half of them.
+    // A third more ticks than requested is better than half of them.
     let wish = 0.75 * (hi - lo) / count.max(1) as f64;
     let exponent = exponent_of(wish);
     let decade = libm::pow(10.0, f64::from(exponent));
-    // A wish of 9.99 decades still gets the next decade: the list ends with it.
+    // 9.99 rounds up to the next decade, the last entry of the list.
     let multiple = [1.0, 2.0, 5.0].into_iter().find(|m| m * decade >= wish).unwrap_or(10.0);
     let decimals = (if multiple == 10.0 { -exponent - 1 } else { -exponent }).max(0) as usize;
     let step = multiple * decade;
-    // A range that ends at a multiple of the step shows that tick, whatever the rounding.
+    // The tolerance keeps the last tick of a range that ends at a multiple of the step.
     let (first, last) = ((lo / step - 1e-9).ceil(), (hi / step + 1e-9).floor());
     (0..(last - first + 1.0).max(0.0) as u32)
         .map(|k| first + f64::from(k))
@@ -205,7 +206,7 @@ mod tests {
                 for range in [None, Some((a, b))] {
                     let axis = Axis::new(range, [a, b], 0.06, 5);
                     assert!(axis.lo < axis.hi, "{a:e} {b:e}: {axis:?}");
-                    // Ten digits of a range told apart to a billionth, sign and point.
+                    // Ten digits for a range of a billionth of its size, sign and point.
                     assert!(axis.ticks.iter().all(|(_, text)| text.chars().count() <= 12), "{axis:?}");
                     assert!((1..=12).contains(&axis.ticks.len()), "{a:e} {b:e}: {axis:?}");
                     assert!(

@@ -1,4 +1,4 @@
-//! What is shown of a comparison: the table, the noise of u against the worst error, and one run of three laws.
+//! Output of a comparison: the table, the worst error over the current noise, and one run of three controllers.
 
 use study::compare::{Bench, Contender, Entry, Figures, LOST};
 use study::number::significant;
@@ -6,7 +6,7 @@ use terminal::table::Table;
 
 use super::plot::{Figure, Panel, Series, Style};
 
-/// How near the best is as good, where encoders and a search of so few evaluations have spoken.
+/// Ratio to the best value below which a result counts as equal: quantisation and a short search limit the accuracy.
 const AS_GOOD: f64 = 1.02;
 
 type Column = (&'static str, fn(&Figures) -> f64);
@@ -22,8 +22,8 @@ const COLUMNS: [Column; 8] = [
     ("L50", |f| f.load_50_rad),
 ];
 
-/// A row per law and limit; `*` marks the best of a column at its limit, and what is within 2 % of it. A law that no
-/// tuning brought within the limit of the noise has `!` there, and is not among those that are ranked.
+/// Returns the table with a row per control law and noise limit. `*` marks values within 2 % of the best at this limit.
+/// `!` marks a current noise above the limit; such a law is not ranked.
 #[must_use]
 pub fn table(entries: &[Entry]) -> Table {
     let mut table = Table::new([
@@ -49,7 +49,8 @@ pub fn table(entries: &[Entry]) -> Table {
     table
 }
 
-/// Noise of u against the worst error of ±20 %, one curve per law; a run that was lost has no point.
+/// Returns the figure of the worst error of ±20 % over the current noise, a curve per control law. A run that did not
+/// settle has no point.
 #[must_use]
 pub fn figure(bench: &Bench, entries: &[Entry]) -> Figure {
     let mut laws: Vec<&str> = Vec::new();
@@ -66,12 +67,12 @@ pub fn figure(bench: &Bench, entries: &[Entry]) -> Figure {
                 .filter(|(_, error)| *error < LOST)
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let style = if law.starts_with("ours") { Style::Solid } else { Style::Dashed };
+            let style = if law.starts_with("edo-smc") { Style::Solid } else { Style::Dashed };
             Series { has_dots: true, ..Series::solid(*law, color, points).styled(style) }
         });
         Panel {
             title: title.into(),
-            x_label: "noise of u (A rms)".into(),
+            x_label: "current noise (A rms)".into(),
             y_label: "largest error, worst of ±20 % (rad)".into(),
             series: series.collect(),
             is_log: true,
@@ -79,17 +80,18 @@ pub fn figure(bench: &Bench, entries: &[Entry]) -> Figure {
         }
     };
     Figure {
-        title: format!("Noise of the current against the worst error: {}", bench.title),
+        title: format!("Worst error over current noise: {}", bench.title),
         panels: vec![panel("Load step", |f| f.load_20_rad), panel("Move of 1 rad", |f| f.move_20_rad)],
         columns: 2,
     }
 }
 
-/// Ours and the two that most drives have, in the run for the eye.
-const SHOWN: [&str; 3] = ["ours, two gain sets", "LQG, disturbance states", "P-PI"];
+/// Control laws in the figure of one run: edo-smc and two common baselines.
+const SHOWN: [&str; 3] = ["edo-smc, two gain sets", "LQG, disturbance states", "P-PI"];
 
-/// Error and current of three laws in one run, each tuned at the middle limit of the noise. The error is drawn as far
-/// as ours and LQG go; where P-PI goes beyond, the head of the panel says how far.
+/// Returns the figure of error and current of three controllers in one run, each tuned at the middle noise limit.
+///
+/// The range of the error covers edo-smc and LQG. If P-PI exceeds it, the head of the panel shows its peak.
 #[must_use]
 pub fn moves(bench: &Bench, contenders: &[Box<dyn Contender>], entries: &[Entry]) -> Figure {
     let mut limits: Vec<f64> = entries.iter().map(|entry| entry.limit_a).collect();
@@ -114,7 +116,7 @@ pub fn moves(bench: &Bench, contenders: &[Box<dyn Contender>], entries: &[Entry]
     let errors = runs.iter().filter(|(law, _)| *law != "P-PI").flat_map(|(_, ticks)| ticks.iter().map(|tick| tick[1]));
     let (low, high) = errors.fold((0.0_f64, 0.0_f64), |(low, high), error| (low.min(error), high.max(error)));
     let margin = 0.15 * (high - low);
-    let head = format!("Error, each law tuned to {} A of noise", significant(limit_a, 2));
+    let head = format!("Error, each controller tuned to {} A of current noise", significant(limit_a, 2));
     let error = Panel {
         y_range: (margin > 0.0).then_some((1e3 * (low - margin), 1e3 * (high + margin))),
         ..panel(head, "y - r (mrad)", false, |tick| 1e3 * tick[1])
@@ -147,7 +149,7 @@ mod tests {
         Entry { law, limit_a: 0.05, cost: 0.0, knobs: Vec::new(), figures }
     }
 
-    /// The least error is worth nothing to who was asked for less noise; nor is a star for a run that all lost.
+    /// A law above the noise limit is not ranked, and a column that all laws lost has no star.
     #[test]
     fn a_law_over_the_limit_is_marked_and_not_ranked() {
         let text =

@@ -1,16 +1,26 @@
-//! A trace as comma-separated values, one line per tick.
+//! Trace as comma-separated values, one line per tick.
 //!
 //! ```text
 //! t_s,x1,..,xn,[r,error,]u,u_held,sigma,sigma_star,d1,..,dn,d_hat<i>..,health
 //! ```
 //!
-//! `r` and `error` are there where a reference is followed: what the output should be, and output less `r`.
-//! The states of a drive have their names instead of x1 .. xn: `angle_rad`, `motor_speed_rad_s`, `current_a`.
-//! `t_s` is in seconds, every other column in the units of the plant (of a drive u in A, d in rad/s²); channels count
-//! from 1 and an estimate has a column only where there is an observer. A number is the shortest text that reads back
-//! as the same bits. `health` is the sum of 1 (input rejected), 2 (saturated), 4 (σ* over its bound), 8 (a count was
-//! missing or not believed), 16 (a disturbance over its bound), 32 (at a limit for too long) and 64 (stopped by a
-//! monitor), so that every column is numeric.
+//! * `t_s` is in seconds, all other columns are in the units of the plant. For a drive u is in A and d in rad/s².
+//! * `r` (reference) and `error` (output minus `r`) exist only with a reference.
+//! * The states of a drive have names instead of x1 .. xn: `angle_rad`, `motor_speed_rad_s`, `current_a`.
+//! * Channels count from 1. An estimate has a column only if its channel has an observer.
+//! * `health` is the sum of the status bits of [`controller_core::Health`].
+//! * Every column is numeric. A number is the shortest text that reads back to identical bits.
+//!
+//! | bit of `health` | meaning |
+//! |---|---|
+//! | 1 | input rejected |
+//! | 2 | saturated |
+//! | 4 | σ* over its bound |
+//! | 8 | a count missing or rejected |
+//! | 16 | a disturbance over its bound |
+//! | 32 | at a limit for too long |
+//! | 64 | stopped by a monitor |
+//! | 128 and above | see [`controller_core::Health`] |
 
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
@@ -22,18 +32,18 @@ use scenario::StateName;
 
 use crate::report::write_whole;
 
-/// Writes the trace as the file `path`, whole or not at all.
+/// Writes every `every`-th tick of the trace as the file `path`, completely or not at all.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// If the file cannot be written.
 pub fn write(trace: &Trace, states: &[StateName], every: NonZeroUsize, path: &Path) -> io::Result<()> {
     write_whole(path, |out| write_to(trace, states, every, out))
 }
 
-/// Writes every so many ticks of the trace as lines of text, the first and the last always.
+/// Writes every `every`-th tick of the trace as a line of text, and the first and the last tick.
 ///
 /// # Errors
-/// Those of `out`.
+/// If `out` cannot be written.
 pub fn write_to(trace: &Trace, states: &[StateName], every: NonZeroUsize, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{}", header(trace, states).join(","))?;
     let last = trace.rows.len().saturating_sub(1);
@@ -63,7 +73,7 @@ fn header(trace: &Trace, states: &[StateName]) -> Vec<String> {
     names
 }
 
-/// The numbers of a row in the order of the header.
+/// Returns the numbers of a row in the order of the header.
 fn values<'a>(trace: &'a Trace, row: &'a Row) -> impl Iterator<Item = f64> + 'a {
     let n = order(trace);
     std::iter::once(row.t_s)
@@ -88,7 +98,7 @@ mod tests {
     use controller_core::Health;
     use loop_sim::trace::Ending;
 
-    /// Awkward numbers: no finite decimal expansion, subnormal, huge, negative zero.
+    /// Numbers without a finite decimal expansion, subnormal, huge, negative zero.
     const AWKWARD: [f64; 6] = [0.1, 1.0 / 3.0, 5e-324, f64::MAX, -0.0, -1.234_567_890_123_456_7e-7];
 
     fn trace() -> Trace {

@@ -1,12 +1,13 @@
-//! The standard figures of a run that follows a reference.
+//! Standard figures of a run with a reference.
 //!
 //! | file | shows |
 //! |---|---|
-//! | `response` | output y on its reference r, the error y - r, the current in steps: the whole run, and a part of it |
-//! | `load` | per shaft the true torque against it (load, friction, errors of the data sheet) and its estimate |
+//! | `response` | output y and reference r, error y - r, current: the whole run and a part of it |
+//! | `load` | true load torque of each shaft (load, friction, data sheet errors) and its estimate |
 //!
-//! The part is that in which the reference moves, with half as much time again behind it; where it moves most of the
-//! time the last quarter of the run. Time in saturation is tinted, limits are drawn where the current comes near them.
+//! The part contains the motion of the reference and half its duration after it. If the reference moves most of the
+//! time, the part is the last quarter of the run. Time in saturation is tinted. Current limits are drawn if the current
+//! comes near them.
 
 use loop_sim::trace::{Row, Trace};
 use scenario::Drive;
@@ -15,10 +16,10 @@ use study::number::typed;
 use super::plot::{BLACK, Figure, GREY, Panel, Style};
 use super::trace_figure::{Labels, held, line, panel, quantity, saturation};
 
-/// Limits are drawn if the current reaches this share of them; else they would press it flat.
+/// Share of the limits above which they are drawn; with a smaller current they would compress its curve.
 const NEAR: f64 = 0.4;
 
-/// The figures with the stems of their file names.
+/// Returns the figures with the stems of their files.
 #[must_use]
 pub fn drive_figures(trace: &Trace, drive: &Drive, labels: &Labels<'_>) -> Vec<(String, Figure)> {
     vec![("response".to_owned(), response(trace, drive, labels)), ("load".to_owned(), load(trace, drive, labels))]
@@ -63,7 +64,7 @@ fn response(trace: &Trace, drive: &Drive, labels: &Labels<'_>) -> Figure {
     Figure { title: labels.title.into(), panels, columns: 2 }
 }
 
-/// A part of the run that is worth a closer look, and its name.
+/// Returns the name and time range of the magnified part of the run.
 fn part(trace: &Trace) -> (&'static str, (f64, f64)) {
     let time = |row: Option<&Row>| row.map_or(0.0, |row| row.t_s);
     let (begin_s, end_s) = (time(trace.rows.first()), time(trace.rows.last()));
@@ -74,7 +75,7 @@ fn part(trace: &Trace) -> (&'static str, (f64, f64)) {
         let last = to_s - from_s;
         if last < 0.4 * (end_s - begin_s) {
             let edges = (from_s - 0.2 * last).max(begin_s)..(to_s + 0.5 * last).min(end_s);
-            return ("on the way", (edges.start, edges.end));
+            return ("during the motion", (edges.start, edges.end));
         }
     }
     ("last quarter", (end_s - 0.25 * (end_s - begin_s), end_s))
@@ -84,7 +85,7 @@ fn load(trace: &Trace, drive: &Drive, labels: &Labels<'_>) -> Figure {
     let panels = drive.shafts.iter().map(|shaft| {
         let (i, inertia) = (shaft.channel, shaft.inertia_kg_m2);
         Panel {
-            title: format!("Torque against the {}", shaft.name),
+            title: format!("Load torque on the {}", shaft.name),
             y_label: quantity("torque", "N m"),
             series: vec![
                 line(trace, "true", BLACK, |row| -inertia * row.d[i]),
@@ -125,7 +126,7 @@ mod tests {
         assert!(
             current[1].points.iter().all(|(_, u)| *u == 10.0) && current[2].points.iter().all(|(_, u)| *u == -10.0)
         );
-        // The move, and half as much time again.
+        // The move, and half its duration after it.
         let (from, to) = panels[1].x_range.expect("a part");
         assert!(from > 0.48 && from < 0.5 && to > 0.55 && to < 0.65, "{from} {to}");
         let (trace, drive) = ran(&[]);

@@ -1,4 +1,4 @@
-//! The font of the figures: widths of texts from its advances and its kerning, as the renderer of the PNG has them.
+//! Font of the figures: text widths from its advances and kerning, as in the PNG renderer.
 
 use std::sync::LazyLock;
 
@@ -6,12 +6,12 @@ use ttf_parser::gpos::{PairAdjustment, PositioningSubtable};
 use ttf_parser::opentype_layout::{LayoutTable, Script};
 use ttf_parser::{Face, GlyphId, Tag};
 
-/// DejaVu Sans cut down to Latin, Greek and the marks of formulas; see `assets/README.md`.
+/// DejaVu Sans, reduced to Latin, Greek and formula marks; see `assets/README.md`.
 pub(super) static FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
 
 static FACE: LazyLock<Option<Face<'static>>> = LazyLock::new(|| Face::parse(FONT, 0).ok());
 
-/// Width of a text, px.
+/// Returns the width of a text, px.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
     let Some(face) = FACE.as_ref() else { return 0.0 };
     // White space collapses, as in SVG.
@@ -31,12 +31,12 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
     f64::from(right)
 }
 
-/// Marks stand above the letter before them, and other characters have no ink and no width.
+/// Returns whether a character has no width: a combining mark or a control character.
 const fn is_mark(c: char) -> bool {
     matches!(c, '\u{300}'..='\u{36f}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}')
 }
 
-/// The kerning of the script of a text.
+/// Kerning of the script of a text.
 struct Kerning<'a> {
     layout: Option<LayoutTable<'a>>,
     lookups: Vec<u16>,
@@ -49,7 +49,7 @@ impl<'a> Kerning<'a> {
         Self { layout, lookups: lookups.unwrap_or_default() }
     }
 
-    /// The first letter decides the script.
+    /// Returns the kerning lookups of the script of the first letter.
     fn lookups(layout: &LayoutTable<'a>, text: &str) -> Option<Vec<u16>> {
         let is_greek = |c: &char| matches!(c, '\u{370}'..='\u{3ff}');
         let first = text.chars().find(|c| c.is_ascii_alphabetic() || is_greek(c) || ('\u{c0}'..='\u{17f}').contains(c));
@@ -67,7 +67,7 @@ impl<'a> Kerning<'a> {
         Some(lookups)
     }
 
-    /// What the advance of a glyph grows by before another, units of the font.
+    /// Returns the kerning between two glyphs, units of the font.
     fn between(&self, left: GlyphId, right: GlyphId) -> i32 {
         let Some(layout) = &self.layout else { return 0 };
         let lookups = self.lookups.iter().filter_map(|k| layout.lookups.get(*k));

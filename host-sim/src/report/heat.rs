@@ -1,9 +1,9 @@
-//! A heat map: one value over two axes, as SVG and PNG.
+//! Heat map: one value over two axes, as SVG and PNG.
 //!
-//! Every cell is drawn in the colour of its value, from a scale whose lightness grows evenly (viridis), so that it
-//! reads in grey and by colour-blind eyes. What is unstable and what has no value are told apart from all colours of
-//! the scale. A dark line runs around all that is good, a white frame around what may be promised, a ring where the
-//! file is.
+//! The colour of a cell is its value on the scale viridis. The lightness of this scale grows evenly, so that it is
+//! readable in grey and by colour-blind readers. Unstable cells and cells without a value have colours outside of the
+//! scale. A dark line encloses the good cells, a dashed white frame the guaranteed tolerance. A ring marks the values
+//! of the file.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -28,7 +28,7 @@ const SCALE: [[f64; 3]; 9] = [
     [173.0, 220.0, 48.0],
     [253.0, 231.0, 37.0],
 ];
-/// Steps of the scale: more are not told apart.
+/// Number of steps of the drawn scale; more are not distinguishable.
 const STEPS: usize = 64;
 
 const UNSTABLE: &str = "#f3c6ae";
@@ -38,34 +38,34 @@ const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 520.0;
 const BAR_PX: f64 = 18.0;
 
-/// What a cell says.
+/// Content of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cell {
-    /// A value of the scale.
+    /// Value on the scale.
     Value(f64),
-    /// The loop is unstable there: no value says anything.
+    /// Unstable loop, which has no meaningful value.
     Unstable,
-    /// There is no such thing.
+    /// No design.
     Nothing,
 }
 
-/// Values along an edge: numbers, growing evenly or by a factor, or words.
+/// Values along an edge: words, or numbers that grow evenly or by a factor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     /// Quantity and unit.
     pub label: String,
-    /// Of each cell.
+    /// Text of each cell.
     pub texts: Vec<String>,
-    /// The same as numbers; none of words.
+    /// Number of each cell; `None` for words.
     pub numbers: Option<Vec<f64>>,
-    /// Do they grow by a factor?
+    /// Whether the numbers grow by a factor.
     pub is_log: bool,
 }
 
-/// The figure as data.
+/// Heat map as data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatMap {
-    /// Stands above.
+    /// Title above the map.
     pub title: String,
     /// Quantity and unit of the scale.
     pub label: String,
@@ -73,17 +73,17 @@ pub struct HeatMap {
     pub x: Edge,
     /// Rows from below.
     pub y: Edge,
-    /// Row by row.
+    /// Cells row by row, from the lowest row.
     pub cells: Vec<Cell>,
-    /// Which are good: a line runs around them.
+    /// Good cells; a dark line encloses them.
     pub good: Vec<bool>,
-    /// First and last column and row of a frame, which runs through the middles of their cells.
+    /// First and last column, first and last row of the frame. It runs through the centres of these cells.
     pub frame: Option<[usize; 4]>,
-    /// Where a ring stands along both edges, 0 to 1 ([`Edge::place`]).
+    /// Position of the ring along both edges, 0 to 1 ([`Edge::place`]).
     pub mark: Option<[f64; 2]>,
 }
 
-/// The area of the cells, px.
+/// Area of the cells, px.
 #[derive(Clone, Copy)]
 struct Area {
     left: f64,
@@ -95,19 +95,19 @@ struct Area {
 }
 
 impl Area {
-    /// The left edge of a column.
+    /// Returns the left edge of a column.
     fn x(&self, column: usize) -> f64 {
         self.left + self.width * column as f64 / self.columns as f64
     }
 
-    /// The lower edge of a row.
+    /// Returns the lower edge of a row.
     fn y(&self, row: usize) -> f64 {
         self.top + self.height * (1.0 - row as f64 / self.rows as f64)
     }
 }
 
 impl HeatMap {
-    /// The SVG file.
+    /// Returns the SVG file.
     pub fn svg(&self) -> String {
         self.draw().svg().to_owned()
     }
@@ -115,12 +115,12 @@ impl HeatMap {
     /// Writes STEM.svg into the folder, with the feature `png` also STEM.png.
     ///
     /// # Errors
-    /// When a file cannot be written.
+    /// If a file cannot be written.
     pub fn write(&self, folder: &Path, stem: &str) -> io::Result<()> {
         self.draw().write(folder, stem)
     }
 
-    /// The scale over all values: logarithmic if all are above 0 and the largest is a hundred times the least.
+    /// Returns the scale of all values. It is logarithmic if all are above 0 and their ratio exceeds 100.
     fn scale(&self) -> Axis {
         let values =
             self.cells.iter().filter_map(|cell| if let Cell::Value(value) = cell { Some(*value) } else { None });
@@ -159,7 +159,7 @@ impl HeatMap {
         picture.finish()
     }
 
-    /// What the colours beside the scale mean, and the lines, as far as there are such.
+    /// Draws the legend of the special colours and lines that the map contains.
     fn draw_legend(&self, picture: &mut Picture, area: &Area) {
         let filled = |fill: &str| format!("<rect width=\"22\" height=\"12\" fill=\"{fill}\"/>");
         let on_dark = |shape: &str| filled(&color(0.3)) + shape;
@@ -169,8 +169,8 @@ impl HeatMap {
         let entries = [
             (has(Cell::Unstable), filled(UNSTABLE), "unstable"),
             (has(Cell::Nothing), filled(NOTHING), "no design"),
-            (self.frame.is_some(), frame, "may be promised"),
-            (self.mark.is_some(), ring, "the file"),
+            (self.frame.is_some(), frame, "guaranteed tolerance"),
+            (self.mark.is_some(), ring, "values of the file"),
         ];
         let mut x = area.left;
         for (_, shape, text) in entries.into_iter().filter(|(is_there, ..)| *is_there) {
@@ -182,7 +182,7 @@ impl HeatMap {
     }
 
     fn draw_cells(&self, picture: &mut Picture, area: &Area, scale: &Axis) {
-        // One path per colour: a map of many cells stays a small file.
+        // One path per colour keeps the file of a large map small.
         let mut of_color: BTreeMap<String, String> = BTreeMap::new();
         for (k, cell) in self.cells.iter().enumerate() {
             let fill = match cell {
@@ -203,7 +203,7 @@ impl HeatMap {
             );
         }
         for (fill, path) in of_color {
-            // A hair of the same colour closes the seams that renderers leave between neighbours.
+            // A thin stroke of this colour closes the seams that renderers leave between neighbours.
             picture.element(&format!("<path d=\"{path}\" fill=\"{fill}\" stroke=\"{fill}\" stroke-width=\"0.4\"/>"));
         }
         let is_good = |column: Option<usize>, row: Option<usize>| -> bool {
@@ -274,14 +274,15 @@ impl HeatMap {
 }
 
 impl Edge {
-    /// The scale of numbers; none of words, or of one cell.
+    /// Returns the scale of the numbers; `None` for words and for a single cell.
     fn axis(&self) -> Option<Axis> {
         let [first, .., last] = self.numbers.as_deref()? else { return None };
         let (first, last) = (*first, *last);
         Some(if self.is_log { Axis::logarithmic([first, last]) } else { Axis::new(Some((first, last)), [], 0.0, 8) })
     }
 
-    /// Where a number stands along the edge, 0 to 1: one that a cell has in the middle of it. None outside.
+    /// Returns the position of a number along the edge, 0 to 1; the number of a cell lies at its centre. `None`
+    /// outside.
     pub fn place(&self, value: f64) -> Option<f64> {
         let [first, .., last] = self.numbers.as_deref()? else { return None };
         let (axis, count) = (self.axis()?, self.texts.len());
@@ -290,15 +291,15 @@ impl Edge {
         (0.0..=1.0).contains(&place).then_some(place)
     }
 
-    /// Where the middle of a cell stands.
+    /// Returns the position of the centre of a cell.
     pub fn middle(&self, cell: usize) -> f64 {
         (cell as f64 + 0.5) / self.texts.len() as f64
     }
 
-    /// Where a tick stands, and what it says.
+    /// Returns position and text of each tick.
     fn ticks(&self) -> Vec<(f64, String)> {
         let Some(axis) = self.axis() else {
-            // Words, as many as there is room for.
+            // Words: at most 12, for lack of space.
             let every = self.texts.len().div_ceil(12).max(1);
             return self
                 .texts
@@ -309,7 +310,7 @@ impl Edge {
                 .collect();
         };
         let plain = |(value, text): &(f64, String)| {
-            // A factor beside an axis is one thing more to overlook.
+            // A separate factor at the axis is easily overlooked.
             let text = if axis.factor.is_empty() { text.clone() } else { significant(*value, 2) };
             Some((self.place(*value)?, text))
         };
@@ -341,7 +342,7 @@ fn draw_bar(picture: &mut Picture, area: &Area, scale: &Axis, label: &str) {
     picture.text(at, LABEL_PX, INK, Anchor::Middle, -90.0, label);
 }
 
-/// The colour at a place of the scale, 0 to 1.
+/// Returns the colour at a position of the scale, 0 to 1.
 fn color(place: f64) -> String {
     let step = (place.clamp(0.0, 1.0) * STEPS as f64).floor().min((STEPS - 1) as f64) / (STEPS - 1) as f64;
     let at = step * (SCALE.len() - 1) as f64;
@@ -411,11 +412,13 @@ mod tests {
     #[test]
     fn the_legend_has_what_is_there_and_no_more() {
         let all = map().svg();
-        assert!(["unstable", "may be promised", "the file"].iter().all(|text| all.contains(&format!(">{text}<"))));
+        let entries = ["unstable", "guaranteed tolerance", "values of the file"];
+        assert!(entries.iter().all(|text| all.contains(&format!(">{text}<"))));
         assert!(!all.contains(">no design<"));
         let bare = HeatMap { frame: None, mark: None, cells: vec![Cell::Nothing; 12], good: vec![false; 12], ..map() };
         let bare = bare.svg();
-        assert!(bare.contains(">no design<") && !bare.contains(">may be promised<") && !bare.contains(">the file<"));
+        assert!(bare.contains(">no design<"));
+        assert!(entries[1..].iter().all(|text| !bare.contains(&format!(">{text}<"))));
     }
 
     #[test]
@@ -428,7 +431,7 @@ mod tests {
             let text = shape.split(&format!(" {name}=\"")).nth(1).and_then(|rest| rest.split('"').next());
             text.and_then(|text| text.parse().ok()).expect("a number")
         };
-        // Of four columns the frame takes three, from the middle of the first to that of the last.
+        // The frame covers three of four columns, from the centre of the first to the centre of the last.
         let (left, width) = (number("dasharray=\"9 5\"", "x"), number("dasharray=\"9 5\"", "width"));
         assert!((number("r=\"6\"", "cx") - (left + 0.125 * width)).abs() < 0.02, "{svg}");
     }
@@ -436,7 +439,7 @@ mod tests {
     #[test]
     fn a_line_runs_between_good_and_bad_cells_and_not_along_the_rim() {
         let svg = map().svg();
-        // Cell 3 is the last of the lowest row: its left and upper edge.
+        // Cell 3 is the last one of the lowest row: its left and upper edge.
         let around = svg.lines().find(|line| line.contains("stroke-linecap=\"square\"")).expect("a line");
         assert_eq!(around.matches('M').count(), 2, "{around}");
         let all_good = HeatMap { good: vec![true; 12], ..map() };

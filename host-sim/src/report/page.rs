@@ -1,15 +1,14 @@
-//! A report as one HTML file that asks nobody for anything: text, tables, figures that zoom, and all of it as data.
+//! HTML report: one file without network access, with text, tables, zoomable figures and their data.
 //!
-//! An [`Account`] is what is told of one scenario, section by section. A [`Page`] puts accounts side by side: of tables
-//! that have a column `value` each account gets a column, of panels with the same title and axis each gets its curves.
+//! An [`Account`] contains the sections of one scenario. A [`Page`] shows accounts side by side. Tables with a column
+//! `value` get a column per account. Panels with equal title and axis get the curves of all accounts.
 //!
-//! * On a screen a figure over time is drawn by uPlot from the numbers in the file: drag to zoom, all charts of a
-//!   figure together, double click to go back. In print, and where no script runs, it is the drawing that
-//!   [`Figure::svg`] makes.
-//! * The file holds its accounts as JSON. [`accounts`] reads them back, so that a report can be laid beside a new run
-//!   long after what made it is gone. Curves are kept in f32 (7 digits), times of ticks as they were.
+//! * On a screen, uPlot draws the figures over time from the numbers in the file. Drag to zoom all charts of a figure,
+//!   double click to reset. In print, and without scripts, the figure is the drawing of [`Figure::svg`].
+//! * The file contains its accounts as JSON. [`accounts`] reads them back, so that an old report can be compared with a
+//!   new run. Curves are kept in f32 (7 digits), times of ticks exactly.
 //!
-//! The same accounts give the same bytes on every machine: nothing here asks for date, host or user.
+//! Equal accounts give identical bytes on every machine: date, host and user are not part of the page.
 
 use std::fmt::Write as _;
 
@@ -26,54 +25,54 @@ const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
 const SCRIPT: &str = include_str!("page/page.js");
 const STYLE: &str = include_str!("page/page.css");
 
-/// Where the accounts stand in the file.
+/// Begin of the accounts in the file.
 const DATA_BEGINS: &str = "<script type=\"application/json\" id=\"accounts\">";
 const DATA_ENDS: &str = "</script>";
-/// The column of a table of which every account gets one.
+/// Header of the table column that is repeated per account.
 const VALUE: &str = "value";
 
-/// What is told of one scenario.
+/// Report of one scenario.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Account {
-    /// What it is called beside others.
+    /// Name on the page.
     pub name: String,
-    /// In the order of the page.
+    /// Sections in the order of the page.
     pub sections: Vec<Section>,
 }
 
-/// A heading and what stands under it.
+/// Section of an account: heading and content.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Section {
-    /// The heading.
+    /// Heading, equal for all accounts that have the section.
     pub heading: String,
-    /// A sentence a paragraph.
+    /// Sentences, each a paragraph.
     pub says: Vec<String>,
-    /// Under the sentences.
+    /// Tables below the sentences.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<Table>,
-    /// Under the tables.
+    /// Figures below the tables.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<Figure>,
-    /// SVG files that are no [`Figure`].
+    /// SVG drawings other than a [`Figure`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drawings: Vec<String>,
-    /// What a text is called, and the text.
+    /// Attached files: name and text.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<(String, String)>,
 }
 
-/// Accounts side by side.
+/// Report page: accounts side by side.
 pub struct Page<'a> {
-    /// Stands above all.
+    /// Title of the page.
     pub title: &'a str,
-    /// At least one.
+    /// Accounts, at least one.
     pub accounts: &'a [Account],
 }
 
-/// A curve of a chart: where its numbers are, and how it is drawn.
+/// Curve of a chart: place of its numbers, and its style.
 #[derive(Serialize)]
 struct Curve {
-    /// Account, section, figure, panel, series, from 0.
+    /// Indices of account, section, figure, panel and series, from 0.
     at: [usize; 5],
     label: String,
     color: &'static str,
@@ -82,7 +81,7 @@ struct Curve {
     has_dots: bool,
 }
 
-/// A panel on the screen.
+/// Panel on the screen.
 #[derive(Serialize)]
 struct Chart<'a> {
     title: &'a str,
@@ -96,24 +95,24 @@ struct Chart<'a> {
     curves: Vec<Curve>,
 }
 
-/// A panel of the page: its own, and whose series it has.
+/// Panel of the page with the accounts of its series.
 struct Merged {
     panel: Panel,
     from: Vec<[usize; 5]>,
 }
 
-/// The accounts in a report that [`Page::html`] made; none if it is no such file.
+/// Reads the accounts of a report of [`Page::html`]; `None` if the file is not such a report.
 pub fn accounts(html: &str) -> Option<Vec<Account>> {
     let (_, rest) = html.split_once(DATA_BEGINS)?;
     let (data, _) = rest.split_once(DATA_ENDS)?;
     serde_json::from_str(data).ok()
 }
 
-/// Is it an SVG of what this program draws, with nothing in it that could run or load? It came from a file.
+/// Returns whether an SVG from a file has only elements that this program draws, and nothing that could run or load.
 fn is_still(svg: &str) -> bool {
     const DRAWN: [&str; 12] =
         ["svg", "title", "defs", "clipPath", "g", "path", "line", "polyline", "polygon", "rect", "circle", "text"];
-    // As this program writes: a blank before each attribute, its value between double quotes, no < or > in one.
+    // The form that this program writes: a blank before each attribute, double quotes, no < or > in a value.
     let is_attribute = |name: &str| {
         name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "-:B".contains(c))
             && !name.starts_with("on")
@@ -136,10 +135,10 @@ fn is_still(svg: &str) -> bool {
 }
 
 impl Page<'_> {
-    /// The file.
+    /// Returns the HTML file.
     ///
     /// # Errors
-    /// None that is known of: those of the writer of JSON.
+    /// If the JSON writer fails, for which no case is known.
     pub fn html(&self) -> serde_json::Result<String> {
         let mut charts = Vec::new();
         let mut body = String::new();
@@ -151,7 +150,7 @@ impl Page<'_> {
         }
         let link = |(k, heading): (usize, &&str)| format!("<a href=\"#s{k}\">{}</a>\n", escaped(heading));
         let links = headings.iter().enumerate().map(link).collect::<Vec<_>>().concat();
-        // What begins or ends a script does so inside of a string too.
+        // `<` could begin or end a script also inside a string.
         let in_script = |json: String| json.replace('<', "\\u003c");
         let data = in_script(serde_json::to_string(self.accounts)?);
         let charts = in_script(serde_json::to_string(&charts)?);
@@ -167,7 +166,7 @@ impl Page<'_> {
         ))
     }
 
-    /// Those of the first account, then what only others have.
+    /// Returns the headings of the first account, then those that only other accounts have.
     fn headings(&self) -> Vec<&str> {
         let mut headings: Vec<&str> = Vec::new();
         for section in self.accounts.iter().flat_map(|account| &account.sections) {
@@ -179,7 +178,7 @@ impl Page<'_> {
     }
 
     fn section(&self, heading: &str, body: &mut String, charts: &mut Vec<serde_json::Value>) -> serde_json::Result<()> {
-        // Whose it is, and which of its sections.
+        // Index of the account, and its section.
         let parts: Vec<(usize, usize, &Section)> = self
             .accounts
             .iter()
@@ -281,7 +280,7 @@ impl Page<'_> {
         Ok(())
     }
 
-    /// The panels of the f-th figure of these sections, with the curves of all accounts in which a panel is the same.
+    /// Returns the panels of figure `f` of these sections. Equal panels get the curves of all accounts.
     fn merged(&self, parts: &[(usize, usize, &Section)], f: usize) -> Vec<Merged> {
         let mut merged: Vec<Merged> = Vec::new();
         let is_alone = self.accounts.len() < 2;
@@ -291,7 +290,7 @@ impl Page<'_> {
                 let curves = panel.series.iter().enumerate().map(|(k, series)| {
                     let mut series = series.clone();
                     if !is_alone {
-                        // A curve without a name has that of its account; the second of such is no other.
+                        // A curve without a label gets the name of its account.
                         let of_panel = if series.label.is_empty() { "" } else { ", " };
                         series.label = format!("{name}{of_panel}{}", series.label);
                         series.color = (*a + self.accounts.len() * k) % PALETTE.len();
@@ -307,7 +306,7 @@ impl Page<'_> {
                     Some(other) => {
                         other.panel.series.extend(series);
                         other.from.extend(from);
-                        // Which of them is saturated would not be seen; and a range is that of one.
+                        // A tint would not show which account saturates, and a range belongs to one account.
                         other.panel.shade = None;
                         if (other.panel.x_range, other.panel.y_range) != (panel.x_range, panel.y_range) {
                             (other.panel.x_range, other.panel.y_range) = (None, None);
@@ -348,23 +347,24 @@ impl<'a> Chart<'a> {
     }
 }
 
-/// From left to right, so that one can zoom into it.
+/// Returns whether x grows from point to point, so that the chart can zoom.
 fn is_over_time(series: &Series) -> bool {
     series.points.iter().all(|(x, _)| x.is_finite()) && series.points.is_sorted_by(|(a, _), (b, _)| a < b)
 }
 
-/// A drawing beside others: two in one file may not name two clips alike.
+/// Makes the names of clips in a drawing unique, because a file contains several drawings.
 fn alone(svg: &str, name: &str) -> String {
     svg.replace("\"panel", &format!("\"{name}-panel")).replace("#panel", &format!("#{name}-panel"))
 }
 
-/// One table of several with the same header: rows by their first cell, a value of each; of two the quotient too.
+/// Merges tables with equal header: rows by their first cell, a value column per table, for two tables also the
+/// quotient.
 fn beside(tables: &[&Table], names: &[&str], value: usize) -> Table {
     let header = tables[0].header();
     let others = |rows: &[&[String]]| -> Vec<String> {
         let all = |k: usize| {
             let texts: Vec<&str> = rows.iter().filter_map(|row| row.get(k)).map(String::as_str).collect();
-            // In the order of the scenarios, once where all say the same.
+            // In the order of the scenarios; once if all are equal.
             if texts.windows(2).all(|pair| pair[0] == pair[1]) {
                 texts[..texts.len().min(1)].concat()
             } else {

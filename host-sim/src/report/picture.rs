@@ -1,8 +1,8 @@
-//! Ink on paper: a drawing in pixels, and its files.
+//! Drawing in pixels, and its SVG and PNG files.
 //!
-//! The drawing is written as SVG with text as text, which can be searched, copied and read aloud; it names the font of
-//! this crate first and others that are as wide. With the feature `png`, `usvg` reads it back with that font, and the
-//! PNG is made of that. The same drawing gives the same bytes on every machine.
+//! The SVG keeps text as text, so that it can be searched, copied and read aloud. It names the font of this crate
+//! first, then fonts of equal width. With the feature `png`, `usvg` reads the SVG back with this font and renders the
+//! PNG. A drawing gives identical bytes on every machine.
 
 use std::fmt::Write;
 use std::io;
@@ -12,10 +12,10 @@ pub(super) use super::font::text_width;
 use super::png;
 
 pub(super) const FAMILY: &str = "DejaVu Sans";
-/// What a machine without it has: the first two are as wide.
+/// Fonts for a machine without it; the first two are equally wide.
 const FALLBACKS: &str = "Bitstream Vera Sans, Verdana, Noto Sans, Helvetica, Arial, sans-serif";
 
-/// Which point of a text its position names.
+/// Point of a text that its position refers to.
 #[derive(Clone, Copy)]
 pub(super) enum Anchor {
     Start,
@@ -23,7 +23,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// A drawing in the making; y points down.
+/// Unfinished drawing; y points down.
 pub(super) struct Picture {
     width: f64,
     height: f64,
@@ -32,26 +32,26 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// White paper of that size, px. The title is for readers that do not see.
+    /// Starts a drawing on white of this size, px. The title is for screen readers.
     pub(super) fn new(width: f64, height: f64, title: &str) -> Self {
         let body = format!("<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n");
         Self { width, height, title: escaped(title), body }
     }
 
-    /// Any SVG element; the caller vouches for its form.
+    /// Adds an SVG element. The caller ensures valid SVG.
     pub(super) fn element(&mut self, element: &str) {
         self.body += element;
         self.body.push('\n');
     }
 
-    /// A text on its base line, `size` px high, turned by `turn_deg`.
+    /// Adds a text on its base line, `size` px high, rotated by `turn_deg`.
     pub(super) fn text(&mut self, at: (f64, f64), size: f64, color: &str, anchor: Anchor, turn_deg: f64, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
             Anchor::End => "end",
         };
-        // Hundredths of a pixel are invisible.
+        // Smaller than a hundredth of a pixel is invisible.
         let [x, y] = [at.0, at.1].map(|px| (100.0 * px).round() / 100.0);
         let turn = if turn_deg == 0.0 { String::new() } else { format!(" transform=\"rotate({turn_deg} {x} {y})\"") };
         // Writing to a String cannot fail.
@@ -62,7 +62,7 @@ impl Picture {
         );
     }
 
-    /// Ends the drawing.
+    /// Finishes the drawing.
     pub(super) fn finish(self) -> Drawing {
         let Self { width, height, title, body } = self;
         let head = format!(
@@ -74,30 +74,30 @@ impl Picture {
     }
 }
 
-/// A finished drawing.
+/// Finished drawing.
 pub(super) struct Drawing {
     source: String,
 }
 
 impl Drawing {
-    /// The SVG file.
+    /// Returns the SVG file.
     pub(super) fn svg(&self) -> &str {
         &self.source
     }
 
-    /// Writes `stem.svg` into the folder, with the feature `png` also `stem.png`, each whole or not at all.
+    /// Writes `stem.svg` into the folder, with the feature `png` also `stem.png`, each completely or not at all.
     pub(super) fn write(&self, folder: &Path, stem: &str) -> io::Result<()> {
         png::write(&self.source, folder, stem)
     }
 
-    /// The PNG file.
+    /// Returns the PNG file.
     #[cfg(feature = "png")]
     pub(super) fn png(&self) -> io::Result<Vec<u8>> {
         png::drawn(&self.source)
     }
 }
 
-/// The text in lines no wider than `width`, broken between words where that is possible; beyond `most` lines `..`.
+/// Wraps a text into at most `most` lines of at most `width` px, between words if possible. A longer text ends in `..`.
 pub(super) fn wrapped(text: &str, size: f64, width: f64, most: usize) -> Vec<String> {
     let fits = |line: &str| text_width(line, size) <= width;
     let mut lines: Vec<String> = Vec::new();
@@ -114,7 +114,7 @@ pub(super) fn wrapped(text: &str, size: f64, width: f64, most: usize) -> Vec<Str
             }
             return lines;
         } else {
-            // A word that is wider than a line goes on in the next.
+            // A word that is wider than a line continues in the next line.
             let mut end = word.len().min(4 * width as usize);
             while !word.is_char_boundary(end) {
                 end -= 1;
@@ -136,7 +136,7 @@ pub(super) fn wrapped(text: &str, size: f64, width: f64, most: usize) -> Vec<Str
     lines
 }
 
-/// Text as XML may hold it.
+/// Escapes a text for XML.
 pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -145,7 +145,7 @@ pub(super) fn escaped(text: &str) -> String {
             '<' => out += "&lt;",
             '>' => out += "&gt;",
             '"' => out += "&quot;",
-            // Neither control characters nor these two are XML.
+            // Control characters and these two are not valid XML.
             c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push(' '),
             c => out.push(c),
         }
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(text_width("d\u{302}", 100.0), text_width("d", 100.0), "a hat stands above its letter");
     }
 
-    /// The width that the renderer of the PNG has for a text, px.
+    /// Returns the width of a text in the PNG renderer, px.
     fn rendered_width(text: &str, size: f64) -> f64 {
         let svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1\" height=\"1\">\
@@ -181,7 +181,7 @@ mod tests {
     fn widths_are_those_of_the_renderer() {
         let letters: Vec<char> = (' '..='~').chain("σωελθΔ°²³₁₂₆ᵢⱼₖₗₙₛ⁰¹⁴⁻⁹×·−≤≥≈√∞∂‖µéÄüß".chars()).collect();
         let mut texts: Vec<String> = letters.iter().map(char::to_string).collect();
-        // Of the pairs the fast tier takes one in 37.
+        // The fast tier tests one pair in 37.
         let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
         let pairs = letters.iter().flat_map(|left| letters.iter().map(move |right| format!("{left}{right}")));
         texts.extend(pairs.step_by(if deep { 1 } else { 37 }));
@@ -202,7 +202,7 @@ mod tests {
             picture.text((100.0, 25.0), 12.0, "#000000", Anchor::Middle, 0.0, text);
             let drawing = picture.finish();
             let svg = drawing.svg();
-            // Text can be searched, copied and read aloud; where our font is missing there is another.
+            // Text can be searched, copied and read aloud; other fonts are named as a fallback.
             assert!(svg.contains("<text ") && svg.contains("font-family=\"DejaVu Sans, "), "{svg}");
             assert!(svg.contains("sans-serif\"") && png::parse(svg).is_some(), "{svg}");
             assert!(drawing.png().is_ok());

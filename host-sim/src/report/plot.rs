@@ -1,9 +1,13 @@
-//! Line figures: panels over time (or over anything), as SVG and PNG.
+//! Line figures: panels over time or any other quantity, as SVG and PNG.
 //!
-//! A [`Figure`] is data; [`Figure::svg`] is a pure function of it and gives the same bytes on every machine. What is
-//! drawn can be trusted: thinning keeps every peak, a value that is not finite is a gap, what is held between ticks is
-//! drawn in steps, and a range that hides part of the data says so beside the panel's title. A curve that lies on
-//! another is dashed, so that both are seen. The legend stands above the panel and never covers a curve.
+//! A [`Figure`] is data. [`Figure::svg`] is a pure function and gives identical bytes on every machine.
+//!
+//! * Thinning keeps every peak.
+//! * A value that is not finite is a gap.
+//! * A value that is held between ticks is drawn in steps.
+//! * If a range hides part of the data, the head of the panel shows the peak.
+//! * A curve that lies on another one is dashed, so that both are visible.
+//! * The legend is above the panel and never covers a curve.
 //!
 //! ```
 //! use host_sim::report::plot::{Figure, Panel, Series};
@@ -22,8 +26,8 @@
 //! ```
 //!
 //! # Why not a plotting crate
-//! `plotters` places everything on whole pixels, cannot clip and measures text only with system fonts: slow curves come
-//! out as stairs, and legends by guess. With the SVG renderer here anyway, axes and lines are the smaller part.
+//! `plotters` rounds to whole pixels, cannot clip, and measures text with system fonts only. Slow curves become stairs,
+//! and legends are misplaced. The SVG renderer is needed anyway, and axes and lines are a smaller part.
 
 use std::fmt::Write as _;
 use std::io;
@@ -37,12 +41,13 @@ use crate::report::page::packed;
 use crate::report::picture::{Anchor, Picture, text_width, wrapped};
 use crate::report::polyline;
 
-/// Colours of Okabe and Ito, told apart by colour-blind readers too (their yellow is lost on white), then grey.
+/// Colours of Okabe and Ito, distinguishable by colour-blind readers, without their yellow (invisible on white); then
+/// grey.
 pub(super) const PALETTE: [&str; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#808080"];
-/// Index of black, for what is true or given.
+/// Index of black, for true values and references.
 pub const BLACK: usize = 6;
-/// Index of grey, for bounds and references.
+/// Index of grey, for bounds and limits.
 pub const GREY: usize = 7;
 
 pub(super) const INK: &str = "#222222";
@@ -51,17 +56,17 @@ const GRID: &str = "#e8e8e8";
 const SHADE: &str = "#f8d2a6";
 
 pub(super) const TITLE_PX: f64 = 17.0;
-/// A title that is longer ends in two dots.
+/// Largest number of lines of a title; a longer one ends in two dots.
 const TITLE_LINES: usize = 4;
 pub(super) const LABEL_PX: f64 = 13.0;
 pub(super) const TICK_PX: f64 = 12.0;
-/// Height of a line of the panel's head.
+/// Height of a line in the head of a panel, px.
 const LINE_PX: f64 = 20.0;
-/// Length of the sample of a line in the legend.
+/// Length of a line sample in the legend, px.
 const SAMPLE_PX: f64 = 26.0;
 pub(super) const MARGIN_PX: f64 = 14.0;
 
-/// How a line is drawn.
+/// Line style.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Style {
     /// ─────
@@ -73,31 +78,31 @@ pub enum Style {
     Dotted,
 }
 
-/// One line.
+/// Curve of a panel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Series {
-    /// Text of the legend; an empty one has no entry.
+    /// Legend text; an empty text has no entry.
     pub label: String,
-    /// (x, y). Joined in their order; a value that is not finite, or beyond 1e100, makes a gap.
+    /// Points (x, y), connected in their order. A value that is not finite or beyond 1e100 is a gap.
     #[serde(with = "packed")]
     pub points: Vec<(f64, f64)>,
-    /// How it is drawn.
+    /// Line style.
     pub style: Style,
     /// Index into the palette of eight colours, cyclic; see [`BLACK`] and [`GREY`].
     pub color: usize,
-    /// Does a value hold until the next point? Then the line goes in steps.
+    /// Whether a value holds until the next point; the line is then drawn in steps.
     pub is_held: bool,
-    /// Is every point marked by a dot? For few of them.
+    /// Whether every point has a dot, for curves with few points.
     pub has_dots: bool,
 }
 
 impl Series {
-    /// A solid line.
+    /// Returns a solid line.
     pub fn solid(label: impl Into<String>, color: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         Self { label: label.into(), points: points.into_iter().collect(), color, ..Self::default() }
     }
 
-    /// Where both have the same x: how many points are within `near` of each other, and how many there are.
+    /// Returns the number of common x at which both curves are within `near` of each other, and the number of common x.
     fn on(&self, other: &Self, x: &Axis, near: f64) -> (usize, usize) {
         let same_x = |((x, _), (other, _)): (&(f64, f64), &(f64, f64))| x == other;
         if self.points.len() != other.points.len() || !self.points.iter().zip(&other.points).all(same_x) {
@@ -107,7 +112,7 @@ impl Series {
         pairs.fold((0, 0), |(on, all), ((_, a), (_, b))| (on + usize::from((a - b).abs() <= near), all + 1))
     }
 
-    /// What stands for it in the legend; where every point is alone there is no line.
+    /// Returns the sample for the legend; a curve of single points has no line.
     fn sample(&self) -> Sample {
         let is_seen = |(x, y): &(f64, f64)| drawable(*x) && drawable(*y);
         let is_line = self.points.windows(2).any(|pair| pair.iter().all(is_seen));
@@ -115,7 +120,7 @@ impl Series {
         Sample::Curve { line: (is_line || !has_dots).then_some(style), has_dots, color }
     }
 
-    /// The same line in another style.
+    /// Returns the line in another style.
     #[must_use]
     pub fn styled(mut self, style: Style) -> Self {
         self.style = style;
@@ -123,75 +128,75 @@ impl Series {
     }
 }
 
-/// Intervals of x set off by a tint, such as the time spent in saturation.
+/// Tinted intervals of x, as the time in saturation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Shade {
-    /// Text of the legend.
+    /// Legend text.
     pub label: String,
-    /// From, to.
+    /// Intervals (from, to).
     pub intervals: Vec<(f64, f64)>,
 }
 
 impl Shade {
-    /// The intervals of which something is seen on that axis.
+    /// Returns the intervals that are visible on the axis.
     fn seen<'a>(&'a self, axis: &'a Axis) -> impl Iterator<Item = (f64, f64)> + 'a {
         self.intervals.iter().copied().filter(|&(from, to)| from <= to && to >= axis.lo && from <= axis.hi)
     }
 }
 
-/// One pair of axes.
+/// Panel: a pair of axes with its curves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Panel {
-    /// Stands above the panel; may be empty.
+    /// Title above the panel; may be empty.
     pub title: String,
-    /// Quantity and unit, as `t (s)`. Written once under stacked panels of the same label and range.
+    /// Quantity and unit of x, as `t (s)`. Written once under stacked panels with equal label and range.
     pub x_label: String,
-    /// Quantity and unit.
+    /// Quantity and unit of y.
     pub y_label: String,
-    /// The lines, the last one on top.
+    /// Curves, the last one on top.
     pub series: Vec<Series>,
     /// Tinted intervals behind the lines.
     pub shade: Option<Shade>,
-    /// Range of x; `None`: all data.
+    /// Range of x; `None` for all data.
     pub x_range: Option<(f64, f64)>,
-    /// Range of y; `None`: all data within the range of x. Data beyond it are cut off, and the head says how far they
-    /// go.
+    /// Range of y; `None` for all data within the range of x. Data beyond the range are cut off, and the head shows
+    /// their peak.
     pub y_range: Option<(f64, f64)>,
-    /// Both axes logarithmic, over all data above 0; the rest is a gap, and ranges are not read.
+    /// Whether both axes are logarithmic, over all data above 0. Other data are gaps, and the ranges are ignored.
     pub is_log: bool,
 }
 
-/// Panels in rows of `columns`.
+/// Figure: panels in rows of `columns`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// Stands above all panels; may be empty.
+    /// Title above all panels; may be empty.
     pub title: String,
-    /// Row by row.
+    /// Panels row by row.
     pub panels: Vec<Panel>,
-    /// Panels side by side; 0 counts as 1.
+    /// Number of panels per row; 0 counts as 1.
     pub columns: usize,
 }
 
 impl Figure {
-    /// The figure as an SVG file; its text is text, in the font of this crate or the next best there is.
+    /// Returns the figure as an SVG file. Text stays text, in the font of this crate or a fallback.
     #[must_use]
     pub fn svg(&self) -> String {
         self.draw().finish().svg().to_owned()
     }
 
-    /// The figure as a PNG file, two dots per pixel of the SVG.
+    /// Returns the figure as a PNG file with two dots per pixel of the SVG.
     ///
     /// # Errors
-    /// When the figure is too large for memory.
+    /// If the figure is too large for the memory.
     #[cfg(feature = "png")]
     pub fn png(&self) -> io::Result<Vec<u8>> {
         self.draw().finish().png()
     }
 
-    /// Writes `stem.svg` into the folder, with the feature `png` also `stem.png`, each whole or not at all.
+    /// Writes `stem.svg` into the folder, with the feature `png` also `stem.png`, each completely or not at all.
     ///
     /// # Errors
-    /// When a file cannot be written, or the figure is too large for memory.
+    /// If a file cannot be written, or if the figure is too large for the memory.
     pub fn write(&self, folder: &Path, stem: &str) -> io::Result<()> {
         self.draw().finish().write(folder, stem)
     }
@@ -201,13 +206,13 @@ impl Figure {
         [360.0, 360.0, 230.0, 180.0][self.panels.len().div_ceil(columns).min(3)]
     }
 
-    /// The panels, with a curve that lies on another for half of its points or more in another style. If it does so
-    /// everywhere, the legend says on which.
+    /// Returns the panels. A curve that lies on another one for at least half of its points gets another style. If it
+    /// does so everywhere, the legend names the other curve.
     fn told_apart(&self) -> Vec<Panel> {
         let mut panels = self.panels.clone();
         for panel in &mut panels {
             if panel.is_log {
-                // Where there is no logarithm there is a gap.
+                // A value without a logarithm is a gap.
                 for (x, y) in panel.series.iter_mut().flat_map(|series| &mut series.points) {
                     (*x, *y) = if *x > 0.0 && *y > 0.0 { (*x, *y) } else { (f64::NAN, f64::NAN) };
                 }
@@ -231,10 +236,10 @@ impl Figure {
                 if let Some(label) = same.filter(|label| !label.is_empty() && !curve.label.is_empty()) {
                     curve.label = format!("{} (on {label})", curve.label);
                 }
-                // A solid line hides what is under it, and dashes hide the same dashes.
+                // A solid line hides lines under it, and dashes hide equal dashes.
                 let hides = |style: Style| taken.contains(&style) || (style == Style::Solid && !taken.is_empty());
                 if hides(curve.style) {
-                    // Of more than three some stay hidden; the legend knows.
+                    // With more than three coinciding curves some stay hidden; the legend names them.
                     curve.style =
                         if hides(Style::Dashed) && !hides(Style::Dotted) { Style::Dotted } else { Style::Dashed };
                 }
@@ -255,7 +260,7 @@ impl Figure {
         let width = cell_width * columns as f64;
 
         let scales: Vec<Scales> = self.panels.iter().map(Scales::new).collect();
-        // One left edge per column, one top and bottom edge per row: axes that can be compared stand in line.
+        // One left edge per column and one top and bottom edge per row align comparable axes.
         let lefts: Vec<f64> = (0..columns)
             .map(|column| scales.iter().skip(column).step_by(columns).map(Scales::left).fold(0.0, f64::max))
             .collect();
@@ -273,7 +278,7 @@ impl Figure {
             .collect();
         let heads: Vec<Head> =
             (0..boxes.len()).map(|k| Head::new(&self.panels[k], &scales[k], boxes[k].width)).collect();
-        // A panel names its x axis unless the one below it does so for both.
+        // A panel labels its x axis unless the panel below labels it for both.
         let names_x = |k: usize| {
             let below = k + columns;
             below >= boxes.len()
@@ -305,10 +310,10 @@ impl Figure {
     }
 }
 
-/// The area of the curves, px.
+/// Area of the curves, px.
 #[derive(Clone, Copy)]
 struct PlotBox {
-    /// Base line of the label of y, which is left of the area.
+    /// Base line of the y label, left of the area, px.
     label_x: f64,
     x: f64,
     y: f64,
@@ -320,9 +325,9 @@ struct PlotBox {
 struct Scales {
     x: Axis,
     y: Axis,
-    /// Value of largest magnitude that the range of y cuts off.
+    /// Value of largest magnitude beyond the range of y.
     off_scale: Option<f64>,
-    /// Are there data beyond one of the ranges?
+    /// Whether data lie beyond one of the ranges.
     hides: bool,
 }
 
@@ -344,25 +349,25 @@ impl Scales {
         Self { x, y, off_scale, hides }
     }
 
-    /// Room for the label and the ticks of y.
+    /// Returns the width of the label and the ticks of y, px.
     fn left(&self) -> f64 {
         let texts = self.y.ticks.iter().map(|(_, text)| text).chain([&self.y.factor]);
         MARGIN_PX + 2.1 * LABEL_PX + texts.map(|text| text_width(text, TICK_PX)).fold(0.0, f64::max)
     }
 }
 
-/// What stands above a panel: its title and legend, on one line if they fit, else on several.
+/// Head of a panel: title and legend, on one line if they fit, otherwise on several.
 struct Head {
     title: String,
     entries: Vec<(Sample, String)>,
-    /// Lines of (left edge, entry).
+    /// Lines of entries, each with its left edge, px.
     lines: Vec<Vec<(f64, usize)>>,
 }
 
-/// What stands before the text of an entry of the legend.
+/// Sample before the text of a legend entry.
 #[derive(Clone, Copy)]
 enum Sample {
-    /// A line, or dots, or both.
+    /// Line, dots, or both.
     Curve {
         line: Option<Style>,
         has_dots: bool,
@@ -456,7 +461,7 @@ fn dot((x, y): (f64, f64), color: usize) -> String {
     format!("<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"4\" fill=\"{}\"/>", PALETTE[color % PALETTE.len()])
 }
 
-/// A line in the style of a series.
+/// Returns a path in the style of a series.
 fn stroke(path: &str, style: Style, color: usize, width: f64) -> String {
     let dashes = match style {
         Style::Solid => "",
@@ -475,7 +480,7 @@ fn stroke(path: &str, style: Style, color: usize, width: f64) -> String {
 fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Scales, number: usize, names_x: bool) {
     let PlotBox { x: left, y: top, width, height, .. } = *area;
     let (right, bottom) = (left + width, top + height);
-    // Lines leave the panel by at most this: there they are cut off anyway, and coordinates stay sane.
+    // Lines leave the panel by at most this distance: they are cut off there, and coordinates stay small.
     let beyond = 1e5;
     let to_x = |x: f64| (left + width * scales.x.place(x)).clamp(left - beyond, right + beyond);
     let to_y = |y: f64| (bottom - height * scales.y.place(y)).clamp(top - beyond, bottom + beyond);
@@ -509,7 +514,7 @@ fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Sca
             let next = series.points.iter().skip(1).map(|&(x, _)| drawable(x).then(|| to_x(x)));
             let held = points.zip(next.chain([None])).flat_map(|(point, next)| {
                 let end = point.zip(next).map(|((_, y), x)| (x, y));
-                // No point, no end of it.
+                // A piece without a point has no end.
                 [Some(point), end.map(Some)].into_iter().flatten()
             });
             polyline::pieces(held)
@@ -526,7 +531,7 @@ fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Sca
         }
     }
     if scales.hides {
-        // Only where it is needed: the renderer pays for a clip with a second picture.
+        // Clipped only if needed: the renderer draws a clip in a second picture.
         lines = format!(
             "<clipPath id=\"panel{number}\"><rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{width:.2}\" \
              height=\"{height:.2}\"/></clipPath><g clip-path=\"url(#panel{number})\">{lines}</g>"
@@ -547,7 +552,7 @@ fn draw_panel(picture: &mut Picture, area: &PlotBox, panel: &Panel, scales: &Sca
     }
 }
 
-/// Rectangles over whole columns of pixels; intervals closer than a pixel are one, so that thousands stay small.
+/// Returns rectangles over whole pixel columns. Intervals closer than a pixel are joined, so that the file stays small.
 fn shade_path(intervals: impl Iterator<Item = (f64, f64)>, top: f64, bottom: f64) -> String {
     let mut merged: Vec<(f64, f64)> = Vec::new();
     for (from, to) in intervals {
@@ -569,7 +574,7 @@ fn shade_path(intervals: impl Iterator<Item = (f64, f64)>, top: f64, bottom: f64
 mod tests {
     use super::*;
 
-    /// A damped oscillation that ends in a small sine: the shape of a regulated flexible joint, 20 s at 1 ms.
+    /// Damped oscillation that ends in a small sine, as of a controlled flexible joint: 20 s at 1 ms.
     fn joint() -> Vec<(f64, f64)> {
         let times = (0..=20_000).map(|k| f64::from(k) * 1e-3);
         times.map(|t| (t, 279.0 * libm::exp(-9.0 * t) * libm::cos(25.0 * t) + 4.0 * libm::sin(2.0 * t))).collect()
@@ -632,7 +637,7 @@ mod tests {
         }
     }
 
-    /// Path data of the curves of a panel.
+    /// Returns the path data of the curves of a panel.
     fn curves(panel: &Panel) -> Vec<String> {
         let svg = figure(vec![panel.clone()]).svg();
         let curves = svg.lines().filter(|line| line.contains("stroke-width=\"1.6\""));
@@ -658,7 +663,7 @@ mod tests {
             pieces.map(|piece| piece.windows(2).filter(|p| p[0].0 != p[1].0 && p[0].1 != p[1].1).count()).sum::<usize>()
         };
         assert_eq!((slopes(&ramps), slopes(&steps)), (3, 0));
-        // What was held before a gap is held up to it.
+        // The value before a gap is held up to the gap.
         let corners: Vec<_> = curves(&steps).concat().split('M').map(|piece| corners(piece).len()).collect();
         assert_eq!(corners, [0, 4, 5]);
     }
@@ -677,7 +682,7 @@ mod tests {
         assert_eq!(styles, [Style::Solid, Style::Dashed, Style::Dotted, Style::Solid, Style::Dashed]);
         let labels: Vec<&str> = shown[0].series.iter().map(|series| series.label.as_str()).collect();
         assert_eq!(labels, ["u", "same (on u)", "same again (on u)", "apart", "later the same"]);
-        // A solid line over a dashed one hides it as well.
+        // A solid line also hides a dashed one under it.
         let dashed = Series::solid("under", 1, joint()).styled(Style::Dashed);
         let two = Panel { series: vec![dashed, Series::solid("over", 2, joint())], ..Panel::default() };
         assert_eq!(figure(vec![two]).told_apart()[0].series[1].style, Style::Dotted);
@@ -710,7 +715,7 @@ mod tests {
             ["stroke-width=\"2\"", "<circle"].map(|word| svg.matches(word).count())
         };
         let alone = [(0.0, 1.0), (f64::NAN, f64::NAN), (1.0, 2.0)];
-        // Of the sample a line or none; dots of the curve, and one of the sample.
+        // A line in the sample or none; dots of the curve, and one of the sample.
         assert_eq!(strokes(&alone, true), [0, 3]);
         assert_eq!(strokes(&[(0.0, 1.0), (1.0, 2.0)], true), [1, 3]);
         assert_eq!(strokes(&alone, false), [1, 0]);
@@ -720,7 +725,7 @@ mod tests {
     fn a_power_law_is_a_straight_line_on_logarithmic_axes() {
         let mut panel = panel([1.0, 10.0, 100.0, -1.0, 0.0].map(|x| (x, 1e-3 / (x * x))).to_vec());
         (panel.is_log, panel.series[0].has_dots) = (true, true);
-        // Its dot in the legend is none of the curve.
+        // The dot in the legend is not part of the curve.
         panel.series[0].label.clear();
         let svg = figure(vec![panel]).svg();
         let number = |text: &str, name: &str| -> f64 {

@@ -1,4 +1,4 @@
-//! A drawing as PNG, with the feature `png`.
+//! Drawing as PNG, with the feature `png`.
 
 use std::io;
 use std::path::Path;
@@ -12,7 +12,7 @@ use super::font::FONT;
 use super::picture::FAMILY;
 use super::write_whole;
 
-/// Dots of the PNG per pixel of the drawing: sharp on a dense screen and in print.
+/// Dots of the PNG per pixel of the drawing, sharp on a dense screen and in print.
 const DOTS_PER_PIXEL: f32 = 2.0;
 
 static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
@@ -21,13 +21,13 @@ static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// Reads a drawing back; nothing if it is beyond the renderer.
+/// Parses an SVG drawing; `None` if the renderer cannot.
 pub(super) fn parse(svg: &str) -> Option<Tree> {
     let options = Options { fontdb: FONTS.clone(), font_family: FAMILY.to_owned(), ..Options::default() };
     Tree::from_str(svg, &options).ok()
 }
 
-/// The PNG of a drawing.
+/// Renders a drawing as PNG.
 pub(super) fn drawn(svg: &str) -> io::Result<Vec<u8>> {
     let failed = || io::Error::other("the figure is too large to be drawn");
     let tree = parse(svg).ok_or_else(failed)?;
@@ -38,7 +38,7 @@ pub(super) fn drawn(svg: &str) -> io::Result<Vec<u8>> {
     pixels.encode_png().map_err(io::Error::other)
 }
 
-/// Writes the SVG and its PNG beside it, each whole or not at all.
+/// Writes the SVG and the PNG of a drawing, each completely or not at all.
 pub(super) fn write(svg: &str, folder: &Path, stem: &str) -> io::Result<()> {
     let png = drawn(svg)?;
     write_whole(&folder.join(format!("{stem}.svg")), |out| out.write_all(svg.as_bytes()))?;

@@ -1,18 +1,18 @@
-//! From twenty thousand samples to a line of a few hundred points that looks the same.
+//! Reduces a curve of twenty thousand samples to a few hundred points without a visible change.
 //!
-//! Consecutive points in one pixel column are replaced by the first, the last and the outermost of them, in their
-//! order: the ink of the column stays, so no peak is lost, and a loop of a phase plane keeps its turning points.
-//! Then points nearly on the line between their neighbours go.
+//! Consecutive points in one pixel column are replaced by the first, the last and the outermost points, in their order.
+//! So no peak is lost, and a loop of a phase plane keeps its turning points. Then points are removed that lie nearly on
+//! the line between their neighbours.
 
 use std::fmt::Write;
 
-/// A point in pixels.
+/// Point, px.
 pub(super) type Pixel = (f64, f64);
 
-/// Half a hundredth of a pixel is what the picture stores; five times that is still invisible.
+/// Largest distance of a removed point from the line, px. It is invisible, and five times the resolution of the file.
 const STRAIGHT_PX: f64 = 0.025;
 
-/// Splits where `drawable` says no, thins every piece, and returns the pieces.
+/// Splits the points at each `None`, thins every piece, and returns the pieces.
 pub(super) fn pieces(points: impl IntoIterator<Item = Option<Pixel>>) -> Vec<Vec<Pixel>> {
     let mut pieces = vec![Vec::new()];
     for point in points {
@@ -24,7 +24,7 @@ pub(super) fn pieces(points: impl IntoIterator<Item = Option<Pixel>>) -> Vec<Vec
     pieces.iter().filter(|piece| !piece.is_empty()).map(|piece| straighten(&decimate(piece))).collect()
 }
 
-/// At most six points of every run of consecutive points in one pixel column.
+/// Keeps at most six points of each run of consecutive points in one pixel column.
 fn decimate(points: &[Pixel]) -> Vec<Pixel> {
     let mut kept = Vec::new();
     for column in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {
@@ -40,10 +40,10 @@ fn decimate(points: &[Pixel]) -> Vec<Pixel> {
     kept
 }
 
-/// Leaves out every point that lies within [`STRAIGHT_PX`] of the line from the last kept point to its successor.
+/// Removes every point within [`STRAIGHT_PX`] of the line from the last kept point to its successor.
 fn straighten(points: &[Pixel]) -> Vec<Pixel> {
     let mut kept: Vec<Pixel> = Vec::with_capacity(points.len());
-    // The points skipped since the last kept one all have to stay near the line, else the error would add up.
+    // All points skipped since the last kept one must stay near the line, otherwise errors add up.
     let mut skipped: Vec<Pixel> = Vec::new();
     for (k, &point) in points.iter().enumerate() {
         let (Some(&from), Some(&next)) = (kept.last(), points.get(k + 1)) else {
@@ -59,7 +59,7 @@ fn straighten(points: &[Pixel]) -> Vec<Pixel> {
     kept
 }
 
-/// Distance of `p` from the segment `a`-`b`.
+/// Returns the distance of `p` from the segment `a`-`b`.
 fn distance(p: Pixel, a: Pixel, b: Pixel) -> f64 {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let length_squared = dx * dx + dy * dy;
@@ -72,7 +72,7 @@ fn distance(p: Pixel, a: Pixel, b: Pixel) -> f64 {
     (ex * ex + ey * ey).sqrt()
 }
 
-/// The pieces as SVG path data; a lone point becomes a small cross, else nobody would see it.
+/// Returns the pieces as SVG path data. A single point becomes a small cross, so that it is visible.
 pub(super) fn path_data(pieces: &[Vec<Pixel>]) -> String {
     let mut data = String::new();
     for piece in pieces {
@@ -103,7 +103,7 @@ mod tests {
         for k in [0, 7_003, 7_004, 19_999] {
             assert!(pieces[0].contains(&points[k]), "lost point {k}");
         }
-        // A flat line with three spikes needs little more than its corners and one point per 51 skipped ones.
+        // A flat line with three spikes needs its corners and one point per 51 skipped points.
         assert!(pieces[0].len() < 60, "{} points", pieces[0].len());
     }
 

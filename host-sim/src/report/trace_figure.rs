@@ -1,17 +1,17 @@
-//! The standard figures of one run, for any chain plant.
+//! Standard figures of a run without a reference, for any chain plant.
 //!
 //! | file | shows |
 //! |---|---|
-//! | `response` | output y = x₁, sliding variable σ*, control u, each over the whole run and its second half |
-//! | `states` | on request every state |
-//! | `estimates` | per observed channel the lumped disturbance dᵢ, its estimate, and the error d̃ᵢ = dᵢ − d̂ᵢ |
+//! | `response` | output y = x₁, sliding variable σ*, control u: the whole run and its second half |
+//! | `states` | every state (with `--states`) |
+//! | `estimates` | lumped disturbance dᵢ of each observed channel, its estimate, and the error d̃ᵢ = dᵢ − d̂ᵢ |
 //!
-//! Time in saturation is tinted. A start transient may be a hundred times what follows: the second half of the run has
-//! its own scale, and the estimation error is drawn over the range of its second half; the head of that panel says how
-//! far the transient went.
+//! Time in saturation is tinted. A start transient may be a hundred times larger than the rest of the run. Therefore
+//! the second half has its own scale, and the estimation error is drawn over the range of the second half. The head of
+//! this panel shows the peak of the transient.
 //!
-//! Units follow from those of the output U and of the control: in a chain of integrators dᵢ is in U/sⁱ, and σ*, whose
-//! last coefficient is 1, in U/sⁿ⁻¹ (Eq. (39), (44)).
+//! Units follow from the unit U of the output and from the unit of the control. In a chain of integrators dᵢ is in
+//! U/sⁱ. σ* is in U/sⁿ⁻¹, because its last coefficient is 1 (Eq. (39), (44)).
 
 use controller_core::Health;
 use loop_sim::MAX_ORDER;
@@ -20,13 +20,13 @@ use scenario::StateName;
 
 use crate::report::plot::{BLACK, Figure, GREY, Panel, Series, Shade, Style};
 
-/// An error is drawn over its settled range when its transient is this many times larger; below, one range shows both.
+/// Ratio of transient to settled range above which an error is plotted over its settled range only.
 const TRANSIENT: f64 = 5.0;
 
 const SUBSCRIPTS: [&str; MAX_ORDER] = ["₁", "₂", "₃", "₄", "₅", "₆"];
 const SUPERSCRIPTS: [&str; MAX_ORDER] = ["", "²", "³", "⁴", "⁵", "⁶"];
 
-/// What the numbers of a trace do not say.
+/// Texts of the figures of a trace: title, units and names of states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Labels<'a> {
     /// Title of every figure.
@@ -35,11 +35,11 @@ pub struct Labels<'a> {
     pub output_unit: &'a str,
     /// Unit of the control; empty if unknown.
     pub control_unit: &'a str,
-    /// Names and units of the states, if they have such.
+    /// Names and units of the states; empty without names.
     pub states: &'a [StateName],
 }
 
-/// The figures with the stems of their file names. Without an observer there is no `estimates`.
+/// Returns the figures with the stems of their files. Without an observer there is no `estimates`.
 #[must_use]
 pub fn run_figures(trace: &Trace, labels: &Labels<'_>) -> Vec<(String, Figure)> {
     let mut figures = vec![("response".to_owned(), response(trace, labels))];
@@ -86,7 +86,7 @@ fn response(trace: &Trace, labels: &Labels<'_>) -> Figure {
     Figure { title: labels.title.into(), panels, columns: 2 }
 }
 
-/// Every state of the plant over the whole run, two in a row.
+/// Returns the figure of every state over the whole run, in two columns.
 #[must_use]
 pub fn states(trace: &Trace, labels: &Labels<'_>) -> Figure {
     let state = |i: usize| {
@@ -124,12 +124,12 @@ fn estimates(trace: &Trace, labels: &Labels<'_>) -> Figure {
             ..panel()
         });
     }
-    // One channel reads best from top to bottom, several as a row each.
+    // One channel is drawn as a column, several channels as one row each.
     let columns = if panels.len() > 2 { 2 } else { 1 };
     Figure { title: labels.title.into(), panels, columns }
 }
 
-/// A line that holds its value until the next point.
+/// Returns the line as steps: each value holds until the next point.
 pub(super) fn held(line: Series) -> Series {
     Series { is_held: true, ..line }
 }
@@ -146,7 +146,7 @@ pub(super) fn quantity(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") }
 }
 
-/// The unit per second to that power, as `rad/s²`.
+/// Returns the unit per second to a power, as `rad/s²`.
 fn per_second(unit: &str, power: usize) -> String {
     match (unit, power) {
         ("", _) | (_, 0) => unit.to_owned(),
@@ -154,7 +154,7 @@ fn per_second(unit: &str, power: usize) -> String {
     }
 }
 
-/// The intervals spent in saturation, if any.
+/// Returns the intervals of saturation, if any.
 pub(super) fn saturation(trace: &Trace) -> Option<Shade> {
     let saturated = |row: &Row| row.health.contains(Health::SATURATED);
     let intervals: Vec<(f64, f64)> = trace
@@ -166,7 +166,7 @@ pub(super) fn saturation(trace: &Trace) -> Option<Shade> {
     (!intervals.is_empty()).then(|| Shade { label: "saturated".into(), intervals })
 }
 
-/// The range of the second half of the run, if what came before went far beyond it.
+/// Returns the range of the second half of the run, if the first half exceeded it by far.
 fn settled_range(trace: &Trace, value: impl Fn(&Row) -> f64) -> Option<(f64, f64)> {
     let (before, after) = trace.rows.split_at(trace.rows.len() / 2);
     let finite = |rows: &[Row]| rows.iter().map(&value).filter(|v| v.is_finite()).collect::<Vec<_>>();
@@ -177,7 +177,7 @@ fn settled_range(trace: &Trace, value: impl Fn(&Row) -> f64) -> Option<(f64, f64
     }
     let lo = settled.iter().copied().fold(f64::INFINITY, f64::min);
     let hi = settled.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // Half the span on both sides, so that the end of the transient is seen coming in.
+    // Half the span on both sides keeps the end of the transient visible.
     let space = 0.5 * (hi - lo);
     (lo < hi).then_some((lo - space, hi + space))
 }
@@ -187,7 +187,7 @@ mod tests {
     use super::*;
     use loop_sim::trace::Ending;
 
-    /// A run of 20 s whose control starts at 279, is limited to 200, and settles at a sine of 4.
+    /// Run of 20 s. The control starts at 279, is limited to 200, and settles at a sine of amplitude 4.
     fn trace() -> Trace {
         let row = |k: i32| {
             let t_s = f64::from(k) * 1e-3;
@@ -264,7 +264,7 @@ mod tests {
     fn only_a_large_transient_is_cut_off() {
         let mut trace = trace();
         let (lo, hi) = settled_range(&trace, |row| row.u_held).unwrap();
-        // A sine of 4, with half its span on both sides.
+        // A sine of amplitude 4, with half its span on both sides.
         assert!((lo + 8.0).abs() < 1e-3 && (hi - 8.0).abs() < 1e-3, "{lo} {hi}");
         for row in &mut trace.rows {
             row.u_held = libm::sin(row.t_s);

@@ -1,6 +1,7 @@
-//! Trials as CSV: a line of names, a line for each trial, and lines that begin with `#`: the header as JSON, the range,
-//! and the SHA-256 of all bytes before it. Readers skip them, such as `pandas.read_csv(.., comment="#")`. A number has
-//! as many digits as its bits need.
+//! Trials as CSV: a line of names, a line per trial, and lines that begin with `#`.
+//!
+//! The lines with `#` contain the header as JSON, the range, and the SHA-256 of all bytes before it. A reader skips
+//! them, as `pandas.read_csv(.., comment="#")`. A number is the shortest text that reads back to identical bits.
 
 use std::fmt::Write as _;
 use std::io::{self, BufRead, BufReader};
@@ -13,17 +14,17 @@ use study::monte_carlo::Outcome;
 
 use super::{Chunk, Header, hex};
 
-/// What the names of files end in.
+/// File extension.
 pub const EXTENSION: &str = "csv";
 
 const HEADER: &str = "# host-sim monte-carlo: ";
 const RANGE: &str = "# first, end: ";
 const SHA256: &str = "# sha256: ";
 
-/// Writes a file of trials `first` to before `end`, whole or not at all; a file that is there stays.
+/// Writes a file of the trials `first..end`, completely or not at all. An existing file stays.
 ///
 /// # Errors
-/// When it cannot be written, or a chunk has an error.
+/// If the file cannot be written, or if a chunk has an error.
 pub fn write(
     path: &Path,
     header: &Header,
@@ -68,20 +69,20 @@ fn field(name: &str) -> String {
     if name.contains([',', '"']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }
 
-/// A file of trials whose values are those that were written.
+/// File of trials whose checksum is valid.
 pub struct Trials {
     path: PathBuf,
-    /// Of its plan.
+    /// Header of the plan.
     pub header: Header,
-    /// Its first trial, and the one after its last.
+    /// First trial, and the one after the last.
     pub range: [u64; 2],
 }
 
 impl Trials {
-    /// Opens a file and reads all of it once.
+    /// Opens a file and checks all of it.
     ///
     /// # Errors
-    /// When it cannot be read, or is none of ours, or damaged: in words, with its name.
+    /// If the file cannot be read, is not a file of trials, or is damaged. The message contains its path.
     pub fn open(path: &Path) -> Result<Self, String> {
         Self::checked(path).map_err(|why| format!("{}: {why}", path.display()))
     }
@@ -107,20 +108,20 @@ impl Trials {
                 range = numbers.ok().and_then(|numbers| <[u64; 2]>::try_from(numbers).ok());
             }
         }
-        let header = header.ok_or("no file of trials: it has no such header")?;
+        let header = header.ok_or("not a file of trials: it has no such header")?;
         if header.scenario.contains(['/', '\\']) {
             return Err("its header is damaged: a scenario of that name would leave its folder".into());
         }
         let range = range.filter(|[first, end]| first <= end && *end <= header.trials).ok_or("its range is damaged")?;
         if told.as_deref() != Some(&hex(&hash.finalize())) {
-            return Err("damaged: its header or its values are not those that were written".into());
+            return Err("damaged: the checksum of header and values is wrong".into());
         }
         let trials = Self { path: path.to_owned(), header, range };
         let count = trials.rows()?.try_fold(0, |count, row| row.map(|_| count + 1))?;
         if count == range[1] - range[0] { Ok(trials) } else { Err("damaged: trials are missing".into()) }
     }
 
-    /// Its rows from the first, each checked.
+    /// Returns the rows in order, each checked.
     fn rows(&self) -> Result<impl Iterator<Item = Result<Row, String>>, String> {
         let file = BufReader::new(whole_file::open(&self.path)?);
         let (columns, [first, end]) = (self.header.columns.len(), self.range);
@@ -132,14 +133,14 @@ impl Trials {
                 return Err(format!("damaged: trial {trial} is missing"));
             }
             if columns != if numbers.is_empty() { 0 } else { 1 + numbers.matches(',').count() } {
-                return Err("damaged: it has other columns than its header says".into());
+                return Err("damaged: its columns differ from its header".into());
             }
             let outcome = Outcome::ALL.into_iter().find(|outcome| Some(outcome.word()) == word);
             Ok(Row { outcome: outcome.ok_or("damaged: outcomes")?, numbers: numbers.to_owned() })
         }))
     }
 
-    /// Its chunks, one after the other.
+    /// Returns the chunks in order.
     pub fn chunks(&self) -> impl Iterator<Item = io::Result<Chunk>> {
         let told = |why| io::Error::other(format!("{}: {why}", self.path.display()));
         let (mut rows, refused) = match self.rows() {
@@ -168,18 +169,18 @@ impl Trials {
         Ok(chunk)
     }
 
-    /// How each trial went.
+    /// Returns the outcome of each trial.
     ///
     /// # Errors
-    /// When the file can no longer be read.
+    /// If the file can no longer be read.
     pub fn outcomes(&self) -> Result<Vec<Outcome>, String> {
         self.each(|row| Ok(row.outcome))
     }
 
-    /// A column by its number in [`Header::columns`].
+    /// Returns the column with this index in [`Header::columns`].
     ///
     /// # Errors
-    /// When the file can no longer be read.
+    /// If the file can no longer be read.
     pub fn column(&self, k: usize) -> Result<Vec<f64>, String> {
         self.each(|row| number(row.numbers.split(',').nth(k).unwrap_or_default()))
     }
@@ -194,7 +195,7 @@ impl Trials {
     }
 }
 
-/// A trial.
+/// Row of a trial.
 struct Row {
     outcome: Outcome,
     numbers: String,

@@ -1,5 +1,5 @@
-//! Trials as Parquet, a row group for each chunk, uncompressed. The header, the range and the SHA-256 of all values and
-//! of the header stand in the metadata of the file.
+//! Trials as uncompressed Parquet with a row group per chunk. The metadata of the file contains the header, the range,
+//! and the SHA-256 of all values and of the header.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -24,7 +24,7 @@ use study::monte_carlo::Outcome;
 
 use super::{Chunk, Header, hex};
 
-/// What the names of files end in.
+/// File extension.
 pub const EXTENSION: &str = "parquet";
 
 impl Chunk {
@@ -36,7 +36,7 @@ impl Chunk {
 }
 
 thread_local! {
-    /// Is this thread reading a file that may be damaged?
+    /// Whether this thread reads a file that may be damaged.
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -55,10 +55,10 @@ fn schema(header: &Header) -> Result<TypePtr, ParquetError> {
     Ok(Arc::new(Type::group_type_builder("trials").with_fields(fields).build()?))
 }
 
-/// Writes a file of trials `first` to before `end`, whole or not at all; a file that is there stays.
+/// Writes a file of the trials `first..end`, completely or not at all. An existing file stays.
 ///
 /// # Errors
-/// When it cannot be written, or a chunk has an error.
+/// If the file cannot be written, or if a chunk has an error.
 pub fn write(
     path: &Path,
     header: &Header,
@@ -117,21 +117,21 @@ pub fn write(
     })
 }
 
-/// A file of trials whose values are those that were written.
+/// File of trials whose checksum is valid.
 pub struct Trials {
     path: PathBuf,
-    /// Of its plan.
+    /// Header of the plan.
     pub header: Header,
-    /// Its first trial, and the one after its last.
+    /// First trial, and the one after the last.
     pub range: [u64; 2],
     reader: SerializedFileReader<File>,
 }
 
 impl Trials {
-    /// Opens a file and reads all of it once.
+    /// Opens a file and checks all of it.
     ///
     /// # Errors
-    /// When it cannot be read, or is none of ours, or damaged: in words, with its name.
+    /// If the file cannot be read, is not a file of trials, or is damaged. The message contains its path.
     pub fn open(path: &Path) -> Result<Self, String> {
         let file = whole_file::open(path).map_err(|why| format!("{}: {why}", path.display()))?;
         let trials = guarded(|| {
@@ -140,7 +140,7 @@ impl Trials {
             let pairs = reader.metadata().file_metadata().key_value_metadata().cloned().unwrap_or_default();
             let value = |key: &str| {
                 let pair = pairs.iter().find(|pair| pair.key == key);
-                pair.and_then(|pair| pair.value.clone()).ok_or("no file of trials: it has no such header")
+                pair.and_then(|pair| pair.value.clone()).ok_or("not a file of trials: it has no such header")
             };
             let number = |key: &str| value(key)?.parse::<u64>().map_err(|_| "its header is damaged");
             let header: Header =
@@ -165,7 +165,7 @@ impl Trials {
             hash.update(value(HEADER)?);
             let hex = hex(&hash.finalize());
             if next != trials.range[1] || hex != value(SHA256)? {
-                return Err("damaged: its header or its values are not those that were written".into());
+                return Err("damaged: the checksum of header and values is wrong".into());
             }
             Ok(trials)
         });
@@ -177,13 +177,13 @@ impl Trials {
         self.reader.metadata().num_row_groups()
     }
 
-    /// One of them.
+    /// Reads row group `k`.
     fn group(&self, k: usize) -> Result<Chunk, String> {
         let told = |error: ParquetError| format!("damaged: {error}");
         let group = self.reader.get_row_group(k).map_err(told)?;
         let rows: usize = group.metadata().num_rows().try_into().map_err(|_| "damaged: a number of rows")?;
         if group.metadata().num_columns() != self.header.columns.len() + 2 || rows as u64 > self.header.chunk {
-            return Err("damaged: it has other columns or chunks than its header says".into());
+            return Err("damaged: its columns or chunks differ from its header".into());
         }
         let first = match group.get_column_reader(0).map_err(told)? {
             ColumnReader::Int64ColumnReader(mut reader) => {
@@ -200,7 +200,7 @@ impl Trials {
         Ok(Chunk { first, outcomes, numbers: numbers.collect::<Result<_, _>>()? })
     }
 
-    /// Its chunks, one after the other.
+    /// Returns the chunks in order.
     pub fn chunks(&self) -> impl Iterator<Item = io::Result<Chunk>> {
         (0..self.groups()).map(|k| {
             let chunk = guarded(|| self.group(k));
@@ -208,18 +208,18 @@ impl Trials {
         })
     }
 
-    /// How each trial went.
+    /// Returns the outcome of each trial.
     ///
     /// # Errors
-    /// When the file can no longer be read.
+    /// If the file can no longer be read.
     pub fn outcomes(&self) -> Result<Vec<Outcome>, String> {
         self.each(|group, rows| outcomes(group, rows))
     }
 
-    /// A column by its number in [`Header::columns`].
+    /// Returns the column with this index in [`Header::columns`].
     ///
     /// # Errors
-    /// When the file can no longer be read.
+    /// If the file can no longer be read.
     pub fn column(&self, k: usize) -> Result<Vec<f64>, String> {
         self.each(|group, rows| column(group, k, rows))
     }
@@ -261,8 +261,7 @@ fn column(group: &dyn RowGroupReader, k: usize, rows: usize) -> Result<Vec<f64>,
     if values.len() == rows { Ok(values) } else { Err("damaged: a column is too short".into()) }
 }
 
-/// A damaged file must not end the program, nor be told but in our words, whatever the library that reads it makes of
-/// it.
+/// Catches panics of the Parquet library: a damaged file must not end the program, and must give a readable message.
 fn guarded<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     static SILENT: Once = Once::new();
     SILENT.call_once(|| {

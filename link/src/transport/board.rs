@@ -1,4 +1,4 @@
-//! Targets outside of this process: an image in the emulator, a board at a serial port, and what they log.
+//! Targets outside of this process: firmware in the emulator, a board on a serial port, and their logs.
 
 use std::net::TcpStream;
 use std::path::Path;
@@ -12,10 +12,10 @@ mod serial;
 pub use emulator::Emulator;
 pub use serial::Serial;
 
-/// Boots an image whose log is all that is wanted of it; one instruction takes 1 ns of its time.
+/// Boots a firmware for its log only. One instruction takes 1 ns of emulated time.
 ///
 /// # Errors
-/// Those of [`Process::start`].
+/// Fails like [`Process::start`].
 pub fn logged(image: &Path) -> Result<(Process, TcpStream), String> {
     use cycle_bound::qemu::Clock;
     let (process, [_, stream]) = Process::start(image, [false, true], Clock::Instructions, None)?;
@@ -23,7 +23,7 @@ pub fn logged(image: &Path) -> Result<(Process, TcpStream), String> {
     Ok((process, stream))
 }
 
-/// Nothing came in time, as the operating systems say it.
+/// Returns true for the errors by which operating systems report a timeout.
 fn is_silence(kind: std::io::ErrorKind) -> bool {
     use std::io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     matches!(kind, TimedOut | WouldBlock | Interrupted)

@@ -1,8 +1,9 @@
-//! A bad wire: frames are lost, damaged, cut, doubled and late, in both directions, at rates and by a seed.
+//! Link with faults: frames are lost, damaged, cut, doubled and delayed in both directions, at given rates and with a
+//! seed.
 //!
-//! Each fault strikes each frame on its own, so that one frame may be cut and doubled. A late frame comes after one to
-//! three later ones of its direction: it is then a straggler behind the repetition that it caused. Bytes of the target
-//! that belong to no frame do not come through.
+//! Each fault strikes each frame independently, so one frame may be cut and doubled. A delayed frame arrives after one
+//! to three later frames of its direction, behind the repetition that it caused. Bytes from the target outside of
+//! frames are dropped.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -12,56 +13,56 @@ use pil_wire::{REPLY_LEN, Receiver};
 
 use super::{Transport, TransportError, take};
 
-/// Probability of each fault, per frame.
+/// Probability of each fault per frame, 0..=1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rates {
-    /// The frame vanishes.
+    /// Probability of a lost frame.
     pub drop: f64,
-    /// One bit of it is another.
+    /// Probability of one flipped bit.
     pub corrupt: f64,
-    /// It ends early.
+    /// Probability of a truncated frame.
     pub truncate: f64,
-    /// It comes twice.
+    /// Probability of a doubled frame.
     pub duplicate: f64,
-    /// It comes after later ones.
+    /// Probability of a delayed frame.
     pub delay: f64,
 }
 
 impl Rates {
-    /// Every fault at the same rate.
+    /// Returns the same rate for every fault.
     pub const fn all(rate: f64) -> Self {
         Self { drop: rate, corrupt: rate, truncate: rate, duplicate: rate, delay: rate }
     }
 }
 
-/// How often each fault struck.
+/// Counters of the faults.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Struck {
-    /// Frames that vanished.
+    /// Number of lost frames.
     pub dropped: u64,
-    /// Frames with a bit changed.
+    /// Number of frames with a flipped bit.
     pub corrupted: u64,
-    /// How many frames were cut.
+    /// Number of truncated frames.
     pub truncated: u64,
-    /// Frames sent twice.
+    /// Number of doubled frames.
     pub duplicated: u64,
-    /// Frames held back.
+    /// Number of delayed frames.
     pub delayed: u64,
 }
 
-/// A wire with faults.
+/// Link with injected faults.
 pub struct Faulty<T> {
     inner: T,
     requests: Direction,
     replies: Direction,
-    /// Finds the replies in what the inner wire brings.
+    /// Receiver that finds the replies in the bytes of the inner link.
     receiver: Receiver<REPLY_LEN>,
-    /// Bytes that have passed the faults.
+    /// Bytes after the faults.
     passed: VecDeque<u8>,
 }
 
 impl<T> Faulty<T> {
-    /// The same rates in both directions.
+    /// Wraps `inner` with the same rates in both directions.
     pub fn new(inner: T, rates: Rates, seed: u64) -> Self {
         Self {
             inner,
@@ -72,12 +73,12 @@ impl<T> Faulty<T> {
         }
     }
 
-    /// The wire below.
+    /// Returns the inner link.
     pub const fn inner(&self) -> &T {
         &self.inner
     }
 
-    /// What struck requests, and replies.
+    /// Returns the counters of the requests and of the replies.
     pub const fn struck(&self) -> [Struck; 2] {
         [self.requests.struck, self.replies.struck]
     }
@@ -91,7 +92,7 @@ impl<T: Transport> Transport for Faulty<T> {
 
     fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
         let until = Instant::now() + within;
-        // What the inner wire brings may not come out: then go on waiting.
+        // Bytes of the inner link may be lost here, so the wait goes on.
         while self.passed.is_empty() {
             let mut bytes = [0; 4 * REPLY_LEN];
             let left = until.saturating_duration_since(Instant::now());
@@ -109,11 +110,11 @@ impl<T: Transport> Transport for Faulty<T> {
     }
 }
 
-/// One direction of the wire.
+/// One direction of the link.
 struct Direction {
     rates: Rates,
     random: Random,
-    /// Frames held back, each until so many others have passed.
+    /// Delayed frames, each with the number of frames that still pass before it.
     held: Vec<(u32, Vec<u8>)>,
     struck: Struck,
 }
@@ -123,10 +124,10 @@ impl Direction {
         Self { rates, random: Random::new(seed, stream), held: Vec::new(), struck: Struck::default() }
     }
 
-    /// What comes out when this frame goes in.
+    /// Returns the frames that leave after this frame enters.
     fn pass(&mut self, frame: &[u8]) -> Vec<Vec<u8>> {
         let Self { rates, random, held, struck } = self;
-        // All are drawn for every frame: the rate of one fault does not change when another strikes.
+        // All faults are drawn for every frame, so that the rate of one fault does not depend on the others.
         let mut strikes = |rate: f64, count: &mut u64| {
             let strikes = random.uniform() <= rate;
             *count += u64::from(strikes);
@@ -137,7 +138,7 @@ impl Direction {
         let truncate = strikes(rates.truncate, &mut struck.truncated);
         let duplicate = strikes(rates.duplicate, &mut struck.duplicated);
         let delay = strikes(rates.delay, &mut struck.delayed);
-        // A whole number below `end`.
+        // Returns an integer below `end`.
         let mut below = |end: usize| ((random.uniform() * end as f64).ceil() as usize).saturating_sub(1);
         let (bit, len, wait) = (below(8 * frame.len()), below(frame.len()), below(3));
 

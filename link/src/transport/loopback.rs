@@ -1,4 +1,4 @@
-//! A target in this process: the firmware's side of the talk without the chip.
+//! Target in this process: the firmware side of the protocol without the chip.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -7,25 +7,25 @@ use pil_wire::Target;
 
 use super::{Transport, TransportError, take};
 
-/// The wire and the target at its end. It answers at once or never, so nobody waits.
+/// Link with the target at its end. It answers at once or never, without waiting.
 pub struct Loopback {
     target: Target,
     sent: VecDeque<u8>,
 }
 
 impl Loopback {
-    /// A target that has just been powered up, and has said so.
+    /// Returns a target after power-up, with its start-up message.
     pub fn new() -> Self {
         let target = Target::new();
         Self { sent: target.hello().into(), target }
     }
 
-    /// Ticks of the running design, if it ran at all: what the target counted, not what the host did.
+    /// Returns the number of ticks of the running design, as the target counts them.
     pub fn ticks(&self) -> u32 {
         self.target.black_box().oldest_first().last().map_or(0, |record| record.tick + 1)
     }
 
-    /// Power off and on again: the design is gone.
+    /// Restarts the target. Its design is lost.
     pub fn restart(&mut self) {
         *self = Self::new();
     }

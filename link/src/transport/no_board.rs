@@ -1,4 +1,4 @@
-//! The module `board` without the feature `chip`: every function that would open a target returns the reason.
+//! Substitute for the module `board` without the feature `chip`. Every function that opens a target returns an error.
 
 use std::io::{self, Read};
 use std::net::TcpStream;
@@ -10,24 +10,24 @@ use super::{Transport, TransportError};
 
 const LEFT_OUT: &str = "this program was built without the feature chip";
 
-/// An image in the emulator.
+/// Firmware in the emulator.
 pub struct Emulator(());
 
 impl Emulator {
     /// # Errors
-    /// Always.
+    /// Always fails.
     pub fn start(_: &Path, _: bool) -> Result<(Self, Option<TcpStream>), TransportError> {
         Err(TransportError(LEFT_OUT.into()))
     }
 
     /// # Errors
-    /// Always.
+    /// Always fails.
     pub fn counting(_: &Path) -> Result<Self, TransportError> {
         Err(TransportError(LEFT_OUT.into()))
     }
 
     /// # Errors
-    /// Always.
+    /// Always fails.
     pub fn paced(_: &Path) -> Result<Self, TransportError> {
         Err(TransportError(LEFT_OUT.into()))
     }
@@ -43,12 +43,12 @@ impl Transport for Emulator {
     }
 }
 
-/// A board at a serial port.
+/// Board on a serial port.
 pub struct Serial(());
 
 impl Serial {
     /// # Errors
-    /// Always.
+    /// Always fails.
     pub fn open(_: &Path, _: u32) -> Result<Self, TransportError> {
         Err(TransportError(LEFT_OUT.into()))
     }
@@ -70,29 +70,29 @@ impl Read for Serial {
     }
 }
 
-/// The messages in an image.
+/// Log messages of a firmware.
 pub struct Messages(());
 
 impl Messages {
     /// # Errors
-    /// Always.
+    /// Always fails.
     pub fn of(_: &Path) -> Result<Self, String> {
         Err(LEFT_OUT.into())
     }
 
     /// # Errors
-    /// Always.
+    /// Always fails.
     pub fn or_text(_: &Path) -> Result<Self, String> {
         Err(LEFT_OUT.into())
     }
 
-    /// Whether the log is plain text.
+    /// Returns true if the log is plain text.
     pub fn is_text(&self) -> bool {
         true
     }
 }
 
-/// The log of a target.
+/// Log of a target.
 pub struct Log(());
 
 impl Log {
@@ -107,29 +107,29 @@ impl Log {
     }
 
     /// # Errors
-    /// Always.
+    /// Always fails.
     pub fn wait(&self, _: Duration) -> Result<String, RecvTimeoutError> {
         Err(RecvTimeoutError::Disconnected)
     }
 }
 
-/// A running emulator.
+/// Running emulator.
 pub struct Process(());
 
 impl Process {
-    /// Returns why it ended.
+    /// Returns the reason of its end.
     pub fn ended(&self, _: &str) -> String {
         LEFT_OUT.into()
     }
 }
 
 /// # Errors
-/// Always.
+/// Always fails.
 pub fn logged(_: &Path) -> Result<(Process, TcpStream), String> {
     Err(LEFT_OUT.into())
 }
 
-/// Whether a line ends the log: there is none.
+/// Returns true if a line ends the log. There is no such line here.
 pub fn is_last(_: &str) -> bool {
     true
 }

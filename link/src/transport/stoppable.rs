@@ -1,22 +1,22 @@
-//! A wire that a person can let go of while it says nothing.
+//! Link that can be interrupted while it receives nothing.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::{Transport, TransportError};
 
-/// How soon the wish to stop is heard.
+/// Longest delay of a stop request.
 const HEARD_WITHIN: Duration = Duration::from_millis(100);
 
-/// Waits in short pieces. Once asked to stop, the first piece in which nothing comes is the end of the wire; what comes
-/// in time still counts, so that a tick on its way is recorded.
+/// Link that waits in short intervals. After a stop request the first interval without bytes ends the link. Bytes that
+/// arrive in time still count, so that a tick in progress is recorded.
 pub struct Stoppable<'a, T> {
     inner: T,
     stop: &'a AtomicBool,
 }
 
 impl<'a, T> Stoppable<'a, T> {
-    /// `stop` is set by Ctrl-C.
+    /// Wraps `inner`. Ctrl-C sets `stop`.
     pub const fn new(inner: T, stop: &'a AtomicBool) -> Self {
         Self { inner, stop }
     }

@@ -1,13 +1,13 @@
-//! The matrix exponential behind a step: of the plant with all that moves it as further states.
+//! Matrix exponential of a step: the plant, augmented by its signals and the sine as further states.
 
 use super::{LinearPart, MOST, Row, TERMS};
 use crate::MAX_ORDER;
 use crate::signal::Term;
 
-/// States, polynomial of the sine, constant and ramp of every channel, a pair for each frequency and channel.
+/// Number of rows: the states, the polynomial of the sine, a constant and a ramp per channel, and a pair per frequency.
 const SIZE: usize = MAX_ORDER + TERMS + 2 * MAX_ORDER + 2 * MOST;
 
-/// exp(M h) - I of the plant with all that moves it as further states.
+/// exp(M h) - I of the augmented plant.
 pub(super) struct Augmented {
     order: usize,
     e: Box<Square>,
@@ -23,7 +23,7 @@ impl Augmented {
         for i in 0..n {
             m[i][..n].copy_from_slice(&plant.a[i][..n]);
         }
-        // A chain of integrators ends in e_2: its last gives phi_1, the one before phi_2, ..
+        // A chain of integrators ends in e_2. Its last state gives phi_1, the one before it phi_2, and so on.
         let sine = n;
         m[1][sine + TERMS - 1] = plant.sine;
         for j in 1..TERMS {
@@ -65,17 +65,17 @@ impl Augmented {
         std::array::from_fn(|i| std::array::from_fn(|j| if i < n && j < n { own(i, j) } else { 0.0 }))
     }
 
-    /// Of 1 in a channel.
+    /// Returns the share of a constant 1 in a channel.
     pub(super) fn constant(&self, channel: usize) -> Row {
         self.column(self.order + TERMS + 2 * channel)
     }
 
-    /// Of the time since the beginning of the step in a channel.
+    /// Returns the share of a ramp in a channel: the time since the beginning of the step.
     pub(super) fn ramp(&self, channel: usize) -> Row {
         self.column(self.order + TERMS + 2 * channel + 1)
     }
 
-    /// Of sin ω t in a channel: what multiplies the sine and the cosine at the beginning of the step.
+    /// Returns the share of sin ω t in a channel: the factors of the sine and the cosine at the beginning of the step.
     pub(super) fn wave(&self, channel: usize, omega_rad_s: f64) -> Option<(Row, Row)> {
         let pair = self.pairs[..self.count].iter().position(|pair| *pair == (omega_rad_s, channel))?;
         let at = self.order + TERMS + 2 * self.order + 2 * pair;
@@ -85,7 +85,7 @@ impl Augmented {
 
 type Square = [[f64; SIZE]; SIZE];
 
-/// exp(M h) - I of the first `size` rows, by squaring; none if it is not finite.
+/// Returns exp(M h) - I of the first `size` rows by squaring, or `None` if it is not finite.
 fn exponential(m: &Square, size: usize, h_s: f64) -> Option<Box<Square>> {
     let norm = m[..size].iter().map(|row| row[..size].iter().map(|entry| entry.abs()).sum::<f64>()).fold(0.0, f64::max);
     let mut scale = norm * h_s;
@@ -116,7 +116,7 @@ fn exponential(m: &Square, size: usize, h_s: f64) -> Option<Box<Square>> {
         let k = f64::from(k);
         e[..size].iter_mut().flat_map(|row| &mut row[..size]).for_each(|entry| *entry /= k);
     }
-    // I is kept apart, so that doubling loses nothing.
+    // I is kept apart, so that the doubling loses no digits.
     for _ in 0..halvings {
         product(&e, &e, size, &mut c);
         for (row, square) in e[..size].iter_mut().zip(c.iter()) {
@@ -128,7 +128,7 @@ fn exponential(m: &Square, size: usize, h_s: f64) -> Option<Box<Square>> {
     e[..size].iter().flatten().all(|entry| entry.is_finite()).then_some(e)
 }
 
-/// C = A B, of the first `size` rows and columns. Most of what is multiplied here is 0, and left out.
+/// Computes C = A B of the first `size` rows and columns. Zero factors are skipped, as most of the entries are 0.
 fn product(a: &Square, b: &Square, size: usize, c: &mut Square) {
     for (c, a) in c[..size].iter_mut().zip(a) {
         c[..size].fill(0.0);

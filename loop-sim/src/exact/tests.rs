@@ -4,8 +4,8 @@ use crate::plant::{LastChannel, Motor, Plant, Shaft};
 use crate::solver;
 use controller_core::{JointParameters, Reading};
 
-/// Largest difference from the solver of order 10 over a run, each state against its own largest; and how many ticks
-/// the step crossed.
+/// Returns the largest difference from the solver of order 10 over a run, relative to the largest value of each state.
+/// Also returns the numbers of ticks crossed by the step and of all ticks.
 fn deviation(plant: &dyn Plant, x0: &[f64], period_s: f64, span_s: f64) -> (f64, usize, usize) {
     let exact = plant.exact().expect("a step");
     let (mut ours, mut oracle) = (x0.to_vec(), x0.to_vec());
@@ -15,7 +15,7 @@ fn deviation(plant: &dyn Plant, x0: &[f64], period_s: f64, span_s: f64) -> (f64,
     for k in 0..ticks {
         let (from_s, to_s) = (k as f64 * period_s, (k + 1) as f64 * period_s);
         let u = 3.0 * (0.1 * k as f64).cos() - if k / 50 % 2 == 0 { 0.0 } else { 4.0 };
-        // The oracle with smaller steps than it asks for itself.
+        // The reference uses a quarter of its own step length.
         for part in 0..4 {
             let at = |part: usize| from_s + 0.25 * part as f64 * (to_s - from_s);
             solver::advance(plant, at(part), if part == 3 { to_s } else { at(part + 1) }, u, &mut oracle).expect("x");
@@ -62,7 +62,7 @@ fn joints_of_every_reading_follow_the_solver_of_order_ten() {
         for plant in [plain, moved] {
             for period_s in [2e-4, 1e-3, 2e-3, 5e-3, 1e-2] {
                 if reading == Reading::Stiff && period_s > 2e-3 {
-                    // More steps than it takes: the solver's.
+                    // The plant needs more steps than allowed, so the solver takes it.
                     continue;
                 }
                 for x1 in [0.1, 1.0, 3.0] {
@@ -76,7 +76,8 @@ fn joints_of_every_reading_follow_the_solver_of_order_ten() {
     }
 }
 
-/// Those of drives, whose current lags by far less than a tick: the oracle takes dozens of steps where one crosses.
+/// The current of these plants lags by far less than a tick: the solver needs dozens of steps where this step needs
+/// one.
 #[test]
 fn joints_and_motors_of_drives_follow_it_with_and_without_a_lag() {
     let motor = Shaft { inertia_kg_m2: 9.31e-4, torque_n_m_per_a: 0.2, damping_n_m_s: 0.07 };
@@ -104,7 +105,7 @@ fn joints_and_motors_of_drives_follow_it_with_and_without_a_lag() {
             let (share, crossed, ticks) = deviation(&motor, &x0[2..2 + motor.order()], period_s, 2.0);
             assert!(share < 1e-9 && crossed + 1 >= ticks, "a motor, {lag_s} s of {period_s} s: {share:.1e}");
         }
-        // What is not linear is for the solver.
+        // Nonlinear friction is left to the solver.
         let rough = Friction { static_n_m: 0.01, coulomb_n_m: 0.01, ..Friction::default() };
         let rough = Imperfections { friction: rough, ..Imperfections::default() };
         let damped = JointBody { spring_damping_n_m_s: 0.01, weight_n_m: 1.0, ..body };
@@ -150,7 +151,7 @@ fn a_spinning_link_a_lost_state_a_jump_and_another_tick_are_the_solvers() {
         crossed
     };
     assert!(crossed(0.1, 0.101, [0.1, 0.0, 0.0, 0.0]));
-    // The jump at 0.5 s is where a tick begins, that at 0.5037 s is inside.
+    // The jump at 0.5 s is at the beginning of a tick, the jump at 0.5037 s is inside one.
     assert!(crossed(0.5, 0.501, [0.1, 0.0, 0.0, 0.0]));
     assert!(!crossed(0.503, 0.504, [0.1, 0.0, 0.0, 0.0]));
     assert!(!crossed(0.1, 0.102, [0.1, 0.0, 0.0, 0.0]));

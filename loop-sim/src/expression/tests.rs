@@ -13,7 +13,7 @@ fn expression(text: &str) -> Expression {
     read(text).unwrap_or_else(|told| panic!("{text}: {told:?}"))
 }
 
-/// Numbers in (0.1, 0.9), where every function is defined.
+/// Returns a generator of numbers in (0.1, 0.9), where every function is defined.
 fn numbers() -> impl FnMut() -> f64 {
     let mut seed = 7_u64;
     move || {
@@ -55,7 +55,7 @@ fn a_text_means_what_the_same_formula_means_in_rust() {
         for _ in 0..50 {
             let inputs = std::array::from_fn(|_| number());
             let (found, expected) = (read.value(&inputs), formula(inputs));
-            // The platform's functions against libm's: an ulp or two, through a few operations.
+            // The functions of the platform differ from libm by an ulp or two, through a few operations.
             assert!((found - expected).abs() <= 1e-13 * (1.0 + expected.abs()), "{text}: {found} for {expected}");
         }
     }
@@ -82,7 +82,8 @@ fn every_slope_is_the_one_of_differences() {
                     read.value(&there)
                 };
                 let (found, expected) = (read.slope(&at, by), (there(h) - there(-h)) / (2.0 * h));
-                // h² times a third derivative of up to 1e4 near the ends; a corner of min, max is not that near.
+                // The error is h² times a third derivative of up to 1e4 near the ends. A kink of min or max is not that
+                // near.
                 assert!((found - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{text} {at:?}: {found} {expected}");
             }
         }
@@ -99,7 +100,7 @@ fn what_is_wrong_is_told_with_its_place_and_names_all_at_once() {
             &[
                 "at character 6: `y1` is unknown",
                 "at character 16: `x9` is unknown",
-                "at character 9: `foo` is no function",
+                "at character 9: `foo` is not a function",
                 "at character 22: `sin` is a function: write sin(..)",
             ],
         ),
@@ -115,9 +116,9 @@ fn what_is_wrong_is_told_with_its_place_and_names_all_at_once() {
         ("", &["at character 1: expected a value, found the end"]),
         ("sin()", &["at character 1: `sin` takes 1, not 0 values"]),
         ("x1 x2", &["at character 4: expected an operator or the end, found `x`"]),
-        ("2x1", &["at character 1: 2x1 is no number"]),
-        ("1e999", &["at character 1: 1e999 is no number"]),
-        ("1.2.3", &["at character 1: 1.2.3 is no number"]),
+        ("2x1", &["at character 1: 2x1 is not a number"]),
+        ("1e999", &["at character 1: 1e999 is not a number"]),
+        ("1.2.3", &["at character 1: 1.2.3 is not a number"]),
         ("x1**2", &["at character 4: expected a value, found `*`"]),
         ("(x1 + 1", &["at character 8: expected `)`, found the end"]),
         ("sin(x1", &["at character 7: expected `,` or `)`, found the end"]),
@@ -125,10 +126,10 @@ fn what_is_wrong_is_told_with_its_place_and_names_all_at_once() {
         ("x1 = 2", &["at character 4: expected an operator or the end, found `=`"]),
         ("σ + 1", &["at character 1: expected a value, found `σ`"]),
         ("x1 + 3 σ", &["at character 8: expected an operator or the end, found `σ`"]),
-        ("x1(2)", &["at character 1: `x1` is no function"]),
+        ("x1(2)", &["at character 1: `x1` is not a function"]),
         ("x1 + abcdefghijabcdefghijabcdefghijabc", &["at character 6: `abcdefghijabcdefghijabcdefghij..` is unknown"]),
-        (&deep, &["at character 33: nested more than 32 deep"]),
-        (&long, &["at character 1503: more than 1000 operations: put a part of it into a constant"]),
+        (&deep, &["at character 33: nested deeper than 32 levels"]),
+        (&long, &["at character 1503: more than 1000 operations: move a part into a constant"]),
     ];
     for (text, expected) in cases {
         assert_eq!(read(text).expect_err(text), expected, "{text}");
@@ -137,7 +138,7 @@ fn what_is_wrong_is_told_with_its_place_and_names_all_at_once() {
 
 #[test]
 fn the_deepest_and_the_longest_formula_are_read() {
-    // 32 deep, each with a value that waits: the stack is full.
+    // 32 levels deep, each with a pending value: the stack is full.
     let deep = (1..32).fold("x1".to_owned(), |inner, k| format!("{k} + ({inner})"));
     let below: f64 = (1..32).map(f64::from).sum();
     assert_eq!(expression(&deep).value(&[0.5]), 0.5 + below);
@@ -159,7 +160,7 @@ fn no_text_makes_it_panic_and_what_is_read_has_a_value() {
         let text: String = (0..length).map(|_| pieces[((number() - 0.1) / 0.8 * 23.0) as usize]).collect();
         let Ok(read) = Expression::parse(&text, &["x1", "x2", "u", "t"], &constants()) else { continue };
         good += 1;
-        // Whatever it is: infinite, not a number, but no panic; and inputs that are missing are 0.
+        // The result may be infinite or NaN, but nothing panics. Missing inputs are 0.
         for inputs in [&[0.0; 4][..], &[f64::NAN, f64::INFINITY, -1.0, 1e300], &[]] {
             let _ = (read.value(inputs), read.slope(inputs, 1));
         }

@@ -1,7 +1,7 @@
-//! Example 1 many times side by side: the solver's step from tick to tick, all lanes at the same time.
+//! Example 1 in a vectorised batch: the solver's step from tick to tick, all lanes at the same time.
 //!
-//! At the periods of a law one step of the solver crosses a tick, and that step goes over lanes. A lane that asks for
-//! more, with a jump inside or a state far away, is moved alone over that tick.
+//! At the usual periods of a controller one step of the solver crosses a tick, and that step is a loop over lanes. A
+//! lane that needs more steps, has a jump inside the tick or a state far away is advanced alone over that tick.
 
 use super::signals::Signals;
 use super::steps::{At, Rates, Steps};
@@ -12,20 +12,20 @@ use crate::plant::benchmark::{d1_of_state, fastest_rad_s, rates};
 use crate::plant::{Benchmark, Parts, Plant};
 use crate::solver::{self, RUNAWAY, STEP_ANGLE, Stride};
 
-/// The plants and their step.
+/// Plants of Example 1 and their step.
 pub(super) struct Benchmarks<'a> {
     instructions: Instructions,
     plants: Vec<&'a Benchmark>,
     slopes: Slopes,
     steps: Box<Steps<2>>,
     fastest_signal_rad_s: Wide,
-    /// h ω of the tick.
+    /// Product h ω of the tick.
     angle: Wide,
-    /// In order of time, each with its lane.
+    /// Times of the jumps, ascending, each with its lane.
     jumps_s: Vec<(f64, usize)>,
 }
 
-/// Their right-hand sides.
+/// Right-hand sides of the plants.
 struct Slopes {
     state_dependent: bool,
     signals: [Signals; 2],
@@ -33,7 +33,7 @@ struct Slopes {
 }
 
 impl<'a> Benchmarks<'a> {
-    /// None if there are others among them.
+    /// Builds the batch. Returns `None` if a trial has another plant.
     pub(super) fn beside(instructions: Instructions, trials: &[Trial<'a>]) -> Option<Box<dyn Plants<2> + 'a>> {
         let of = |trial: &Trial<'a>| match trial.plant.parts()? {
             Parts::Benchmark(plant) => Some(plant),
@@ -77,7 +77,7 @@ impl Plants<2> for Benchmarks<'_> {
         let angles = if slopes.state_dependent { angles_all::<true> } else { angles_all::<false> };
         angles(*instructions, h_s, fastest_signal_rad_s, x, &steps.first, angle, &mut steps.outside);
         for l in 0..LANES {
-            // A lane that goes alone keeps no other busy.
+            // A lane that is advanced alone does not keep the others busy.
             let rows = if steps.outside[l] == 0 { solver::rows(angle[l], 2, false) } else { 1 };
             steps.set(l, Stride { h_s, rows });
         }
@@ -134,7 +134,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// h ω; a lane is marked for which the solver has more to do than one step.
+    /// Computes h ω and marks the lanes that need more than one step of the solver.
     fn angles_all[STATE; const STATE: bool](
         h_s: f64,
         of_signals_rad_s: &Wide,
@@ -169,7 +169,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// The largest |d - d_hat| of a channel so far.
+    /// Updates the largest |d - d_hat| of a channel.
     fn note_all[STATE; const STATE: bool](added: &Wide, sin_2t: f64, x: &[Wide; 2], d_hat: &Wide, most: &mut Wide,) {
         for l in 0..LANES {
             let d = if STATE { added[l] + d1_of_state([x[0][l], x[1][l]], sin_2t) } else { added[l] };

@@ -1,9 +1,9 @@
-//! Closed loops of any kind, their plants side by side.
+//! Batch of closed loops of any kind, with a vectorised step of their plants.
 //!
-//! The law of a drive, its encoders and references are a hundredth of what a plant with friction costs. So here each
-//! run keeps its own sensor, port and actuator, and ticks alone, as in [`close_loop`]; what goes side by side is the
-//! solver's step. A lane whose tick has been crossed goes on to its next tick at once, one whose run has ended takes
-//! the next run. So lanes have each their own time, and are busy all of it.
+//! The controller of a drive, its encoders and references cost a hundredth of a plant with friction. So each run keeps
+//! its own sensor, port and actuator, and ticks alone as in [`close_loop`]. Only the step of the solver is vectorised.
+//! A lane that has crossed a tick begins its next tick at once. A lane whose run has ended takes the next run. So each
+//! lane has its own time, and all lanes stay busy.
 
 use super::formulas::{self, Formulas};
 use super::steps::{Bodies, Shafts, Steps};
@@ -14,23 +14,23 @@ use crate::plant::{Own, Parts, Plant, Regime};
 use crate::solver::{self, Crossing, Within};
 use crate::trace::{Ending, Recorder};
 
-/// Steps of fewer lanes are faster one after the other.
+/// Largest number of lanes that are faster one after the other.
 const FEW: usize = 12;
 
-/// Runs all of them, each as [`close_loop`] does, to the bit; what no others are like runs alone.
+/// Runs all loops, each bit-identical to [`close_loop`]. A loop whose plant has no vector code runs alone.
 pub fn close_each(runs: Vec<Recorded<'_>>) -> Vec<Result<Ending, LoopError>> {
     close_each_with(Instructions::Avx512, runs)
 }
 
-/// A loop, and who takes its rows.
+/// Loop with the recorder of its rows.
 pub type Recorded<'a> = (Loop<'a>, &'a mut dyn Recorder);
 
-/// The same with at most these instructions: the bits do not depend on them.
+/// Runs all loops with at most these instructions. The bits do not depend on the instructions.
 pub fn close_each_with(instructions: Instructions, runs: Vec<Recorded<'_>>) -> Vec<Result<Ending, LoopError>> {
     let mut endings: Vec<_> = runs.iter().map(|_| Ok(Ending::Finished)).collect();
-    let mut kinds: Vec<(Kind<'_>, Vec<Run<'_>>)> = Vec::new();
+    let mut kinds: Vec<(PlantClass<'_>, Vec<Run<'_>>)> = Vec::new();
     for (at, (setup, recorder)) in runs.into_iter().enumerate() {
-        let Some(kind) = Kind::of(setup.plant) else {
+        let Some(kind) = PlantClass::of(setup.plant) else {
             endings[at] = close_loop(setup, recorder);
             continue;
         };
@@ -48,11 +48,11 @@ pub fn close_each_with(instructions: Instructions, runs: Vec<Recorded<'_>>) -> V
         macro_rules! through {
             ($($order:literal: $rows:literal)*) => {
                 match kind {
-                    $(Kind::Shafts { order: $order, has_waves, holds } => {
+                    $(PlantClass::Shafts { order: $order, has_waves, holds } => {
                         through::<$order>(instructions, Shafts::<$rows>::new(has_waves, holds), runs, &mut keep);
                     })*
-                    Kind::Shafts { order, .. } => unreachable!("a motor or joint of order {order}"),
-                    Kind::Formulas(own) => {
+                    PlantClass::Shafts { order, .. } => unreachable!("a motor or joint of order {order}"),
+                    PlantClass::Formulas(own) => {
                         let bodies = Formulas::new(own);
                         match own.order() {
                             2 => through::<2>(instructions, bodies, runs, &mut keep),
@@ -70,19 +70,19 @@ pub fn close_each_with(instructions: Instructions, runs: Vec<Recorded<'_>>) -> V
     endings
 }
 
-/// What plants must have in common.
-enum Kind<'a> {
+/// Properties that the plants of a batch must share.
+enum PlantClass<'a> {
     Shafts {
         order: usize,
         has_waves: bool,
         holds: bool,
     },
-    /// With formulas like those of this one.
+    /// Formulas with the operations of this plant.
     Formulas(&'a Own),
 }
 
-impl<'a> Kind<'a> {
-    /// None of a plant that has a step of its own, or a right-hand side that is not known here.
+impl<'a> PlantClass<'a> {
+    /// Returns the kind of a plant. `None` for a plant with a step of its own or with an unknown right-hand side.
     fn of(plant: &'a dyn Plant) -> Option<Self> {
         match plant.parts().filter(|_| plant.exact().is_none())? {
             Parts::Shafts { numbers, .. } => {
@@ -107,23 +107,23 @@ impl<'a> Kind<'a> {
     }
 }
 
-/// A run, and which of all.
+/// Run with its index among all runs.
 struct Run<'a> {
     at: usize,
     running: Running<'a>,
     recorder: &'a mut dyn Recorder,
 }
 
-/// A run in a lane.
+/// Run in a lane.
 struct Lane<'a> {
     run: Run<'a>,
     crossing: Crossing,
     regime: Regime,
-    /// Its step was not agreed on: another one goes from the same place.
+    /// True if its last step was rejected and the lane repeats it from the same point.
     is_tried: bool,
 }
 
-/// All runs of a kind, through the lanes.
+/// Runs all runs of a kind through the lanes.
 fn through<'a, const N: usize>(
     instructions: Instructions,
     mut bodies: impl Bodies<'a, N>,
@@ -211,7 +211,7 @@ fn through<'a, const N: usize>(
     }
 }
 
-/// The lane goes on to where there is a step to take: over the tick at which it is, into the next run.
+/// Moves a lane on to where a step is due: through its tick, and into the next run if the run has ended.
 fn settle<'a, const N: usize>(
     l: usize,
     lane: &mut Option<Lane<'a>>,

@@ -1,7 +1,7 @@
-//! Right-hand sides by formulas, many side by side: what [`Own`] does, lane by lane.
+//! Vectorised right-hand sides from formulas: the operations of [`Own`], lane by lane.
 //!
-//! Plants of one kind have the same operations and differ in numbers. So each operation is a loop over lanes; those
-//! that have a case of their own become vector code, the others of `libm` are called lane by lane.
+//! Plants of one kind have the same operations and differ in numbers. So each operation is a loop over lanes. An
+//! operation with its own branchless code becomes vector code. The other functions of `libm` are called lane by lane.
 
 use super::steps::{At, Bodies, Rates};
 use super::wide::Wide;
@@ -12,22 +12,22 @@ use crate::plant::{Own, Parts, Plant};
 use crate::signal::Signal;
 use crate::sine;
 
-/// The formulas of all lanes.
+/// Formulas of all lanes.
 pub(super) struct Formulas<'a> {
     rates: Vec<Vec<Step>>,
-    /// Of each channel: what is added to it now, and the signals that vary within a step.
+    /// Per channel: the value that is added now, and the signals that vary within a step.
     added: Vec<Wide>,
     plants: [Option<&'a Own>; LANES],
     varying: Vec<(usize, usize, &'a Signal)>,
     stack: Box<[Wide; MOST_PENDING]>,
 }
 
-/// An operation over lanes.
+/// Operation over lanes.
 enum Step {
     Number(Box<Wide>),
     Input(usize),
     Vector1(fn(Instructions, &mut Wide)),
-    /// Marks where it has another value.
+    /// Function that marks the lanes in which its value differs from the function of the plant alone.
     Bounded1(fn(Instructions, &mut Wide, &mut Wide<u64>)),
     Vector2(fn(Instructions, &mut Wide, &Wide)),
     One(fn(f64) -> f64),
@@ -58,7 +58,7 @@ impl Step {
     }
 }
 
-/// May they go side by side?
+/// Returns true if the two plants can share a batch.
 pub(super) fn are_alike(one: &Own, other: &Own) -> bool {
     let alike = |one: &Expression, other: &Expression| {
         let pairs = one.operations().iter().zip(other.operations());
@@ -71,7 +71,7 @@ pub(super) fn are_alike(one: &Own, other: &Own) -> bool {
 }
 
 impl Formulas<'_> {
-    /// For plants like this one.
+    /// Builds the batch for plants like this one.
     pub(super) fn new(first: &Own) -> Self {
         let steps = |rate: &Expression| rate.operations().iter().copied().map(Step::of).collect();
         Self {
@@ -118,7 +118,7 @@ impl<const N: usize> Rates<N> for Formulas<'_> {
         for ((dx, steps), added) in dx.iter_mut().zip(&self.rates).zip(&self.added) {
             let mut top = 0;
             for step in steps {
-                // As with one plant: the reader has counted.
+                // The parser has checked the stack, as for one plant.
                 let (below, above) = self.stack.split_at_mut(top);
                 match (step, below) {
                     (Step::Number(number), _) => above[0] = **number,
@@ -167,7 +167,7 @@ over_lanes! {
 }
 
 vectorised! {
-    /// Sine or cosine.
+    /// Computes the sine or cosine of each lane.
     fn turn_all[COSINE; const COSINE: bool](row: &mut Wide, outside: &mut Wide<u64>,) {
         for l in 0..LANES {
             let x = row[l];

@@ -1,4 +1,4 @@
-//! Plants with a step of their own as numbers side by side, and that step: what [`Exact`] does, lane by lane.
+//! Vectorised plants with a step of their own: the step of [`Exact`], lane by lane.
 
 use super::signals::{Signals, weigh_all};
 use super::wide::Wide;
@@ -7,42 +7,42 @@ use crate::exact::{Exact, Lumped, Moved, Row, Share, TERMS, Wave, is_within};
 use crate::plant::Plant;
 use crate::sine;
 
-/// The plants, number by number.
+/// Plants as vectors of coefficients.
 pub(super) struct Linears<'a, const N: usize> {
     instructions: Instructions,
     plants: Vec<&'a dyn Plant>,
     numbers: Numbers<N>,
-    /// Sine and cosine of x_1. They are a loop of their own: as a part of the step their long chain of dependent
-    /// operations, and not their number, would decide how long it takes.
+    /// Sine and cosine of x_1, computed in a separate loop. In the step their long chain of dependent operations would
+    /// set its duration, rather than their number.
     turned: [Wide; 2],
     constant: [Wide; N],
-    /// With ramp and jumps; how many jumps are in it.
+    /// Share of the signals with ramp and jumps. `fallen` is the number of jumps in it.
     forced: [Wide; N],
     fallen: Option<usize>,
     ramp: Option<Box<[Wide; N]>>,
     jumps: Vec<(f64, Box<[Wide; N]>)>,
     waves: Vec<(Wave, Box<[[Wide; N]; 2]>)>,
-    /// Of d_i: what x_j adds, what u adds.
+    /// Coefficients of x_j and of u in d_i.
     d: [[Wide; N]; N],
     d_u: [Wide; N],
-    /// Channel of each signal, its factor, and the signal itself.
+    /// Channel, factor and signal of each disturbance.
     signals: Vec<(usize, Box<Wide>, Signals)>,
-    /// The first plant: of one kind are they all.
+    /// First plant, which represents the kind of all plants.
     exact: Exact,
 }
 
-/// Of [`Share`], lane by lane.
+/// Coefficients of [`Share`], lane by lane.
 struct Numbers<const N: usize> {
     phi: [[Wide; N]; N],
     gamma: [Wide; N],
     g: [[Wide; N]; TERMS],
     row: [Wide; 3],
-    /// One for all.
+    /// Coefficient of the sine, equal in all lanes.
     sine: f64,
 }
 
 impl<'a, const N: usize> Linears<'a, N> {
-    /// None if there are others among them, or of another period.
+    /// Builds the batch. Returns `None` if a plant is of another kind or has another period.
     pub(super) fn beside(
         instructions: Instructions,
         trials: &[Trial<'a>],
@@ -56,7 +56,7 @@ impl<'a, const N: usize> Linears<'a, N> {
         if !parts.iter().all(is_alike) || exact.order != N || exact.period_s.to_bits() != period_s.to_bits() {
             return None;
         }
-        // Lanes beyond the last are like the first.
+        // Lanes beyond the last trial copy the first.
         let of = |number: &dyn Fn(&Exact, &Lumped) -> f64| {
             Wide(std::array::from_fn(|l| {
                 let (exact, lumped) = parts.get(l).unwrap_or(&parts[0]);
@@ -66,7 +66,7 @@ impl<'a, const N: usize> Linears<'a, N> {
         let row = |row: &dyn for<'e> Fn(&'e Exact) -> &'e Row| -> [Wide; N] {
             std::array::from_fn(|i| of(&|exact, _| row(exact)[i]))
         };
-        // One without terms adds nothing.
+        // A signal without terms adds nothing.
         let told = lumped
             .signals
             .iter()
@@ -106,7 +106,7 @@ impl<'a, const N: usize> Linears<'a, N> {
         }))
     }
 
-    /// What all but the sinusoids add, term by term as [`Exact`] does: mostly what it was.
+    /// Updates the share of all signals except sinusoids, term by term as in [`Exact`]. Mostly it does not change.
     fn force(&mut self, t_s: f64) {
         let fallen = self.jumps.iter().filter(|(at_s, _)| t_s >= *at_s).count();
         if self.ramp.is_none() && self.fallen == Some(fallen) {
@@ -130,7 +130,7 @@ impl<const N: usize> Plants<N> for Linears<'_, N> {
         }
     }
 
-    /// A tick with a jump inside is for the solver.
+    /// A tick with a jump inside is left to the solver.
     fn advance(&mut self, from_s: f64, to_s: f64, x: &mut [Wide; N], u: &Wide, lost: &mut Wide<u64>) {
         if self.exact.jumps_between(from_s, to_s) {
             for (l, plant) in self.plants.iter().enumerate() {
@@ -185,7 +185,7 @@ impl<const N: usize> Plants<N> for Linears<'_, N> {
 }
 
 impl<const N: usize> Numbers<N> {
-    /// One lane's step, and whether it is one.
+    /// Computes the step of one lane and whether it is valid.
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]
     fn step<const SINE: bool>(
@@ -244,7 +244,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// The same under one sinusoid: its sine and cosine are those at the beginning of the step.
+    /// Computes the step with one sinusoid, from its sine and cosine at the beginning of the step.
     fn step_on_wave[N, SINE; const N: usize, const SINE: bool](
         numbers: &Numbers<N>,
         x: &mut [Wide; N],
@@ -297,7 +297,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// As [`Lumped::value`] adds them up.
+    /// Sums the disturbances in the order of [`Lumped::value`].
     fn note_all[N, SINE; const N: usize, const SINE: bool](
         row: &[Wide; N],
         of_u: &Wide,

@@ -1,33 +1,33 @@
-//! Figures of merit on the way, as [`measure`](crate::metrics::measure) has them of a trace.
+//! Metrics computed during the run, equal to those that [`measure`](crate::metrics::measure) computes from a trace.
 
 use super::wide::Wide;
-use super::{Instructions, Judged, LANES, TROUBLES, Told};
+use super::{Instructions, Judged, LANES, LaneOutputs, TROUBLES};
 use controller_core::Real;
 
 use crate::MAX_ORDER;
 use crate::metrics::{ChannelError, FAR, Metrics};
 
-/// Of all lanes.
+/// Metrics of all lanes.
 pub(super) struct Merit {
     instructions: Instructions,
     window_s: [f64; 2],
     period_s: f64,
     band: f64,
-    /// Ticks in the window so far.
+    /// Number of ticks in the window so far.
     inside: usize,
     sigma_star: Wide,
     y: Wide,
     u_peak: Wide,
     u_last: Wide,
     variation: Wide,
-    /// Of each observed channel, max |d - d_hat|.
+    /// Maximum of |d - d_hat| for each observed channel.
     pub(super) estimation: [Wide; MAX_ORDER],
     began: Wide,
     farthest: Wide,
-    /// The last tick outside of the band, from 1; 0 for none.
+    /// Last tick outside the band, counted from 1. 0 for none.
     outside: Wide,
     ticks_with: [Wide<u32>; TROUBLES],
-    /// Of them those of late, as long as a byte holds them, and of how many ticks.
+    /// Counts of the latest ticks, in bytes, and `late_ticks`, the number of these ticks.
     lately: [Wide<u8>; TROUBLES],
     late_ticks: u8,
 }
@@ -56,13 +56,13 @@ impl Merit {
         }
     }
 
-    /// Half a tick of slack, as there.
+    /// Returns true if the tick is inside the window. It has half a tick of slack, as in `measure`.
     pub(super) fn is_inside(&self, t_s: f64) -> bool {
         let slack = 0.5 * self.period_s;
         t_s >= self.window_s[0] - slack && t_s <= self.window_s[1] + slack
     }
 
-    pub(super) fn note<T: Real>(&mut self, k: usize, t_s: f64, y: &Wide, told: &Told<T>) {
+    pub(super) fn note<T: Real>(&mut self, k: usize, t_s: f64, y: &Wide, told: &LaneOutputs<T>) {
         if k == 0 {
             self.began = Wide(y.0.map(f64::abs));
         }
@@ -81,7 +81,7 @@ impl Merit {
         }
     }
 
-    /// To be called before they are judged.
+    /// Adds the latest counts to the totals. Call it before `judged`.
     pub(super) fn sum_up(&mut self) {
         for (counts, lately) in self.ticks_with.iter_mut().zip(&mut self.lately) {
             for l in 0..LANES {
@@ -133,7 +133,8 @@ vectorised! {
 }
 
 vectorised! {
-    /// `next` is 0 in the first tick of the window, which has none to compare with.
+    /// Updates the metrics of the window. `next` is 0 in the first tick of the window, which has no tick to compare
+    /// with.
     fn note_inside[T; T: Real](merit: &mut Merit, next: f64, y: &Wide, u: &Wide, sigma_star: &Wide<T>,) {
         for l in 0..LANES {
             merit.y[l] = larger(merit.y[l], y[l].abs());

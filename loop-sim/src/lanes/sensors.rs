@@ -1,4 +1,4 @@
-//! A measuring chain over lanes: what the links of [`sensor`](crate::sensor) do, each lane with a seed of its own.
+//! Vectorised sensor chain: the links of [`sensor`](crate::sensor), with a separate seed for each lane.
 
 use std::collections::VecDeque;
 
@@ -9,25 +9,25 @@ use crate::philox::{self, Purpose};
 use crate::port::in_process::padded;
 use crate::sensor::Sensing;
 
-/// The chain.
+/// Sensor chain of all lanes.
 pub(super) struct Sensors<'a, const N: usize> {
     instructions: Instructions,
     sensing: &'a Sensing,
-    /// Half by half.
+    /// Low and high halves of the seeds.
     seeds: [Wide<u32>; 2],
     tick: u64,
-    /// Of the link at work: two random words, a radius, and noise of a channel that there is not.
+    /// Buffers of the link at work: two random words, a radius, and the unused noise of an odd channel.
     words: [Wide<u64>; 2],
     radius: Wide,
     beyond: Wide,
-    /// What jitter looks back to.
+    /// Previous states, for jitter.
     last: Option<Box<[Wide; N]>>,
     under_way: VecDeque<Box<[Wide; N]>>,
 }
 
 impl<'a, const N: usize> Sensors<'a, N> {
     pub(super) fn new(instructions: Instructions, sensing: &'a Sensing, trials: &[Trial<'_>]) -> Self {
-        // Lanes beyond the last are like the first.
+        // Lanes beyond the last trial copy the first.
         let halves = |l: usize| philox::halves(trials.get(l).unwrap_or(&trials[0]).seed);
         let seeds = [0, 1].map(|half| Wide(std::array::from_fn(|l| halves(l)[half])));
         Self {
@@ -43,12 +43,12 @@ impl<'a, const N: usize> Sensors<'a, N> {
         }
     }
 
-    /// Does the law see the state itself?
+    /// Returns true if the controller receives the state itself.
     pub(super) fn is_ideal(&self) -> bool {
         *self.sensing == Sensing::IDEAL
     }
 
-    /// To be called once a tick.
+    /// Computes the samples of a tick. Call it once per tick.
     pub(super) fn measure(&mut self, x: &[Wide; N], sample: &mut Box<[Wide; N]>) {
         let Self { instructions, sensing, ref seeds, tick, .. } = *self;
         let Self { words: [word, other], radius, beyond, .. } = self;
@@ -119,8 +119,8 @@ vectorised! {
     }
 }
 
-// Noise is three loops, words, radius and direction: in one the chain of dependent operations is so long that a
-// processor sees no second lane to fill its pauses with, and its constants have no room in registers.
+// Noise takes three loops: words, radius and direction. In one loop the chain of dependent operations is too long to
+// overlap two vectors, and its constants do not fit into the registers.
 vectorised! {
     fn radius_all[;](word: &Wide<u64>, radius: &mut Wide,) {
         for l in 0..LANES {
@@ -130,7 +130,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// As [`philox::gaussians`] makes them.
+    /// Scales two random numbers as [`philox::gaussians`] computes them.
     fn noise_all[;](radius: &Wide, word: &Wide<u64>, sigma: [f64; 2], first: &mut Wide, second: &mut Wide,) {
         for l in 0..LANES {
             let (sin, cos) = philox::direction(word[l]);

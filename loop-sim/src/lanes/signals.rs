@@ -1,19 +1,19 @@
-//! One signal of each lane, at a time that is that of all.
+//! Signals of all lanes, evaluated at a common time.
 
 use super::wide::Wide;
 use super::{Instructions, LANES};
 use crate::signal::{Signal, Term};
 
-/// The signals.
+/// One signal per lane.
 pub(super) enum Signals {
-    /// Terms that are the same in all lanes; of those after them the amplitudes and the term of amplitude 1.
+    /// Terms that are equal in all lanes. For each later term: its amplitudes, and the term with amplitude 1.
     Alike(Signal, Vec<(Box<Wide>, Term)>),
-    /// One for each lane.
+    /// Separate signal of each lane.
     Each(Vec<Signal>),
 }
 
 impl Signals {
-    /// Of these; lanes beyond the last are like the first.
+    /// Builds the signals. Lanes beyond the last copy the first.
     pub(super) fn new(each: &[&Signal]) -> Self {
         let of_lane = |l: usize| *each.get(l).unwrap_or(&each[0]);
         let units = |signal: &Signal| -> Vec<Term> { signal.terms().iter().map(|term| term.parted().1).collect() };
@@ -28,7 +28,7 @@ impl Signals {
         Self::Alike(Signal::new(first[..same].to_vec()), others)
     }
 
-    /// Their value, if all have the same.
+    /// Returns the common value if all lanes have the same signal.
     pub(super) fn of_all(&self, t_s: f64) -> Option<f64> {
         match self {
             Self::Alike(same, others) if others.is_empty() => Some(same.value(t_s)),
@@ -36,7 +36,7 @@ impl Signals {
         }
     }
 
-    /// The value of each, summed as [`Signal::value`] does.
+    /// Computes the value of each signal, summed in the order of [`Signal::value`].
     pub(super) fn value(&self, instructions: Instructions, t_s: f64, value: &mut Wide) {
         match self {
             Self::Alike(same, others) => {
@@ -55,7 +55,7 @@ impl Signals {
 }
 
 vectorised! {
-    /// Adds so many times the value.
+    /// Adds the value, multiplied by the factor of each lane.
     pub(super) fn weigh_all[;](sum: &mut Wide, factor: &Wide, value: f64,) {
         for l in 0..LANES {
             sum[l] += factor[l] * value;

@@ -1,8 +1,8 @@
-//! The solver's step of many plants side by side: what [`solver`](crate::solver) does, lane by lane.
+//! Vectorised step of the solver: the step of [`solver`](crate::solver), lane by lane.
 //!
-//! Each evaluation of the right-hand side and each midpoint is a loop over lanes of its own, in the order of the
-//! plant alone. Lanes have their own time and their own length of step: one that waits for the others would wait most
-//! of its time, since friction is stepped finely near rest alone.
+//! Each evaluation of the right-hand side and each midpoint is a separate loop over lanes, in the order of the plant
+//! alone. Lanes have their own time and step length. With a common step length a lane would mostly wait, since friction
+//! needs fine steps only near rest.
 
 use super::wide::Wide;
 use super::{Instructions, LANES};
@@ -12,30 +12,30 @@ use crate::signal::Signal;
 use crate::sine;
 use crate::solver::{self, ROWS, Stride, WEIGHTS};
 
-/// The right-hand sides of the lanes' plants.
+/// Right-hand sides of the plants of all lanes.
 pub(super) trait Rates<const N: usize> {
-    /// A step begins in every lane, at its time.
+    /// Begins a step in every lane, at its time.
     fn begin(&mut self, t_s: &Wide);
 
-    /// dx/dt of every lane; a lane is marked in which it is not what the plant alone has.
+    /// Computes dx/dt of every lane. Sets `outside` for a lane whose value differs from the plant alone.
     fn rates(&mut self, instructions: Instructions, at: At<'_, N>, dx: &mut [Wide; N], outside: &mut Wide<u64>);
 }
 
-/// Right-hand sides of plants that come and go.
+/// Right-hand sides whose plants are replaced during the batch.
 pub(super) trait Bodies<'a, const N: usize>: Rates<N> {
-    /// A lane's plant is another one.
+    /// Replaces the plant of a lane.
     fn set(&mut self, l: usize, parts: Parts<'a>);
 
-    /// Have any of these plants events?
+    /// Returns true if a plant of the batch has events.
     fn has_events(&self) -> bool {
         false
     }
 
-    /// What holds in a lane until its next event.
+    /// Sets the regime of a lane until its next event.
     fn set_regime(&mut self, _l: usize, _regime: Regime) {}
 }
 
-/// Where a right-hand side is asked for.
+/// Point at which a right-hand side is evaluated.
 #[derive(Clone, Copy)]
 pub(super) struct At<'a, const N: usize> {
     pub(super) t_s: &'a Wide,
@@ -43,7 +43,7 @@ pub(super) struct At<'a, const N: usize> {
     pub(super) u: &'a Wide,
 }
 
-/// States on their way, and all that a step needs besides.
+/// States of the lanes during a step, with its buffers.
 pub(super) struct Steps<const N: usize> {
     instructions: Instructions,
     pub(super) x: [Wide; N],
@@ -51,9 +51,9 @@ pub(super) struct Steps<const N: usize> {
     pub(super) t_s: Wide,
     h_s: Wide,
     rows: Wide<u64>,
-    /// The slope at the beginning of a step.
+    /// Slope at the beginning of a step.
     pub(super) first: [Wide; N],
-    /// What the step adds, and how far its last row is from that; not where a lane is marked.
+    /// Increment of the step, and the difference between its last two rows. Undefined in a marked lane.
     pub(super) increment: [Wide; N],
     pub(super) difference: Wide,
     pub(super) outside: Wide<u64>,
@@ -61,7 +61,7 @@ pub(super) struct Steps<const N: usize> {
     midpoint: Midpoint<N>,
 }
 
-/// One row of the extrapolation on its way.
+/// One row of the extrapolation in progress.
 struct Midpoint<const N: usize> {
     s: Wide,
     t_s: Wide,
@@ -92,7 +92,7 @@ impl<const N: usize> Steps<N> {
         })
     }
 
-    /// The slopes where a step begins.
+    /// Computes the slopes at the beginning of a step.
     pub(super) fn begin(&mut self, bodies: &mut impl Rates<N>) {
         let Self { instructions, x, u, t_s, first, outside, .. } = self;
         *outside = Wide::of_all(0);
@@ -100,13 +100,13 @@ impl<const N: usize> Steps<N> {
         bodies.rates(*instructions, At { t_s, x, u }, first, outside);
     }
 
-    /// A lane's next step.
+    /// Sets the next step of a lane.
     pub(super) fn set(&mut self, l: usize, stride: Stride) {
         self.h_s[l] = stride.h_s;
         self.rows[l] = stride.rows as u64;
     }
 
-    /// A lane has no step to take.
+    /// Leaves a lane without a step.
     pub(super) fn rest(&mut self, l: usize) {
         self.rows[l] = 1;
     }
@@ -115,7 +115,7 @@ impl<const N: usize> Steps<N> {
         Stride { h_s: self.h_s[l], rows: self.rows[l] as usize }
     }
 
-    /// The step from there.
+    /// Computes the step from the current point.
     pub(super) fn step(&mut self, bodies: &mut impl Rates<N>) {
         let Self { instructions, x, u, t_s, h_s, rows, first, increment, difference, outside, less, midpoint } = self;
         let instructions = *instructions;
@@ -212,7 +212,8 @@ vectorised! {
 }
 
 vectorised! {
-    /// Where lanes differ in how many rows they take; `weights` are those of this row among so many.
+    /// Sums a row where lanes use different numbers of rows. `weights` are the weights of this row for each number of
+    /// rows.
     fn sum_some[N; const N: usize](
         row: u64,
         weights: &[f64; ROWS + 1],
@@ -255,16 +256,17 @@ vectorised! {
     }
 }
 
-/// Motors, or joints.
+/// Motors or joints of all lanes.
 pub(super) struct Shafts<'a, const G: usize> {
-    /// With friction that holds, the direction of each stands in place of 1/ω_t, and 1/J is 0 where it stands.
+    /// Coefficients. With friction that holds, the direction of sliding replaces 1/ω_t, and 1/J is 0 while the shaft
+    /// stands.
     numbers: Box<[[Wide; 4]; G]>,
     per_inertia: Wide,
-    /// Does any of them vary with its angle, and has any friction that holds?
+    /// True if the torque of any plant varies with its angle. `holds` is true if the friction of any plant holds.
     has_waves: bool,
     holds: bool,
     loads: [Option<&'a Signal>; LANES],
-    /// Those that vary within a step.
+    /// Loads that vary within a step.
     varying: Vec<(usize, &'a Signal)>,
     load: Wide,
 }
@@ -300,7 +302,7 @@ impl<'a, const N: usize, const G: usize> Bodies<'a, N> for Shafts<'a, G> {
 
     fn set_regime(&mut self, l: usize, regime: Regime) {
         self.numbers[0][0][l] = if regime == Regime::Held { 0.0 } else { self.per_inertia[l] };
-        // One that stands from the start on has no direction yet: 0 times the infinite 1/ω_t is no number.
+        // A shaft that stands from the start has no direction yet. 0 times the infinite 1/ω_t would be NaN.
         self.numbers[2][3][l] = if let Regime::Sliding { sign, .. } = regime { sign.into() } else { 0.0 };
     }
 }

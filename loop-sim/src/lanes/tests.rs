@@ -54,7 +54,8 @@ fn joints(reading: Reading, spread: f64, has_own_signals: bool) -> Vec<(Box<dyn 
         .collect()
 }
 
-/// The run alone: its figures, ticks with each trouble, and whether it went to its end; none if its plant did not.
+/// Runs a trial alone. Returns its metrics, the number of ticks with each flag, and whether it finished. `None` if the
+/// plant failed.
 fn alone(campaign: &Campaign<'_>, Trial { plant, x0, seed }: Trial<'_>) -> Option<(Metrics, Vec<usize>, bool)> {
     let mut port = in_process::build(campaign.spec).expect("a design").port;
     let (mut sensor, mut actuator) = (campaign.sensing.sensor(seed), actuator::Ideal);
@@ -77,7 +78,7 @@ fn alone(campaign: &Campaign<'_>, Trial { plant, x0, seed }: Trial<'_>) -> Optio
     Some((measure(&trace, window_s, settling_band), (0..TROUBLES).map(with).collect(), is_whole))
 }
 
-/// To the bit, NaN included.
+/// Returns the bits of the metrics, including NaN.
 fn bits(metrics: &Metrics) -> Vec<u64> {
     let Metrics { sigma_star_ultimate, y_ultimate, u_peak, u_total_variation_per_s, .. } = *metrics;
     let numbers = [sigma_star_ultimate, y_ultimate, u_peak, u_total_variation_per_s];
@@ -90,7 +91,7 @@ fn all(trials: &[(Box<dyn Plant>, Vec<f64>)]) -> Vec<Trial<'_>> {
     (1..).zip(trials).map(|(seed, (plant, x0))| Trial { plant: plant.as_ref(), x0, seed }).collect()
 }
 
-/// How many lanes were run side by side; each of them as alone.
+/// Checks that each lane is bit-identical to the run alone. Returns the number of lanes that ran.
 fn held(campaign: &Campaign<'_>, trials: &[(Box<dyn Plant>, Vec<f64>)]) -> usize {
     let trials = all(trials);
     let found = close_loops(campaign, &trials);
@@ -196,7 +197,7 @@ fn example_1_law<const R: usize>(model: Model, period_s: f64, has_second: bool) 
     ControllerSpec { precision: Precision::F32, model, config: AnyConfig::from(config) }
 }
 
-/// What differs besides amplitudes, from 0: nothing; instants of steps; frequencies.
+/// `differs` selects the differences besides amplitudes: 0 nothing, 1 instants of steps, 2 frequencies.
 fn example_1(state_dependent: bool, differs: usize) -> Vec<(Box<dyn Plant>, Vec<f64>)> {
     let mut random = Random::new(11, 0);
     let mut off = |size: f64| size * (2.0 * random.uniform() - 1.0);
@@ -220,13 +221,13 @@ fn example_1(state_dependent: bool, differs: usize) -> Vec<(Box<dyn Plant>, Vec<
 
 #[test]
 fn example_1_side_by_side_too() {
-    // The fast tier takes every other one.
+    // The fast tier runs every second case.
     let step = if std::env::var_os("DEEP").is_some_and(|value| value == "1") { 1 } else { 2 };
     for (state_dependent, differs) in
         [(false, 0), (true, 0), (true, 1), (false, 1), (true, 2)].into_iter().step_by(step)
     {
         let trials = example_1(state_dependent, differs);
-        // In a tick of 40 ms several steps of the solver, of the fast ones.
+        // A tick of 40 ms takes several steps of the solver.
         for (period_s, model) in
             [(1e-4, Model::BenchmarkLibm), (5e-3, Model::BenchmarkMicromath), (4e-2, Model::BenchmarkLibm)]
         {
@@ -251,7 +252,7 @@ fn example_1_side_by_side_too() {
     }
 }
 
-/// Far from where one step of the solver is enough, away for good, nowhere: each as alone.
+/// States too far for one step of the solver, diverging states and NaN. Each result equals the run alone.
 #[test]
 fn example_1_from_afar() {
     let mut trials = example_1(true, 0);
@@ -287,7 +288,7 @@ fn every_link_of_a_measuring_chain_too() {
         (Sensing { jitter: 0.5, ..Sensing::IDEAL }, 0),
         (Sensing { quantum: quantum.clone(), ..Sensing::IDEAL }, 0),
         (Sensing { delay_ticks: 2, ..Sensing::IDEAL }, 0),
-        // So many of the seeds 1 to 64 lose the first sample, computed apart from this code.
+        // Number of the seeds 1 to 64 that lose the first sample, from an independent computation.
         (Sensing { dropout: 0.1, ..Sensing::IDEAL }, 8),
         (Sensing { jitter: 0.2, noise, quantum, delay_ticks: 1, dropout: 0.05, ..Sensing::IDEAL }, 4),
     ] {
@@ -320,14 +321,14 @@ fn what_does_not_fit_is_left_to_the_run_alone() {
         settling_band: 0.01,
     };
     let mut trials = joints(Reading::Reconstructed, 0.1, false);
-    // A link that spins, a state that is none: only they.
+    // A spinning link and a diverged state: only these two lanes are lost.
     trials[3].1 = vec![0.1, 200.0, 0.0, 0.0];
     trials[9].1 = vec![0.1, 0.0, 3e9, 0.0];
     let all = all(&trials);
     let found = close_loops(&campaign, &all);
     let left: Vec<usize> = (0..LANES).filter(|l| found[*l].is_none()).collect();
     assert_eq!(left, [3, 9]);
-    // Another law, another period, a plant without a step: all.
+    // Another controller, another period, or a plant without a step: all lanes are lost.
     let other = ControllerSpec { model: Model::BenchmarkLibm, ..spec.clone() };
     let slower = Campaign { period_s: 2.0 * PERIOD_S, ..campaign };
     assert!(close_loops(&Campaign { spec: &other, ..campaign }, &all).iter().all(Option::is_none));

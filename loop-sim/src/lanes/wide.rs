@@ -1,20 +1,20 @@
-//! Numbers side by side, and functions over them for the instructions that a machine has.
+//! Vectors of numbers, one per lane, and functions over them for the instructions of the machine.
 
 use std::ops::{Index, IndexMut};
 
 use super::LANES;
 
-/// One number of each loop, at an address from which vectors of any width are loaded whole.
+/// One number per lane, aligned so that vectors of any width load whole.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Wide<T = f64>(pub(super) [T; LANES]);
 
-/// What is to lie at such an address.
+/// Value with this alignment.
 #[repr(align(64))]
 pub(super) struct Aligned<T>(pub(super) T);
 
 impl<T: Copy> Wide<T> {
-    /// The same of all.
+    /// Returns the vector with this value in all lanes.
     pub(super) const fn of_all(value: T) -> Self {
         Self([value; LANES])
     }
@@ -36,26 +36,26 @@ impl<T> IndexMut<usize> for Wide<T> {
     }
 }
 
-/// Vector instructions, the fewest first; those that a machine lacks are not used whatever is asked for.
+/// Vector instruction set, in ascending order. Instructions that the machine lacks are never used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Instructions {
-    /// What every machine has that the program was compiled for: SSE2 on x86-64.
+    /// Baseline of the compiled program: SSE2 on x86-64.
     Baseline,
     /// AVX2.
     Avx2,
-    /// AVX-512, where it does not slow the clock down (Ice Lake and Zen 4, and later).
+    /// AVX-512, on machines where it does not lower the clock (Ice Lake, Zen 4 and later).
     Avx512,
 }
 
-/// A function with a loop over lanes, compiled for what a machine may have and called with what may be used of it:
-/// `fn name[NAMES; GENERICS](arguments)`, NAMES being those of GENERICS.
+/// Defines a function with a loop over lanes, compiled for several instruction sets. A call uses the best allowed set:
+/// `fn name[NAMES; GENERICS](arguments)`, where NAMES are the names of GENERICS.
 macro_rules! vectorised {
     ($(#[$about:meta])* $visible:vis fn $name:ident[$($generic:ident),*; $($generics:tt)*](
         $($argument:ident: $type:ty,)*
     ) $block:block) => {
         $(#[$about])*
         #[allow(clippy::too_many_arguments)]
-        // Inside of a caller it would not be known any more that what its arguments point to is apart.
+        // Inlining into a caller would lose the fact that the arguments do not alias.
         #[inline(never)]
         $visible fn $name<$($generics)*>(instructions: $crate::lanes::Instructions, $($argument: $type),*) {
             use $crate::lanes::Instructions;
@@ -63,7 +63,7 @@ macro_rules! vectorised {
             #[inline(always)]
             fn body<$($generics)*>($($argument: $type),*) $block
 
-            // Each says whether it has done it: on a machine without the instructions it is another one's.
+            // Returns true if it ran. On a machine without the instructions another variant runs.
             #[multiversion::multiversion(
                 targets("x86_64+avx512f+avx512vl+avx512dq+avx512bw+avx2+fma+bmi1+bmi2"),
                 dispatcher = "direct"

@@ -1,17 +1,17 @@
-//! The nonlinear benchmark of Example 1, dimensionless.
+//! Nonlinear benchmark of Example 1, dimensionless.
 //!
 //! $$ \dot x_1 = x_2 + d_1(x, t), \qquad \dot x_2 = -2 x_1 - x_2 + e^{x_1} + u + d_2(t) \qquad \text{(Eq. (59))} $$
 //!
-//! Part 1 of the example has $d_1$ a step of 0.5 at 2 s. Part 2 has, Eq. (60)-(61),
+//! In part 1 of the example $d_1$ is a step of 0.5 at 2 s. In part 2, Eq. (60)-(61),
 //!
 //! $$ d_1 = \tfrac12 x_1^2 + x_1 \sin 2t + 0.2 x_2 + \tfrac t6 + \sin^2 2t - \cos 2t + 1(t \ge 2). $$
 //!
-//! The nominal model knows channel 2 exactly, so $d_2$ is only what is added here (nothing in the paper).
+//! The nominal model is exact in channel 2, so $d_2$ is only the signal that is added here. The paper adds none.
 
 use super::{Parts, Plant, fastest_signal_rad_s, merged_jumps_s};
 use crate::signal::{Signal, Term};
 
-/// Eq. (59) with its disturbances.
+/// Plant of Eq. (59) with its disturbances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Benchmark {
     disturbances: [Signal; 2],
@@ -21,38 +21,39 @@ pub struct Benchmark {
 }
 
 impl Benchmark {
-    /// Eq. (59) with a disturbance signal per channel; `state_dependent` adds x_1^2/2 + x_1 sin 2t + 0.2 x_2 to d_1.
+    /// Builds Eq. (59) with a disturbance signal per channel. `state_dependent` adds x_1^2/2 + x_1 sin 2t + 0.2 x_2 to
+    /// d_1.
     pub fn new(disturbances: [Signal; 2], state_dependent: bool) -> Self {
         let fastest_signal_rad_s = fastest_signal_rad_s(&disturbances);
         let jumps_s = merged_jumps_s(&disturbances);
         Self { disturbances, state_dependent, fastest_signal_rad_s, jumps_s }
     }
 
-    /// d_1 and d_2 but for what depends on x.
+    /// Returns d_1 and d_2 without the part that depends on x.
     #[cfg(feature = "lanes")]
     pub(crate) const fn disturbances(&self) -> &[Signal; 2] {
         &self.disturbances
     }
 
-    /// Does d_1 depend on x?
+    /// Returns true if d_1 depends on x.
     #[cfg(feature = "lanes")]
     pub(crate) const fn is_state_dependent(&self) -> bool {
         self.state_dependent
     }
 
-    /// Fastest oscillation of the disturbances, rad/s.
+    /// Returns the fastest oscillation of the disturbances, rad/s.
     #[cfg(feature = "lanes")]
     pub(crate) const fn fastest_signal_rad_s(&self) -> f64 {
         self.fastest_signal_rad_s
     }
 
-    /// Part 1: d_1 steps to 0.5 at 2 s.
+    /// Builds part 1: d_1 steps to 0.5 at 2 s.
     pub fn part_1() -> Self {
         let step = Signal::new(vec![Term::Step { amplitude: 0.5, t0_s: 2.0 }]);
         Self::new([step, Signal::default()], false)
     }
 
-    /// Part 2, Eq. (60)-(61).
+    /// Builds part 2, Eq. (60)-(61).
     pub fn part_2() -> Self {
         let cos = |amplitude, omega_rad_s| Term::Cos { amplitude, omega_rad_s, phase_rad: 0.0 };
         let d1 = Signal::new(vec![
@@ -67,24 +68,24 @@ impl Benchmark {
     }
 }
 
-/// Eq. (59): slopes of x from d, u and e^x_1.
+/// Returns the slopes of x in Eq. (59) from d, u and e^x_1.
 #[inline(always)]
 pub(crate) fn rates(d: [f64; 2], x: [f64; 2], u: f64, exp_x1: f64) -> [f64; 2] {
     [d[0] + x[1], d[1] + (-2.0 * x[0] - x[1] + exp_x1 + u)]
 }
 
-/// The part of d_1 that depends on x, Eq. (60).
+/// Returns the part of d_1 that depends on x, Eq. (60).
 #[inline(always)]
 pub(crate) fn d1_of_state(x: [f64; 2], sin_2t: f64) -> f64 {
     0.5 * x[0] * x[0] + x[0] * sin_2t + 0.2 * x[1]
 }
 
-/// The fastest rate, rad/s: row sum of the Jacobian [[x_1 + sin 2t, 1.2], [e^x1 - 2, -1]] after balancing its two
-/// off-diagonal entries; and no slower than x_1 itself moves, since e^x1 and x_1^2 vary at the rate of x_1.
+/// Returns the fastest rate, rad/s: the row sum of the Jacobian [[x_1 + sin 2t, 1.2], [e^x1 - 2, -1]] after balancing
+/// its two off-diagonal entries. It is at least the rate of x_1, since e^x1 and x_1^2 vary at that rate.
 #[inline(always)]
 pub(crate) fn fastest_rad_s(state_dependent: bool, x: [f64; 2], exp_x1: f64, of_signals_rad_s: f64) -> f64 {
     let (diagonal, coupling) = if state_dependent { (x[0].abs() + 1.0, 1.2) } else { (0.0, 1.0) };
-    // Rounded as exactly as a quotient is, on every machine.
+    // A square root is correctly rounded on every machine, like a quotient.
     let linear = diagonal.max(1.0) + (coupling * (exp_x1 - 2.0).abs()).sqrt();
     linear.max(x[1].abs()).max(of_signals_rad_s)
 }
@@ -124,7 +125,7 @@ impl Plant for Benchmark {
 mod tests {
     use super::*;
 
-    /// Rows t, x1, x2, d1 of a trajectory of part 2 that two independent solvers agree on.
+    /// Rows t, x1, x2, d1 of a trajectory of part 2, on which two independent solvers agree.
     const REFERENCE: [[f64; 4]; 9] = [
         [0.0, 1.0, 0.0, -0.5],
         [0.005, 0.997_506_397, 0.003_349_923_35, -0.490_862_282],
@@ -150,12 +151,12 @@ mod tests {
 
     #[test]
     fn rhs_is_the_slope_of_the_reference() {
-        // Central difference of two rows 10 ms apart around the one at 3 s, which stands below with its u.
+        // Central difference of two rows 10 ms apart around the row at 3 s, which is below with its u.
         let [a, b] = [REFERENCE[7], REFERENCE[8]];
         let slope = (b[1] - a[1]) / (b[0] - a[0]);
         let mut dx = [0.0; 2];
         Benchmark::part_2().rhs(3.0, &[0.049_935_971_8, -0.538_371_427], -0.178_507_002, &mut dx);
-        // h^2/6 = 4e-6 times the third derivative, of order 1 in x1 and 20 in x2, where u turns it.
+        // h^2/6 = 4e-6 times the third derivative, which is of order 1 in x1 and 20 in x2, because u changes its slope.
         assert!((dx[0] - slope).abs() < 4e-6, "{} {slope}", dx[0]);
         let slope = (b[2] - a[2]) / (b[0] - a[0]);
         assert!((dx[1] - slope).abs() < 1e-4, "{} {slope}", dx[1]);

@@ -1,8 +1,8 @@
-//! A chain of any order with a linear last channel: try your own plant without writing Rust.
+//! Chain of integrators of any order with a linear last channel: a plant without writing Rust.
 //!
 //! $$ \dot x_i = x_{i+1} + w_i(t)\ (i < n), \qquad \dot x_n = a^{true} \cdot x + b^{true} u + w_n(t) $$
 //!
-//! The controller knows $a^{nom}, b^{nom}$; the rest of the last channel is disturbance to it, Eq. (39):
+//! The model of the controller is $a^{nom}, b^{nom}$. The rest of the last channel is a disturbance, Eq. (39):
 //! $d_i = w_i$ and $d_n = w_n + (a^{true} - a^{nom}) \cdot x + (b^{true} - b^{nom}) u$.
 
 use core::fmt;
@@ -12,36 +12,36 @@ use crate::MAX_ORDER;
 use crate::exact::{Exact, LinearPart, Lumped};
 use crate::signal::Signal;
 
-/// a . x + b u.
+/// Linear last channel a . x + b u.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LastChannel {
-    /// Coefficients of x_1..x_n; a_j in s^-(n-j+1).
+    /// Coefficients of x_1..x_n. a_j is in s^-(n-j+1).
     pub a: Vec<f64>,
     /// Input gain b of the last channel.
     pub b: f64,
 }
 
-/// Why there is no such plant.
+/// Reason why a chain cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ChainError {
     /// The order is not 2..=6.
     Order {
-        /// What it would be.
+        /// Requested order.
         order: usize,
     },
-    /// True and nominal plant differ in order.
+    /// The true and the nominal plant differ in order.
     NominalOrder {
         /// Order of the true plant.
         order: usize,
         /// Order of the nominal plant.
         nominal: usize,
     },
-    /// Not one disturbance per channel.
+    /// The number of disturbances differs from the number of channels.
     Disturbances {
         /// Order n of the plant.
         order: usize,
-        /// How many disturbances were given.
+        /// Number of disturbances given.
         given: usize,
     },
 }
@@ -49,15 +49,15 @@ pub enum ChainError {
 impl fmt::Display for ChainError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Order { order } => write!(f, "a plant has order 2 to {MAX_ORDER}, this one has {order}"),
+            Self::Order { order } => write!(f, "the order of a plant must be 2 to {MAX_ORDER}, not {order}"),
             Self::NominalOrder { order, nominal } => {
                 write!(
                     f,
-                    "the true plant has {order} coefficients, the nominal one {nominal}: give both the same number"
+                    "the true plant has {order} coefficients and the nominal plant {nominal}: both need the same number"
                 )
             }
             Self::Disturbances { order, given } => {
-                write!(f, "a plant of order {order} has {order} disturbances, {given} are given")
+                write!(f, "a plant of order {order} needs {order} disturbances, not {given}")
             }
         }
     }
@@ -65,7 +65,7 @@ impl fmt::Display for ChainError {
 
 impl std::error::Error for ChainError {}
 
-/// A chain of integrators as the truth of a simulation.
+/// Chain of integrators as a true plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     truth: LastChannel,
@@ -77,10 +77,10 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// The true last channel, the nominal one, and w_1..w_n.
+    /// Builds the plant from the true last channel, the nominal last channel and the disturbances w_1..w_n.
     ///
     /// # Errors
-    /// When the lengths do not agree.
+    /// Fails if the order is not 2..=6 or the lengths differ.
     pub fn new(truth: LastChannel, nominal: LastChannel, disturbances: Vec<Signal>) -> Result<Self, ChainError> {
         let order = truth.a.len();
         if !(2..=MAX_ORDER).contains(&order) {
@@ -104,7 +104,7 @@ impl Chain {
         Ok(Self { truth, lumped, disturbances, fastest_rad_s, jumps_s, exact: None })
     }
 
-    /// With its step from tick to tick.
+    /// Adds the plant's own step from tick to tick.
     #[must_use]
     pub fn sampled(self, period_s: f64) -> Self {
         let part = LinearPart {
@@ -183,7 +183,7 @@ mod tests {
         for i in 0..3 {
             assert!((dx[i] - nominal[i] - d[i]).abs() < 1e-14, "channel {}", i + 1);
         }
-        // By hand: w_3 + (-1, 1, -0.5) . x + 0.2 u.
+        // Expected by hand: w_3 + (-1, 1, -0.5) . x + 0.2 u.
         assert!((d[2] - (0.3 - 0.7 - 1.3 - 1.05 + 0.18)).abs() < 1e-14);
         assert_eq!(d[..2], [0.1, -0.2]);
     }

@@ -1,20 +1,20 @@
-//! The flexible joint of Example 2 as it really is, Eq. (63).
+//! True flexible joint of Example 2, Eq. (63).
 //!
-//! Link angle and velocity are $x_1, x_2$ (rad, rad/s); the motor's, scaled into chain coordinates, $x_3, x_4$ (rad/s²,
-//! rad/s³). Every coefficient has its own relative error D, so that true = (1 + D) nominal:
+//! Link angle and velocity are $x_1, x_2$ (rad, rad/s). Motor angle and velocity, scaled into chain coordinates, are
+//! $x_3, x_4$ (rad/s², rad/s³). Every coefficient has its own relative error D: true = (1 + D) nominal.
 //!
 //! $$ \dot x_2 = (1 + D_{k1,x3}) x_3 - (1 + D_{k1}) k_1 x_1 - (1 + D_{b1}) b_1 x_2 - \sin x_1 $$
 //! $$ \dot x_4 = (1 + D_{k2,x1}) a_1 x_1 - (1 + D_{k2,x3}) k_2 x_3 - (1 + D_{b2}) b_2 x_4 + (1 + D_b) b (u + v) $$
 //!
-//! The controller believes $\dot x_2 = x_3$ and $\dot x_4 = a_1 x_1 - k_2 x_3 - b_2 x_4 + b u$. What is left is the
-//! lumped disturbance, with a minus in front of every D that multiplies a term with a minus:
+//! The model of the controller is $\dot x_2 = x_3$ and $\dot x_4 = a_1 x_1 - k_2 x_3 - b_2 x_4 + b u$. The remainder is
+//! the lumped disturbance. A D that multiplies a negative term has a minus:
 //!
 //! $$ d_2 = -k_1 x_1 - b_1 x_2 - \sin x_1 + D_{k1,x3} x_3 - D_{k1} k_1 x_1 - D_{b1} b_1 x_2 $$
 //! $$ d_4 = D_{k2,x1} a_1 x_1 - D_{k2,x3} k_2 x_3 - D_{b2} b_2 x_4 + D_b b u + (1 + D_b) b v $$
 //!
 //! # Deviation
-//! The paper writes ± before every error; here D carries its sign (-0.5 is "50 % low"). $a_1$ is $k_2$ as printed; the
-//! consistent scaling (reading `Physical`) has $k_1 k_2$, and the same structure.
+//! The paper writes ± before every error. Here D carries its sign (-0.5 is "50 % low"). $a_1$ is $k_2$ as printed. The
+//! consistent scaling (reading `Physical`) has $k_1 k_2$ with the same structure.
 
 use controller_core::JointChain;
 
@@ -22,46 +22,46 @@ use super::{Plant, companion, fastest_signal_rad_s, merged_jumps_s, spectral_bou
 use crate::exact::{Exact, LinearPart, Lumped};
 use crate::signal::{Signal, Term};
 
-/// Above this link velocity the solver no longer resolves sin x_1, rad/s: one unresolved step of 50 us then errs by
-/// less than its length times 1 rad/s², 5e-9 of the velocity, in a link that turns 1600 times a second.
+/// Link velocity above which the solver does not resolve sin x_1, rad/s. One unresolved step of 50 us then errs by less
+/// than its length times 1 rad/s². This is 5e-9 of the velocity of a link that makes 1600 revolutions per second.
 const SPINNING_RAD_S: f64 = 1e4;
 
-/// Relative errors D of the joint's true coefficients: true = (1 + D) nominal. The default is none.
+/// Relative errors D of the true coefficients of the joint: true = (1 + D) nominal. The default is 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointErrors {
-    /// Of k_1 in the spring torque by x_1 on the link.
+    /// Error of k_1 in the spring torque by x_1 on the link.
     pub k1: f64,
-    /// Of the spring torque by x_3 on the link.
+    /// Error of the spring torque by x_3 on the link.
     pub k1_x3: f64,
-    /// Of b_1, the link's damping.
+    /// Error of b_1, the damping of the link.
     pub b1: f64,
-    /// Of a_1 in the spring torque by x_1 on the motor.
+    /// Error of a_1 in the spring torque by x_1 on the motor.
     pub k2_x1: f64,
-    /// Of k_2 in the spring torque by x_3 on the motor.
+    /// Error of k_2 in the spring torque by x_3 on the motor.
     pub k2_x3: f64,
-    /// Of b_2, the motor's damping.
+    /// Error of b_2, the damping of the motor.
     pub b2: f64,
-    /// Of b, the input gain.
+    /// Error of b, the input gain.
     pub b: f64,
 }
 
 impl JointErrors {
-    /// The same error everywhere.
+    /// Returns the same error for every coefficient.
     pub const fn uniform(d: f64) -> Self {
         Self { k1: d, k1_x3: d, b1: d, k2_x1: d, k2_x3: d, b2: d, b: d }
     }
 }
 
-/// The joint with its errors and disturbances.
+/// Flexible joint with its errors and disturbances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlexibleJoint {
-    /// True coefficients; `x3` is that of x_3 on the link, k_2 that of x_3 on the motor.
+    /// True coefficients. `x3` is the coefficient of x_3 on the link, k_2 the coefficient of x_3 on the motor.
     truth: JointChain,
     x3: f64,
     lumped: Lumped,
     input: Signal,
     extra: [Signal; 4],
-    /// Of the linearised joint alone, and of its signals too.
+    /// Fastest rate of the linearised joint alone. The next field includes the signals.
     linear_rad_s: f64,
     fastest_rad_s: f64,
     jumps_s: Vec<f64>,
@@ -69,8 +69,8 @@ pub struct FlexibleJoint {
 }
 
 impl FlexibleJoint {
-    /// The joint whose nominal coefficients are `nominal`, with input disturbance v and an extra disturbance in each
-    /// channel (the paper has none).
+    /// Builds a joint from its nominal coefficients. `input` is the input disturbance v, and `extra` adds a disturbance
+    /// to each channel. The paper has no extra disturbances.
     pub fn new(nominal: JointChain, errors: JointErrors, input: Signal, extra: [Signal; 4]) -> Self {
         let truth = JointChain {
             k1: (1.0 + errors.k1) * nominal.k1,
@@ -81,7 +81,7 @@ impl FlexibleJoint {
             a1: (1.0 + errors.k2_x1) * nominal.a1,
         };
         let x3 = 1.0 + errors.k1_x3;
-        // The Jacobian at x_1 = 0, where gravity is stiffest: d(sin x_1)/dx_1 = 1.
+        // Jacobian at x_1 = 0, where gravity is stiffest: d(sin x_1)/dx_1 = 1.
         let mut jacobian = companion(&[truth.a1, 0.0, -truth.k2, -truth.b2]);
         jacobian[1][..3].copy_from_slice(&[-truth.k1 - 1.0, -truth.b1, x3]);
         let signals = || extra.iter().chain([&input]);
@@ -92,7 +92,7 @@ impl FlexibleJoint {
         Self { truth, x3, lumped, input, extra, linear_rad_s, fastest_rad_s, jumps_s, exact: None }
     }
 
-    /// With its step from tick to tick.
+    /// Adds the plant's own step from tick to tick.
     #[must_use]
     pub fn sampled(self, period_s: f64) -> Self {
         let JointChain { k1, b1, k2, b2, b, a1 } = self.truth;
@@ -103,12 +103,12 @@ impl FlexibleJoint {
         Self { exact: Exact::new(&part, period_s), ..self }
     }
 
-    /// The joint of the paper: no errors, v = 1 + sin 2t, no extra disturbance.
+    /// Builds the joint of the paper: no errors, v = 1 + sin 2t, no extra disturbance.
     pub fn of_the_paper(nominal: JointChain) -> Self {
         Self::new(nominal, JointErrors::default(), Self::input_of_the_paper(), <[Signal; 4]>::default())
     }
 
-    /// v = 1 + sin 2t.
+    /// Returns the input disturbance v = 1 + sin 2t.
     pub fn input_of_the_paper() -> Signal {
         Signal::new(vec![
             Term::Const { amplitude: 1.0 },
@@ -117,7 +117,7 @@ impl FlexibleJoint {
     }
 }
 
-/// What the nominal chain does not have, from the errors.
+/// Returns the part that the nominal chain lacks, from the errors.
 fn lumped(nominal: &JointChain, errors: &JointErrors, input: &Signal, extra: &[Signal; 4]) -> Lumped {
     let JointChain { k1, b1, k2, b2, b, a1 } = *nominal;
     let mut lumped = Lumped { has_sine: true, ..Lumped::default() };
@@ -147,7 +147,8 @@ impl Plant for FlexibleJoint {
         self.lumped.value(t_s, x, u, d);
     }
 
-    /// That of the linearised joint and of the signals; and sin x_1 of a spinning link varies at the link's velocity.
+    /// The rate of the linearised joint and of the signals. In a spinning link sin x_1 varies at the velocity of the
+    /// link.
     fn fastest_rad_s(&self, _: f64, x: &[f64], _: f64) -> f64 {
         self.fastest_rad_s.max(x[1].abs().min(SPINNING_RAD_S))
     }
@@ -183,8 +184,8 @@ mod tests {
         dx
     }
 
-    /// Rows t, x1, x2, x3, x4, u, d2, d4 of a closed-loop trajectory with every parameter 50 % low, on which two
-    /// independent solvers agree.
+    /// Rows t, x1, x2, x3, x4, u, d2, d4 of a closed-loop trajectory with every parameter 50 % low. Two independent
+    /// solvers agree on it.
     const ALL_50_PERCENT_LOW: [[f64; 8]; 7] = [
         [0.0, 0.1, 0.0, 0.0, 0.0, -7.660_819_33, -2.056_355_16, 70.159_774_4],
         [
@@ -267,7 +268,7 @@ mod tests {
         for [t, x1, x2, x3, x4, u, d2, d4] in ALL_50_PERCENT_LOW {
             let mut d = [0.0; 4];
             plant.lumped(t, &[x1, x2, x3, x4], u, &mut d);
-            // The rows carry nine digits: 1e-9 x_1 k_1 in d_2, 1e-9 u b or 1e-9 x_1 k_2 in d_4.
+            // The rows have nine digits: errors of 1e-9 x_1 k_1 in d_2, and of 1e-9 u b or 1e-9 x_1 k_2 in d_4.
             assert!((d[1] - d2).abs() < 1e-8, "t = {t}: d2 {} {d2}", d[1]);
             assert!((d[3] - d4).abs() < 2e-6, "t = {t}: d4 {} {d4}", d[3]);
             assert_eq!([d[0], d[2]], [0.0; 2]);
@@ -280,7 +281,7 @@ mod tests {
             let h = rows[1][0] - rows[0][0];
             let [t, x1, x2, x3, x4, u] = rows[3];
             let dx = rhs(&reconstructed(errors), t, &[x1, x2, x3, x4], u);
-            // Nine digits over h in the difference, and times k_2 = 1e4 in channel 4.
+            // Nine digits divided by h in the difference, and multiplied by k_2 = 1e4 in channel 4.
             for (i, tolerance) in [3e-8, 3e-8, 1e-6, 1e-4].into_iter().enumerate() {
                 let at = |k: usize| rows[k][i + 1];
                 let slope = (45.0 * (at(4) - at(2)) - 9.0 * (at(5) - at(1)) + (at(6) - at(0))) / (60.0 * h);
@@ -291,7 +292,7 @@ mod tests {
 
     #[test]
     fn rhs_is_the_nominal_chain_plus_the_lumped_disturbance_in_every_reading() {
-        // Each error its own, so that one in the wrong place shows.
+        // All errors differ, so that a misplaced one shows.
         let errors = JointErrors { k1: 0.1, k1_x3: -0.2, b1: 0.3, k2_x1: -0.4, k2_x3: 0.5, b2: -0.15, b: 0.25 };
         let extra = [0.1, -0.2, 0.3, -0.4].map(|amplitude| Signal::new(vec![Term::Const { amplitude }]));
         for reading in [Reading::Literal, Reading::Reconstructed, Reading::Stiff, Reading::Physical] {
@@ -325,7 +326,7 @@ mod tests {
 
     #[test]
     fn a_held_link_is_an_equilibrium() {
-        // At x_1 the spring carries gravity, x_3 = k_1 x_1 + sin x_1, and the drive carries the spring.
+        // At x_1 the spring carries gravity, x_3 = k_1 x_1 + sin x_1, and the motor carries the spring.
         let chain = TABLE_I.chain(Reading::Reconstructed);
         let plant = FlexibleJoint::new(chain, JointErrors::default(), Signal::default(), <[Signal; 4]>::default());
         let x1 = 0.4_f64;
@@ -341,7 +342,7 @@ mod tests {
         let rate = |reading, x2| {
             FlexibleJoint::of_the_paper(TABLE_I.chain(reading)).fastest_rad_s(0.0, &[0.0, x2, 0.0, 0.0], 0.0)
         };
-        // sqrt(k_2) = 98.3; b_2 = 4833 less the spring's share of 2.
+        // sqrt(k_2) = 98.3. b_2 is 4833 less the share of the spring, 2.
         assert!((98.0..102.0).contains(&rate(Reading::Reconstructed, 0.0)), "{}", rate(Reading::Reconstructed, 0.0));
         assert!((4831.0..4900.0).contains(&rate(Reading::Stiff, 0.0)), "{}", rate(Reading::Stiff, 0.0));
         assert_eq!(rate(Reading::Reconstructed, -700.0), 700.0);

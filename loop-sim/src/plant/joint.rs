@@ -1,16 +1,17 @@
-//! A flexible joint of one's own, as it really is: two inertias on a spring, in SI units.
+//! True flexible joint with custom parameters: two inertias on a spring, in SI units.
 //!
 //! $$ J_l \ddot q = K (q_m - q) + D (\dot q_m - \dot q) - B_l \dot q - W \sin q - \text{load}(t) $$
 //! $$ J_m \ddot q_m = K (q - q_m) + D (\dot q - \dot q_m) - B_m \dot q_m - F(\dot q_m) + K_t i \thinspace (1 + \ldots)
 //!    + \ldots, \qquad \tau \thinspace \dot i = u - i $$
 //!
-//! States: angle and speed of the link, angle and speed of the motor, both on the link's side of a gear (rad, rad/s),
-//! and, with a lag, the current (A). Friction, cogging and ripple of the motor are those of [`Motor`](super::Motor); a
-//! load is positive against positive motion of the link. W is the torque of the link's weight when it is level; 0 hangs
-//! down. A supply limits u by the speed of the motor, as there.
+//! The states are the angle and speed of the link, then of the motor, both on the link side of a gear (rad, rad/s).
+//! With a lag the current (A) follows. Friction, cogging and ripple of the motor are as in [`Motor`](super::Motor). A
+//! load is positive against positive motion of the link. W is the torque of the link's weight when the link is level,
+//! and at angle 0 the link hangs down. As in `Motor`, a supply limits u by the speed of the motor.
 //!
-//! The controller believes the same with its own numbers, without D and F. The lumped disturbances d_2 and d_4 (rad/s²)
-//! are what that leaves out at each shaft; as for the motor the current is the one that flows.
+//! The model of the controller is the same with its own parameters, without D and F. The lumped disturbances d_2 and
+//! d_4 (rad/s²) are the parts that the model lacks at each shaft. As for the motor they are taken with the flowing
+//! current.
 
 use super::motor::{Imperfections, Shaft};
 use super::shafts::{self, Numbers};
@@ -21,27 +22,27 @@ use crate::signal::Signal;
 use crate::sine;
 use crate::solver::STEP_ANGLE;
 
-/// Above this speed of the link the solver no longer resolves sin q, rad/s.
+/// Link speed above which the solver does not resolve sin q, rad/s.
 const SPINNING_RAD_S: f64 = 1e4;
 
-/// Link, spring and motor.
+/// Parameters of link, spring and motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointBody {
-    /// J_l, kg m².
+    /// Inertia of the link J_l, kg m².
     pub link_inertia_kg_m2: f64,
-    /// B_l, N m s/rad.
+    /// Viscous damping of the link B_l, N m s/rad.
     pub link_damping_n_m_s: f64,
-    /// W, N m.
+    /// Weight torque W of the level link, N m.
     pub weight_n_m: f64,
-    /// K, N m/rad.
+    /// Stiffness of the spring K, N m/rad.
     pub stiffness_n_m: f64,
-    /// D, N m s/rad.
+    /// Damping of the spring D, N m s/rad.
     pub spring_damping_n_m_s: f64,
-    /// J_m, B_m, K_t, on the link's side of the gear.
+    /// Motor parameters J_m, B_m and K_t, on the link side of the gear.
     pub motor: Shaft,
 }
 
-/// As a data sheet says, which knows of no damper in the spring.
+/// Converts data-sheet parameters, which have no damping in the spring.
 impl From<&controller_core::drive::Joint> for JointBody {
     fn from(sheet: &controller_core::drive::Joint) -> Self {
         Self {
@@ -60,7 +61,7 @@ impl From<&controller_core::drive::Joint> for JointBody {
 }
 
 impl JointBody {
-    /// The Jacobian where the link hangs still, with this much friction on the motor; without its weight.
+    /// Returns the Jacobian at a link that hangs still, with this friction slope on the motor and without the weight.
     fn jacobian(&self, friction_n_m_s: f64) -> [[f64; MAX_ORDER]; MAX_ORDER] {
         let (k, d) = (self.stiffness_n_m, self.spring_damping_n_m_s);
         let held = self.motor.damping_n_m_s + friction_n_m_s;
@@ -75,14 +76,14 @@ impl JointBody {
         a
     }
 
-    /// As the right-hand side takes them.
+    /// Returns the coefficients of the right-hand side.
     fn numbers(&self, imperfections: &Imperfections) -> Numbers<5> {
         let [shaft, waves, friction] = shafts::of_motor(&self.motor, imperfections);
         let link = [1.0 / self.link_inertia_kg_m2, self.link_damping_n_m_s, self.weight_n_m, self.stiffness_n_m];
         [shaft, waves, friction, link, [self.spring_damping_n_m_s, 0.0, 0.0, 0.0]]
     }
 
-    /// Accelerations of link and motor, without friction and load, under this torque on the motor.
+    /// Returns the accelerations of link and motor without friction and load, under this torque on the motor.
     fn accelerations(&self, x: &[f64], torque: f64) -> [f64; 2] {
         let spring = self.stiffness_n_m * (x[2] - x[0]) + self.spring_damping_n_m_s * (x[3] - x[1]);
         let link = spring - self.link_damping_n_m_s * x[1] - self.weight_n_m * sine::sin(x[0]);
@@ -91,24 +92,25 @@ impl JointBody {
     }
 }
 
-/// The joint with its load.
+/// Flexible joint with its load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     truth: JointBody,
     nominal: JointBody,
     imperfections: Imperfections,
     load: Signal,
-    /// Without friction, and where that is steepest.
+    /// Fastest rates without friction and at the steepest friction, rad/s.
     rates_rad_s: [f64; 2],
     jumps_s: Vec<f64>,
     numbers: Numbers<5>,
-    /// Half of the play between flanks, rad, where there are such in place of a spring; then `numbers` has no spring.
+    /// Half of the play between flanks, rad, if the joint has flanks instead of a spring. Then `numbers` has no spring.
     half_play: Option<f64>,
     exact: Option<Exact>,
 }
 
 impl Joint {
-    /// A joint that is `truth`, of which the controller believes `nominal`; `load` on the link in N m.
+    /// Builds a joint with the true parameters `truth` and the model `nominal` of the controller. `load` acts on the
+    /// link, N m.
     pub fn new(truth: JointBody, nominal: JointBody, imperfections: Imperfections, load: Signal) -> Self {
         let rates_rad_s = [0.0, imperfections.damping_n_m_s()].map(|friction| {
             let mut jacobian = truth.jacobian(friction + imperfections.braking_n_m_s(truth.motor.torque_n_m_per_a));
@@ -120,7 +122,7 @@ impl Joint {
         Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, numbers, half_play: None, exact: None }
     }
 
-    /// Flanks with this play between them instead of the spring: they push and never pull.
+    /// Replaces the spring by flanks with this play, which push and never pull.
     #[must_use]
     pub(super) fn with_play(mut self, play_rad: f64) -> Self {
         self.half_play = Some(0.5 * play_rad);
@@ -129,7 +131,7 @@ impl Joint {
         self
     }
 
-    /// What the flanks push the link with, and the motor back, N m.
+    /// Returns the torque of the flanks on the link, N m. The opposite torque acts on the motor.
     fn flank_n_m(&self, x: &[f64]) -> f64 {
         let Some(half_play) = self.half_play else { return 0.0 };
         let JointBody { stiffness_n_m, spring_damping_n_m_s, .. } = self.truth;
@@ -139,13 +141,13 @@ impl Joint {
         if over * pushed > 0.0 { pushed } else { 0.0 }
     }
 
-    /// The current that flows.
+    /// Returns the flowing current, A.
     pub(super) fn current(&self, x: &[f64], u: f64) -> f64 {
         self.imperfections.current(x, self.driven(x, u))
     }
 
-    /// With its step from tick to tick, if but the weight of its link is linear: without friction, cogging, ripple and
-    /// a damper in its spring.
+    /// Adds the joint's own step from tick to tick, if only the weight is nonlinear. It requires no friction, cogging,
+    /// ripple, supply and spring damping.
     #[must_use]
     pub fn sampled(self, period_s: f64) -> Self {
         let JointBody { link_inertia_kg_m2: link, weight_n_m, motor, .. } = self.truth;
@@ -159,7 +161,7 @@ impl Joint {
         Self { exact, ..self }
     }
 
-    /// What pushes the shaft of the motor if it stands, N m.
+    /// Returns the torque on the motor shaft at standstill, N m.
     fn push_n_m(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
         let load = self.load.value(t_s);
         let push = match *x {
@@ -172,7 +174,7 @@ impl Joint {
 }
 
 impl Plant for Joint {
-    /// 4, and 5 with a lag.
+    /// Returns 4, or 5 with a lag.
     fn order(&self) -> usize {
         if self.imperfections.lag_s > 0.0 { 5 } else { 4 }
     }
@@ -220,7 +222,7 @@ impl Plant for Joint {
         let JointBody { stiffness_n_m, spring_damping_n_m_s, motor, .. } = self.truth;
         let u = self.driven(x, u);
         let current = self.imperfections.current(x, u).abs().max(u.abs());
-        // The spring winds up by what the shafts turn in a step.
+        // The shafts wind the spring up further during a step.
         let wound = (x[2] - x[0]).abs() + STEP_ANGLE * (x[1].abs() + x[3].abs()) / self.rates_rad_s[0];
         let torque = self.imperfections.largest_n_m(motor.torque_n_m_per_a, current)
             + stiffness_n_m * wound
@@ -230,7 +232,7 @@ impl Plant for Joint {
         if x[3] == 0.0 && self.regime(t_s, x, u) == Regime::Held {
             return self.rates_rad_s[0].max(others);
         }
-        // Twice: all of it grows within the step.
+        // Factor 2, because the torque grows within the step.
         let acceleration = 2.0 * torque / motor.inertia_kg_m2;
         let pushed = || {
             let mut dx = [0.0; 5];
@@ -253,7 +255,7 @@ impl Plant for Joint {
         self.imperfections.driven(self.truth.motor.torque_n_m_per_a, x[3], u)
     }
 
-    /// None with a supply, which these numbers do not have.
+    /// Returns `None` with a supply, which the coefficients do not include.
     fn parts(&self) -> Option<Parts<'_>> {
         let shafts = Parts::Shafts { numbers: &self.numbers, load: &self.load };
         (self.imperfections.supply.is_none() && self.half_play.is_none()).then_some(shafts)
@@ -269,7 +271,7 @@ mod tests {
     use crate::solver;
     use controller_core::{JointParameters, Reading};
 
-    /// That of the paper: gravity is 1 rad/s² of the link.
+    /// Returns the joint of the paper: gravity is 1 rad/s² of the link.
     fn table_i() -> JointBody {
         let JointParameters { kt, j11, j12, b12, ks, .. } = JointParameters::TABLE_I;
         let motor = Shaft { inertia_kg_m2: j11, torque_n_m_per_a: kt, damping_n_m_s: b12 };
@@ -283,7 +285,8 @@ mod tests {
         }
     }
 
-    /// The other joint of this crate, in its chain coordinates, which has its own oracle.
+    /// Compares it with [`FlexibleJoint`](super::super::FlexibleJoint) in chain coordinates, which has its own
+    /// reference.
     #[test]
     fn the_joint_of_the_paper_is_its_physical_reading() {
         let chain = JointParameters::TABLE_I.chain(Reading::Physical);
@@ -300,7 +303,8 @@ mod tests {
         }
     }
 
-    /// Kinetic energy, spring and weight; dampers and friction take, the current and the load give or take.
+    /// Balances kinetic energy, spring and weight against the losses of dampers and friction and the work of current
+    /// and load.
     #[test]
     fn energy_goes_nowhere_else() {
         let body = JointBody { spring_damping_n_m_s: 0.05, weight_n_m: 1.5, ..table_i() };
@@ -328,7 +332,7 @@ mod tests {
             turned_over += step_s * first.abs();
         }
         let balance = stored(&x) - before - flowed + load * (x[0] - start);
-        // The trapezoid over 20 us of a spring with 98 rad/s.
+        // Trapezoid rule over 20 us for a spring with 98 rad/s.
         assert!(turned_over > 0.1 && balance.abs() < 1e-5 * turned_over, "{balance:e} J of {turned_over} J");
     }
 
@@ -345,7 +349,7 @@ mod tests {
         joint.rhs(0.0, &x, 8.0, &mut dx);
         believed.rhs(0.0, &x, 8.0, &mut nominal);
         assert!((dx[1] - nominal[1] - d[1]).abs() < 1e-9 && (dx[3] - nominal[3] - d[3]).abs() < 1e-9, "{d:?}");
-        // By hand: the damper pulls the link back by 0.05 * 3, the weight by 0.27 sin 0.3, the load by 0.1.
+        // Expected by hand: the damper pulls the link back by 0.05 * 3, the weight by 0.27 sin 0.3, the load by 0.1.
         let link = (-0.15 - 0.27 * 0.3_f64.sin() - 0.1) / 0.23;
         assert!((d[1] - link).abs() < 1e-12 && (d[3] - 0.15 / 931e-6).abs() < 1e-9, "{d:?}");
         assert_eq!([d[0], d[2], d[4]], [0.0; 3]);

@@ -1,25 +1,25 @@
-//! A motor whose load hangs on a gear with play.
+//! True motor whose load hangs on a gear with play.
 //!
 //! $$ J_l \ddot q = f - \text{load}(t), \qquad J_m \ddot q_m = K_t i - f - B \dot q_m - F(\dot q_m), \qquad
 //!    \tau \thinspace \dot i = u - i $$
 //!
-//! The flanks push and never pull: with the twist $w = q_m - q$ and the play β
+//! The flanks push and never pull. With the twist $w = q_m - q$ and the play β
 //!
 //! $$ f = K \delta + D \dot w \quad \text{where that has the sign of } \delta =
 //!    w - \mathrm{clamp}(w, \pm\tfrac{\beta}{2}), \text{ else } 0 $$
 //!
-//! States: angle and speed of the load, angle and speed of the motor, all behind the gear (rad, rad/s), and, with a
-//! lag, the current (A). Friction, cogging and ripple are the motor's, as of [`Motor`](super::Motor).
+//! The states are the angle and speed of the load, then of the motor, all behind the gear (rad, rad/s). With a lag the
+//! current (A) follows. Friction, cogging and ripple of the motor are as in [`Motor`](super::Motor).
 //!
-//! The controller believes in one inertia that moves as the load does. The lumped disturbance d_2 (rad/s²) is what that
-//! leaves out, with the current that flows.
+//! The model of the controller is one inertia that moves with the load. The lumped disturbance d_2 (rad/s²) is the part
+//! that this model lacks, taken with the flowing current.
 
 use super::joint::{Joint, JointBody};
 use super::motor::{Imperfections, Shaft};
 use super::{Plant, Regime};
 use crate::signal::Signal;
 
-/// The motor, its gear and its load.
+/// Motor with its gear and its load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loose {
     joint: Joint,
@@ -27,7 +27,7 @@ pub struct Loose {
 }
 
 impl Loose {
-    /// `truth` with this play, rad, of which the controller believes `believed`; `load` in N m.
+    /// Builds `truth` with this play, rad, and the model `believed` of the controller. `load` is in N m.
     pub fn new(truth: JointBody, play_rad: f64, believed: Shaft, imperfections: Imperfections, load: Signal) -> Self {
         Self { joint: Joint::new(truth, truth, imperfections, load).with_play(play_rad), believed }
     }
@@ -103,7 +103,7 @@ mod tests {
         }
     }
 
-    /// In the gap neither knows of the other: the load flies on, the motor is one of its own inertia.
+    /// In the gap the load moves freely, and the motor moves with its own inertia alone.
     #[test]
     fn in_the_gap_the_load_is_loose() {
         let plant = loose(BODY, 0.02, Imperfections::default());
@@ -113,21 +113,21 @@ mod tests {
         assert!((x[0] - 1e-3).abs() < 1e-12 && (x[2] - 1e-3 - way).abs() < 1e-9 && way < 0.01, "{x:?}");
     }
 
-    /// A shaft thrown at a flank without damping comes back with what it had, as elastic balls do.
+    /// A shaft that hits a flank without damping rebounds with its full speed, like an elastic ball.
     #[test]
     fn a_flank_without_damping_gives_back_what_it_took() {
         let body = JointBody { spring_damping_n_m_s: 0.0, ..BODY };
         let plant = loose(body, 0.01, Imperfections::default());
         let mut x = [0.0, 0.5, 0.0, 0.0];
-        // It meets the flank after 10 ms and leaves it after half a period of 461 rad/s.
+        // The shaft meets the flank after 10 ms and leaves it after half a period of 461 rad/s.
         run(&plant, &mut x, 0.022, |_| 0.0);
         let (light, heavy) = (1e-4, 1.66e-3);
         let expected = [0.5 * (light - heavy) / (light + heavy), 2.0 * light * 0.5 / (light + heavy)];
         assert!((x[1] - expected[0]).abs() < 1e-4 && (x[3] - expected[1]).abs() < 1e-4, "{x:?}, {expected:?}");
     }
 
-    /// Against Heun's method here, in steps of half a microsecond: friction that holds, a lag, flanks that are hit five
-    /// times; later both depend on the instant of each hit.
+    /// Compares with Heun's method in steps of half a microsecond, with friction that holds, a lag, and five hits on
+    /// the flanks. After that both results depend on the instant of each hit.
     #[test]
     fn it_moves_as_small_steps_of_the_same_equations_do() {
         let friction = Friction { static_n_m: 0.03, coulomb_n_m: 0.03, stribeck_rad_s: 0.1, smooth_rad_s: 0.0 };
@@ -167,7 +167,7 @@ mod tests {
         assert!(hits > 3 && (x[2] - own[2]).abs() < 2e-5 && (x[0] - own[0]).abs() < 2e-4, "{x:?} {own:?}");
     }
 
-    /// What the controller does not know of: in the gap the load has no acceleration, whatever u is.
+    /// In the gap the load has no acceleration, whatever u is: the model of the controller does not explain this.
     #[test]
     fn the_lumped_disturbance_is_what_the_believed_motor_does_not_explain() {
         let plant = loose(BODY, 0.02, Imperfections { lag_s: 1e-3, ..Imperfections::default() });

@@ -1,24 +1,26 @@
-//! A motor with a rigid load, as it really is.
+//! True motor with a rigid load.
 //!
 //! $$ J \dot\omega = K_t i \thinspace (1 + r \sin n_r \theta) + c \sin n_c \theta - B \omega - F(\omega)
 //!    - \text{load}(t), \qquad \tau \thinspace \dot i = u - i $$
 //!
 //! $$ F(\omega) = \left(F_c + (F_s - F_c) e^{-(\omega/\omega_s)^2}\right) \tanh(\omega/\omega_t) $$
 //!
-//! States are the angle θ (rad), the speed ω (rad/s) and, with a lag τ, the current i (A); without one i is u. All
-//! torques are at the shaft whose angle is θ. Friction is Coulomb's and Stribeck's. With ω_t = 0 it holds: tanh is the
-//! sign, a shaft whose speed comes to 0 stands until what pushes it is more than F_s, and the solver steps to these
-//! events. With an ω_t it fades below that speed, and a shaft creeps where a real one sticks. A load is positive
-//! against positive motion.
+//! The states are the angle θ (rad), the speed ω (rad/s) and, with a lag τ, the current i (A). Without a lag i is u.
+//! All torques act at the shaft with angle θ. A load is positive against positive motion.
 //!
-//! With a [`Supply`] of V volt and a winding of R ohm, u is limited at each instant by the speed; K_e is K_t:
+//! Friction is Coulomb's and Stribeck's. With ω_t = 0 friction holds: tanh becomes the sign, and a shaft whose speed
+//! reaches 0 stands until the torque on it exceeds F_s. The solver steps to these events. With ω_t > 0 friction fades
+//! below that speed, and the shaft creeps where a real shaft sticks.
+//!
+//! With a [`Supply`] of V volt and a winding of R ohm the speed limits u at each instant. K_e is K_t:
 //!
 //! $$ \frac{-V - K_t \omega}{R} \le u \le \frac{V - K_t \omega}{R} $$
 //!
-//! Inductance has no part in it beyond the lag, nor has the ripple of K_t.
+//! The inductance acts only through the lag. The ripple of K_t is not included.
 //!
-//! The controller believes $\dot\omega = (K_t u - B \omega)/J$ with its own J, K_t, B. What is left is the lumped
-//! disturbance d_2 (rad/s²); it is taken with the current that flows, since the lag of a current loop is no torque.
+//! The model of the controller is $\dot\omega = (K_t u - B \omega)/J$ with its own J, K_t, B. The remainder is the
+//! lumped disturbance d_2 (rad/s²). It is taken with the flowing current, since the lag of a current loop is not a
+//! torque.
 
 use super::shafts::{self, Numbers};
 use super::{Parts, Plant, Regime, fastest_signal_rad_s, merged_jumps_s};
@@ -28,24 +30,24 @@ use crate::signal::Signal;
 use crate::sine;
 use crate::solver::STEP_ANGLE;
 
-/// Above this rate of its cogging a shaft spins faster than the solver resolves, rad/s.
+/// Rate of the cogging above which the solver does not resolve the rotation, rad/s.
 const SPINNING_RAD_S: f64 = 1e5;
 
-/// tanh of this is 1 in f64, but for 1e-16.
+/// Argument above which tanh is 1 in f64, except for 1e-16.
 const LEVEL: f64 = 19.0;
 
-/// J, K_t and B of a shaft.
+/// Parameters J, K_t and B of a shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaft {
-    /// J, kg m².
+    /// Inertia J, kg m².
     pub inertia_kg_m2: f64,
-    /// K_t, N m per A.
+    /// Torque constant K_t, N m per A.
     pub torque_n_m_per_a: f64,
-    /// B, N m s/rad.
+    /// Viscous damping B, N m s/rad.
     pub damping_n_m_s: f64,
 }
 
-/// As a data sheet says.
+/// Converts data-sheet parameters.
 impl From<&controller_core::drive::Motor> for Shaft {
     fn from(sheet: &controller_core::drive::Motor) -> Self {
         Self {
@@ -56,16 +58,16 @@ impl From<&controller_core::drive::Motor> for Shaft {
     }
 }
 
-/// F(ω) of the module's head, N m. The default is none.
+/// Friction F(ω) of the module documentation, N m. The default is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
-    /// F_s, just above rest, N m.
+    /// Static friction F_s just above rest, N m.
     pub static_n_m: f64,
-    /// F_c, N m.
+    /// Coulomb friction F_c, N m.
     pub coulomb_n_m: f64,
-    /// ω_s, at which the one has given way to the other, rad/s.
+    /// Stribeck speed ω_s of the transition from F_s to F_c, rad/s.
     pub stribeck_rad_s: f64,
-    /// ω_t, below which it fades, rad/s; 0 for friction that holds.
+    /// Speed ω_t below which friction fades, rad/s. 0 for friction that holds.
     pub smooth_rad_s: f64,
 }
 
@@ -76,7 +78,7 @@ impl Default for Friction {
 }
 
 impl Friction {
-    /// The torque against a shaft with this speed, N m.
+    /// Returns the torque against a shaft with this speed, N m.
     pub fn torque_n_m(&self, speed_rad_s: f64) -> f64 {
         if self.static_n_m == 0.0 && self.coulomb_n_m == 0.0 {
             return 0.0;
@@ -84,7 +86,7 @@ impl Friction {
         if self.holds() {
             return if speed_rad_s == 0.0 { 0.0 } else { self.sliding_n_m(1.0_f64.copysign(speed_rad_s), speed_rad_s) };
         }
-        // What stands below is this then, to the bit: tanh is 1, and nothing is left of the bell beside F_c.
+        // Above this speed the formula below gives F_c to the bit: tanh is 1, and the bell vanishes next to F_c.
         if speed_rad_s.abs() > (7.0 * self.stribeck_rad_s).max(22.0 * self.smooth_rad_s)
             && self.coulomb_n_m > 1e-3 * self.static_n_m
         {
@@ -93,21 +95,21 @@ impl Friction {
         shafts::friction(self.numbers(), speed_rad_s)
     }
 
-    /// Does a shaft stand that comes to rest?
+    /// Returns true if a shaft that comes to rest sticks.
     pub fn holds(&self) -> bool {
         self.smooth_rad_s == 0.0 && self.largest_n_m() > 0.0
     }
 
-    /// That of a shaft which slides in this direction, whatever the sign of its speed.
+    /// Returns the friction of a shaft that slides in this direction, regardless of the sign of its speed, N m.
     fn sliding_n_m(&self, sign: f64, speed_rad_s: f64) -> f64 {
-        // To the bit, as above.
+        // Equal to the bit, as above.
         if speed_rad_s.abs() > 7.0 * self.stribeck_rad_s && self.coulomb_n_m > 1e-3 * self.static_n_m {
             return self.coulomb_n_m * sign;
         }
         shafts::sliding(self.numbers(), sign, speed_rad_s)
     }
 
-    /// F_c, F_s - F_c, 1/ω_s, 1/ω_t.
+    /// Returns F_c, F_s - F_c, 1/ω_s and 1/ω_t.
     pub(super) fn numbers(&self) -> [f64; 4] {
         let Self { static_n_m, coulomb_n_m, stribeck_rad_s, smooth_rad_s } = *self;
         [coulomb_n_m, static_n_m - coulomb_n_m, 1.0 / stribeck_rad_s, 1.0 / smooth_rad_s]
@@ -117,7 +119,8 @@ impl Friction {
         self.static_n_m.max(self.coulomb_n_m)
     }
 
-    /// The largest slope, that at rest, N m s/rad; of friction that holds that of the bell, e^-x² by less than 0.86.
+    /// Returns the largest slope of the friction, at rest, N m s/rad. For friction that holds it is the slope of the
+    /// bell: e^-x² falls by less than 0.86 per unit of x.
     fn steepest_n_m_s(&self) -> f64 {
         if self.holds() {
             0.86 * (self.static_n_m - self.coulomb_n_m).abs() / self.stribeck_rad_s
@@ -126,17 +129,18 @@ impl Friction {
         }
     }
 
-    /// Above this speed it is F_c and no more in f64, rad/s: 1 - tanh 19 and e^(-6.1²) are below 1e-16.
+    /// Returns the speed above which friction is F_c in f64, rad/s: 1 - tanh 19 and e^(-6.1²) are below 1e-16.
     fn level_rad_s(&self) -> f64 {
         let bell = if self.static_n_m == self.coulomb_n_m { 0.0 } else { 6.1 * self.stribeck_rad_s };
         bell.max(LEVEL * self.smooth_rad_s)
     }
 
-    /// How fast a shaft varies that does so at `free_rad_s` without friction and at `steep_rad_s` where that is
-    /// steepest. A shaft that turns is slowed by a constant torque: what is asked for is a step within which it does
-    /// not come down to where friction is steep, if it is accelerated by at most this. Where it is steep, a step in
-    /// which the speed changes by half of the width of what it crosses, whatever pushes it through: `pushed` is the
-    /// acceleration there and how fast that grows.
+    /// Returns the rate of a shaft with the rates `free_rad_s` without friction and `steep_rad_s` at the steepest
+    /// friction.
+    ///
+    /// Above the steep range the shaft has constant friction. The rate then gives a step in which the speed does not
+    /// drop into the steep range at the given acceleration. Inside the steep range the step changes the speed by at
+    /// most half of the width of the crossed feature. `pushed` returns the acceleration there and its rate of growth.
     pub(super) fn fastest_rad_s(
         &self,
         [free_rad_s, steep_rad_s]: [f64; 2],
@@ -148,7 +152,7 @@ impl Friction {
             return free_rad_s;
         }
         let above = speed.abs() - self.level_rad_s();
-        // Of tanh, and beyond it of the bell.
+        // Width of tanh, and above it of the bell.
         let beyond = (speed.abs() - LEVEL * self.smooth_rad_s).max(0.0);
         let width = if self.holds() {
             STEP_ANGLE * self.stribeck_rad_s
@@ -164,55 +168,55 @@ impl Friction {
     }
 }
 
-/// Voltage and winding resistance: the current that they leave to a shaft that turns.
+/// Supply voltage and winding resistance, which limit the current of a turning shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Supply {
-    /// V, volt.
+    /// Voltage V, volt.
     pub volt: f64,
-    /// R, ohm; above 0.
+    /// Resistance R, ohm, above 0.
     pub ohm: f64,
 }
 
 impl Supply {
-    /// The part of a current u that is driven against this back-EMF (V).
+    /// Returns the part of a current u that the supply drives against this back-EMF (V).
     pub fn driven(&self, back_emf_v: f64, u: f64) -> f64 {
         u.max((-self.volt - back_emf_v) / self.ohm).min((self.volt - back_emf_v) / self.ohm)
     }
 
-    /// The voltage of a current against this back-EMF, V; of both signs.
+    /// Returns the signed voltage that a current needs against this back-EMF, V.
     pub fn asked_v(&self, back_emf_v: f64, u: f64) -> f64 {
         self.ohm * u + back_emf_v
     }
 }
 
-/// The same with another 1/J.
+/// Returns the coefficients with another 1/J.
 fn with_per_inertia<const G: usize>(numbers: &Numbers<G>, per_inertia: f64) -> Numbers<G> {
     let mut numbers = *numbers;
     numbers[0][0] = per_inertia;
     numbers
 }
 
-/// What a data sheet does not say of a motor. The default is nothing of it.
+/// Effects that a data sheet of a motor omits. The default is none of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Imperfections {
-    /// F.
+    /// Friction F.
     pub friction: Friction,
-    /// c, N m.
+    /// Cogging torque c, N m.
     pub cogging_n_m: f64,
-    /// Periods of the cogging in a turn of the shaft.
+    /// Periods of the cogging per revolution of the shaft.
     pub cogging_per_turn: f64,
-    /// r, share of the torque.
+    /// Torque ripple r, as a share of the torque.
     pub ripple: f64,
-    /// Periods of the ripple in a turn of the shaft.
+    /// Periods of the ripple per revolution of the shaft.
     pub ripple_per_turn: f64,
-    /// τ of the current loop, s; 0 for none.
+    /// Lag τ of the current loop, s. 0 for none.
     pub lag_s: f64,
-    /// V and R; none: every current is driven at every speed.
+    /// Supply V and R. With `None` every current is driven at every speed.
     pub supply: Option<Supply>,
 }
 
 impl Imperfections {
-    /// dx/dt of the shaft, or of the joint that it moves, by numbers that are of it, in one regime.
+    /// Computes dx/dt of a motor or joint from its coefficients, in one regime.
     pub(super) fn rates_in<const N: usize, const G: usize>(
         &self,
         regime: Regime,
@@ -224,7 +228,7 @@ impl Imperfections {
         let speed = x[shafts::motor_at(N)[1]];
         match regime {
             Regime::Smooth => self.rates_with(numbers, x, u, load, self.friction.torque_n_m(speed)),
-            // What stands is as if it were infinitely heavy.
+            // A standing shaft acts as an infinite inertia.
             Regime::Held => self.rates_with(&with_per_inertia(numbers, 0.0), x, u, load, 0.0),
             Regime::Sliding { sign, .. } => {
                 self.rates_with(numbers, x, u, load, self.friction.sliding_n_m(f64::from(sign), speed))
@@ -247,7 +251,7 @@ impl Imperfections {
         shafts::rates(numbers, x, u, load, friction, waves, sin_link)
     }
 
-    /// What pushes a shaft that stands, N m.
+    /// Returns the torque on a standing shaft, N m.
     pub(super) fn push_n_m<const N: usize, const G: usize>(
         &self,
         numbers: &Numbers<G>,
@@ -258,7 +262,7 @@ impl Imperfections {
         self.rates_with(&with_per_inertia(numbers, 1.0), x, u, load, 0.0)[shafts::motor_at(N)[1]]
     }
 
-    /// What holds in this state, by what pushes the shaft if it stands.
+    /// Returns the regime in this state, from the torque on the shaft at standstill.
     pub(super) fn regime(&self, x: &[f64], push_n_m: impl FnOnce() -> f64) -> Regime {
         if !self.friction.holds() {
             return Regime::Smooth;
@@ -272,7 +276,7 @@ impl Imperfections {
         if push.abs() > self.friction.largest_n_m() { sliding(push) } else { Regime::Held }
     }
 
-    /// How far a regime is from its end: what static friction still holds, N m, or the speed, rad/s.
+    /// Returns the distance of a regime from its end: the remaining static friction, N m, or the speed, rad/s.
     pub(super) fn margin(&self, regime: Regime, x: &[f64], push_n_m: impl FnOnce() -> f64) -> f64 {
         match regime {
             Regime::Smooth => f64::INFINITY,
@@ -281,30 +285,30 @@ impl Imperfections {
         }
     }
 
-    /// The part of u that the supply drives through a motor of this K_t at this speed.
+    /// Returns the part of u that the supply drives through a motor with this K_t at this speed.
     pub(super) fn driven(&self, torque_n_m_per_a: f64, speed: f64, u: f64) -> f64 {
         self.supply.map_or(u, |supply| supply.driven(torque_n_m_per_a * speed, u))
     }
 
-    /// Back-EMF as a damping, while the supply is the limit, N m s/rad.
+    /// Returns the back-EMF as a damping while the supply is the limit, N m s/rad.
     pub(super) fn braking_n_m_s(&self, torque_n_m_per_a: f64) -> f64 {
         self.supply.map_or(0.0, |supply| torque_n_m_per_a * torque_n_m_per_a / supply.ohm)
     }
 
-    /// Friction as a damping, where it is steepest, N m s/rad.
+    /// Returns the steepest slope of the friction as a damping, N m s/rad.
     pub(super) fn damping_n_m_s(&self) -> f64 {
         self.friction.steepest_n_m_s()
     }
 
-    /// The largest torque of this current, with all that comes on top of it, N m.
+    /// Returns the largest torque of this current plus ripple, cogging and friction, N m.
     pub(super) fn largest_n_m(&self, torque_n_m_per_a: f64, current: f64) -> f64 {
         (torque_n_m_per_a * current).abs() * (1.0 + self.ripple.abs())
             + self.cogging_n_m.abs()
             + self.friction.largest_n_m()
     }
 
-    /// What else varies, and how fast, rad/s: the current, the spring of the cogging, and both of what depends on the
-    /// angle at this speed.
+    /// Returns the rate of the other effects, rad/s: the current, the spring of the cogging, and cogging and ripple at
+    /// this speed.
     pub(super) fn fastest_rad_s(&self, inertia_kg_m2: f64, speed: f64) -> f64 {
         let current = if self.lag_s > 0.0 { 1.0 / self.lag_s } else { 0.0 };
         let spring = libm::sqrt(self.cogging_n_m.abs() * self.cogging_per_turn / inertia_kg_m2);
@@ -313,13 +317,13 @@ impl Imperfections {
         current.max(spring).max((waves * speed).abs().min(SPINNING_RAD_S))
     }
 
-    /// Is there a lag, and nothing else?
+    /// Returns true without friction, cogging, ripple and supply. A lag is linear.
     pub(super) fn is_linear(&self) -> bool {
         self.friction.largest_n_m() == 0.0 && self.cogging_n_m == 0.0 && self.ripple == 0.0 && self.supply.is_none()
     }
 
-    /// The row of a current that lags in the last of `order` states, if one does; and what u multiplies in the last
-    /// row, of a plant in which the current gives `per_a` there without a lag.
+    /// Writes the row of a lagging current into the last of `order` states. Returns the factor of u in the last row.
+    /// `per_a` is the effect of the current without a lag.
     pub(super) fn lagged(&self, order: usize, per_a: f64, a: &mut [[f64; MAX_ORDER]; MAX_ORDER]) -> f64 {
         if self.lag_s > 0.0 {
             a[order - 2][order - 1] = per_a;
@@ -330,20 +334,20 @@ impl Imperfections {
         }
     }
 
-    /// The current that flows, if u is held and the state ends with the current.
+    /// Returns the flowing current: the last state with a lag, u without.
     pub(super) fn current(&self, x: &[f64], u: f64) -> f64 {
         if self.lag_s > 0.0 { x.last().copied().unwrap_or(u) } else { u }
     }
 }
 
-/// The motor with its load.
+/// Motor with its load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motor {
     truth: Shaft,
     nominal: Shaft,
     imperfections: Imperfections,
     load: Signal,
-    /// Without friction, and where that is steepest.
+    /// Fastest rates without friction and at the steepest friction, rad/s.
     rates_rad_s: [f64; 2],
     jumps_s: Vec<f64>,
     numbers: Numbers<3>,
@@ -351,7 +355,7 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// A motor that is `truth`, of which the controller believes `nominal`; `load` in N m.
+    /// Builds a motor with the true parameters `truth` and the model `nominal` of the controller. `load` is in N m.
     pub fn new(truth: Shaft, nominal: Shaft, imperfections: Imperfections, load: Signal) -> Self {
         let rates_rad_s = [0.0, imperfections.damping_n_m_s()].map(|friction| {
             let braking = imperfections.braking_n_m_s(truth.torque_n_m_per_a);
@@ -362,7 +366,7 @@ impl Motor {
         Self { truth, nominal, imperfections, load, rates_rad_s, jumps_s, numbers, exact: None }
     }
 
-    /// With its step from tick to tick, if it is linear: without friction, cogging and ripple.
+    /// Adds the motor's own step from tick to tick, if it is linear: without friction, cogging, ripple and supply.
     #[must_use]
     pub fn sampled(self, period_s: f64) -> Self {
         let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = self.truth;
@@ -376,7 +380,7 @@ impl Motor {
         Self { exact, ..self }
     }
 
-    /// What pushes the shaft of the motor if it stands, N m.
+    /// Returns the torque on the shaft at standstill, N m.
     fn push_n_m(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
         let load = self.load.value(t_s);
         match *x {
@@ -388,7 +392,7 @@ impl Motor {
 }
 
 impl Plant for Motor {
-    /// 2, and 3 with a lag.
+    /// Returns 2, or 3 with a lag.
     fn order(&self) -> usize {
         if self.imperfections.lag_s > 0.0 { 3 } else { 2 }
     }
@@ -427,7 +431,7 @@ impl Plant for Motor {
     fn fastest_rad_s(&self, t_s: f64, x: &[f64], u: f64) -> f64 {
         let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = self.truth;
         let u = self.driven(x, u);
-        // A current that lags stays between what flows and u.
+        // A lagging current stays between the flowing current and u.
         let current = self.imperfections.current(x, u).abs().max(u.abs());
         let torque = self.imperfections.largest_n_m(torque_n_m_per_a, current)
             + (damping_n_m_s * x[1]).abs()
@@ -436,7 +440,7 @@ impl Plant for Motor {
         if x[1] == 0.0 && self.regime(t_s, x, u) == Regime::Held {
             return self.rates_rad_s[0].max(others);
         }
-        // Twice: a load and a speed grow within the step.
+        // Factor 2, because load and speed grow within the step.
         let acceleration = 2.0 * torque / inertia_kg_m2;
         let pushed = || {
             let mut dx = [0.0; 3];
@@ -458,7 +462,7 @@ impl Plant for Motor {
         self.imperfections.driven(self.truth.torque_n_m_per_a, x[1], u)
     }
 
-    /// None with a supply, which these numbers do not have.
+    /// Returns `None` with a supply, which the coefficients do not include.
     fn parts(&self) -> Option<Parts<'_>> {
         let shafts = Parts::Shafts { numbers: &self.numbers, load: &self.load };
         self.imperfections.supply.is_none().then_some(shafts)
@@ -487,7 +491,7 @@ mod tests {
 
     const SUPPLY: Supply = Supply { volt: 12.0, ohm: 0.8 };
 
-    /// Without a lag a current beyond what 12 V drive is (V - K_t ω)/R all the way: ω = V/K_t (1 - e^(-t K_t²/(R J))).
+    /// Without a lag, 12 V limit the current to (V - K_t ω)/R all the way: ω = V/K_t (1 - e^(-t K_t²/(R J))).
     #[test]
     fn a_motor_at_its_supply_runs_up_to_the_no_load_speed() {
         let shaft = Shaft { damping_n_m_s: 0.0, ..SHAFT };
@@ -506,8 +510,8 @@ mod tests {
         }
     }
 
-    /// Against (V - K_t ω)/R integrated here in 80 000 steps of Heun's: current loop, friction of speed and load,
-    /// driven forward, braked, and turned faster than the supply allows by its load.
+    /// Compares with (V - K_t ω)/R in 80 000 steps of Heun's method. The case has a current loop, friction of speed and
+    /// a load. The motor drives, brakes, and turns faster than the supply allows under its load.
     #[test]
     fn a_supply_limits_a_current_that_lags_as_the_equations_say() {
         let lag_s = 1e-3;
@@ -544,11 +548,11 @@ mod tests {
                 assert!((found - own).abs() < 1e-4 * (1.0 + own.abs()), "tick {k}: {x:?} {own:?}");
             }
         }
-        // Beyond 240 rad/s only the load turns it, and the current brakes whatever is asked for.
+        // Beyond 240 rad/s only the load drives the shaft, and the current brakes at any demand.
         assert!(fastest > 250.0 && cut > 30, "{fastest} rad/s, {cut} ticks");
     }
 
-    /// ω = (K_t u - load)/B (1 - e^(-t B/J)) without friction.
+    /// Expected: ω = (K_t u - load)/B (1 - e^(-t B/J)) without friction.
     #[test]
     fn a_motor_without_friction_runs_up_as_the_exponential() {
         let load = Signal::new(vec![Term::Const { amplitude: 0.02 }]);
@@ -560,7 +564,7 @@ mod tests {
         assert!((found[1] - speed).abs() < 1e-9 * speed && (found[0] - angle).abs() < 1e-9 * angle, "{found:?}");
     }
 
-    /// i = u (1 - e^(-t/τ)); with B = 0 the speed is K_t/J times its integral.
+    /// Expected: i = u (1 - e^(-t/τ)). With B = 0 the speed is K_t/J times its integral.
     #[test]
     fn the_current_lags_as_an_exponential() {
         let shaft = Shaft { damping_n_m_s: 0.0, ..SHAFT };
@@ -573,7 +577,7 @@ mod tests {
         assert!((found[1] - speed).abs() < 1e-9 * speed, "{found:?}");
     }
 
-    /// Where friction is taken as level it has the bits of its formula, from just above that speed on.
+    /// Above the level speed the shortcut is bit-identical to the formula.
     #[test]
     fn level_friction_has_the_bits_of_the_formula() {
         for (static_n_m, coulomb_n_m) in [(0.008, 0.005), (0.005, 0.005), (3.0, 0.0031), (1e-9, 2.0)] {
@@ -590,7 +594,7 @@ mod tests {
         }
     }
 
-    /// That of the module's head, with the functions of `libm`.
+    /// Compares with the formula of the module documentation, with the functions of `libm`.
     #[test]
     fn friction_is_that_of_its_formula() {
         let friction = Friction { static_n_m: 0.008, coulomb_n_m: 0.005, stribeck_rad_s: 0.1, smooth_rad_s: 0.005 };
@@ -601,8 +605,8 @@ mod tests {
         }
     }
 
-    /// What the current puts in is kinetic energy, heat of both frictions, work against the load and cogging's
-    /// potential: nothing of the right-hand side is used but F.
+    /// Balances the energy of the current against kinetic energy, heat of both frictions, work against the load and the
+    /// potential of the cogging. The right-hand side is used only through F.
     #[test]
     fn energy_goes_nowhere_else() {
         let friction = Friction { static_n_m: 0.008, coulomb_n_m: 0.005, ..Friction::default() };
@@ -633,7 +637,7 @@ mod tests {
             put_in += 0.5 * step_s * (first[0] + last[0]).abs();
         }
         let balance = stored(&x) - before - flowed + load * (x[0] - start);
-        // The trapezoid over 10 us.
+        // Trapezoid rule over 10 us.
         assert!(put_in > 0.03 && balance.abs() < 1e-7 * put_in, "{balance:e} J of {put_in} J");
     }
 
@@ -656,18 +660,17 @@ mod tests {
         assert_eq!((motor.order(), motor.jumps_s()), (3, &[0.3][..]));
     }
 
-    /// A shaft that is pushed with less than the static friction creeps at the speed at which the smoothed friction
-    /// holds the push.
+    /// A torque below static friction makes a shaft creep at the speed at which the smoothed friction equals it.
     #[test]
     fn friction_holds_a_shaft_but_for_creep() {
         let friction = Friction { static_n_m: 0.008, coulomb_n_m: 0.005, ..Friction::default() };
         let motor = Motor::new(SHAFT, SHAFT, Imperfections { friction, ..Imperfections::default() }, Signal::default());
         let found = after(&motor, &[0.0, 0.0], 0.08, 0.1);
-        // 0.004 of 0.008 N m: tanh x = 1/2 at x = 0.549, less the little that ω_s and B take.
+        // 0.004 of 0.008 N m: tanh x = 1/2 at x = 0.549, less a small effect of ω_s and B.
         assert!((found[1] / (0.549 * 0.005) - 1.0).abs() < 0.01, "{found:?}");
     }
 
-    /// The same motor, stepped as if friction were steep all the time, and evaluations counted.
+    /// Motor that is stepped with a given rate, with a count of the evaluations.
     struct Steep<'a>(&'a Motor, Option<f64>, AtomicUsize);
 
     impl Plant for Steep<'_> {
@@ -693,9 +696,9 @@ mod tests {
         }
     }
 
-    /// Whatever pushes a shaft through the corner of its friction, at once or through the lag of the current, in ticks
-    /// short and long: no step is so long that it sees the corner as less than it is. The oracle takes 30 steps where
-    /// the plant asks for one; a step of half of what friction alone asks for would be off by up to 1 % of the speed.
+    /// Moves a shaft through the corner of its friction, at once or through the lag of the current, in short and long
+    /// ticks. No step is so long that the corner is underestimated. The reference takes 30 steps for each step of the
+    /// plant. Half of the step that friction alone requires would err by up to 1 % of the speed.
     #[test]
     fn a_shaft_turns_round_the_corner_of_its_friction_as_in_finer_steps() {
         let bell = Friction { static_n_m: 0.008, coulomb_n_m: 0.005, ..Friction::default() };
@@ -710,7 +713,7 @@ mod tests {
             let (mut apart, mut largest, mut turns) = (0.0_f64, 0.0_f64, 0);
             for k in 0..2000 {
                 let from = f64::from(k) * period_s;
-                // Held, as a law holds it.
+                // The demand is held over a tick, as with a controller.
                 let u = 1.5 * libm::sin(19.0 * from);
                 let before = found[1];
                 solver::advance(&motor, from, from + period_s, u, &mut found).expect("a slow plant");
@@ -723,7 +726,7 @@ mod tests {
                 turns += usize::from(before * found[1] < 0.0);
                 apart = apart.max((found[1] - finest[1]).abs());
                 largest = largest.max(finest[1].abs());
-                // Each tick by itself: what was off before is not held against the next.
+                // Each tick starts from the reference, so that errors do not accumulate.
                 found.clone_from(&finest);
             }
             println!("{friction:?} {lag_s} {period_s}: {:.1e} of {largest:.3}, {turns} turns", apart / largest);
@@ -731,7 +734,7 @@ mod tests {
         }
     }
 
-    /// A shaft that swings to and fro: what is saved while it turns costs nothing where it turns round.
+    /// A shaft that swings back and forth: the longer steps in motion cost no accuracy at the reversals.
     #[test]
     fn friction_is_stepped_finely_only_where_it_is_steep() {
         let friction = Friction { static_n_m: 0.008, coulomb_n_m: 0.005, ..Friction::default() };
@@ -757,7 +760,7 @@ mod tests {
             }
         }
         let [saved, all] = [saving.2, as_before.2].map(AtomicUsize::into_inner);
-        // Where it turns round the corner of friction is what any step sees of it.
+        // At a reversal the errors of all step lengths are alike.
         for i in 0..3 {
             assert!(apart[i] <= 1.01 * before[i] + 1e-12 * largest[i], "{apart:?} {before:?} {largest:?}");
         }

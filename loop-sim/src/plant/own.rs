@@ -1,20 +1,20 @@
-//! A plant by its equations: what a researcher writes down, without Rust.
+//! True plant from its equations, without Rust.
 //!
 //! $$ \dot x_i = f_i(x_1, .., x_n, u, t) + w_i(t) $$
 //!
-//! Any right-hand side may stand there; disturbances that do not jump may stand in it, those that do are the signals w.
-//! The controller knows a chain of integrators that ends in a(x) + b(x) u, Eq. (39). All else is disturbance to it:
-//! $d_i = f_i + w_i - x_{i+1}$ for i < n, and $d_n = f_n + w_n - a(x) - b(x) u$.
+//! Any right-hand side is allowed. It may contain disturbances without jumps. Disturbances with jumps are the signals
+//! w. The model of the controller is a chain of integrators that ends in a(x) + b(x) u, Eq. (39). The remainder is a
+//! disturbance: $d_i = f_i + w_i - x_{i+1}$ for i < n, and $d_n = f_n + w_n - a(x) - b(x) u$.
 //!
-//! How fast it is, is known where it is: the fastest rate of the linearised plant, every derivative exact. What
-//! sin(300 t) or a cube makes of it on the way is not; so each step of the solver is checked ([`Plant::is_checked`]).
+//! The fastest rate comes from the plant linearised at the current state, with exact derivatives. It misses the change
+//! on the way, of sin(300 t) or of a cube. So the solver checks each step ([`Plant::is_checked`]).
 
 use super::{ChainError, Parts, Plant, fastest_signal_rad_s, merged_jumps_s, spectral_bound};
 use crate::MAX_ORDER;
 use crate::expression::Expression;
 use crate::signal::Signal;
 
-/// A plant whose right-hand side is given by formulas.
+/// Plant whose right-hand side is given by formulas.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Own {
     rates: Vec<Expression>,
@@ -26,10 +26,11 @@ pub struct Own {
 }
 
 impl Own {
-    /// f_1..f_n of the inputs x_1..x_n, u, t; the a and b that the controller believes, of x_1..x_n; and w_1..w_n.
+    /// Builds the plant. f_1..f_n are formulas of x_1..x_n, u, t. The nominal a and b are formulas of x_1..x_n. The
+    /// disturbances are w_1..w_n.
     ///
     /// # Errors
-    /// When the lengths do not agree.
+    /// Fails if the order is not 2..=6 or the number of disturbances differs from it.
     pub fn new(
         rates: Vec<Expression>,
         drift: Expression,
@@ -48,7 +49,7 @@ impl Own {
         Ok(Self { rates, drift, gain, disturbances, fastest_signal_rad_s, jumps_s })
     }
 
-    /// x_1..x_n, u, t in one row.
+    /// Returns x_1..x_n, u and t in one row.
     fn inputs(&self, t_s: f64, x: &[f64], u: f64) -> [f64; MAX_ORDER + 2] {
         let (n, mut inputs) = (self.order(), [0.0; MAX_ORDER + 2]);
         inputs[..n].copy_from_slice(x);
@@ -64,13 +65,13 @@ impl Own {
         spectral_bound(jacobian)
     }
 
-    /// f_1..f_n.
+    /// Returns f_1..f_n.
     #[cfg(feature = "lanes")]
     pub(crate) fn rates(&self) -> &[Expression] {
         &self.rates
     }
 
-    /// w_1..w_n.
+    /// Returns w_1..w_n.
     #[cfg(feature = "lanes")]
     pub(crate) fn disturbances(&self) -> &[Signal] {
         &self.disturbances
@@ -147,7 +148,7 @@ mod tests {
         own_with(rates, constants, vec![Signal::default(); rates.len()])
     }
 
-    /// The state after `span_s`, by this many ticks with u = 0.
+    /// Returns the state after `span_s`, in this number of ticks with u = 0.
     fn after<const N: usize>(plant: &Own, mut x: [f64; N], span_s: f64, ticks: u32) -> [f64; N] {
         for k in 0..ticks {
             let [from, to] = [k, k + 1].map(|k| f64::from(k) * span_s / f64::from(ticks));
@@ -174,7 +175,7 @@ mod tests {
             let [own, given] = states;
             for i in 0..4 {
                 largest[i] = largest[i].max(given[i].abs());
-                // That of the solver: 4e-11 per unit of rate times time, and ω t is 300 at the end.
+                // Error of the solver: 4e-11 per unit of rate times time, and ω t is 300 at the end.
                 assert!((own[i] - given[i]).abs() < 1e-8 * largest[i], "x{} at tick {k}: {own:?} {given:?}", i + 1);
             }
         }
@@ -185,15 +186,15 @@ mod tests {
     fn a_pendulum_that_turns_over_keeps_its_energy() {
         let pendulum = own(&["x2", "-g/l*sin(x1)"], &[("g", 9.81), ("l", 0.5)]);
         let energy = |[angle, speed]: [f64; 2]| 0.5 * speed * speed - 9.81 / 0.5 * angle.cos();
-        // Fast enough to turn over, and slow enough to hang near the top.
+        // Fast enough to turn over, and slow enough to stay near the top.
         for start in [[0.0, 8.9], [3.1, 0.0]] {
             let end = after(&pendulum, start, 10.0, 500);
             assert!((energy(end) - energy(start)).abs() < 1e-9 * 9.81 / 0.5, "{start:?} {end:?}");
         }
     }
 
-    /// x'' = -x - x³ from rest at A has the period 4 K(m)/sqrt(1 + A²), m = A²/(2 (1 + A²)); K by the arithmetic and
-    /// geometric mean.
+    /// x'' = -x - x³ from rest at A has the period 4 K(m)/sqrt(1 + A²), m = A²/(2 (1 + A²)). K comes from the
+    /// arithmetic-geometric mean.
     #[test]
     fn a_duffing_oscillator_is_back_after_the_period_of_the_elliptic_integral() {
         for start in [0.3_f64, 1.0, 5.0] {
@@ -208,7 +209,7 @@ mod tests {
         }
     }
 
-    /// Its limit cycle for μ = 1 has the period 6.6632868593 (Andersen and Geer, SIAM J. Appl. Math. 42, 1982).
+    /// The limit cycle for μ = 1 has the period 6.6632868593 (Andersen and Geer, SIAM J. Appl. Math. 42, 1982).
     #[test]
     fn a_van_der_pol_oscillator_has_the_period_of_the_literature() {
         let oscillator = own(&["x2", "mu*(1 - x1^2)*x2 - x1"], &[("mu", 1.0)]);
@@ -217,11 +218,11 @@ mod tests {
         assert!((0..2).all(|i| (end[i] - start[i]).abs() < 1e-8), "{start:?} {end:?}");
     }
 
-    /// x_2' = A cos(ω t) alone: the linear part has no rate, the function has.
+    /// x_2' = A cos(ω t) alone: the linearised plant has the rate 0, the function has not.
     #[test]
     fn a_disturbance_inside_the_formula_is_not_stepped_over() {
         let shaken = own(&["x2", "9e4*cos(300*t)"], &[]);
-        // 20 ms: six radians a tick.
+        // Ticks of 20 ms: six radians per tick.
         let [x, v] = after(&shaken, [0.0, 0.0], 0.2, 10);
         let phase = 60.0_f64;
         assert!((x - (1.0 - phase.cos())).abs() < 1e-7 && (v - 300.0 * phase.sin()).abs() < 1e-5, "{x} {v}");
@@ -247,7 +248,7 @@ mod tests {
         let mut x = [0.0, 0.0];
         let told = solver::advance(&own(&["x2", "1/x1"], &[]), 0.0, 1e-3, 0.0, &mut x).expect_err("a pole");
         assert_eq!(told, SolverError::NoRate { t_s: 0.0, channel: 2, rate: f64::INFINITY });
-        // A finite escape time, x' = x², is a state that runs away.
+        // A finite escape time, x' = x², gives a diverged state.
         let mut x = [1.0, 1.0];
         solver::advance(&own(&["x1^2", "x1"], &[]), 0.0, 2.0, 0.0, &mut x).expect("left where it was found");
         assert!(x[0].abs() > solver::RUNAWAY, "{x:?}");

@@ -1,17 +1,18 @@
-//! The right-hand sides of a motor and of a joint as arithmetic on numbers.
+//! Right-hand sides of a motor and of a joint as arithmetic on coefficients.
 //!
-//! A plant alone and many side by side (module `lanes`) take the same functions, and so have the same bits. Therefore
-//! divisors stand as their inverses, for which there is time once but not in each of many evaluations, and elementary
-//! functions are those without a branch ([`sine`](crate::sine), [`exponential`](crate::exponential)).
+//! A plant alone and a batch (module `lanes`) call the same functions, so their results are bit-identical. Divisors are
+//! stored as their inverses, computed once instead of in each evaluation. Elementary functions have no branches
+//! ([`sine`](crate::sine), [`exponential`](crate::exponential)).
 
 use super::motor::{Imperfections, Shaft};
 use crate::exponential::{expm1_of_negative, tanh};
 
-/// Row by row: the motor's shaft 1/J, K_t, B, 1/τ (0 without a lag); what varies with its angle c, n_c, r, n_r; its
-/// friction F_c, F_s - F_c, 1/ω_s, 1/ω_t. Of a joint besides: link and spring 1/J_l, B_l, W, K; the spring's D.
+/// Coefficients by row. The motor has the shaft 1/J, K_t, B, 1/τ (0 without a lag), the waves c, n_c, r, n_r, and the
+/// friction F_c, F_s - F_c, 1/ω_s, 1/ω_t. A joint adds link and spring 1/J_l, B_l, W, K, and the damping D of the
+/// spring.
 pub(crate) type Numbers<const G: usize> = [[f64; 4]; G];
 
-/// Those of the motor.
+/// Returns the coefficients of a motor.
 pub(super) fn of_motor(shaft: &Shaft, imperfections: &Imperfections) -> Numbers<3> {
     let Shaft { inertia_kg_m2, torque_n_m_per_a, damping_n_m_s } = *shaft;
     let Imperfections { cogging_n_m, cogging_per_turn, ripple, ripple_per_turn, lag_s, friction, .. } = *imperfections;
@@ -23,7 +24,7 @@ pub(super) fn of_motor(shaft: &Shaft, imperfections: &Imperfections) -> Numbers<
     ]
 }
 
-/// F(ω) by its row.
+/// Returns F(ω) from its row.
 #[inline(always)]
 pub(crate) fn friction([coulomb, beyond, per_stribeck, per_smooth]: [f64; 4], speed: f64) -> f64 {
     let bell = speed * per_stribeck;
@@ -31,29 +32,29 @@ pub(crate) fn friction([coulomb, beyond, per_stribeck, per_smooth]: [f64; 4], sp
     size * tanh(speed * per_smooth)
 }
 
-/// F(ω) of friction that holds, by its row, for a shaft that slides in this direction.
+/// Returns F(ω) of friction that holds, from its row, for a shaft that slides in this direction.
 #[inline(always)]
 pub(crate) fn sliding([coulomb, beyond, per_stribeck, _]: [f64; 4], sign: f64, speed: f64) -> f64 {
     let bell = speed * per_stribeck;
     (coulomb + beyond * (1.0 + expm1_of_negative(-(bell * bell)))) * sign
 }
 
-/// c sin n_c θ and r sin n_r θ by their row.
+/// Returns c sin n_c θ and r sin n_r θ from their row.
 #[inline(always)]
 pub(crate) fn waves([c, n_c, r, n_r]: [f64; 4], angle: f64, sin: impl Fn(f64) -> f64) -> [f64; 2] {
-    // A size of 0 is none at any angle.
+    // An amplitude of 0 gives 0 at any angle.
     let wave = |size: f64, per_turn: f64| if size == 0.0 { 0.0 } else { size * sin(per_turn * angle) };
     [wave(c, n_c), wave(r, n_r)]
 }
 
-/// Where angle and speed of the motor stand in a state of so many: the link comes first.
+/// Returns the indices of angle and speed of the motor in a state of this order. The link comes first.
 #[inline(always)]
 pub(crate) const fn motor_at(order: usize) -> [usize; 2] {
     if order > 3 { [2, 3] } else { [0, 1] }
 }
 
-/// dx/dt of a motor (order 2, with a lag 3) or a joint (4, with a lag 5): friction and waves as above, `sin_link` the
-/// sine of the link's angle.
+/// Computes dx/dt of a motor (order 2, with a lag 3) or a joint (4, with a lag 5). `sin_link` is the sine of the angle
+/// of the link.
 #[inline(always)]
 pub(crate) fn rates<const N: usize, const G: usize>(
     numbers: &Numbers<G>,

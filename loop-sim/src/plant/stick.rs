@@ -1,4 +1,4 @@
-//! Friction that holds, against closed forms and against an integrator of its own.
+//! Tests of friction that holds, against closed forms and an independent integrator.
 
 use super::{Friction, Imperfections, Joint, JointBody, Motor, Plant, Shaft};
 use crate::random::Random;
@@ -6,7 +6,7 @@ use crate::signal::{Signal, Term};
 use crate::solver;
 
 const SHAFT: Shaft = Shaft { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 0.0 };
-/// Without a bell: what stands in closed form.
+/// Friction without a bell, for closed forms.
 const PLAIN: Friction = Friction { static_n_m: 0.005, coulomb_n_m: 0.005, stribeck_rad_s: 0.1, smooth_rad_s: 0.0 };
 const BELL: Friction = Friction { static_n_m: 0.008, ..PLAIN };
 
@@ -14,7 +14,7 @@ fn motor(friction: Friction, terms: Vec<Term>) -> Motor {
     Motor::new(SHAFT, SHAFT, Imperfections { friction, ..Imperfections::default() }, Signal::new(terms))
 }
 
-/// In ticks of 1 ms with u held.
+/// Advances the plant in ticks of 1 ms with u held.
 fn advance(plant: &dyn Plant, x: &mut [f64], ticks: u32, u: impl Fn(u32) -> f64) {
     for k in 0..ticks {
         let [from, to] = [k, k + 1].map(|k| f64::from(k) * 1e-3);
@@ -30,7 +30,7 @@ fn a_shaft_that_is_pushed_by_less_than_static_friction_stands_to_the_bit() {
     assert_eq!(x, [0.7, 0.0]);
 }
 
-/// t = J ω/F, way J ω²/2F; and it stands there.
+/// Expected: t = J ω/F and a travel of J ω²/2F. Then the shaft stands.
 #[test]
 fn a_shaft_that_slides_out_stops_where_it_must() {
     for speed in [3.0, -0.2, 40.0_f64] {
@@ -42,7 +42,7 @@ fn a_shaft_that_slides_out_stops_where_it_must() {
     }
 }
 
-/// A load that grows lets it go at F/slope; from there on J ω' is what is above F.
+/// A growing load releases the shaft at F/slope. From there on J ω' is the excess above F.
 #[test]
 fn a_shaft_lets_go_when_the_load_is_more_than_it_holds() {
     let motor = motor(PLAIN, vec![Term::Ramp { slope: -0.1 }]);
@@ -53,7 +53,7 @@ fn a_shaft_lets_go_when_the_load_is_more_than_it_holds() {
     assert!((x[1] - speed).abs() < 1e-11 * speed && (x[0] - way).abs() < 1e-11 * way, "{x:?} {way} {speed}");
 }
 
-/// A push that is above static friction in between two ticks only, as the peak of a sine, is noticed.
+/// A load that exceeds static friction only between two ticks releases the shaft.
 #[test]
 fn a_peak_between_two_ticks_lets_go() {
     // The peak of 0.00501 N m is at 0.5 ms.
@@ -67,8 +67,8 @@ fn a_peak_between_two_ticks_lets_go() {
     }
 }
 
-/// A motor that slides and sticks in steps of at most 0.2 us by Runge and Kutta, events by bisection: no line of the
-/// solver's.
+/// Motor that slides and sticks in Runge-Kutta steps of at most 0.2 us, with events by bisection. It shares no code
+/// with the solver.
 struct Own {
     shaft: Shaft,
     imperfections: Imperfections,
@@ -143,7 +143,7 @@ impl Own {
     }
 }
 
-/// Random motors under random currents: each tick from the same state, and the same state after it.
+/// Random motors under random currents: each tick starts from the same state and must end in the same state.
 #[test]
 fn random_shafts_stick_and_slide_as_with_an_integrator_of_its_own() {
     let shafts = if std::env::var_os("DEEP").is_some() { 1000 } else { 60 };
@@ -184,8 +184,8 @@ fn random_shafts_stick_and_slide_as_with_an_integrator_of_its_own() {
             let before = own.x;
             events += own.advance(1e-3, u);
             stood += u32::from(own.x[1] == 0.0);
-            // Shares of what moved. An angle of 0.3 rad is rounded in each of the many steps, and a current that is
-            // good to 4e-11 lets go so much sooner or later.
+            // Errors relative to the motion. An angle of 0.3 rad is rounded in each of many steps. A current with an
+            // error of 4e-11 shifts the instant of release.
             let [speed, current] = [1, 2].map(|i| before[i].abs() + own.x[i].abs());
             let soon = 1e-8 * friction.static_n_m / shaft.inertia_kg_m2;
             for (i, size) in [1e-3 * speed + 1e-5, speed + soon, current + 1e-4].into_iter().enumerate() {
@@ -198,8 +198,8 @@ fn random_shafts_stick_and_slide_as_with_an_integrator_of_its_own() {
     assert!(worst < 8e-9 && events > 2 * shafts && stood > shafts, "{worst:e}, {events}, {stood}");
 }
 
-/// A joint whose motor stands: its link swings on the spring alone, sqrt(K/J_l) rad/s, and lets it go when the spring
-/// is wound up enough.
+/// A joint whose motor stands: the link swings on the spring alone at sqrt(K/J_l) rad/s. It releases the motor when the
+/// spring is wound up enough.
 #[test]
 fn a_link_swings_on_the_spring_of_a_motor_that_stands() {
     let body = JointBody {

@@ -1,12 +1,12 @@
-//! The controller of the paper's reference \[1\], to compare with (Fig. 1 and 2).
+//! Baseline controller of the paper's reference \[1\], for comparison (Fig. 1 and 2).
 //!
-//! For n = 2: surface $\sigma = x_2 + c_1 x_1 + \hat d_1$ without offset, first-order observer, and a switching law
+//! For n = 2: surface $\sigma = x_2 + c_1 x_1 + \hat d_1$ without offset, first-order observer, and the switching law
 //!
 //! $$ u = -\frac{1}{b}\big[a(x) + c_1(x_2 + \hat d_1) + k\thinspace \mathrm{sgn}\thinspace \sigma\big], \qquad
 //!    \hat d_1 = p + l x_1, \quad \dot p = -l (x_2 + \hat d_1) $$
 //!
-//! It is written for continuous time; sampled with period T (held u, explicit Euler observer) its sign function
-//! chatters with an amplitude of k and a total variation that grows as 1/T. Any statement about it must name T.
+//! The law is designed for continuous time. Sampled with period T (held u, explicit Euler observer) its sign function
+//! chatters with an amplitude of k, and its total variation grows as 1/T. So quote T with every result.
 
 use controller_core::{Benchmark, Health, Libm, MAX_R, NominalModel};
 
@@ -22,21 +22,21 @@ pub struct BaselineSpec {
     pub c1: f64,
     /// Observer gain l, 1/s: its pole is -l.
     pub l: f64,
-    /// Switching gain k.
+    /// Observer gain l, 1/s. The pole is -l.
     pub k: f64,
 }
 
-/// The running baseline, f64.
+/// Running baseline in f64.
 #[derive(Clone, Debug)]
 pub struct Baseline {
     spec: BaselineSpec,
     model: Benchmark<Libm>,
-    /// d_hat at the present tick and the sample of the last one; `None` before the first.
+    /// d_hat at the present tick and the sample of the last tick. `None` before the first.
     last: Option<(f64, [f64; 2])>,
 }
 
 impl Baseline {
-    /// Starts with the estimate at 0.
+    /// Returns the baseline with its estimate at 0.
     pub fn new(spec: BaselineSpec) -> Self {
         Self { spec, model: Benchmark::new(), last: None }
     }
@@ -46,7 +46,7 @@ impl ControllerPort for Baseline {
     fn tick(&mut self, sample: &[f64]) -> Result<Tick, PortError> {
         let BaselineSpec { period_s, c1, l, k } = self.spec;
         let x = [sample[0], sample[1]];
-        // d_hat = p + l x_1 with p stepped by Euler, written for d_hat itself.
+        // d_hat = p + l x_1 with an Euler step for p, written for d_hat itself.
         let d_hat = match self.last {
             None => 0.0,
             Some((d_hat, x_prev)) => d_hat + l * (x[0] - x_prev[0]) - period_s * l * (x_prev[1] + d_hat),

@@ -1,11 +1,11 @@
-//! Two controllers, tick by tick and bit by bit.
+//! Bit-by-bit comparison of two controllers, tick by tick.
 //!
-//! Both get every sample. What the one elsewhere returns is what the loop goes on with; the first bit of any output in
-//! which the one here differs ends the run. Equality, not a tolerance: both are the same f32 arithmetic.
+//! Both controllers get every sample. The loop uses the output of the controller on the target. The first differing bit
+//! in any output ends the run. There is no tolerance, because both controllers do the same f32 arithmetic.
 
 use crate::port::{ControllerPort, Difference, Field, PortError, Tick};
 
-/// The two controllers.
+/// Pair of controllers that are compared.
 pub struct Compared<'a> {
     there: &'a mut dyn ControllerPort,
     here: &'a mut dyn ControllerPort,
@@ -13,7 +13,7 @@ pub struct Compared<'a> {
 }
 
 impl<'a> Compared<'a> {
-    /// Both just started.
+    /// Compares two controllers that have just started.
     pub fn new(there: &'a mut dyn ControllerPort, here: &'a mut dyn ControllerPort) -> Self {
         Self { there, here, ticks: 0 }
     }
@@ -71,7 +71,7 @@ fn difference(there: &Tick, here: &Tick) -> Option<(Field, u32, u32)> {
     let all = |tick: &Tick| numbers(tick).into_iter().chain(estimates(tick));
     let flags = |tick: &Tick| u32::from(tick.health.bits());
     let health = (Field::Health, flags(there), flags(here));
-    // Every f32 is exact in an f64, so the bits that came over the wire are these.
+    // Every f32 is exact in an f64, so these bits are the bits of the target.
     let bits =
         all(there).zip(all(here)).map(|((field, a), (_, b))| (field, (a as f32).to_bits(), (b as f32).to_bits()));
     bits.chain([health]).find(|(_, a, b)| a != b)
@@ -83,7 +83,7 @@ mod tests {
     use crate::MAX_ORDER;
     use controller_core::{Health, MAX_R};
 
-    /// Says the same at every tick, but something else at one of them.
+    /// Controller with a constant output, except at one tick.
     struct Saying {
         tick: Tick,
         at: u64,
@@ -109,7 +109,7 @@ mod tests {
         }
     }
 
-    /// Of a NaN too, whose last bits may get lost in what the compiler computes.
+    /// Flips the last bit, also of a NaN, whose last bits an arithmetic operation may change.
     fn flipped(value: f64) -> f64 {
         f64::from(std::hint::black_box(f32::from_bits((value as f32).to_bits() ^ 1)))
     }

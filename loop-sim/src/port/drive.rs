@@ -1,11 +1,10 @@
-//! A drive in this process: counts in, current out, along a reference that it plays.
+//! Drive in this process: encoder counts in, current out, along a reference trajectory.
 //!
-//! The law is [`EncoderForm`](drive::EncoderForm), the very one that runs on a chip, in f32; gain sets, delay, states
-//! and aim are types there and numbers here ([`Form`]). The sample is the counts of
-//! [`Encoders`](crate::sensor::encoder::Encoders), from which [`Mounted`] takes sign and offset, as a program on the
-//! chip would.
+//! The controller is [`EncoderForm`](drive::EncoderForm) in f32, the same code as on a chip. Gain sets, delay, states
+//! and control mode are types there and numbers here ([`Form`]). The sample is the counts of
+//! [`Encoders`](crate::sensor::encoder::Encoders). [`Mounted`] removes sign and offset, like a program on the chip.
 //!
-//! A [`Motion`] waits at rest where it begins, is on its way for some ticks, and then on its goal:
+//! A [`Motion`] waits at rest, moves for some ticks, and then follows its goal:
 //!
 //! ```text
 //! r = from      tick < start
@@ -13,10 +12,10 @@
 //! r = goal      from there on
 //! ```
 //!
-//! After an alarm of its monitors a drive goes on, stops, or follows a joined stop from there on ([`Reaction`]).
+//! After an alarm of its monitors a drive goes on, stops, or makes a controlled stop ([`Reaction`]).
 //!
-//! It is played in f32 for the law and in f64 for whoever records the run. Estimates are the disturbance of each shaft
-//! (rad/s²), in the channel of its speed.
+//! The reference is computed in f32 for the controller and in f64 for the recorder. The estimates are the disturbance
+//! of each shaft (rad/s²), in the channel of its speed.
 
 use std::any::Any;
 use std::f64::consts::TAU;
@@ -37,74 +36,74 @@ mod kind;
 
 pub use kind::{Bandwidths, DriveAtRest, DriveDesign, DriveOf, Thresholds};
 
-/// Units of an angle that is kept as a whole number, per turn.
+/// Units of an angle in fixed point, per revolution.
 const TWO_32: f64 = 4_294_967_296.0;
 
-/// Where a motion leads.
+/// Goal of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Goal {
-    /// Rest at this angle.
+    /// Rest at an angle.
     Rest {
-        /// Rad.
+        /// Angle of the goal, rad.
         angle_rad: f64,
     },
-    /// A sin ωt about angle 0, with phase 0 at tick 0.
+    /// Sine A sin ωt about angle 0, with phase 0 at tick 0.
     Sine {
-        /// A, rad.
+        /// Amplitude A, rad.
         amplitude_rad: f64,
-        /// ω, rad/s.
+        /// Angular frequency ω, rad/s.
         omega_rad_s: f64,
     },
-    /// A smooth curve through points that come evenly, the first at the start; late by 3.5 of them.
+    /// Smooth curve through points at a constant interval, the first at the start. It lags by 3.5 intervals.
     Points {
-        /// Rad.
+        /// Angles of the points, rad.
         angles_rad: Vec<f64>,
-        /// Ticks from one to the next.
+        /// Interval between two points, ticks.
         every: u32,
     },
-    /// Set-points that come at any time, through a profile ([`drive::Profile`]); the first at the start.
+    /// Set-points at a constant interval, through a profile ([`drive::Profile`]), the first at the start.
     SetPoints {
-        /// Rad.
+        /// Set-points, rad.
         angles_rad: Vec<f64>,
-        /// Ticks from one to the next.
+        /// Interval between two set-points, ticks.
         every: u32,
-        /// What the profile keeps to.
+        /// Limits of the profile.
         limits: drive::ProfileLimits,
-        /// Ticks for which the path is made; it ends there.
+        /// End of the computed path, ticks.
         until: u32,
     },
-    /// Even turning; the way there loses half the angle that it would have made.
+    /// Constant speed. The transition to it loses half of the angle that the speed would cover.
     Speed {
-        /// Rad/s.
+        /// Speed, rad/s.
         speed_rad_s: f64,
     },
 }
 
-/// From rest onto a goal.
+/// Motion from rest to a goal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// Where it leads.
+    /// Goal of the motion.
     pub goal: Goal,
-    /// Angle at rest before, rad.
+    /// Angle at rest before the motion, rad.
     pub from_rad: f64,
-    /// The tick at which it begins.
+    /// Tick at which the motion begins.
     pub start: u32,
-    /// Ticks from rest onto the goal.
+    /// Length of the transition from rest to the goal, ticks.
     pub ticks: u32,
     /// Period of a tick, s.
     pub period_s: f64,
 }
 
 impl Motion {
-    /// At rest at this angle for ever. Other motions are this with what differs, as `Motion { goal, ..Motion::rest(0.3,
-    /// 1e-3) }`.
+    /// Returns a motion that rests at this angle for ever. Build other motions from it, as
+    /// `Motion { goal, ..Motion::rest(0.3, 1e-3) }`.
     pub const fn rest(angle_rad: f64, period_s: f64) -> Self {
         Self { goal: Goal::Rest { angle_rad }, from_rad: angle_rad, start: 0, ticks: 1, period_s }
     }
 
-    /// The same, as short as it may be: at least `fewest` ticks from rest onto the goal (and 20, as [`drive::shortest`]
-    /// has it), at most `most`, and as many as it takes for the current `feed_forward` of the jets on the way to stay
-    /// within ±`u_max`. `None` if no way does.
+    /// Returns the motion with the shortest transition to its goal that keeps the current `feed_forward` of the
+    /// trajectory points within ±`u_max`. It takes from `fewest` to `most` ticks, and at least 20
+    /// ([`drive::shortest`]). `None` if no transition does.
     #[must_use]
     pub fn shortest<const M: usize, const J: usize>(
         &self,
@@ -117,8 +116,8 @@ impl Motion {
         drive::shortest(self.start, fewest, most, u_max, feed_forward, plan).map(with)
     }
 
-    /// Returns the largest |values| of several functions of the jets in ticks 0 to `last`. The path of set-points is
-    /// computed once for all of them.
+    /// Returns the largest |values| of several functions of the trajectory points in ticks 0 to `last`. The path of
+    /// set-points is computed once for all functions.
     pub fn peaks<const M: usize, const J: usize, const K: usize>(
         &self,
         last: u32,
@@ -131,7 +130,7 @@ impl Motion {
         })
     }
 
-    /// From where `present` is at this tick to rest, in so many ticks or fewer.
+    /// Returns the plan of a stop from `present` at this tick to rest, in this number of ticks or fewer.
     fn stopping<T: Real<Count = i32>, const M: usize>(
         &self,
         present: &Target<T, i32, M>,
@@ -144,8 +143,8 @@ impl Motion {
         Plan { before: goal, start, after }
     }
 
-    /// r, r', .. at any tick, whole turns included, for a controller of one's own. The way onto the goal is continuous
-    /// in `M` of them; that of a joint's drive in 4, that of a motor's in 3.
+    /// Returns a function of the tick that gives r, r', .. with whole revolutions included, for a custom controller. In
+    /// the transition to the goal the first `M` of them are continuous: 4 for the drive of a joint, 3 for a motor.
     pub fn jets<const M: usize, const J: usize>(&self) -> impl Fn(u32) -> [f64; J] + Send + Sync + use<M, J> {
         let plan = self.plan::<f64, M>();
         move |tick| {
@@ -155,7 +154,7 @@ impl Motion {
         }
     }
 
-    /// From this tick on.
+    /// Returns a player of the motion from this tick on.
     fn played<T: Real<Count = i32>, const M: usize, const J: usize>(&self, tick: u32) -> Played<T, M, J> {
         Player::new(self.plan(), tick)
     }
@@ -185,7 +184,7 @@ impl Motion {
             }
         };
         let before = rest(from_rad);
-        // Gaps are taken in f64 whatever the plan is played in: all of them are the same plan.
+        // The gap is computed in f64 for any precision of the plan, so that all plans agree.
         let mut present = Target { turn: before.turn, jet: [T::ZERO; M] };
         present.jet[0] = before.angle;
         let gap = drive::gap(&present, &course.at(start));
@@ -193,10 +192,10 @@ impl Motion {
     }
 }
 
-/// A motion as it is played: targets at both ends of each tick.
+/// Player of a motion: targets at both ends of each tick.
 type Played<T, const M: usize, const J: usize> = Player<T, Plan<T, M>, J>;
 
-/// A motion, ready to be played.
+/// Plan of a motion, ready to be played.
 #[derive(Clone, Debug)]
 struct Plan<T, const M: usize> {
     before: Rest<T>,
@@ -231,7 +230,7 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Course<T> {
     }
 }
 
-/// What the stream of points was after each of them had come.
+/// State of the stream of points after each point arrived.
 #[derive(Clone, Debug)]
 struct Points<T> {
     streams: Arc<[Streamed<T>]>,
@@ -244,7 +243,7 @@ impl<T: Real<Count = i32>> Points<T> {
         let angle = |rad: &f64| Streamed::<T>::angle(*rad);
         let first = angles_rad.first().map_or(0, angle);
         let mut stream = Streamed::new(first, every, period_s);
-        // The last one comes again until the curve rests there.
+        // The last point repeats until the curve rests there.
         let last = angles_rad.last().map_or(0, angle);
         let coming = angles_rad.iter().map(angle).chain([last; 6]);
         let streams = coming.enumerate().map(|(k, angle)| {
@@ -262,13 +261,14 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Points<T> {
     }
 }
 
-/// An angle far out as turns and a rest: f32 keeps its digits.
+/// Splits an angle into revolutions and a remainder, so that f32 keeps its digits.
 fn turns_and_rest(angle_rad: f64) -> (i32, f64) {
     let turn = libm::round(angle_rad / TAU);
     (turn as i32, angle_rad - turn * TAU)
 }
 
-/// Targets of a profile from rest, one per tick from the start on. Goals that it refuses stay away.
+/// Returns the targets of a profile from rest, one per tick from the start on. Goals that the profile refuses are
+/// skipped.
 fn path<T: Real<Count = i32>, const M: usize, const J: usize>(
     from_rad: f64,
     angles_rad: &[f64],
@@ -294,7 +294,7 @@ fn path<T: Real<Count = i32>, const M: usize, const J: usize>(
     targets
 }
 
-/// What a profile made.
+/// Path computed by a profile.
 #[derive(Clone, Debug)]
 struct Path<T> {
     targets: Arc<[Target<T, i32, 4>]>,
@@ -307,16 +307,16 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Path<T> {
         let last = self.targets.len() - 1;
         let k = (tick.saturating_sub(self.start) as usize).min(last);
         let Target { turn, jet } = self.targets[k];
-        // The derivative above those of the path is constant within a tick: what it is in the next.
+        // The derivative above those of the path is constant within a tick, and equals the change to the next tick.
         let above = (self.targets[(k + 1).min(last)].jet[3] - jet[3]) * self.per_s;
         Target { turn, jet: std::array::from_fn(|j| jet.get(j).copied().unwrap_or(above)) }
     }
 }
 
-/// Even turning. The angle is a whole number that wraps with the turns: it never drifts.
+/// Rotation at constant speed. The angle is an integer that wraps with the revolutions, so it never drifts.
 #[derive(Clone, Copy, Debug)]
 struct Turning<T> {
-    /// At the start, in 2^-32 turns.
+    /// Angle at the start, in 2^-32 revolutions.
     begin: i64,
     per_tick: i64,
     start: u32,
@@ -344,56 +344,55 @@ impl<T: Real<Count = i32>, const J: usize> Reference<T, J> for Turning<T> {
     }
 }
 
-/// What a drive follows.
+/// Control mode of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Follows {
-    /// The angle.
+    /// Position control.
     Position,
-    /// The speed alone.
+    /// Speed control.
     Speed,
 }
 
-/// The types of a drive, as numbers.
+/// Type parameters of a drive as numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Form {
-    /// What it follows.
+    /// Control mode.
     pub follows: Follows,
-    /// 1, or 2: fast gains too.
+    /// Number of gain sets: 1, or 2 with high gains.
     pub gain_sets: usize,
-    /// Ticks from the computation of u until it is held, 0 to 3.
+    /// Delay from the computation of u until it is held, 0 to 3 ticks.
     pub delay_ticks: usize,
-    /// States of a motor's observer: 3, or 4. A joint has 4.
+    /// Number of states of a motor's observer, 3 or 4. A joint has 4.
     pub observer_states: usize,
 }
 
 impl Form {
-    /// Does it follow a speed, has it two gain sets, have its observers four states; and its ticks of delay. For
-    /// [`drives!`](controller_core::drives).
+    /// Returns three flags and the ticks of delay, for [`drives!`](controller_core::drives). The flags are speed
+    /// control, two gain sets, and observers with four states.
     pub const fn types(self) -> ([bool; 3], usize) {
         let Self { follows, gain_sets, delay_ticks, observer_states } = self;
         ([matches!(follows, Follows::Speed), gain_sets > 1, observer_states > 3], delay_ticks)
     }
 }
 
-/// What the monitors of a drive may see of it (as far as they are known: the law adds the rest), and what follows an
-/// alarm.
+/// Limits of the monitors of a drive, and its reaction to an alarm. The controller adds the limits that are not set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitors<const E: usize> {
-    /// How well the data sheet is known, as a share: the thresholds by rule are for this.
+    /// Relative uncertainty of the data sheet, for the thresholds by rule.
     pub uncertain: f64,
-    /// Largest |d| of each shaft, rad/s²; `None` by rule.
+    /// Largest |d| of each shaft, rad/s². `None` by rule.
     pub disturbance: [Option<f64>; E],
-    /// Largest |σ*|; `None` by rule.
+    /// Largest |σ*|. `None` by rule.
     pub sigma_star: Option<f64>,
-    /// Ticks that u may be at a limit while |σ| does not fall; `None` by rule.
+    /// Largest number of ticks with u at a limit while |σ| does not fall. `None` by rule.
     pub stuck_ticks: Option<u32>,
-    /// Largest load that comes at once, N m: part of a joint's thresholds by rule. A motor's do not depend on it.
+    /// Largest sudden load, N m. It enters the thresholds by rule of a joint, but not of a motor.
     pub sudden_load_n_m: f64,
-    /// What follows an alarm.
+    /// Reaction to an alarm.
     pub reaction: Reaction,
-    /// Where the shaft may be, how fast, and how far from its target; to break it is an alarm. `None` for no limits.
+    /// Limits of position, speed and tracking error. A violation is an alarm. `None` for no limits.
     pub fence: Option<FenceLimits>,
-    /// The band of a motor that follows a position, within which it is let be at rest. `None` for none.
+    /// Rest band of a motor in position control, within which the motor is left at rest. `None` for none.
     pub rest_band: Option<RestLearning>,
 }
 
@@ -408,25 +407,26 @@ impl<const E: usize> Monitors<E> {
     }
 }
 
-/// What follows an alarm.
+/// Reaction of a drive to an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reaction {
-    /// It is told, and no more; a [`RUNAWAY`](drive::RUNAWAY) stops the drive, as it does under the others.
+    /// The alarm is reported only. A [`RUNAWAY`](drive::RUNAWAY) stops the drive, as with the other reactions.
     GoOn,
-    /// It brakes as long as its counts can be believed, then the fallback goes out.
+    /// The drive brakes as long as its counts are valid. Then the output is the safe output.
     Brake,
-    /// The fallback goes out from then on.
+    /// The output is the safe output from then on.
     Fallback,
-    /// The reference comes to rest in so many ticks. Where the current does not suffice, or nothing is known, the
-    /// fallback goes out: a count that sticks lets nothing come to rest.
+    /// Controlled stop: the reference comes to rest in this number of ticks. After an alarm of
+    /// [`BEYOND_CONTROL`](drive::BEYOND_CONTROL) the output is the safe output instead: u stuck at a limit, rejected
+    /// counts, or a runaway. With a frozen count no controlled stop is possible.
     JoinedStop {
-        /// From the end of the tick with the alarm.
+        /// Length of the stop, from the end of the tick with the alarm, ticks.
         ticks: u32,
     },
 }
 
 impl Reaction {
-    /// The alarms that stop the drive by itself, beside those that stop any.
+    /// Returns the alarms that stop the drive immediately, in addition to the alarms that stop any drive.
     pub const fn stops_at(self) -> Health {
         match self {
             Self::GoOn => Health::OK,
@@ -437,39 +437,39 @@ impl Reaction {
     }
 }
 
-/// The law of a drive that runs, with its monitors: in this process, or at the end of a wire.
+/// Running controller of a drive with its monitors, in this process or on a target.
 pub trait Law<const E: usize, const N: usize>: Send {
-    /// One tick, and what is known after it. A drive that follows a speed reads r' alone.
+    /// Runs one tick and returns its output and estimates. In speed control only r' is used.
     ///
     /// # Errors
-    /// When it could not be reached.
+    /// Fails if the controller cannot be reached.
     fn tick(&mut self, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<Ticked<E>, PortError>;
 
-    /// What the actuator really holds since the last tick.
+    /// Reports the value that the actuator has held since the last tick.
     fn report_applied(&mut self, u: f32);
 
-    /// The next counts start it anew.
+    /// Clears the state. The next counts start the controller again.
     ///
     /// # Errors
-    /// When it could not be reached.
+    /// Fails if the controller cannot be reached.
     fn reset(&mut self) -> Result<(), PortError>;
 
-    /// Tells one design from another; none if that is not known here.
+    /// Returns the fingerprint of the design, or `None` if it is not available.
     fn fingerprint(&self) -> Option<u32>;
 
-    /// Another law of the same type takes over, before the tick with this sample.
+    /// Switches to another controller of the same type, before the tick with this sample.
     ///
     /// # Errors
-    /// When it is of another type or cannot take over; the old one goes on then.
+    /// Fails if the controller is of another type or cannot take over. The present controller then goes on.
     fn take(&mut self, _: Box<dyn Any>, _: &Sample<i32, Target<f32, i32, N>, E>) -> Result<(), PortError> {
-        Err(PortError::Refused("this law runs elsewhere: it is re-tuned there".into()))
+        Err(PortError::Refused("this controller runs on a target: change its design there".into()))
     }
 }
 
 /// Output of a tick, and the disturbance of each shaft, rad/s² (0 before the start).
 pub type Ticked<const E: usize> = (Output<f32>, [f32; E]);
 
-/// What stands around a law within its monitors: before a tick the band at rest, after it the fence.
+/// Functions around a controller within its monitors: the rest band before a tick and the fence after it.
 #[derive(Clone, Copy, Debug)]
 struct Around {
     fence: Option<Fence>,
@@ -477,7 +477,7 @@ struct Around {
 }
 
 impl Around {
-    /// The targets of a tick, as its law is to have them.
+    /// Returns the targets of a tick after the rest band.
     fn placed<L, const E: usize, const N: usize>(
         &self,
         resting: &mut Resting,
@@ -495,7 +495,7 @@ impl Around {
     }
 }
 
-/// A drive in this process.
+/// Drive in this process.
 struct Whole<L: Watched<E>, const E: usize> {
     running: Running<Monitored<L, E>>,
     around: Around,
@@ -540,10 +540,12 @@ where
 
     fn take(&mut self, other: Box<dyn Any>, sample: &Sample<i32, Target<f32, i32, N>, E>) -> Result<(), PortError> {
         let other = other.downcast::<(Monitored<L, E>, Around)>().map_err(|_| {
-            PortError::Refused("the other design is of another form: drive, gain sets, delay, states, aim".into())
+            PortError::Refused(
+                "the other design has a different drive, gain sets, delay, states or control mode".into(),
+            )
         })?;
         let (law, around) = *other;
-        // The targets of the tick that comes, which moves them itself.
+        // The switch uses the targets of the coming tick. That tick moves the rest band itself, so this is a copy.
         let (sample, _) = around.placed(&mut { self.resting }, &self.running, sample);
         self.running.retune(law, &sample).map_err(|error| PortError::Refused(error.to_string()))?;
         self.around = around;
@@ -551,38 +553,39 @@ where
     }
 }
 
-/// A drive that is moved and re-tuned while it runs.
+/// Drive that accepts motions and designs while it runs.
 pub trait LivePort: ControllerPort {
-    /// Another motion, from the coming tick on: it waits where this one rests.
+    /// Starts another motion with the coming tick. The motion waits where the present one rests.
     fn play(&mut self, motion: &Motion);
 
-    /// Before the coming tick another design of the same form takes over, without a jump of u; or, `at_rest`, without
-    /// an offset W ([`at_rest`](drive::EncoderForm::at_rest)). Where that cannot be, that tick says so.
+    /// Switches to another design of the same form before the coming tick, without a jump of u. With `at_rest` the
+    /// offset W is 0 instead ([`at_rest`](drive::EncoderForm::at_rest)). If the switch is impossible, that tick returns
+    /// the error.
     ///
     /// # Errors
-    /// Those of the design.
+    /// Fails with the error of the design.
     fn retune(&mut self, to: &DriveDesign, at_rest: bool) -> Result<(), DriveError>;
 }
 
-/// What a planned stop answers.
+/// Flags that start a controlled stop.
 const ANSWERS: Health = drive::ANSWERED.union(drive::FENCED);
 
-/// The law with its encoders and its reference. The plan takes over `P` derivatives, r included.
+/// Controller with its encoders and its reference. The plan is continuous in `P` derivatives, r included.
 struct Drive<'a, const E: usize, const N: usize, const P: usize> {
     law: Box<dyn Law<E, N> + 'a>,
     mounted: [Mounted; E],
-    /// What stands around the law, for its identity.
+    /// Rest band and fence, for the fingerprint.
     around: Around,
     follows: Follows,
-    /// Ticks from the computation of u until it is held.
+    /// Delay from the computation of u until it is held, ticks.
     late: u32,
     player: Played<f32, P, N>,
     motion: Motion,
     exact: Plan<f64, P>,
-    /// Ticks of a joined stop after an alarm, and the one that is under way.
+    /// Length of a controlled stop after an alarm, ticks, and the stop in progress.
     stop_ticks: Option<u32>,
     stopping: Option<Plan<f64, P>>,
-    /// What takes over with the coming tick.
+    /// Controller that takes over with the coming tick.
     successor: Option<Box<dyn Any + Send>>,
     tick: u32,
     r: f64,
@@ -614,7 +617,7 @@ impl<'a, const E: usize, const N: usize, const P: usize> Drive<'a, E, N, P> {
         }
     }
 
-    /// After an alarm: from where the reference now is, to rest.
+    /// Begins a controlled stop from the present reference.
     fn begin_to_stop(&mut self, ticks: u32) {
         let start = self.player.tick();
         let present: Target<f32, i32, P> = self.player.reference_mut().at(start);
@@ -731,7 +734,8 @@ mod tests {
             let jets = jets::<f64>(&motion, 600);
             assert!(jets[..50].iter().all(|jet| (jet[0] - 0.3).abs() < 1e-9 && jet[1] == 0.0), "{motion:?}");
             for (k, pair) in jets.windows(3).enumerate() {
-                // r' is the slope of r, and r'' that of r' but for its jumps: the trapezoid errs by T²/12 r'''.
+                // r' is the slope of r. r'' is the slope of r' except at its jumps: the trapezoid rule errs by T²/12
+                // r'''.
                 let moved = pair[1][0] - pair[0][0];
                 let off = (moved - 0.5e-3 * (pair[0][1] + pair[1][1])).abs();
                 let bend = (pair[1][2] - pair[0][2]).abs() * 1e-6 + 1e-8;
@@ -749,13 +753,13 @@ mod tests {
             let phase = 6e-3 * k as f64;
             assert!((r - phase.sin()).abs() < 1e-6 && (v - 6.0 * phase.cos()).abs() < 1e-5, "tick {k}: {r} {v}");
         }
-        // A point every 10 ms, 35 ms late; the fourth order of a sine of 10 rad/s in steps of 0.1 rad.
+        // A point every 10 ms, with a lag of 35 ms: the fourth-order error of a sine of 10 rad/s in steps of 0.1 rad.
         for (k, [r, ..]) in points.iter().enumerate().skip(150).take(150) {
             let expected = 0.5 * (10.0 * (1e-3 * (k as f64 - 50.0) - 0.035)).sin();
             assert!((r - expected).abs() < 2e-5, "tick {k}: {r} {expected}");
         }
         assert_eq!(points[450], points[599]);
-        // Half of 0.1 s at 300 rad/s is lost on the way, and 2^-32 turns per tick by rounding.
+        // Half of 0.1 s at 300 rad/s is lost in the transition, and 2^-32 revolutions per tick by rounding.
         assert!((speed[150][0] - 0.3 - 15.0).abs() < 1e-6 && (speed[599][1] - 300.0).abs() < 1e-5, "{:?}", speed[150]);
         assert!(speed[50..150].windows(2).all(|pair| pair[1][1] > pair[0][1]), "a ramp goes up");
     }
@@ -766,7 +770,7 @@ mod tests {
             let motion = motion(goal);
             let pairs = jets::<f64>(&motion, 600).into_iter().zip(jets::<f32>(&motion, 600));
             let off = pairs.map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f64::max);
-            // 4e-7 of the way to go.
+            // Error of 4e-7 of the travel.
             assert!(off <= 4e-7 * 41.0, "{:?}: {off:e}", motion.goal);
         }
     }

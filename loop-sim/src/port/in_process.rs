@@ -1,7 +1,7 @@
-//! The controller in this process: the very tick that runs on the chip, behind a type chosen at run time.
+//! Controller in this process: the tick of the chip, behind a type that is selected at run time.
 //!
-//! Orders, precision and the observed channels are types of `controller-core`. A scenario names them at run time, so
-//! this module holds every instance a valid scenario can ask for and picks one; there is no second implementation.
+//! Orders, precision and observed channels are types of `controller-core`. A scenario selects them at run time. So this
+//! module holds every instance that a valid scenario can request. There is no second implementation.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -16,45 +16,45 @@ use crate::expression::Expression;
 use crate::linear::{LawAtRest, Still};
 use crate::port::{ControllerPort, PortError, Tick};
 
-/// Precision of the controller; the plant is always f64.
+/// Precision of the controller. The plant is always f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
-    /// As on the chip.
+    /// Single precision, as on the chip.
     F32,
-    /// As in the oracles.
+    /// Double precision, as in the reference implementations.
     F64,
 }
 
-/// The nominal a(x), b(x).
+/// Nominal model a(x), b(x).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Model {
-    /// a(x) = row . x, one coefficient per state.
+    /// Linear a(x) = row . x, one coefficient per state.
     Linear(Vec<f64>),
-    /// Eq. (59), e^x by libm.
+    /// Model of Eq. (59), with e^x from libm.
     BenchmarkLibm,
-    /// Eq. (59), e^x by micromath (f32 only; f64 takes libm).
+    /// Model of Eq. (59), with e^x from micromath (f32 only; f64 uses libm).
     BenchmarkMicromath,
-    /// a(x) and b(x) by formulas of x_1..x_n. They are computed in f64 and rounded once: no target has them.
+    /// Formulas a(x) and b(x) of x_1..x_n. They are computed in f64 and rounded once. Targets do not support them.
     Formulas {
-        /// a(x).
+        /// Formula of a(x).
         drift: Expression,
-        /// b(x); a constant one costs nothing.
+        /// Formula of b(x). A constant has no cost.
         gain: Expression,
     },
 }
 
-/// A controller as a scenario describes it: all that [`build`] needs, checked by the design itself.
+/// Controller of a scenario: everything that [`build`] needs. The design checks it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerSpec {
-    /// f32 or f64.
+    /// Precision f32 or f64.
     pub precision: Precision,
-    /// a(x) as the tick computes it.
+    /// Model a(x) as the tick computes it.
     pub model: Model,
-    /// The design to build a controller of.
+    /// Design of the controller.
     pub config: AnyConfig,
 }
 
-/// The first `L` entries, zeros where there are fewer.
+/// Returns the first `L` entries, padded with zeros.
 pub fn padded<const L: usize>(row: &[f64]) -> [f64; L] {
     let mut entries = [0.0; L];
     let given = row.len().min(L);
@@ -62,44 +62,44 @@ pub fn padded<const L: usize>(row: &[f64]) -> [f64; L] {
     entries
 }
 
-/// A designed controller.
+/// Designed controller.
 pub struct Designed {
-    /// Ready to tick, in this process.
+    /// Port to the controller in this process.
     pub port: Box<dyn ControllerPort>,
-    /// Remarks on the design.
+    /// Warnings of the design.
     pub warnings: Warnings,
-    /// The same design for a target, if it is in f32 and its model is no formula.
+    /// Design for a target, if it is in f32 and its model is not a formula.
     pub download: Option<Download>,
-    /// The same law in f64 without limits of u, at rest at x = 0 with nothing known of the disturbances.
+    /// Controller in f64 without limits of u, at rest at x = 0 with all disturbance estimates 0.
     pub at_rest: Box<dyn LawAtRest>,
 }
 
-/// A design as plain numbers: what a target needs to run the very same controller.
+/// Design as plain numbers, with which a target runs the same controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Download {
     /// Orders and observed channels.
     pub shape: Shape,
-    /// The nominal model.
+    /// Nominal model.
     pub model: ModelKind,
-    /// Estimates at the start, row of the linear model (zeros for another model), coefficients.
+    /// Initial estimates, row of the linear model (zeros for another model), and coefficients.
     pub numbers: Vec<f32>,
 }
 
-/// A [`Model`] without its numbers.
+/// Kind of a [`Model`], without its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelKind {
-    /// a(x) linear, its row among the numbers of the design.
+    /// Linear a(x), with its row among the numbers of the design.
     Linear,
-    /// Eq. (59), e^x by libm.
+    /// Model of Eq. (59), with e^x from libm.
     BenchmarkLibm,
-    /// Eq. (59), e^x by micromath.
+    /// Model of Eq. (59), with e^x from micromath.
     BenchmarkMicromath,
 }
 
 /// Designs the controller of a scenario.
 ///
 /// # Errors
-/// Whatever the design refuses.
+/// Fails with the error of the design.
 pub fn build(spec: &ControllerSpec) -> Result<Designed, ConfigError> {
     spec.config.validate()?;
     let Shape { n, r, mask } = spec.config.shape();
@@ -107,12 +107,12 @@ pub fn build(spec: &ControllerSpec) -> Result<Designed, ConfigError> {
         ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
             match (n, r, mask) {
                 $(($n, $r, $mask) => instance::<$n, $r, $mask, $o>(spec),)*
-                // A design that is valid has one of these shapes.
+                // A valid design has one of these configurations.
                 _ => unreachable!("no instance for n = {n}, r = {r}, channels {mask:#b}"),
             }
         };
     }
-    // The library's own tests are of these: every shape takes half of the time that they compile.
+    // The tests of the library use these only: all configurations take half of their compile time.
     #[cfg(test)]
     return if n == 2 { shapes!(planar => instance) } else { shapes!(archive => instance) };
     #[cfg(not(test))]
@@ -123,7 +123,7 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     spec: &ControllerSpec,
 ) -> Result<Designed, ConfigError> {
     let Some(mut config) = spec.config.fixed::<N, R>() else { unreachable!("the shape is that of the configuration") };
-    // The gate stands before the port, `sensor::Gated`: only the fingerprint knows of it here.
+    // The gate is in front of the port (`sensor::Gated`). Here only the fingerprint includes it.
     let samples = config.options.samples;
     config.options = config.options.with_samples(SampleLimits::NONE);
     let estimates = config.options.initial_estimates;
@@ -134,7 +134,7 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
         Model::BenchmarkLibm | Model::BenchmarkMicromath => AnyModel::Planar(|x| Benchmark::<Libm>::new().drift(x)),
         Model::Formulas { drift, gain } => AnyModel::Formulas(Formulas::kept(drift, gain, input_gain)),
     };
-    // At a limit that is 0 a small change would be cut on one side.
+    // At a limit of 0 a small change would be cut on one side.
     let unlimited = Config { options: config.options.with_limits(Limits::NONE), ..config };
     let at_rest = Controller::<f64, _, N, R, MASK, O>::try_design(&unlimited, exact)?;
     let d_hat = |known: [[f64; R]; N]| first_of_each(known.as_flattened(), R);
@@ -178,26 +178,26 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     Ok(Designed { port, warnings: config.warnings(), download, at_rest: Box::new(at_rest) })
 }
 
-/// The first of every `R` numbers.
+/// Returns the first of every `r` numbers.
 fn first_of_each(numbers: &[f64], r: usize) -> Vec<f64> {
     numbers.iter().step_by(r).copied().collect()
 }
 
-/// The first `N` entries in another precision, zeros where there are fewer.
+/// Returns the first `N` entries in another precision, padded with zeros.
 fn rounded<T: Real, const N: usize>(row: &[f64]) -> [T; N] {
     let mut entries = [T::ZERO; N];
     convert(row, &mut entries);
     entries
 }
 
-/// Rounds as many numbers as both have.
+/// Rounds as many numbers as both slices have.
 fn convert<T: Real>(from: &[f64], to: &mut [T]) {
     for (to, from) in to.iter_mut().zip(from) {
         *to = T::from_f64(*from);
     }
 }
 
-/// Rows of `r` estimates each, as wide as any law has them.
+/// Widens rows of `r` estimates each to the largest order.
 fn widened<T: Real>(rows: &[T], r: usize) -> [[f64; MAX_R]; MAX_ORDER] {
     let mut estimates = [[0.0; MAX_R]; MAX_ORDER];
     for (to, from) in estimates.iter_mut().zip(rows.chunks_exact(r)) {
@@ -208,7 +208,7 @@ fn widened<T: Real>(rows: &[T], r: usize) -> [[f64; MAX_R]; MAX_ORDER] {
     estimates
 }
 
-/// Whichever model the scenario names; the arithmetic is the one of `controller-core`.
+/// Model of a scenario. The arithmetic is in `controller-core`.
 #[derive(Clone, Copy)]
 enum AnyModel<T, const N: usize> {
     Linear(Linear<T, N>),
@@ -216,11 +216,11 @@ enum AnyModel<T, const N: usize> {
     Formulas(Formulas),
 }
 
-/// a(x) and b(x) over b_0.
+/// Formulas a(x) and b(x)/b_0.
 #[derive(Clone, Copy)]
 struct Formulas {
     drift: &'static Expression,
-    /// None of a constant b.
+    /// Formula of b(x), or `None` for a constant b.
     gain: Option<&'static Expression>,
     input_gain: f64,
 }
@@ -235,7 +235,7 @@ impl Formulas {
     }
 }
 
-/// The formula for as long as the program runs, once: a model is `Copy`.
+/// Returns a formula that lives as long as the program, stored once, because a model is `Copy`.
 fn kept(formula: &Expression) -> &'static Expression {
     static KEPT: Mutex<Vec<&'static Expression>> = Mutex::new(Vec::new());
     let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
@@ -264,7 +264,7 @@ impl<T: Real, const N: usize> NominalModel<T, N> for AnyModel<T, N> {
     }
 }
 
-/// A running controller that takes and gives f64.
+/// Running controller with an f64 interface.
 struct InProcess<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> {
     running: Running<Guessing<Controller<T, AnyModel<T, N>, N, R, MASK, O>>>,
     fingerprint: u32,
@@ -280,7 +280,7 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> In
         let behind = gate.map(|gate| Guessing::new(Gated::new(law, gate), guess).fingerprint());
         let law = Guessing::new(law, guess);
         let fingerprint = behind.unwrap_or_else(|| law.fingerprint());
-        // The law asks a model at some points only; two formulas may differ between them.
+        // The fingerprint uses a model at a few points only. Two formulas may differ between them.
         let formulas = match model {
             Model::Formulas { drift, gain } => format!("{drift:?} {gain:?}"),
             Model::Linear(_) | Model::BenchmarkLibm | Model::BenchmarkMicromath => String::new(),

@@ -1,12 +1,12 @@
-//! Encoders: an angle becomes a count that wraps, and what happens to counts.
+//! Encoders and their faults: an angle becomes a count that wraps.
 //!
 //! $$ \text{count} = \left(\pm \left\lfloor \frac{\theta}{2\pi} \thinspace \frac{\text{num}}{\text{den}} \thinspace
 //!    \text{counts per turn} + \frac12 \right\rfloor + \text{offset}\right) \bmod \text{states} $$
 //!
-//! with num turns of the encoder to den of the shaft, and 2^bits states where nothing else is said. A
-//! count is a whole number in an f64, exact for every counter; one
-//! that is lost is NaN. The sample of a drive is the counts of its encoders, in order, and zeros for the rest of the
-//! states. [`Faulty`] is what goes wrong at a given time: a wrapper, as all faults are.
+//! The encoder makes num revolutions for den revolutions of the shaft, and it has 2^bits states by default. A count is
+//! an integer in an f64, exact for every counter. A lost count is NaN. The sample of a drive is the counts of its
+//! encoders, in order, and zeros for the remaining states. [`Faulty`] adds a fault at a given time, as a wrapper like
+//! all faults.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -16,25 +16,25 @@ use controller_core::drive::{Encoder, Mounting};
 use super::{Ideal, Sensor};
 use crate::MAX_ORDER;
 
-/// An encoder as it is mounted.
+/// Encoder with its mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mounted {
     /// Counts, gear and width of the counter.
     pub encoder: Encoder,
-    /// Sign and offset of its counts.
+    /// Sign and offset of the counts.
     pub mounting: Mounting,
 }
 
 impl Mounted {
-    /// An encoder that counts up, from 0 at angle 0.
+    /// Returns an encoder that counts up, from 0 at angle 0.
     pub const fn new(encoder: Encoder) -> Self {
         Self { encoder, mounting: Mounting::UPRIGHT }
     }
 
-    /// The count at this angle.
+    /// Returns the count at this angle.
     pub fn count(&self, angle_rad: f64) -> f64 {
         let Encoder { counts_per_turn, gear_num, gear_den, .. } = self.encoder;
-        // The steps before the quotient: a whole number of turns is a whole number of counts.
+        // The count is formed before the quotient, so that whole revolutions give whole counts.
         let steps = angle_rad / TAU * f64::from(counts_per_turn) * f64::from(gear_num) / f64::from(gear_den);
         let steps = libm::floor(steps + 0.5);
         let Mounting { is_reversed, offset_counts } = self.mounting;
@@ -43,30 +43,29 @@ impl Mounted {
         count - span * libm::floor(count / span)
     }
 
-    /// The count that an encoder without offset would give that counts up: what a drive is to be fed. `None` for one
-    /// that is lost.
+    /// Removes the sign and offset of a count, as the input of a drive. `None` for a lost count.
     pub fn upright(&self, count: f64) -> Option<i32> {
-        // Of more bits than the counter has the drive reads the low ones.
+        // The drive reads the low bits of a wider count.
         count.is_finite().then_some(count as i64 as i32).map(|count| self.mounting.upright(count))
     }
 }
 
-/// Encoders instead of states. What they see is the truth, or what jitter and noise have made of it.
+/// Encoders that replace the states of a sample. They measure the true state, or the state with jitter and noise.
 pub struct Encoders<S = Ideal> {
     inner: S,
-    /// The state that each sees, from 0.
+    /// Index of the state of each encoder, from 0.
     mounted: Vec<(usize, Mounted)>,
 }
 
 impl Encoders {
-    /// Of each encoder the number of the state that it sees, from 0, and what it is.
+    /// Builds encoders of the true state. Each entry has the index of its state, from 0, and the encoder.
     pub fn new(mounted: Vec<(usize, Mounted)>) -> Self {
         Self::over(Ideal, mounted)
     }
 }
 
 impl<S> Encoders<S> {
-    /// The same at the end of a chain that gives all states.
+    /// Builds encoders at the end of a chain that returns all states.
     pub fn over(inner: S, mounted: Vec<(usize, Mounted)>) -> Self {
         Self { inner, mounted }
     }
@@ -84,21 +83,21 @@ impl<S: Sensor> Sensor for Encoders<S> {
     }
 }
 
-/// What goes wrong with counts.
+/// Fault of a count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// The count stays what it was.
+    /// The count is frozen.
     Stuck,
-    /// The count is off by so many.
+    /// The count is off by a constant.
     Jump {
-        /// Added to it.
+        /// Added counts.
         counts: f64,
     },
-    /// There is none.
+    /// The count is lost.
     Lost,
 }
 
-/// A fault during some ticks.
+/// Fault during a range of ticks.
 pub struct Faulty<S> {
     inner: S,
     fault: Fault,
@@ -109,7 +108,7 @@ pub struct Faulty<S> {
 }
 
 impl<S> Faulty<S> {
-    /// In these entries of the sample, during these ticks from 0.
+    /// Adds a fault to these entries of the sample, during these ticks from 0.
     pub fn new(inner: S, fault: Fault, channels: Range<usize>, ticks: Range<usize>) -> Self {
         Self { inner, fault, channels, ticks, tick: 0, held: [f64::NAN; MAX_ORDER] }
     }
@@ -158,11 +157,11 @@ mod tests {
         let geared = Mounted::new(Encoder::incremental(16, 4000).geared(7, 2));
         assert_eq!(geared.count(2.0 * TAU), 28_000.0);
         assert_eq!(geared.count(6.0 * TAU), 84_000.0 - 65_536.0);
-        // All 32 bits.
+        // A counter with all 32 bits.
         assert_eq!(Mounted::new(Encoder::incremental(32, 4000)).count(-TAU), 4_294_967_296.0 - 4000.0);
     }
 
-    /// Whatever its sign and offset, what the drive is fed grows with the angle from 0 at angle 0, modulo the counter.
+    /// For any sign and offset, the input of the drive grows with the angle from 0 at angle 0, modulo the counter.
     #[test]
     fn what_the_drive_is_fed_knows_neither_sign_nor_offset() {
         for (bits, is_reversed, offset_counts) in [(12, false, 700), (12, true, 4000), (32, true, -5)] {
@@ -188,8 +187,8 @@ mod tests {
         assert_eq!(sample, [1024.0, 512.0, 0.0, 0.0, 0.0]);
     }
 
-    /// Of a shaft that turns evenly: a count is that of the angle at the age of its sample, plus the noise of its own
-    /// angle, rounded once. Without noise and jitter it is the count there always was.
+    /// With a shaft at constant speed, a count is the angle at the age of its sample plus the noise, rounded once.
+    /// Without noise and jitter it is the ideal count.
     #[test]
     fn what_encoders_see_is_late_and_noisy_before_it_is_rounded() {
         let mounted = Mounted::new(Encoder::incremental(32, 4096).geared(3, 1));
@@ -210,8 +209,8 @@ mod tests {
             let off = (count[0] - exact[0]) * mounted.encoder.unit_rad();
             (apart, squares) = (apart + off, squares + off * off);
         }
-        // Ages are uniform up to half of 1e-2 rad: mean 2.5e-3, and rms of all that is random sigma, 5e-3/sqrt(12) and
-        // two roundings of 2 pi/12288. Four standard deviations of a mean of 20000.
+        // Ages are uniform up to half of 1e-2 rad: mean 2.5e-3. The rms is from sigma, 5e-3/sqrt(12) and two roundings
+        // of 2 pi/12288. The limit is four standard deviations of a mean of 20000.
         let mean = apart / f64::from(ticks);
         let rms = (squares / f64::from(ticks) - mean * mean).sqrt();
         let rounding = TAU / 12_288.0;
@@ -237,7 +236,7 @@ mod tests {
         assert_eq!(faulty(jump, 3..usize::MAX).concat(), [0.0, 10.0, 1.0, 11.0, 2.0, 12.0, 3.0, 8.0, 4.0, 9.0]);
         let lost = faulty(Fault::Lost, 1..2);
         assert!(lost[1][1].is_nan() && lost.iter().flatten().filter(|value| value.is_nan()).count() == 1, "{lost:?}");
-        // Stuck from the first tick on there has been no count.
+        // Frozen from the first tick, so there is no count.
         assert!(faulty(Fault::Stuck, 0..2)[1][1].is_nan());
     }
 }

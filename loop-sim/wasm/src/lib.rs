@@ -1,7 +1,8 @@
-//! Runs of `loop-sim` as one number each: a hash over every bit of every row.
+//! Runs of `loop-sim`, each reduced to a hash over every bit of every row.
 //!
-//! `cargo xtask wasm` compiles this for WebAssembly and for this machine, calls [`bits`] in Node and here, and
-//! compares. It shows too how little a page needs: functions that take and return numbers, and no generated code.
+//! `cargo xtask wasm` compiles this crate for WebAssembly and for this machine. It calls [`bits`] in Node and here, and
+//! compares the results. The crate also shows the small interface that a web page needs: functions on numbers, without
+//! generated code.
 
 use std::ops::ControlFlow;
 
@@ -15,13 +16,13 @@ use loop_sim::port::in_process::{ControllerSpec, Model, Precision, build};
 use loop_sim::sensor::{self, Dropout, Noise};
 use loop_sim::trace::{Ending, Recorder, Row};
 
-/// Numbers that [`bits`] takes: the joint under a law in f32, through the solver; under one in f64, by its own step;
-/// Eq. (59) in f32.
+/// Number of cases of [`bits`]. Case 0 is the joint with an f32 controller and the solver. Case 1 is the joint with an
+/// f64 controller and its own step. Case 2 is Eq. (59) in f32.
 pub const CASES: u32 = 3;
 
 const PERIOD_S: f64 = 1e-3;
 
-/// FNV-1a, 64 bits.
+/// FNV-1a hash, 64 bits.
 struct Hash(u64);
 
 impl Recorder for Hash {
@@ -36,8 +37,8 @@ impl Recorder for Hash {
     }
 }
 
-/// Five seconds of a case at T = 1 ms with noise, lost samples and a limit that is reached. The numbers of one case are
-/// the same on every machine; 0 if the run does not go to its end.
+/// Runs five seconds of a case at T = 1 ms with noise, lost samples and a limit that is reached. Returns the hash,
+/// which is equal on every machine, or 0 if the run does not finish.
 #[unsafe(no_mangle)]
 pub extern "C" fn bits(case: u32) -> u64 {
     run(case).unwrap_or(0)

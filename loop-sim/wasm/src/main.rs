@@ -1,4 +1,4 @@
-//! Prints the numbers of this machine, a line each.
+//! Prints the hashes of this machine, one per line.
 
 use loop_sim_wasm::{CASES, bits};
 

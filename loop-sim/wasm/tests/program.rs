@@ -1,5 +1,5 @@
-//! The program of this machine, which the part `wasm` of the deep tier holds WebAssembly to. A build of the tests makes
-//! it because this test runs it.
+//! Program of this machine, with which the part `wasm` of the deep tier compares WebAssembly. A build of the tests
+//! compiles the program because this test runs it.
 
 use std::collections::BTreeSet;
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! From what a file says of a drive to the stages of its loop.
+//! Builds the stages of the loop of a drive from its scenario file.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ use super::gear::{Gear, Geared};
 use super::inertia::{Inertia, too_uncertain};
 use super::joint_rule::JointRule;
 use super::margin::{self, MarginKey};
-use super::planned::{Asked, Planned, Wanted, ticks_s};
+use super::planned::{PlanGoal, PlanLimits, Planned, ticks_s};
 use super::play::{InPlay, Play};
 use super::supply::{self, Keys};
 use super::{
@@ -50,16 +50,16 @@ const JOINT_STATES: [StateName; 5] = [
     ("motor speed", "rad/s"),
     ("current", "A"),
 ];
-/// A start onto a sine or points takes at least this long, s.
+/// Shortest transition onto a sine or points by rule, s.
 const START_S: f64 = 0.25;
-/// Most ticks from one set-point to the next.
+/// Largest number of ticks between two set-points.
 const MOST_EVERY: u32 = 1 << 24;
-/// Time over which set-points are averaged, s.
+/// Default averaging time of set-points, s.
 const SMOOTH_S: f64 = 0.01;
-/// A sudden load that is more times what the motor can make says nothing of a broken encoder.
+/// Largest sudden load over the largest motor torque. Above it the innovation gates do not detect encoder faults.
 const MOST_SUDDEN: f64 = 2.0;
 
-/// What both kinds of file say alike.
+/// Keys that motor and joint have in common.
 struct Common<'a> {
     name: Option<&'a str>,
     title: Option<&'a str>,
@@ -73,7 +73,7 @@ struct Common<'a> {
     limits: LimitsTable,
     uncertain_percent: f64,
     accepts_unstable: bool,
-    /// How much lighter a motor of a range of inertia may be, percent; 0 without a range.
+    /// Deviation of the lightest motor of a range of inertia from the design, percent; 0 without a range.
     lighter_percent: f64,
     mode: ModeKey,
     period_s: f64,
@@ -83,48 +83,48 @@ struct Common<'a> {
     delay_ticks: usize,
     observer_states: usize,
     rest_band: Option<RestBandKey>,
-    /// Largest age of a count, s, and what the file says of each encoder.
+    /// Largest age of a count, s.
     jitter_s: f64,
     encoders: &'a [&'a EncoderTable],
     seed: u64,
-    /// The table of its data sheet.
+    /// Name of the table of the data sheet.
     plant: &'static str,
 }
 
-/// A drive before its law.
+/// Drive before the design of its law.
 struct Resolved {
     name: String,
     title: String,
     periods: usize,
     load: Signal,
     faults: Vec<(Broken, Range<usize>)>,
-    wanted: Wanted,
+    wanted: PlanGoal,
     reaction: Reaction,
 }
 
-/// Four digits of a number that came of others.
+/// Rounds a computed number to four digits.
 pub(super) fn rounded(number: f64) -> f64 {
     format!("{number:.3e}").parse().unwrap_or(number)
 }
 
-/// Four digits, rounded up: for the least that is taken.
+/// Rounds up to four digits, for a lower limit.
 pub(super) fn up(number: f64) -> f64 {
     let near = rounded(number);
     if near < number { rounded(1.001 * number) } else { near }
 }
 
-/// Four digits, rounded down: for the most that is taken.
+/// Rounds down to four digits, for an upper limit.
 pub(super) fn down(number: f64) -> f64 {
     let near = rounded(number);
     if near > number { rounded(0.999 * number) } else { near }
 }
 
-/// Periods of a drive, s, and how that is said.
+/// Shortest and longest period of a drive, s.
 const PERIODS_S: [f64; 2] = [2e-5, 1e-2];
-/// What to do with a longer one.
-const SLOWER: &str = ": over a bus that is slower run this loop on the drive, and send it set-points";
+/// Remedy for a longer period.
+const SLOWER: &str = ": if the bus is slower, run this loop on the drive and send it set-points";
 
-/// The period of a file; one that no drive has is told, and the nearest taken, so that the rest of the file is judged.
+/// Returns the period. An invalid period is reported and replaced by the nearest valid one, to check the other keys.
 fn period(given_s: f64, problems: &mut Problems) -> f64 {
     let [shortest, longest] = PERIODS_S;
     let period_s = given_s.clamp(shortest, longest);
@@ -141,21 +141,21 @@ fn period(given_s: f64, problems: &mut Problems) -> f64 {
     period_s
 }
 
-/// The speed below which friction fades; `None` where it holds.
+/// Returns the speed below which friction fades. `None` for friction that holds.
 fn faded_below(table: &FrictionTable) -> Option<f64> {
     let by_rule = if table.smooth_rad_s.is_some() { FrictionModel::Faded } else { FrictionModel::default() };
     (table.model.unwrap_or(by_rule) == FrictionModel::Faded).then_some(table.smooth_rad_s.unwrap_or(0.005))
 }
 
-/// A speed below which friction fades, of friction that holds.
+/// Returns a problem if a fading speed is given for friction that holds.
 fn no_fading(table: &FrictionTable) -> Option<Problem> {
     (table.model == Some(FrictionModel::Holds) && table.smooth_rad_s.is_some()).then(|| Problem {
         key: "friction.smooth_rad_s".into(),
-        message: "friction that holds does not fade: leave it out, or take friction.model = \"faded\"".into(),
+        message: "friction that holds has no fading speed: leave it out, or take friction.model = \"faded\"".into(),
     })
 }
 
-/// Friction beyond what the motor can make, of which the solver would take more steps in a tick than it does.
+/// Returns a problem for friction above the largest motor torque that needs too many solver steps per tick.
 fn too_steep(table: &FrictionTable, limit_a: f64, truth: &Shaft, period_s: f64) -> Option<Problem> {
     let motor_n_m = limit_a * truth.torque_n_m_per_a;
     let (key, largest) = largest_friction(table);
@@ -163,7 +163,7 @@ fn too_steep(table: &FrictionTable, limit_a: f64, truth: &Shaft, period_s: f64) 
     let rate = largest / smooth_rad_s / truth.inertia_kg_m2;
     let most = 0.49 * solver::MAX_STEPS as f64 / period_s;
     let message = format!(
-        "found {}, more than the {} N m that the motor can make, and so steep about rest that the solver takes more \
+        "found {}, more than the largest motor torque of {} N m, and so steep about rest that the solver needs more \
          than {} steps in a tick: expected at most {}, a larger friction.smooth_rad_s, or friction.model = \"holds\"",
         shown(largest),
         shown(rounded(motor_n_m)),
@@ -180,13 +180,13 @@ fn largest_friction(table: &FrictionTable) -> (&'static str, f64) {
     }
 }
 
-/// What of friction is hardly meant: more than the motor has, or less at rest than in motion.
+/// Returns warnings for friction above the largest motor torque, and for less friction at rest than in motion.
 fn friction_warnings(table: &FrictionTable, largest_n_m: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     let (key, friction) = largest_friction(table);
     if friction >= largest_n_m {
         warnings.push(format!(
-            "{key} = {} is as much as the motor can make, {} N m, or more: at rest its shaft stays where it is",
+            "{key} = {} is as much as the largest motor torque, {} N m, or more: the shaft cannot leave rest",
             shown(friction),
             shown(rounded(largest_n_m))
         ));
@@ -195,7 +195,7 @@ fn friction_warnings(table: &FrictionTable, largest_n_m: f64) -> Vec<String> {
         let [at_rest, moving] = [static_n_m, table.coulomb_n_m].map(shown);
         warnings.push(format!(
             "friction.static_n_m = {at_rest} is below friction.coulomb_n_m = {moving}, and friction just above rest is \
-             no less than in motion: take friction.static_n_m = {moving}, or leave it out"
+             at least as large as in motion: take friction.static_n_m = {moving}, or leave it out"
         ));
     }
     warnings
@@ -227,11 +227,11 @@ fn resolved(
     let reaction = problems.take(reaction(&common.monitor, period_s));
     problems.0.extend(common.limits.problems(common.start_rad, common.plant));
     if let (ModeKey::Speed, Some(_)) = (common.mode, common.limits.following_error_rad) {
-        let message = "drive.mode = \"speed\" follows no position: leave it out";
+        let message = "drive.mode = \"speed\" follows a speed and not a position: leave it out";
         problems.0.push(Problem { key: "limits.following_error_rad".into(), message: message.into() });
     }
     if let (ModeKey::Speed, Some(RestBandKey::Learns | RestBandKey::Fixed)) = (common.mode, common.rest_band) {
-        let message = "drive.mode = \"speed\" follows no position: leave it out";
+        let message = "drive.mode = \"speed\" follows a speed and not a position: leave it out";
         problems.0.push(Problem { key: "drive.rest_band".into(), message: message.into() });
     }
     problems.0.extend(common.unsolved_lag());
@@ -251,7 +251,7 @@ fn resolved(
     })
 }
 
-/// Where the first count says that the shaft is.
+/// Returns the angle of the shaft by the first count.
 fn start(mounted: Mounted, angle_rad: f64) -> Option<f64> {
     let states = mounted.encoder.counter() as f64;
     let count = f64::from(mounted.upright(mounted.count(angle_rad))?);
@@ -276,19 +276,19 @@ fn ticks_of(time_s: f64, period_s: f64) -> u32 {
 }
 
 impl Common<'_> {
-    /// A lag that only costs steps of the solver.
+    /// Returns a problem for a lag so short that it only costs solver steps.
     fn unsolved_lag(&self) -> Option<Problem> {
         let Self { lag_s, period_s, plant, .. } = *self;
         let message = format!(
-            "found {}, less than a thousandth of the period: no loop tells it from 0, and the solver would take \
-             thousands of steps in a tick; 0 is for no lag",
+            "found {}, less than a thousandth of the period: the loop behaves as with 0, and the solver would need \
+             thousands of steps in a tick; write 0 for no lag",
             shown(lag_s)
         );
         let key = format!("{plant}.current_lag_s");
         (lag_s > 0.0 && lag_s < 1e-3 * period_s).then_some(Problem { key, message })
     }
 
-    /// An age of counts that is no jitter.
+    /// Returns a problem for a jitter above the period.
     fn late_counts(&self) -> Option<Problem> {
         let Self { jitter_s, period_s, .. } = *self;
         let message = format!(
@@ -299,8 +299,7 @@ impl Common<'_> {
         (jitter_s > period_s).then(|| Problem { key: "drive.jitter_s".into(), message })
     }
 
-    /// What lies between the states and the encoders: jitter, magnets off their centre and noise, at the angles that
-    /// these see.
+    /// Returns the errors between states and encoders: jitter, eccentricity and noise, in angles of the states.
     fn sensing(&self, encoders: &[(usize, Mounted)], order: usize) -> Sensing {
         let (mut off_centre, mut noise) = (Vec::new(), vec![0.0; order]);
         for ((state, mounted), table) in encoders.iter().zip(self.encoders) {
@@ -318,7 +317,7 @@ impl Common<'_> {
         Sensing { jitter, off_centre, noise, ..Sensing::IDEAL }
     }
 
-    /// What the file says of times after the end of its run, and of choices that do not go together.
+    /// Returns warnings for times after the end of the run, and for incompatible choices.
     fn warnings(&self) -> Vec<String> {
         let Self { span_s, uncertain_percent, plant, .. } = *self;
         let mut warnings = Vec::new();
@@ -329,12 +328,12 @@ impl Common<'_> {
             }
         };
         for (k, fault) in self.fault.iter().enumerate() {
-            late(format!("fault[{}].at_s", k + 1), fault.at_s, "nothing goes wrong");
+            late(format!("fault[{}].at_s", k + 1), fault.at_s, "the fault never occurs");
         }
         for (k, term) in self.load.iter().enumerate() {
-            late(format!("load[{}].t0_s", k + 1), term.t0_s, "there is no such load");
+            late(format!("load[{}].t0_s", k + 1), term.t0_s, "the load step never occurs");
         }
-        late("reference.start_s".into(), self.reference.start_s, "nothing moves");
+        late("reference.start_s".into(), self.reference.start_s, "the reference never moves");
         let is_wide = self.is_wide();
         if is_wide && self.observer_states > 3 && plant == "motor" {
             let said = if uncertain_percent > 20.0 {
@@ -343,14 +342,14 @@ impl Common<'_> {
                 "the range of its inertia".into()
             };
             warnings.push(format!(
-                "drive.observer_states = 4 is for a motor known to 20 %, and {said} says more: take \
+                "drive.observer_states = 4 is for a motor known to 20 %, but {said} says more: take \
                      drive.observer_states = 3"
             ));
         }
         if is_wide && self.delay_ticks > 0 && plant == "joint" {
             warnings.push(format!(
-                "with drive.delay_ticks = {} a joint is stable within 20 %, and drive.uncertain_percent = {} says \
-                 more: some corners may swing up to the limits",
+                "with drive.delay_ticks = {} a joint is stable within 20 %, but drive.uncertain_percent = {} says \
+                 more: some corners may oscillate between the current limits",
                 self.delay_ticks,
                 shown(uncertain_percent)
             ));
@@ -358,17 +357,17 @@ impl Common<'_> {
         warnings
     }
 
-    /// Is the plant less known than the fast gain set and four states are for?
+    /// Returns true if the tolerance is too wide for the high gains and for four observer states.
     fn is_wide(&self) -> bool {
         self.uncertain_percent.max(self.lighter_percent) > 20.0
     }
 
-    /// A joint with more than one tick of delay: its fast gain set is not stable 20 % off.
+    /// Returns true for a joint with more than one tick of delay, whose high gains are not stable within 20 %.
     fn is_late_joint(&self) -> bool {
         self.plant == "joint" && self.delay_ticks > 1
     }
 
-    /// The thresholds that the file gives, of shafts with these inertias.
+    /// Returns the alarm thresholds of the file for shafts with these inertias.
     fn monitors<const E: usize>(
         &self,
         reaction: Reaction,
@@ -389,7 +388,7 @@ impl Common<'_> {
         }
     }
 
-    /// The types of the law; two gain sets, where the plant is known well enough for the fast one.
+    /// Returns the form of the law. By rule it has two gain sets if the tolerance allows the high gains.
     fn form(&self, gain_sets: Option<usize>) -> Form {
         Form {
             follows: if self.mode == ModeKey::Speed { Follows::Speed } else { Follows::Position },
@@ -400,28 +399,28 @@ impl Common<'_> {
     }
 }
 
-/// What a fault breaks.
+/// Part that a fault affects.
 enum Broken {
-    /// Of these encoders.
+    /// Fault of these encoders.
     Encoders(Fault, Range<usize>),
-    /// It gives at most this current, A.
+    /// Power stage limited to this current, A.
     Stage(f64),
-    /// The interrupt of the control.
+    /// Missed control interrupt.
     Interrupt,
 }
 
 fn fault(table: &FaultTable, key: &str, encoders: usize, period_s: f64) -> Result<(Broken, Range<usize>), Problem> {
     let Some(kind) = table.kind else { return missing(&format!("{key}.kind"), "stuck, jump, lost, derated or missed") };
-    let Some(at_s) = table.at_s else { return missing(&format!("{key}.at_s"), "the instant from which on, s") };
+    let Some(at_s) = table.at_s else { return missing(&format!("{key}.at_s"), "the start of the fault, s") };
     let first = (at_s / period_s).round() as usize;
     let ticks = table.for_s.map_or(usize::MAX, |for_s| ((for_s / period_s).round() as usize).max(1));
     let ticks = first..first.saturating_add(ticks);
     match (kind, table.current_a) {
         (FaultKind::Derated, None) => {
-            return missing(&format!("{key}.current_a"), "the current that it still gives, A");
+            return missing(&format!("{key}.current_a"), "the largest current of the derated stage, A");
         }
         (FaultKind::Derated, Some(_)) if table.encoder.is_some() => {
-            return problem(format!("{key}.encoder"), "not for kind = \"derated\"");
+            return problem(format!("{key}.encoder"), "not used by kind = \"derated\": leave it out");
         }
         (FaultKind::Derated, Some(most)) if table.counts.is_none() => return Ok((Broken::Stage(most), ticks)),
         (FaultKind::Derated, Some(_)) | (_, None) => {}
@@ -434,13 +433,13 @@ fn fault(table: &FaultTable, key: &str, encoders: usize, period_s: f64) -> Resul
         (FaultKind::Stuck, None) => Fault::Stuck,
         (FaultKind::Lost, None) => Fault::Lost,
         (FaultKind::Jump, Some(counts)) => Fault::Jump { counts: f64::from(counts) },
-        (FaultKind::Missed, None) => return problem(format!("{key}.encoder"), "not for kind = \"missed\""),
-        (FaultKind::Jump, None) => return missing(&format!("{key}.counts"), "by how many counts it is off"),
+        (FaultKind::Missed, None) => return problem(format!("{key}.encoder"), "not used by kind = \"missed\""),
+        (FaultKind::Jump, None) => return missing(&format!("{key}.counts"), "the offset of the count"),
         (_, _) => return problem(format!("{key}.counts"), "only for kind = \"jump\""),
     };
     let channels = match (table.encoder, encoders) {
         (None, _) => 0..encoders,
-        (Some(_), 1) => return problem(format!("{key}.encoder"), "there is only one encoder"),
+        (Some(_), 1) => return problem(format!("{key}.encoder"), "a motor has one encoder: leave it out"),
         (Some(EncoderKey::Link), _) => 0..1,
         (Some(EncoderKey::Motor), _) => 1..2,
     };
@@ -460,26 +459,26 @@ impl ReferenceKind {
     }
 }
 
-/// A time as a whole number of ticks, 1 to `most`.
+/// Converts a time to a whole number of ticks, 1 to `most`.
 fn whole_ticks(time_s: f64, period_s: f64, most: u32, key: &str) -> Result<u32, Problem> {
     let ticks = time_s / period_s;
     if (ticks - ticks.round()).abs() > 1e-6 || ticks.round() < 1.0 || ticks.round() > f64::from(most) {
         let near = ticks.round().clamp(1.0, f64::from(most)) as u32;
         let [found, near, most] = [rounded(ticks), ticks_s(near, period_s), ticks_s(most, period_s)].map(shown);
         let message = format!(
-            "found {found} ticks, expected a whole number of them, at most {most} s: the nearest is {key} = {near}"
+            "found {found} ticks, expected a whole number of ticks, at most {most} s: the nearest is {key} = {near}"
         );
         return problem(key, message);
     }
     Ok(ticks.round() as u32)
 }
 
-/// Set-points through a profile.
+/// Returns the goal of set-points that a profile follows.
 fn set_points(table: &ReferenceTable, [period_s, span_s]: [f64; 2], encoders: usize) -> Result<Goal, Problem> {
     let angles_rad = table.points_rad.clone().unwrap_or_default();
     let every = match table.every_s {
         None if angles_rad.len() > 1 => {
-            return missing("reference.every_s", "time from one of points_rad to the next, s");
+            return missing("reference.every_s", "the time between two of points_rad, s");
         }
         every_s => whole_ticks(every_s.unwrap_or(period_s), period_s, MOST_EVERY, "reference.every_s")?,
     };
@@ -502,7 +501,7 @@ fn motion(
     from_rad: f64,
     [period_s, span_s]: [f64; 2],
     encoders: usize,
-) -> Result<Wanted, Problem> {
+) -> Result<PlanGoal, Problem> {
     let ReferenceTable { kind, to_rad, amplitude_rad, frequency_hz, ref points_rad, every_s, speed_rad_s, .. } = *table;
     let ReferenceTable { max_speed_rad_s, max_acceleration_rad_s2, .. } = *table;
     let needed: &[&str] = match kind {
@@ -563,9 +562,9 @@ fn motion(
         ReferenceKind::Points => {
             let angles_rad = points_rad.clone().unwrap_or_default();
             if angles_rad.len() < 2 {
-                return problem("reference.points_rad", "expected at least 2 points; one alone: kind = \"set_points\"");
+                return problem("reference.points_rad", "expected at least 2 points; one point: kind = \"set_points\"");
             }
-            // Six more after the last, and a start.
+            // Six intervals follow the last point, after a start.
             let most = (1 << 30) / (angles_rad.len() as u32 + 6);
             let every = whole_ticks(every_s.unwrap_or(0.0), period_s, most, "reference.every_s")?;
             (Goal::Points { angles_rad, every }, at_least(START_S))
@@ -575,26 +574,26 @@ fn motion(
     let start = ticks_of(table.start_s.unwrap_or(0.0));
     let ticks = table.duration_s.map_or(1, |duration_s| ticks_of(duration_s).max(1));
     let fewest = fewest.filter(|_| table.duration_s.is_none());
-    Ok(Wanted { motion: Motion { goal, start, ticks, ..Motion::rest(from_rad, period_s) }, fewest })
+    Ok(PlanGoal { motion: Motion { goal, start, ticks, ..Motion::rest(from_rad, period_s) }, fewest })
 }
 
-/// A number of the data sheet that must be there.
+/// Returns a required number of the data sheet, and reports it if it is missing.
 fn needed(value: Option<f64>, key: &str, what: &str, problems: &mut Problems) -> f64 {
     problems.take(value.map_or_else(|| missing(key, what), Ok)).unwrap_or(1.0)
 }
 
-/// Bits of a counter, and its number of states where that is no power of two, else 0.
+/// Returns the bits of a counter, and its number of states unless that is a power of two, else 0.
 fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
     let problem = |name: &str, message: String| Err(Problem { key: format!("{key}.{name}"), message });
     let Some(states) = table.states else {
-        let Some(bits) = table.bits else { return missing(&format!("{key}.bits"), "bits of the encoder's counter") };
+        let Some(bits) = table.bits else { return missing(&format!("{key}.bits"), "the bits of the counter") };
         let all = 1_u64 << bits;
         return match table.counts_per_turn {
             Some(counts) if is_ambiguous(counts, all) => problem(
                 "states",
                 format!(
                     "missing: does the counter wrap after {counts} counts (a timer with a reload of {}, an absolute \
-                     encoder of {counts} positions) or after 2^{bits} = {all}? Say {key}.states = {counts} or \
+                     encoder of {counts} positions) or after 2^{bits} = {all}? Set {key}.states = {counts} or \
                      {key}.states = {all}",
                     counts - 1
                 ),
@@ -605,41 +604,40 @@ fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
     let least = (2..32).find(|bits| 1_u64 << bits >= states).unwrap_or(32);
     let bits = table.bits.unwrap_or(least);
     if bits < least {
-        return problem("states", format!("{states} states need a counter of {least} bits, and bits = {bits}"));
+        return problem("states", format!("{states} states need a counter of {least} bits, but bits = {bits}"));
     }
     if states.is_power_of_two() {
         return Ok((least, 0));
     }
     match i32::try_from(states) {
         Ok(states) => Ok((bits, states as u32)),
-        Err(_) => problem(
-            "states",
-            format!("{states} states: up to 2^31 any number is taken, beyond that 2^32 = 4294967296 alone"),
-        ),
+        Err(_) => {
+            problem("states", format!("found {states}: any number up to 2^31 is supported, and 2^32 = 4294967296"))
+        }
     }
 }
 
-/// May a counter of so many states wrap after a turn just as well? One that holds 64 turns or more goes on over turns:
-/// a timer with a reload counts lines of an encoder, and not some hundred steps of Hall sensors.
+/// Returns true if the counter may also wrap after one revolution. A counter of 64 revolutions or more does not: a
+/// timer with a reload counts encoder lines, and not some hundred Hall sensor steps.
 fn is_ambiguous(counts_per_turn: u32, all: u64) -> bool {
     let turn = u64::from(counts_per_turn);
     turn < all && 64 * turn > all && !counts_per_turn.is_power_of_two()
 }
 
-/// A question about a counter whose number of states was not given, where a turn is less than its bits hold.
+/// Returns a warning if the number of states is not given, and a revolution has fewer counts than the counter.
 fn asked_states(table: &EncoderTable, key: &str) -> Option<String> {
     let (bits, counts) = (table.bits?, table.counts_per_turn?);
     let all = 1_u64 << bits;
     (table.states.is_none() && u64::from(counts) < all).then(|| {
         format!(
-            "{key}.states is not given: the counter is taken to wrap after 2^{bits}; if it wraps after {counts} (a \
-             reload of {}) say {key}.states = {counts}, else {key}.states = {all}",
+            "{key}.states is not given: the counter is assumed to wrap after 2^{bits}; if it wraps after {counts} (a \
+             reload of {}) set {key}.states = {counts}, else {key}.states = {all}",
             counts - 1
         )
     })
 }
 
-/// The encoder with its gear to the shaft that is meant.
+/// Returns the encoder with its gear to the output shaft.
 fn mounted(
     table: &EncoderTable,
     (gear, plant): (Gear, &'static str),
@@ -652,22 +650,22 @@ fn mounted(
     let counts = table.counts_per_turn.map_or_else(
         || match bits {
             ..=24 => Ok(1 << bits),
-            _ => missing(&format!("{key}.counts_per_turn"), "counts in a turn, as the counter has more than 24 bits"),
+            _ => missing(&format!("{key}.counts_per_turn"), "required if the counter has over 24 bits"),
         },
         Ok,
     );
     let counts = problems.take(counts);
     let gear = if table.behind_gear { Gear::NONE } else { gear };
     let bare = Encoder::incremental(bits, counts.unwrap_or(4096)).wrapping_at(states);
-    // A counter with mistakes is judged no further.
+    // A counter with errors is not checked further.
     let is_known = width.is_some() && counts.is_some();
     let geared = is_known.then(|| Geared { table, key, plant, gear, bare }.encoder());
     let encoder = geared.and_then(|geared| problems.take(geared)).unwrap_or(bare);
     let half_span = 0.5 * bare.counter() as f64 * bare.unit_rad() / gear.ratio();
     if is_known && start_rad.abs() >= half_span {
         let message = format!(
-            "the run starts at {start_rad:.4} rad there, but its counter of {} states tells angles \
-             within {half_span:.4} rad of 0 only, and the drive would take it for another turn: start nearer to 0",
+            "the run starts at {start_rad:.4} rad, but the counter of {} states covers only {half_span:.4} rad on each \
+             side of 0, so the drive would start a whole counter range off: start nearer to 0",
             encoder.counter()
         );
         problems.0.push(Problem { key: key.into(), message });
@@ -699,7 +697,7 @@ fn fallback(key: FallbackKey) -> Fallback {
     }
 }
 
-/// The longest period below this one with which a drive has a design, s, in three digits.
+/// Returns the longest period below this one with a valid design, s, in three digits.
 fn longest_period(from_s: f64, has_design: impl Fn(f64) -> bool) -> Option<f64> {
     let shorter = (1..200).map(|k| from_s * 0.97_f64.powi(k));
     let mut good_s = shorter.take_while(|it| *it >= PERIODS_S[0]).find(|it| has_design(*it))?;
@@ -716,22 +714,22 @@ fn longest_period(from_s: f64, has_design: impl Fn(f64) -> bool) -> Option<f64> 
     down(good_s).filter(|period_s| has_design(*period_s)).or(Some(good_s))
 }
 
-/// A refusal of the design in words of the file. `is_given` says of a motor whether the file has its bandwidth; of the
-/// periods the second is the longest that has a design.
+/// Translates an error of the design to a key of the file. `is_given`: the file sets a bandwidth. The second period is
+/// the longest with a valid design.
 fn design_problem(
     error: &DriveError,
     plant: &str,
     is_given: bool,
     (period_s, longest_s): (f64, Option<f64>),
 ) -> Problem {
-    // Products of what was typed: six digits of them.
+    // The numbers may be products of typed ones, so six digits are enough.
     let short = |number: f64| shown(format!("{number:.5e}").parse().unwrap_or(number));
     let [given, low, high] = [error.given, error.low, error.high].map(short);
     let is_by_rule = plant == "motor" && !is_given;
     if error.field.starts_with("gate_steps") || (is_by_rule && error.field.starts_with("bandwidths.")) {
         let message = format!(
-            "what follows from these numbers cannot run: {} (given {given}, allowed {low} to {high}): is an inertia, a \
-             torque or a current off by powers of ten?",
+            "no design is possible for these numbers ({}): check inertia, torque constant and current for a wrong \
+             power of ten",
             error.why
         );
         return Problem { key: plant.into(), message };
@@ -749,67 +747,98 @@ fn design_problem(
         field => format!("drive.{}", field.split(['[', '.']).next().unwrap_or(field)),
     };
     let why = match error.why {
-        why if why.ends_with("must be above 0") && error.given > 0.0 => "beyond what is computed with",
+        why if why.ends_with("must be above 0") && error.given > 0.0 => "outside the supported range",
         why => why,
     };
-    let allowed = if error.low > error.high {
-        format!("given {given}; at this period nothing is allowed, since it is at least {low} and at most {high}")
-    } else {
-        format!("given {given}, allowed {low} to {high}")
-    };
-    let longest = longest_s.filter(|_| error.field.starts_with("bandwidths."));
-    let longest = longest
-        .map_or_else(String::new, |it| format!(": drive.period_s = {} is the longest that has a design", shown(it)));
-    let slower = slower_observer(error, &key, period_s).map_or_else(String::new, |take| {
-        let joined = if longest.is_empty() { ":" } else { ", or" };
-        format!("{joined} take {take}")
-    });
-    Problem { key, message: format!("{why} ({allowed}){longest}{slower}") }
-}
-
-/// `drive.observer_rad_s = 300` where that of the file is faster than the period and the delay allow.
-fn slower_observer(error: &DriveError, key: &str, period_s: f64) -> Option<String> {
-    let is_too_fast = error.given > error.high && error.high >= error.low;
-    if !is_too_fast || !["drive.observer_rad_s", "drive.motor_rad_s"].contains(&key) {
-        return None;
+    if error.field.starts_with("bandwidths.") {
+        let message = bandwidth_problem(error, &key, (period_s, longest_s));
+        return Problem { key, message };
     }
-    // Five digits, rounded down.
-    let most_rad_s = error.high / period_s;
-    let unit = 10_f64.powf(most_rad_s.log10().floor() - 4.0);
-    Some(format!("{key} = {}", shown((most_rad_s / unit + 1e-6).floor() * unit)))
+    // The number of a damping is its product with the period over the inertia.
+    let found = if error.field.contains("damping") { "found a product of" } else { "given" };
+    Problem { key, message: format!("{why} ({found} {given}, allowed {low} to {high})") }
 }
 
-/// Noise of an encoder's own angle, on the side of the gear where the angle is meant.
+/// Returns the message for a bandwidth that the period does not allow, with limits in the unit of the key. The design
+/// itself checks products with the period.
+fn bandwidth_problem(error: &DriveError, key: &str, (period_s, longest_s): (f64, Option<f64>)) -> String {
+    let (why, is_too_high) = (error.why, error.given > error.high);
+    let shorter = longest_s.map(|it| format!("drive.period_s = {} or less", shown(it)));
+    if key == "drive.period_s" {
+        let too = if is_too_high || error.low > error.high { "long" } else { "short" };
+        let remedy = shorter.map_or_else(String::new, |it| format!(": take {it}"));
+        return format!("found {}, too {too} for the bandwidths of this design ({why}){remedy}", shown(period_s));
+    }
+    // The decay rate of the offset follows from the bandwidth of the key.
+    let (stated, remedy) = if error.field == "bandwidths.offset_per_s" {
+        let too = if is_too_high { "high" } else { "low" };
+        (format!("too {too} at period_s = {}", shown(period_s)), None)
+    } else {
+        let by = if why.contains("period") { period_s } else { 1.0 };
+        let unit = if key.ends_with("_rad_s") { "rad/s" } else { "1/s" };
+        let given = digits(6, error.given / by, f64::round);
+        let [least, most] = [digits(5, error.low / by, f64::ceil), digits(5, error.high / by, f64::floor)];
+        let limits = match () {
+            () if error.low > error.high => format!("at least {least} and at most {most} {unit}, so no value fits"),
+            () if is_too_high => format!("at most {most} {unit}"),
+            () => format!("at least {least} {unit}"),
+        };
+        let stated = format!("{given} {unit}, must be {limits} at period_s = {}", shown(period_s));
+        // Other bandwidths follow from this one, so its limit alone is not always a remedy.
+        let is_alone = ["drive.observer_rad_s", "drive.motor_rad_s"].contains(&key);
+        let is_possible = is_alone && is_too_high && error.high >= error.low;
+        (stated, is_possible.then(|| format!("take {key} = {most}")))
+    };
+    let own = remedy.unwrap_or_else(|| if is_too_high { "lower it".into() } else { "raise it".into() });
+    let own = Some(own).filter(|_| error.low <= error.high);
+    let remedies: Vec<String> = own.into_iter().chain(shorter.map(|it| format!("take {it}"))).collect();
+    let before = if remedies.is_empty() { "" } else { ": " };
+    format!("{stated} ({why}){before}{}", remedies.join(", or "))
+}
+
+/// Returns the first digits of a positive number, rounded by `round`.
+fn digits(count: i32, number: f64, round: fn(f64) -> f64) -> String {
+    // Within these powers of ten the unit of the last digit is a normal number.
+    if !(1e-290..1e290).contains(&number) {
+        return shown(number);
+    }
+    let unit = 10_f64.powi(number.log10().floor() as i32 + 1 - count);
+    let whole = number / unit;
+    // A quotient that is a whole number but for its rounding is one.
+    let whole = if (whole - whole.round()).abs() < 1e-6 { whole.round() } else { round(whole) };
+    shown(format!("{:.5e}", whole * unit).parse().unwrap_or(number))
+}
+
+/// Converts the noise of an encoder to the output side of the gear.
 fn noise_of_shaft(Mounted { encoder, .. }: &Mounted, noise_rad: f64) -> f64 {
     noise_rad * f64::from(encoder.gear_den) / f64::from(encoder.gear_num)
 }
 
-/// So many deviations of its noise an encoder is from what is expected, now and then: measured, at 4.3 of them 700
-/// counts of 16 000 were lost, at 8.6 none.
+/// Smallest innovation gate, in standard deviations of the encoder noise. Measured: with a gate of 4.3 deviations 700
+/// of 16 000 counts were lost, with 8.6 none.
 const NOISE_OF_GATE: f64 = 6.0;
 
 fn true_to(nominal: f64, percent: f64) -> f64 {
     nominal * (1.0 + percent / 100.0)
 }
 
-/// With the other sign if two phases are swapped.
+/// Returns the torque constant, negative if two phases are swapped.
 fn turned(torque_n_m_per_a: f64, is_reversed: bool) -> f64 {
     if is_reversed { -torque_n_m_per_a } else { torque_n_m_per_a }
 }
 
-/// All that a run needs, of either plant.
-/// A drive of one kind, ready for its loop.
+/// Drive of one kind with everything that a run needs.
 struct Parts<'a, D, const E: usize> {
     resolved: Resolved,
     form: Form,
     mounted: [Mounted; E],
     monitors: Monitors<E>,
-    /// Its design with another period; with that of the file as the file says.
+    /// Returns the design for a period.
     design: &'a dyn Fn(f64) -> D,
     of_kind: fn(DriveOf<D, E>) -> DriveDesign,
     margin: MotorMargin,
     coupled: (Option<CoupledBy>, Option<JointRule>),
-    /// Does the file give a bandwidth?
+    /// True if the file sets a bandwidth.
     is_given: bool,
     top_speed: Option<TopSpeed>,
     is_slowed_by_play: bool,
@@ -820,15 +849,15 @@ struct Parts<'a, D, const E: usize> {
     states: &'static [StateName],
     x0: Vec<f64>,
     plant: Box<dyn Plant>,
-    /// Which state the encoder measures, where that is not the one that the drive believes in.
+    /// State that the encoder measures, if it is not the state of the controller's model.
     measured: Option<usize>,
-    /// The plant without friction and load.
+    /// Plant without friction and load.
     smooth: Box<dyn Plant>,
     corners: Vec<Corner>,
     inertia_range: Option<InertiaRange>,
 }
 
-/// All plants of which each of these numbers is so many percent more than in the data sheet, or less.
+/// Returns the corners of the parameter box: each of these parameters deviates by +percent or -percent.
 fn corners<const N: usize>(percent: f64, names: [&str; N], plant: impl Fn([f64; N]) -> Box<dyn Plant>) -> Vec<Corner> {
     let count = if percent > 0.0 { 1_u32 << N } else { 0 };
     let corner = |corner: u32| {
@@ -840,7 +869,7 @@ fn corners<const N: usize>(percent: f64, names: [&str; N], plant: impl Fn([f64; 
     (0..count).map(corner).collect()
 }
 
-/// A motor with an inertia between these ends, and K_t as far off as the file says; at both ends the corners.
+/// Returns the plants of a range of inertia, each with the nominal K_t and with both ends of its tolerance.
 fn inertia_range(inertia: &Inertia, percent: f64, believed: Shaft, lag: Imperfections) -> Option<InertiaRange> {
     let torques = if percent > 0.0 { vec![0.0, -percent, percent] } else { vec![0.0] };
     let plants = move |inertia_kg_m2: f64| {
@@ -857,7 +886,7 @@ fn inertia_range(inertia: &Inertia, percent: f64, believed: Shaft, lag: Imperfec
     Some(InertiaRange { ends_kg_m2, designed_for_kg_m2: inertia.kg_m2, plants: Box::new(plants) })
 }
 
-/// What each encoder adds by its steps and its noise.
+/// Returns the quantisation and noise of each encoder.
 fn sensed(mounted: &[(usize, Mounted)], shafts: &[ShaftOf], sensing: &Sensing) -> Vec<Sensed> {
     let each = mounted.iter().zip(shafts).map(|((state, mounted), shaft)| {
         let quantum = mounted.encoder.unit_rad();
@@ -868,7 +897,7 @@ fn sensed(mounted: &[(usize, Mounted)], shafts: &[ShaftOf], sensing: &Sensing) -
     each.collect()
 }
 
-/// Encoders whose noise is taken for faults.
+/// Returns warnings for encoders whose noise exceeds the innovation gate.
 fn beyond_gates(designed: &DriveDesign, shafts: &[ShaftOf], sensing: &Sensing) -> Vec<String> {
     let gates = designed.gate_steps();
     let each =
@@ -877,8 +906,8 @@ fn beyond_gates(designed: &DriveDesign, shafts: &[ShaftOf], sensing: &Sensing) -
             let steps = sensing.noise.get(state).copied().unwrap_or(0.0) / mounted.encoder.unit_rad();
             (NOISE_OF_GATE * steps > gate).then(|| {
                 format!(
-                    "the noise of the {}'s encoder is {} steps rms, and a count {} steps from the expected is not \
-                 believed: good ones will be lost",
+                    "the noise of the {}'s encoder is {} counts rms, and the innovation gate rejects counts {} from \
+                 the prediction: valid counts will be lost",
                     shaft.name,
                     shown(steps),
                     shown(gate)
@@ -888,8 +917,8 @@ fn beyond_gates(designed: &DriveDesign, shafts: &[ShaftOf], sensing: &Sensing) -
     each.chain(noisy_start(designed, sensing)).collect()
 }
 
-/// Of a motor: a start takes its speed from the first counts. Noise may make that more than the current takes back in
-/// a time constant of the observer.
+/// Returns a warning if noise can spoil the first speed estimate of a motor. The estimate comes from the first counts.
+/// The limit is the speed that the current can cancel in a time constant of the observer.
 fn noisy_start(designed: &DriveDesign, sensing: &Sensing) -> Option<String> {
     let DriveDesign::Motor(DriveOf { design, .. }) = designed else { return None };
     let noise_rad = sensing.noise.first().copied().unwrap_or(0.0);
@@ -897,8 +926,8 @@ fn noisy_start(designed: &DriveDesign, sensing: &Sensing) -> Option<String> {
     let taken_back_rad_s = design.limits.max * design.motor.input_gain().abs() / design.bandwidths.observer_rad_s;
     (seen_rad_s > taken_back_rad_s).then(|| {
         format!(
-            "by its noise of {} rad a drive may start with {} rad/s that are not there, and answer with all its \
-             current: less noise, or drive.period_s above {}",
+            "encoder noise of {} rad: the first speed estimate may be {} rad/s off, which saturates the current; \
+             reduce the noise, or take drive.period_s above {}",
             shown(rounded(noise_rad)),
             shown(rounded(seen_rad_s)),
             shown(rounded(design.period_s * seen_rad_s / taken_back_rad_s))
@@ -906,27 +935,27 @@ fn noisy_start(designed: &DriveDesign, sensing: &Sensing) -> Option<String> {
     })
 }
 
-/// An encoder that is where no other could be.
+/// Returns a problem if the link encoder is declared as behind the gear.
 fn on_link(table: &EncoderTable) -> Option<Problem> {
     let message = "the encoder on the link is always behind the gear: leave it out";
     table.behind_gear.then(|| Problem { key: "encoder.link.behind_gear".into(), message: message.into() })
 }
 
-/// Shafts that move so far in a tick that nobody can tell which way.
+/// Returns warnings for shafts that move too far per tick for their counter.
 fn beyond_counters(mounted: &[(usize, Mounted)], moved_rad: f64) -> impl Iterator<Item = String> {
     mounted.iter().filter_map(move |(_, Mounted { encoder, .. })| {
         let counter_rad = encoder.counter() as f64 * encoder.unit_rad();
         (moved_rad > 0.4 * counter_rad).then(|| {
             format!(
-                "a counter of {} states is {counter_rad:.3} rad, of which the shaft moves {moved_rad:.3} in a tick: \
-                 nobody can tell which way",
+                "a counter of {} states covers {counter_rad:.3} rad, and the shaft moves {moved_rad:.3} rad in a tick: \
+                 the direction is ambiguous",
                 encoder.counter()
             )
         })
     })
 }
 
-/// The loop at rest, and what it leaves out.
+/// Returns the linearised loop at rest.
 fn at_rest(
     law: Box<dyn LawAtRest>,
     plant: Box<dyn Plant>,
@@ -954,21 +983,21 @@ fn at_rest(
     }
 }
 
-/// A following error that the band at rest may reach by itself.
+/// Returns a warning if the rest band can exceed the following error.
 fn within_the_band(designed: &DriveDesign, following_error_rad: Option<f64>) -> Option<String> {
     let [_, _, most, ..] = designed.rest_band()?.thresholds();
     let following_rad = following_error_rad?;
     (following_rad < f64::from(most)).then(|| {
         format!(
-            "limits.following_error_rad = {} is less than the {} rad that the band at rest may widen to, so a motor \
-             that hunts ends in this alarm: take more, or drive.rest_band = \"fixed\"",
+            "limits.following_error_rad = {} is less than the {} rad that the rest band may widen to, so a motor that \
+             hunts in friction raises this alarm: take a larger value, or drive.rest_band = \"fixed\"",
             shown(following_rad),
             shown(rounded(most.into()))
         )
     })
 }
 
-/// The same drive behind finer encoders, by which the noise of u is told; none where something is wrong with them.
+/// Returns the drive with finer encoders, for the current noise. `None` if an encoder has a fault.
 fn twin(
     designed: &DriveDesign,
     motion: &Motion,
@@ -978,11 +1007,11 @@ fn twin(
 ) -> Option<Twin> {
     let noise_steps = |sensed: &Sensed| sensing.noise.get(sensed.state).map_or(0.0, |noise| noise / sensed.quantum);
     let noise_steps = sensed.iter().map(noise_steps).fold(f64::INFINITY, f64::min);
-    // Without a band at rest, which would be another one.
+    // Without a rest band, which depends on the resolution.
     let designed = designed.without_rest_band();
     let finer = Finer::of(&designed);
     let other = finer.map_or(designed, |finer| finer.designed);
-    // Its magnets are as far off.
+    // With the same eccentricity.
     let magnets = Sensing { off_centre: sensing.off_centre.clone(), ..Sensing::IDEAL };
     other.port(motion).ok().filter(|_| !has_faults).map(|port| Twin {
         sensor: Box::new(Encoders::over(magnets.sensor(0), other.encoders())),
@@ -991,7 +1020,7 @@ fn twin(
     })
 }
 
-/// How a run is judged.
+/// Window and band of the metrics.
 struct Judged {
     begins_s: f64,
     window_s: [f64; 2],
@@ -999,7 +1028,7 @@ struct Judged {
     output_unit: &'static str,
 }
 
-/// By its file, or by rule: from where the reference is reached, of a move from its start.
+/// Returns window and band of the file, or by rule: from the end of the transition, for a move from its start.
 fn judged(common: &Common<'_>, motion: &Motion, follows: Follows) -> Judged {
     let Common { span_s, period_s, .. } = *common;
     let [begins_s, reached_s] = [motion.start, motion.start + motion.ticks].map(|tick| f64::from(tick) * period_s);
@@ -1016,10 +1045,10 @@ fn judged(common: &Common<'_>, motion: &Motion, follows: Follows) -> Judged {
     }
 }
 
-/// The loop of a drive.
+/// Builds the experiment of a drive.
 ///
 /// # Errors
-/// What is wrong with its design.
+/// Returns the error of the design.
 fn experiment<D: Copy, const E: usize>(
     common: &Common<'_>,
     parts: Parts<'_, D, E>,
@@ -1109,7 +1138,7 @@ fn experiment<D: Copy, const E: usize>(
     })
 }
 
-/// What a file says of a drive of either kind in keys of the same names.
+/// Collects the keys that motor and joint have in common.
 macro_rules! common {
     ($file:ident, $sheet:ident, $drive:ident, $problems:ident, $limit:ident, $($own:tt)*) => {
         Common {
@@ -1137,10 +1166,10 @@ macro_rules! common {
     };
 }
 
-/// The experiment of a motor. Of a file that is not whole the rules alone are held, without its design.
+/// Builds the experiment of a motor. For an incomplete file only the rules are checked, without a design.
 ///
 /// # Errors
-/// All rules that are broken, or the one that its design breaks.
+/// Returns all broken rules, or the error of the design.
 pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) -> Result<Experiment, Vec<Problem>> {
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.motor, &file.drive);
@@ -1149,7 +1178,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     problems.0.extend(too_uncertain(drive.uncertain_percent, Some((&inertia, sheet, gear))));
     let play = Play::of(sheet, (gear, drive.period_s), file.encoder.behind_gear, &mut problems);
     let torque = needed(sheet.torque_n_m_per_a, "motor.torque_n_m_per_a", "the torque constant", &mut problems);
-    let limit = needed(sheet.max_current_a, "motor.max_current_a", "the largest current", &mut problems);
+    let limit = needed(sheet.max_current_a, "motor.max_current_a", "the current limit", &mut problems);
     let keys = Keys { plant: "motor", volt: sheet.supply_v, ohm: sheet.resistance_ohm, no_load: sheet.no_load_rad_s };
     let supply = problems.take(keys.supply(torque, limit)).flatten();
     let mounted = mounted(&file.encoder, (turns, "motor"), sheet.start_rad, "encoder", &mut problems);
@@ -1192,7 +1221,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(asked_states(&file.encoder, "encoder"));
     warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
-    let asked = Asked {
+    let asked = PlanLimits {
         plant: "motor",
         max_current_a: limit,
         uncertain_percent,
@@ -1245,12 +1274,12 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     )
 }
 
-/// The data sheet on the side of the gear where the angle is meant.
+/// Returns the data sheet, converted to the output side of the gear.
 fn motor_sheet(sheet: &MotorTable, gear: f64, inertia_kg_m2: f64, torque_n_m_per_a: f64) -> Motor {
     Motor { inertia_kg_m2, torque_n_m_per_a: gear * torque_n_m_per_a, damping_n_m_s: gear * gear * sheet.damping_n_m_s }
 }
 
-/// States, where they begin, and the shaft itself, which is `truth` and of which the controller believes `believed`.
+/// Returns the state names, the initial state and the plant with the parameters [true, nominal].
 fn motor_plant(
     play: Option<&Play>,
     common: &Common<'_>,
@@ -1267,7 +1296,7 @@ fn motor_plant(
     (&MOTOR_STATES, vec![start], Box::new(plant))
 }
 
-/// What the controller believes, and what is true.
+/// Returns the nominal and the true shaft.
 fn shafts(nominal: &Motor, error: &MotorErrorTable) -> (Shaft, Shaft) {
     let believed = Shaft::from(nominal);
     let truth = Shaft {
@@ -1278,7 +1307,7 @@ fn shafts(nominal: &Motor, error: &MotorErrorTable) -> (Shaft, Shaft) {
     (believed, truth)
 }
 
-/// What a file says, with its rules.
+/// Returns the design of a motor by its keys and rules.
 fn motor_design(
     drive: &MotorDriveTable,
     sheet: &MotorTable,
@@ -1296,7 +1325,7 @@ fn motor_design(
     MotorDesign { lost_ticks: drive.lost_ticks, fallback: fallback(drive.fallback), ..design }
 }
 
-/// What the file says of them, and what follows of that.
+/// Returns the bandwidths of the file, and by rule the others.
 fn motor_bandwidths(drive: &MotorDriveTable, by_rule: &MotorDesign) -> MotorBandwidths {
     let rule = drive.margin.unwrap_or_default().rule();
     let scaled = drive.surface_rad_s.map_or(*by_rule, |w_c| by_rule.with_surface_by(rule, w_c));
@@ -1310,7 +1339,7 @@ fn motor_bandwidths(drive: &MotorDriveTable, by_rule: &MotorDesign) -> MotorBand
     }
 }
 
-/// Bandwidths and why.
+/// Returns the bandwidths and their limiting factor, in words.
 fn motor_in_words(
     design: &MotorDesign,
     drive: &MotorDriveTable,
@@ -1323,36 +1352,38 @@ fn motor_in_words(
     let lost_s: f64 = design.lost_time_s(rule, lag_s, delay_ticks).iter().sum();
     let own = if rule == MotorMargin::Fast { surface_rad_s } else { observer_rad_s };
     let why = if [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s].iter().any(Option::is_some) {
-        "as given".to_owned()
+        "set by the file".to_owned()
     } else if is_slowed_by_play {
-        "with more it would swing at rest in the play behind the gear".into()
+        "limited by the play behind the gear (a higher bandwidth limit-cycles at rest)".into()
     } else if let Some(MarginKey::Peak(peak)) = drive.margin {
         format!("for a sensitivity peak of {peak}")
     } else if own < 0.999 * noise.min(phase) {
-        "more would make the declared noise of the encoder worth 1 % of the current limit".into()
+        "limited by the declared encoder noise (1 % of the current limit)".into()
     } else if noise < 0.999 * phase {
-        "more would make the encoder's steps worth 1 % of the current limit".into()
+        "limited by encoder quantisation (current noise 1 % of the current limit)".into()
     } else {
-        format!("the phase lost in {:.2} ms of period, lag and delay allows no more", 1e3 * lost_s)
+        format!("limited by {:.2} ms of loop delay (sampling, current loop, computation)", 1e3 * lost_s)
     };
-    let reaching = format!("reaching law {reaching_per_s:.0} 1/s, gate {:.0} steps", design.gate_steps);
+    let reaching = format!("reaching gain {reaching_per_s:.0} 1/s, innovation gate {:.0} counts", design.gate_steps);
     match (rule, form.follows) {
         (MotorMargin::Fast, Follows::Position) => vec![
-            format!("error {surface_rad_s:.0} rad/s: {why}"),
-            format!("observer {observer_rad_s:.0} rad/s, {reaching}"),
+            format!("position bandwidth {surface_rad_s:.0} rad/s, {why}"),
+            format!("observer bandwidth {observer_rad_s:.0} rad/s, {reaching}"),
         ],
         (MotorMargin::Standard, Follows::Position) => vec![
-            format!("observer {observer_rad_s:.0} rad/s: {why}"),
-            format!("error {surface_rad_s:.0} rad/s, {reaching}"),
+            format!("observer bandwidth {observer_rad_s:.0} rad/s, {why}"),
+            format!("position bandwidth {surface_rad_s:.0} rad/s, {reaching}"),
         ],
         (_, Follows::Speed) => vec![
-            format!("speed {reaching_per_s:.0} 1/s, of a rule's {surface_rad_s:.0} rad/s: {why}"),
-            format!("observer {observer_rad_s:.0} rad/s, {reaching}"),
+            format!(
+                "speed bandwidth {reaching_per_s:.0} rad/s, from a rule bandwidth of {surface_rad_s:.0} rad/s, {why}"
+            ),
+            format!("observer bandwidth {observer_rad_s:.0} rad/s, {reaching}"),
         ],
     }
 }
 
-/// The data sheet on the link's side of the gear, and the limit of the current.
+/// Returns the data sheet, converted to the output side of the gear, and the current limit.
 fn joint_sheet(sheet: &JointTable, problems: &mut Problems) -> (Joint, f64) {
     let mut of = |value, key: &str, what: &str| needed(value, &format!("joint.{key}"), what, problems);
     let gear = Gear::of(sheet.gear).ratio();
@@ -1367,10 +1398,10 @@ fn joint_sheet(sheet: &JointTable, problems: &mut Problems) -> (Joint, f64) {
         motor_damping_n_m_s: gear * gear * sheet.motor_damping_n_m_s,
         torque_n_m_per_a: gear * of(sheet.torque_n_m_per_a, "torque_n_m_per_a", "the torque constant"),
     };
-    (nominal, of(sheet.max_current_a, "max_current_a", "the largest current"))
+    (nominal, of(sheet.max_current_a, "max_current_a", "the current limit"))
 }
 
-/// What the controller believes, and what is true.
+/// Returns the nominal and the true joint.
 fn bodies(nominal: &Joint, spring_damping_n_m_s: f64, error: &JointErrorTable) -> (JointBody, JointBody) {
     let believed = JointBody::from(nominal);
     let truth = JointBody {
@@ -1419,7 +1450,7 @@ fn joint_corners(percent: f64, believed: &JointBody, spring_damping_n_m_s: f64, 
     })
 }
 
-/// One shaft that nobody sees: no design, and what takes its place where the spring is stiff.
+/// Returns the problem of a joint with one encoder, and the motor that can replace a joint with a stiff spring.
 fn one_encoder(is_on_link: bool, joint: &Joint, gear: Gear) -> Problem {
     let JointRatios { k1, k2, .. } = JointRatios::of(joint, 0.0);
     let turns = gear.ratio();
@@ -1430,26 +1461,27 @@ fn one_encoder(is_on_link: bool, joint: &Joint, gear: Gear) -> Problem {
         ("encoder.link", "link", k1.sqrt(), "")
     };
     let message = format!(
-        "missing: a joint's drive needs an encoder on each side. Without this one nobody sees the {unseen} swing on \
-         the spring, at {swings_rad_s:.0} rad/s and above. A loop that is ten times slower may take both shafts for \
-         one: host-sim new FILE.toml --plant motor, with inertia_kg_m2 = {inertia_kg_m2:.3e}{more}"
+        "missing: the drive of a joint needs an encoder on each side. Without this one the oscillation of the \
+         {unseen} on the spring, at {swings_rad_s:.0} rad/s and above, is not measured. A loop ten times slower may \
+         treat both shafts as one: host-sim new FILE.toml --plant motor, with inertia_kg_m2 = \
+         {inertia_kg_m2:.3e}{more}"
     );
     Problem { key: key.into(), message }
 }
 
-/// A load that nothing could hold makes gates that believe anything.
+/// Returns a warning for a sudden load so large that the innovation gates accept encoder faults.
 fn wide_gates(load_n_m: f64, strongest_n_m: f64) -> Option<String> {
     let times = load_n_m / strongest_n_m;
     (times > MOST_SUDDEN).then(|| {
         format!(
-            "drive.sudden_load_n_m = {} is {times:.3} times what the motor can make: gates that wide believe a broken \
-             encoder",
+            "drive.sudden_load_n_m = {} is {times:.3} times the largest motor torque: innovation gates this wide \
+             accept a broken encoder",
             shown(load_n_m)
         )
     })
 }
 
-/// Bandwidths and why.
+/// Returns the bandwidths and their origin, in words.
 fn joint_in_words(design: &JointDesign, tuning: TuningKey, drive: &JointDriveTable) -> Vec<String> {
     let (w, [link_steps, motor_steps]) = (design.bandwidths, design.gate_steps);
     let word = match tuning {
@@ -1459,24 +1491,24 @@ fn joint_in_words(design: &JointDesign, tuning: TuningKey, drive: &JointDriveTab
         TuningKey::Coupled => "coupled",
     };
     let why = match (drive.surface_rad_s, drive.tuning) {
-        (Some(_), _) => "as given".into(),
-        (None, Some(_)) => format!("tuning {word:?}, as given"),
-        (None, None) => format!("tuning {word:?}, by the bits of the encoders"),
+        (Some(_), _) => "set by the file".into(),
+        (None, Some(_)) => format!("tuning {word:?}, set by the file"),
+        (None, None) => format!("tuning {word:?}, chosen by the encoder resolution"),
     };
     vec![
-        format!("error {:.0} rad/s: {why}", w.surface_rad_s),
+        format!("position bandwidth {:.0} rad/s, {why}", w.surface_rad_s),
         format!(
-            "observers {:.0} (link) and {:.0} rad/s (motor), reaching law {:.0} 1/s, gates {link_steps:.0} and \
-             {motor_steps:.0} steps",
+            "observer bandwidths {:.0} (link) and {:.0} rad/s (motor), reaching gain {:.0} 1/s, innovation gates \
+             {link_steps:.0} and {motor_steps:.0} counts",
             w.link_rad_s, w.motor_rad_s, w.reaching_per_s
         ),
     ]
 }
 
-/// The designs of a file of a joint, for its period and others.
+/// Designs of a joint for several periods.
 struct JointDesigns<'a> {
     drive: &'a JointDriveTable,
-    /// With its period, before bandwidths.
+    /// Design with the period of the file, before the bandwidths.
     bare: JointDesign,
     tuning: TuningKey,
     by: CoupledBy,
@@ -1486,7 +1518,7 @@ struct JointDesigns<'a> {
 
 impl<'a> JointDesigns<'a> {
     /// # Errors
-    /// A joint that no gains by rule fit.
+    /// Returns the problem of a joint without gains by rule.
     fn of(
         file: &'a JointScenario,
         (nominal, limit): (&Joint, f64),
@@ -1527,7 +1559,7 @@ impl<'a> JointDesigns<'a> {
         JointDesign { fast_ratios: fast_ratios.unwrap_or(design.fast_ratios), ..design }
     }
 
-    /// Bandwidths and why.
+    /// Returns the bandwidths and their limiting factor, in words.
     fn in_words(&self, period_s: f64) -> Vec<String> {
         let design = self.design(period_s);
         match &self.as_whole {
@@ -1537,10 +1569,10 @@ impl<'a> JointDesigns<'a> {
     }
 }
 
-/// The experiment of a joint. Of a file that is not whole the rules alone are held, without its design.
+/// Builds the experiment of a joint. For an incomplete file only the rules are checked, without a design.
 ///
 /// # Errors
-/// All rules that are broken, or the one that its design breaks.
+/// Returns all broken rules, or the error of the design.
 pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) -> Result<Experiment, Vec<Problem>> {
     let mut problems = Problems::default();
     let (sheet, drive) = (&file.joint, &file.drive);
@@ -1551,7 +1583,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let gear = turns.ratio();
     let supply = problems.take(keys.supply(nominal.torque_n_m_per_a / gear, limit)).flatten();
     let (believed, truth) = bodies(&nominal, sheet.spring_damping_n_m_s, &file.error);
-    // The spring carries the weight.
+    // The spring carries the gravity torque.
     let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
     problems.0.extend(on_link(&file.encoder.link));
     let alone = [&file.encoder.link, &file.encoder.motor].map(|table| *table == EncoderTable::default());
@@ -1585,7 +1617,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(designs.as_whole.as_ref().and_then(|it| it.idle_set(drive.gain_sets)));
     warnings.extend(friction_warnings(&file.friction, limit * truth.motor.torque_n_m_per_a));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
-    let asked = Asked {
+    let asked = PlanLimits {
         plant: "joint",
         max_current_a: limit,
         uncertain_percent,
@@ -1639,8 +1671,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     )
 }
 
-/// The joint as a whole where its spring holds the link beyond the bandwidth of the error, which the sets of bandwidths
-/// do not bear; else by the bits of the encoders.
+/// Returns the default tuning. For a stiff spring, with K/J_l above the square of the position bandwidth, it is the
+/// coupled design, because the sets of bandwidths are not stable there. Otherwise it depends on the encoder resolution.
 fn tuning_for(joint: &Joint, encoders: [Encoder; 2]) -> TuningKey {
     let is_fine = encoders.iter().all(|encoder| encoder.unit_rad() < 1.5 * Encoder::absolute(16).unit_rad());
     let by_bits = if is_fine { TuningKey::Normal } else { TuningKey::Quiet };
@@ -1648,7 +1680,7 @@ fn tuning_for(joint: &Joint, encoders: [Encoder; 2]) -> TuningKey {
     if held > bandwidths_of(by_bits).surface_rad_s.powi(2) { TuningKey::Coupled } else { by_bits }
 }
 
-/// Those of a tuning, at what the period bears, and what the file says instead.
+/// Returns the bandwidths of a tuning, within the limits of the period, or the bandwidths of the file.
 fn joint_bandwidths(drive: &JointDriveTable, tuning: TuningKey) -> JointBandwidths {
     let of_tuning = bandwidths_of(tuning);
     let all = match drive.surface_rad_s {
@@ -1668,7 +1700,7 @@ fn bandwidths_of(tuning: TuningKey) -> JointBandwidths {
     match tuning {
         TuningKey::Quiet => JointBandwidths::QUIET,
         TuningKey::Firm => JointBandwidths::FIRM,
-        // Those of a joint as a whole follow from the sheet, and nobody reads these.
+        // The coupled design computes its own bandwidths and does not use these.
         TuningKey::Normal | TuningKey::Coupled => JointBandwidths::DEFAULT,
     }
 }

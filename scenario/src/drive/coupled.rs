@@ -1,7 +1,7 @@
-//! A joint designed as a whole: from the keys of a file to its design, by rule.
+//! Coupled design of a joint by rule, from the keys of a file.
 //!
-//! The rule (module `joint_rule`) searches for a tenth of a second and more. What it found for a data sheet is
-//! remembered, so that a file that is read a second time, in a tune or a sweep of other keys, does not wait for it.
+//! The rule (module `joint_rule`) searches for at least a tenth of a second. Its results are cached per data sheet, so
+//! that a tuning run or a sweep of other keys does not search again.
 
 use std::sync::Mutex;
 
@@ -13,33 +13,33 @@ use super::joint_rule::{JointRule, JointSheet, Refused, joint_rule};
 use super::margin::{MarginKey, MarginRule};
 use crate::resolve::Problem;
 
-/// Most current noise by the encoders, rms, as a share of the largest current.
+/// Limit of the current noise from the encoders, rms, as a share of the current limit.
 const NOISE_SHARE: f64 = 1e-3;
-/// Peaks of |S| of the two margins.
+/// Peak sensitivities of the two margins.
 const PEAKS: [f64; 2] = [2.4, 1.7];
-/// A joint that a load of 14 % of its torque moves by so much is told, rad.
+/// Deflection under a load of 14 % of the largest torque, rad, above which a warning is issued.
 const WEAK_RAD: f64 = 0.05;
-/// Sheets that are remembered.
+/// Number of cached data sheets.
 const REMEMBERED: usize = 64;
 
-/// What the rule is told besides the data sheet.
+/// Inputs of the rule besides the data sheet.
 #[derive(Clone, Copy, Debug)]
 pub struct CoupledBy {
     /// Time constant of the current loop, s.
     pub lag_s: f64,
     /// Standard deviation of the noise of both encoders, rad behind the gear.
     pub noise_rad: [f64; 2],
-    /// Ticks until u is held.
+    /// Ticks from the computation of u until it is applied.
     pub delay_ticks: usize,
     /// Tolerance of the data sheet: 0.2 for 20 %.
     pub uncertain: f64,
-    /// Largest peak of |S| by the data sheet.
+    /// Largest nominal peak sensitivity.
     pub peak: f64,
-    /// The largest load that comes at once, N m.
+    /// Largest load step, N m.
     pub load_n_m: f64,
 }
 
-/// The peak of a margin.
+/// Returns the peak sensitivity of a margin.
 pub(super) const fn peak_of(margin: Option<MarginKey>) -> f64 {
     match margin {
         None | Some(MarginKey::Rule(MarginRule::Fast)) => PEAKS[0],
@@ -54,10 +54,10 @@ impl CoupledBy {
         std::array::from_fn(|i| (steps[i] * steps[i] + 18.0 * self.noise_rad[i] * self.noise_rad[i]).sqrt())
     }
 
-    /// The design as a whole of what `design` says of joint, encoders, period and limits, and the rule's figures.
+    /// Returns the coupled design for the joint, encoders, period and limits of `design`, and the result of the rule.
     ///
     /// # Errors
-    /// What no gains meet, and what would help.
+    /// Returns [`Refused`] with remedies if no gains meet all limits.
     pub fn by_rule(&self, design: &JointDesign) -> Result<(JointDesign, JointRule), Refused> {
         let sheet = JointSheet {
             joint: design.joint,
@@ -74,13 +74,13 @@ impl CoupledBy {
         Ok((self.with(design, &rule), rule))
     }
 
-    /// The design with the bandwidths of a rule.
+    /// Returns the design with the bandwidths of a rule.
     pub fn with(&self, design: &JointDesign, rule: &JointRule) -> JointDesign {
         let (fast_ratios, calm_steps) = fast_of(rule);
         self.with_bandwidths(&JointDesign { fast_ratios, ..*design }, bandwidths_of(rule), calm_steps)
     }
 
-    /// The design with these bandwidths.
+    /// Returns the design with these bandwidths.
     pub fn with_bandwidths(
         &self,
         design: &JointDesign,
@@ -99,30 +99,30 @@ fn bandwidths_of(rule: &JointRule) -> JointBandwidths {
     JointBandwidths { surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, offset_per_s: 0.5 * surface_rad_s }
 }
 
-/// Ratios of the fast gain set, and the steps of innovation at which it comes in.
+/// Returns the ratios of the high gains, and the innovations in counts at which they are scheduled in.
 fn fast_of(rule: &JointRule) -> ([f64; 2], [f64; 2]) {
     rule.fast.map_or(([1.0; 2], [1.5; 2]), |fast| (fast.ratios, fast.calm_steps))
 }
 
-/// The design of a file as a whole, by rule and by what the file says instead.
+/// Coupled design of a file, by rule except for the keys that the file sets.
 pub(super) struct AsWhole {
     by: CoupledBy,
-    /// None where the file has all bandwidths.
+    /// Result of the rule. `None` if the file sets all bandwidths.
     pub(super) rule: Option<JointRule>,
-    /// w_c, k_l, link, motor.
+    /// Bandwidths of the file: w_c, k_l, link, motor.
     given: [Option<f64>; 4],
     fast_ratios: Option<[f64; 2]>,
 }
 
 impl AsWhole {
-    /// Of the keys of a file, for a design with its period.
+    /// Designs a joint by the keys of a file, for the period of the file.
     ///
     /// # Errors
-    /// A joint that no gains fit, with what would help.
+    /// Returns a problem with remedies if no gains fit the joint.
     pub(super) fn of(by: CoupledBy, drive: &JointDriveTable, bare: &JointDesign) -> Result<Self, Problem> {
         let given = [drive.surface_rad_s, drive.reaching_per_s, drive.link_rad_s, drive.motor_rad_s];
         let fast_ratios = drive.fast_ratios.as_deref().and_then(|ratios| ratios.try_into().ok());
-        // What no drive is made of has its own message from the design.
+        // The design itself reports invalid numbers.
         let slow = 1e-2 / bare.period_s;
         let [surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, offset_per_s] = [slow; 5];
         let any = JointBandwidths { surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, offset_per_s };
@@ -136,10 +136,10 @@ impl AsWhole {
         Ok(Self { by, rule, given, fast_ratios })
     }
 
-    /// For another period too: with the bandwidths of the file's.
+    /// Returns the design for a period, with the bandwidths found for the period of the file.
     pub(super) fn design(&self, bare: &JointDesign) -> JointDesign {
         let w = self.rule.as_ref().map_or(bare.bandwidths, bandwidths_of);
-        // Without a second set by rule or file it is the first.
+        // Without high gains by rule or file both gain sets are equal.
         let (by_rule, calm_steps) = self.rule.as_ref().map_or(([1.0; 2], [1.5; 2]), fast_of);
         let [surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s] = self.given;
         let surface = surface_rad_s.unwrap_or(w.surface_rad_s);
@@ -154,68 +154,68 @@ impl AsWhole {
         self.by.with_bandwidths(&JointDesign { fast_ratios, ..*bare }, bandwidths, calm_steps)
     }
 
-    /// What is taken, and is hardly a drive: the limits leave next to no bandwidth.
+    /// Returns a warning for a valid design whose limits leave almost no bandwidth.
     pub(super) fn weak(&self, torque_n_m: f64) -> Option<String> {
         let rule = self.rule.as_ref()?;
         let dip_rad = rule.dips_rad_per_n_m[0] * 0.14 * torque_n_m;
         (dip_rad > WEAK_RAD).then(|| {
             format!(
-                "a load of 14 % of the torque moves the link by {dip_rad:.2} rad: {} leaves no more bandwidth (poles \
-                 of a rigid shaft {:.2} and {:.2} 1/s); a smaller drive.uncertain_percent, finer encoders or a stiffer \
-                 spring do",
+                "a load of 14 % of the largest torque moves the link by {dip_rad:.2} rad: the bandwidth is limited by \
+                 {} (poles of the rigid shaft {:.2} and {:.2} 1/s); a smaller drive.uncertain_percent, finer encoders \
+                 or a stiffer spring help",
                 rule.binding, rule.surface_rad_s, rule.reaching_per_s
             )
         })
     }
 
-    /// Has rule or file a second gain set?
+    /// Returns true if the rule or the file has high gains.
     fn has_fast(&self) -> bool {
         self.fast_ratios.is_some() || self.rule.is_some_and(|rule| rule.fast.is_some())
     }
 
-    /// Two gain sets where the rule or the file has a second one.
+    /// Returns the form, with two gain sets if the rule or the file has high gains.
     pub(super) fn form(&self, form: Form, asked: Option<usize>) -> Form {
         Form { gain_sets: asked.unwrap_or(if self.has_fast() { form.gain_sets } else { 1 }), ..form }
     }
 
-    /// A second gain set that is asked for and does nothing.
+    /// Returns a warning if two gain sets are set but equal.
     pub(super) fn idle_set(&self, asked: Option<usize>) -> Option<String> {
         (asked == Some(2) && !self.has_fast()).then(|| {
-            "drive.gain_sets = 2: no second gain set by rule helps this joint, so both are the same; \
-             drive.gain_sets = 1 saves its cycles, drive.fast_ratios makes another"
+            "drive.gain_sets = 2: the rule finds no high gains that help this joint, so both gain sets are equal; \
+             drive.gain_sets = 1 saves cycles, drive.fast_ratios sets the high gains"
                 .into()
         })
     }
 
-    /// Bandwidths and why.
+    /// Returns the bandwidths and their limiting factor, in words.
     pub(super) fn in_words(&self, design: &JointDesign) -> Vec<String> {
         let (w, [link_steps, motor_steps]) = (design.bandwidths, design.gate_steps);
         let mut lines = Vec::new();
         if let Some(rule) = &self.rule {
-            let fast = rule.fast.map_or(String::new(), |fast| {
-                format!(", with the fast set {:.2} and {:.2}", fast.peak, fast.corner_peak)
-            });
+            let fast = rule
+                .fast
+                .map_or(String::new(), |fast| format!(" (high gains {:.2} and {:.2})", fast.peak, fast.corner_peak));
             lines.push(format!(
-                "the joint as a whole, by rule: limited by {}; |S| up to {:.2}, in the worst corner {:.2}{fast}; steps \
-                 of the encoders make {:.2} % of the current limit",
+                "coupled design by rule, limited by {}: peak sensitivity {:.2} nominal, {:.2} in the worst \
+                 corner{fast}; current noise {:.2} % of the current limit",
                 rule.binding,
                 rule.peak,
                 rule.corner_peak,
                 100.0 * rule.noise_share
             ));
         } else {
-            lines.push("the joint as a whole, as given".into());
+            lines.push("coupled design, bandwidths set by the file".into());
         }
         lines.push(format!(
-            "poles of a rigid shaft {:.0} and {:.0} 1/s, observers {:.0} (link) and {:.0} rad/s (motor), gates \
-             {link_steps:.0} and {motor_steps:.0} steps",
+            "poles of the rigid shaft {:.0} and {:.0} 1/s, observer bandwidths {:.0} (link) and {:.0} rad/s (motor), \
+             innovation gates {link_steps:.0} and {motor_steps:.0} counts",
             w.surface_rad_s, w.reaching_per_s, w.link_rad_s, w.motor_rad_s
         ));
         lines
     }
 }
 
-/// What the rule says of a sheet, the last ones without another search.
+/// Returns the result of the rule for a data sheet, from the cache if possible.
 fn remembered(sheet: &JointSheet) -> Result<JointRule, Refused> {
     static FOUND: Mutex<Vec<(JointSheet, Result<JointRule, Refused>)>> = Mutex::new(Vec::new());
     let lock = || FOUND.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! The table `[limits]`: where a shaft may be, how fast, and how far from its target.
+//! Table `[limits]`: limits of position, speed and following error.
 
 use controller_core::drive::FenceLimits;
 use loop_sim::port::drive::Motion;
@@ -9,7 +9,7 @@ use crate::error::shown;
 use crate::resolve::Problem;
 
 impl LimitsTable {
-    /// As a drive takes them; `None` without any.
+    /// Returns the limits for the drive. `None` without limits.
     pub(super) fn fence(&self) -> Option<FenceLimits> {
         let Self { low_rad, high_rad, max_speed_rad_s, following_error_rad } = *self;
         let none = FenceLimits::NONE;
@@ -21,7 +21,7 @@ impl LimitsTable {
         })
     }
 
-    /// Is the range one, and is the shaft in it at the start?
+    /// Returns problems for an empty range, and for a start outside the range.
     pub(super) fn problems(&self, start_rad: f64, plant: &str) -> Vec<Problem> {
         let Self { low_rad, high_rad, .. } = *self;
         let problem = |key: &str, message: String| Problem { key: key.into(), message };
@@ -35,24 +35,25 @@ impl LimitsTable {
         let outside =
             [("low_rad", low_rad, 1.0), ("high_rad", high_rad, -1.0)].into_iter().filter_map(|(end, at, side)| {
                 let at = at.filter(|at| side * (start_rad - at) < 0.0)?;
-                let message = format!("found {}, beyond limits.{end} = {}: take that", shown(start_rad), shown(at));
+                let [found, at] = [start_rad, at].map(shown);
+                let message = format!("found {found}, beyond limits.{end} = {at}: start within the limits");
                 Some(problem(&key, message))
             });
         outside.collect()
     }
 
-    /// A motion that leaves the range; its key, and how far it goes.
+    /// Returns problems for a reference that leaves the range.
     pub(super) fn beyond<const P: usize>(&self, motion: &Motion, last: usize) -> Vec<Problem> {
         let ends = [("low_rad", self.low_rad, -1.0), ("high_rad", self.high_rad, 1.0)];
         let jets = motion.jets::<P, 2>();
         let beyond = ends.into_iter().filter_map(|(end, at, side)| {
             let at = at?;
             let over = (0..=last as u32).map(|tick| side * (jets(tick)[0] - at)).fold(0.0, f64::max);
-            // The rounding of a plan is no way.
+            // Rounding of a plan is not travel.
             (over > 1e-9 * at.abs().max(1.0)).then(|| Problem {
                 key: "reference".into(),
                 message: format!(
-                    "it goes to {} rad, beyond limits.{end} = {}",
+                    "the reference goes to {} rad, beyond limits.{end} = {}",
                     shown(rounded(at + side * over)),
                     shown(at)
                 ),

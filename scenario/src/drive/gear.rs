@@ -1,10 +1,10 @@
-//! The gear of a data sheet, and the encoder before it: which ratios a drive can count, and the nearest that it can.
+//! Gear with an encoder before it: the ratios that a drive can count, and the nearest of them.
 //!
-//! An encoder of C counts per turn before a gear of a : b makes C a/b counts in a turn of the output, in lowest terms
-//! p/q: after q turns of the output gear and encoder meet again, p counts later. A drive takes p up to 2^24, since f32
-//! holds no more, and q up to 1000; the encoder on the motor of a joint needs q = 1, because the sine of its angle is
-//! taken. Any a and b will do otherwise. Of other ratios the nearest p'/q' within these limits is the gear
-//! p' : (q' C). A drive with that gear is off by |C a/b - p'/q'| counts in a turn of the output.
+//! An encoder of C counts per revolution before a gear of a : b gives C a/b counts per output revolution, in lowest
+//! terms p/q. After q output revolutions gear and encoder meet again, p counts later. A drive supports p up to 2^24,
+//! the limit of whole numbers in f32, and q up to 1000. The encoder on the motor of a joint needs q = 1, because the
+//! law uses the sine of its angle. All a and b within these limits are valid. For other ratios the nearest p'/q' within
+//! the limits is the gear p' : (q' C). A drive with that gear deviates by |C a/b - p'/q'| counts per output revolution.
 
 use controller_core::drive::Encoder;
 
@@ -14,12 +14,12 @@ use crate::check::lowest;
 use crate::error::shown;
 use crate::resolve::Problem;
 
-/// Most counts until gear and encoder meet again.
+/// Largest number of counts until gear and encoder meet again.
 const MOST_COUNTS: u64 = 1 << 24;
-/// Most turns of the output until then.
+/// Largest number of output revolutions until gear and encoder meet again.
 const MOST_TURNS: u64 = 1000;
 
-/// Turns of the motor, and of the output meanwhile, without a common divisor.
+/// Gear ratio num : den of motor and output revolutions, in lowest terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Gear {
     num: u64,
@@ -27,33 +27,33 @@ pub(super) struct Gear {
 }
 
 impl Gear {
-    /// No gear.
+    /// Ratio without a gear.
     pub(super) const NONE: Self = Self { num: 1, den: 1 };
 
-    /// Returns the gear of the two numbers of a file, reduced.
+    /// Returns the gear of a file, in lowest terms.
     pub(super) fn of([num, den]: [u64; 2]) -> Self {
         let [num, den] = lowest([num.max(1).into(), den.max(1).into()]);
         Self { num: num as u64, den: den as u64 }
     }
 
-    /// Returns the turns of the motor in one of the output.
+    /// Returns the motor revolutions per output revolution.
     pub(super) fn ratio(self) -> f64 {
         self.num as f64 / self.den as f64
     }
 
-    /// Returns p and q of an encoder of so many counts per turn before the gear.
+    /// Returns p and q for the counts per revolution of an encoder before the gear.
     fn base(self, counts: u64) -> [u128; 2] {
         lowest([u128::from(counts) * u128::from(self.num), self.den.into()])
     }
 
-    /// Can a drive count it, with a base of at most so many turns?
+    /// Returns true if a drive can count the gear with at most `most_turns` output revolutions.
     fn fits(self, counts: u64, most_turns: u64) -> bool {
         let [p, q] = self.base(counts);
         p <= MOST_COUNTS.into() && q <= most_turns.into() && self.den <= u32::MAX.into()
     }
 
-    /// Returns the nearest gear that a drive can count, of equally near ones that with the fewest turns; `None` where
-    /// a turn makes more counts than a drive reads.
+    /// Returns the nearest gear that a drive can count. Of equally near gears it is the one with the fewest
+    /// revolutions. `None` if a revolution has more counts than a drive supports.
     fn nearest(self, counts: u64, most_turns: u64) -> Option<Self> {
         let [p, q] = self.base(counts);
         let candidates = (1..=u128::from(most_turns)).flat_map(|turns| {
@@ -74,7 +74,7 @@ impl Gear {
         best.map(|(_, gear)| gear)
     }
 
-    /// Returns what another gear costs that is taken instead of this one: rad and counts in a turn of the output.
+    /// Returns the error of another gear used instead of this one: rad and counts per output revolution.
     fn cost(self, other: Self, counts: u64) -> [f64; 2] {
         let [[p, q], [near, turns]] = [self, other].map(|gear| gear.base(counts));
         let off = near.saturating_mul(q).abs_diff(p.saturating_mul(turns)) as f64;
@@ -82,14 +82,14 @@ impl Gear {
     }
 }
 
-/// An encoder before a gear, as a file names them.
+/// Encoder before a gear, with the names of its keys.
 pub(super) struct Geared<'a> {
     pub(super) table: &'a EncoderTable,
-    /// The table of the encoder and that of the gear.
+    /// Names of the tables of encoder and gear.
     pub(super) key: &'static str,
     pub(super) plant: &'static str,
     pub(super) gear: Gear,
-    /// The encoder without the gear.
+    /// Encoder without the gear.
     pub(super) bare: Encoder,
 }
 
@@ -97,7 +97,7 @@ impl Geared<'_> {
     /// Returns the encoder with its gear.
     ///
     /// # Errors
-    /// Why a drive cannot count it, with the lines to write instead.
+    /// Returns the reason if a drive cannot count the gear, with keys and values that it can count.
     pub(super) fn encoder(&self) -> Result<Encoder, Problem> {
         let Self { gear, bare, plant, .. } = *self;
         let counts = u64::from(bare.counts_per_turn);
@@ -110,13 +110,13 @@ impl Geared<'_> {
         let behind = format!("{counts} counts in a turn of the encoder behind a gear of [{}, {}]", gear.num, gear.den);
         let why = if is_of_joint && q > 1 {
             format!(
-                "{behind} are {p}/{q} in a turn of the link, and a joint needs a whole number of them, since it takes \
+                "{behind} are {p}/{q} in a turn of the link, but a joint needs a whole number, because the law uses \
                  the sine of the angle"
             )
         } else if p > MOST_COUNTS.into() {
-            format!("{behind} are {p} before they meet again, and a drive reads at most 2^24 = {MOST_COUNTS}")
+            format!("{behind} are {p} before they meet again, but a drive counts at most 2^24 = {MOST_COUNTS}")
         } else {
-            format!("{behind} meet again after {q} turns of the output, and a drive takes at most {most_turns}")
+            format!("{behind} meet again after {q} turns of the output, but a drive counts at most {most_turns}")
         };
         let mut remedies = Vec::new();
         let nearest = gear.nearest(counts, most_turns);
@@ -130,7 +130,7 @@ impl Geared<'_> {
         }
         remedies.extend(self.shifted(most_turns));
         if remedies.is_empty() {
-            // Of a multiple of b counts a turn of the output makes a whole number.
+            // With a multiple of b counts an output revolution has a whole number of counts.
             let most = u128::from(MOST_COUNTS / gear.num);
             let most = most * u128::from(gear.den);
             remedies.push(if (4..u128::from(counts)).contains(&most) {
@@ -146,12 +146,13 @@ impl Geared<'_> {
         Err(Problem { key, message })
     }
 
-    /// The key that says how wide the counter is.
+    /// Returns the key that gives the width of the counter.
     fn width(&self) -> &'static str {
         if self.table.bits.is_some() { "bits" } else { "states" }
     }
 
-    /// A counter whose lowest bits are not read, as few as there must be, where that leaves whole numbers.
+    /// Returns the keys of a counter without its lowest bits, as few as necessary. `None` if a number would not be
+    /// whole.
     fn shifted(&self, most_turns: u64) -> Option<String> {
         let Self { table, key, gear, bare, .. } = self;
         let by = (1..24).find(|by| gear.fits(u64::from(bare.counts_per_turn) >> by, most_turns))?;
@@ -173,11 +174,11 @@ impl Geared<'_> {
             offset.map(|it| format!("{key}.offset_counts = {it}")),
         ];
         let lines: Vec<String> = lines.into_iter().flatten().collect();
-        is_taken.then(|| format!("shift the lowest {by} bits of its counts away and say {}", lines.join(" with ")))
+        is_taken.then(|| format!("shift the lowest {by} bits of its counts away and set {}", lines.join(" with ")))
     }
 }
 
-/// Three digits of a small number.
+/// Rounds a small number to three digits.
 fn digits(number: f64) -> f64 {
     rounded(format!("{number:.2e}").parse().unwrap_or(number))
 }
@@ -186,7 +187,7 @@ fn digits(number: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The nearest by trying every p/q, without the code above.
+    /// Finds the nearest ratio by trying every p/q, independent of the code above.
     fn by_trial([a, b]: [u64; 2], counts: u64, most_turns: u64) -> Option<f64> {
         let x = counts as f64 * a as f64 / b as f64;
         let near = |q: u64| [(x * q as f64).floor(), (x * q as f64).ceil()].map(|p| (p, q));

@@ -1,47 +1,48 @@
-//! Gains by rule for any flexible joint from its data sheet, or a refusal with the changes that help.
+//! Gains by rule for any flexible joint from its data sheet, or an error with changes that help.
 //!
-//! # What is searched
-//! Two bandwidths of the observer and two poles of the regulator ([`JointTick::observer_gains`], [`Regulator::of`]).
-//! They are told apart as a *shape* and one bandwidth W of the link's observer:
+//! # Search space
+//! The search varies two bandwidths of the observer and two poles of the regulator ([`JointTick::observer_gains`],
+//! [`Regulator::of`]). They are parametrised by a *shape* and the bandwidth W of the link observer:
 //!
 //! $$ W_l = W, \quad W_m = W \sqrt[3]{\beta \frac{J_l s_l}{J_m s_m}}, \quad
 //!    w_c = r W/\sqrt\kappa, \quad k_l = r W \sqrt\kappa $$
 //!
-//! with the encoders' counts $s_l, s_m$. β is how much the motor's torque wanders beside the link's, r how fast the
-//! regulator is beside the observer, κ how far its two poles are apart.
+//! with the encoder counts $s_l, s_m$. β is the random walk of the motor torque relative to the link torque, r the
+//! speed of the regulator relative to the observer, and κ the ratio of its two poles.
 //!
-//! # What is demanded
-//! * Current noise from the encoder counts, white with counts/√12, is within its share of the largest current.
-//! * The peak of |S| at the plant's input is within the declared one, hanging and at 1 rad, and within
-//!   [`CORNER_PEAK`] in all corners.
-//! * The exact sampled loop is stable in all corners: 32 of the five ratios of the joint; 32 of its parameters (up to
-//!   20 % of tolerance) hanging, at 1 rad and upside down; and 16 of the parameters each with a current loop of no lag
-//!   and of twice the lag. Whatever swings there dies out within a hundred time constants of the slower of observer and
-//!   regulator.
-//! * The regulator is stable with any smaller gain of u too, so that it does not swing between the limits of u for
-//!   ever after it was there once.
-//! * The regulator has a real pole to reach with, and k_l T is at most [`FASTEST`].
+//! # Constraints
+//! * The current noise from the encoder counts, white with counts/√12, is within its share of the current limit.
+//! * The peak of |S| at the plant input is within the declared one, hanging and at 1 rad, and within [`CORNER_PEAK`]
+//!   in all corners.
+//! * The exact sampled loop is stable in all corners. These are 32 corners of the five ratios of the joint; 32 corners
+//!   of its parameters (up to 20 % of tolerance) hanging, at 1 rad and upside down; and 16 corners of the parameters
+//!   each with no lag and with twice the lag of the current loop. Oscillations decay within a hundred time constants of
+//!   the slower of observer and regulator.
+//! * The regulator is also stable with any smaller gain of u, so that saturation does not start a limit cycle between
+//!   the limits of u.
+//! * The regulator has a real pole for the reaching law, and k_l T is at most [`FASTEST`].
 //!
-//! Corners of the parameters are the hard ones: ±20 % of K and J_l are -33 to +50 % of their ratio.
+//! The corners of the parameters are harder: ±20 % of K and J_l are -33 to +50 % of their ratio.
 //!
-//! # How it is searched
-//! A shape is as good as its largest feasible W, found by steps down and bisection. Shapes are compared by what a load
-//! does: the mean logarithm of the dip and of the area under it, nominal and in the worst of four corners [`BEYOND`]
-//! the tolerance. The area is the error under a load that grows steadily, so it stands for moves with a wrong inertia.
-//! A table of shapes comes first; the best ones descend along each number. Few corners decide most verdicts, so these
-//! ("active") are asked first, and all of them before a design counts as the best.
+//! # Search
+//! A shape is evaluated at its largest feasible W, found by steps down and bisection. The cost of a shape is the mean
+//! logarithm of the dip under a load and of the area under the dip. It is computed nominally and in the worst of four
+//! corners at [`BEYOND`] times the tolerance. The area is the error under a steadily growing load, so it represents
+//! moves with a wrong inertia. The search starts with a table of shapes and descends from the best ones along each
+//! number. Few corners decide most cases. These ("active") corners are checked first, and all corners before a design
+//! is accepted.
 //!
-//! # Fast set
-//! Gains of an observer with the bandwidths W_l f_l and W_m f_m, with the regulator as it is: the least dip among those
-//! that are stable while they stay in, with |S| up to [`FAST_PEAK`]: by the data sheet at every angle and with either
-//! lag, and in the corners of the ratios. Those of the parameters are wider, and a stay ends after 2.5/W_l whatever
-//! happens. It may come in when the innovation exceeds three times the rms that it makes of its own counts, so it does
-//! not keep itself in. Of two designs the one with the better pair wins: the dip of the fast set, the area of the quiet
-//! one.
+//! # High gains
+//! The high gains (fast set) belong to an observer with the bandwidths W_l f_l and W_m f_m, and the same regulator. The
+//! rule selects the set with the smallest dip that is stable when permanently active, with |S| up to [`FAST_PEAK`].
+//! This is checked nominally at every angle and with either lag, and in the corners of the ratios. The corners of the
+//! parameters are wider and are not checked, because the set is switched off after 2.5/W_l in any case. The set is
+//! scheduled in when the innovation exceeds three times the rms from its own counts, so it does not keep itself active.
+//! The cost of a design combines the dip of the high gains and the area of the base gains.
 //!
-//! # Refusal
-//! If neither the table nor a denser one has a design, each kind of change is tried by itself: period, bits of either
-//! encoder, tolerance, |S|. Those named do have a design.
+//! # Errors
+//! If neither the table nor a denser table has a design, the rule tries each kind of change alone: period, bits of
+//! either encoder, tolerance, |S|. Every change in the error leads to a design.
 
 use std::fmt;
 
@@ -54,34 +55,34 @@ mod eigenvalues;
 #[cfg(test)]
 mod tests;
 
-/// Most |S| in a corner: the gain of the plant may still grow by 26 %.
+/// Largest |S| in a corner: the gain of the plant may still grow by 26 %.
 const CORNER_PEAK: f64 = 4.8;
 
-/// Designs are compared in corners of this many times the tolerance: those at the edge of what is demanded lose.
+/// Factor of the tolerance for the comparison of designs. It penalises designs at the edge of the constraints.
 const BEYOND: f64 = 1.75;
 
-/// Most |S| of a fast set that stays in.
+/// Largest |S| of the high gains when permanently active.
 const FAST_PEAK: f64 = 3.0;
 
-/// The resonance times the period is below this, or no sample tells which way the spring swings.
+/// Largest resonance times the period. Above it the samples do not determine the direction of the oscillation.
 const SEEN: f64 = 3.0;
 
-/// A loop is stable if its spectral radius is below this.
+/// Largest spectral radius of a stable loop.
 const STABLE: f64 = 1.0 - 1e-6;
 
-/// Most k_l T: a faster pole of a rigid shaft is over within a tick.
+/// Largest k_l T: a faster pole of a rigid shaft decays within a tick.
 const FASTEST: f64 = 1.5;
 
-/// Tolerances above this are demanded of the ratios only.
+/// Largest tolerance that is applied to the parameters. Above it only the ratios vary.
 const OF_PARAMETERS: f64 = 0.2;
 
-/// Angles from hanging that gravity is linearised at, rad.
+/// Angles from hanging at which gravity is linearised, rad.
 const ANGLES: [f64; 3] = [0.0, 1.0, std::f64::consts::PI];
 
-/// What the rule needs to know of a joint and its electronics.
+/// Data sheet of a joint and its electronics, the input of the rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointSheet {
-    /// The data sheet, everything behind the gear.
+    /// Data sheet, everything behind the gear.
     pub joint: Joint,
     /// One count of the encoders of link and motor behind the gear, rad; with electronic noise of σ rms
     /// √(count² + 18 σ²).
@@ -90,32 +91,32 @@ pub struct JointSheet {
     pub period_s: f64,
     /// Time constant of the current loop, s; 0 for none.
     pub lag_s: f64,
-    /// Ticks from a count to the u that answers it, 0 to 3.
+    /// Ticks from the computation of u until it is applied, 0 to 3.
     pub delay_ticks: usize,
-    /// Largest u of either sign, A.
+    /// Limit of u for both signs, A.
     pub most_a: f64,
     /// Tolerance of the parameters: 0.2 for ±20 %.
     pub uncertain: f64,
-    /// Largest peak of |S| at the plant's input by the data sheet.
+    /// Largest nominal peak of |S| at the plant input.
     pub peak: f64,
     /// Largest current noise from encoder counts, rms, as a share of `most_a`.
     pub noise_share: f64,
 }
 
-/// The limit that kept the bandwidth from being larger, in the order in which limits are checked.
+/// Limit of the bandwidth, in the order in which limits are checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Binding {
-    /// None: the observer is as fast as the ticks.
+    /// Period: the observer is as fast as the ticks allow.
     Period,
-    /// The regulator has no real pole left to reach with.
+    /// No real pole of the regulator is left for the reaching law.
     NoRealPole,
-    /// The regulator would be unstable with less gain, as at the limit of u.
+    /// Saturation: with a smaller gain, as at the limit of u, the regulator would be unstable.
     Saturation,
-    /// The peak of |S| by the data sheet.
+    /// Nominal peak of |S|.
     Margin,
     /// Current noise from encoder counts.
     Noise,
-    /// A corner of the tolerance that is unstable, or that has too large a |S|.
+    /// Corner of the tolerance that is unstable or has too large a |S|.
     Corner,
 }
 
@@ -125,46 +126,46 @@ impl fmt::Display for Binding {
             Self::Noise => "the current noise from the encoder counts",
             Self::Margin => "the peak of |S| by the data sheet",
             Self::Corner => "a corner of the tolerance",
-            Self::Saturation => "the largest current, at which the loop would swing",
-            Self::NoRealPole => "the spring, which leaves no real pole to reach with",
+            Self::Saturation => "the current limit, at which the loop would oscillate",
+            Self::NoRealPole => "the spring, which leaves no real pole for the reaching law",
             Self::Period => "the period",
         })
     }
 }
 
-/// A second gain set of the observer.
+/// High gains of the observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FastSet {
-    /// Bandwidths of the observer, link and motor, over the quiet ones.
+    /// Ratios of the observer bandwidths of the high and the base gains, link and motor.
     pub ratios: [f64; 2],
-    /// Innovation of both encoders, in `steps_rad`, below which the set stays out.
+    /// Innovation of both encoders, in `steps_rad`, below which the base gains stay active.
     pub calm_steps: [f64; 2],
-    /// Peak of |S| by the data sheet while the set stays in.
+    /// Nominal peak of |S| when permanently active.
     pub peak: f64,
-    /// The same in the worst corner.
+    /// Peak of |S| in the worst corner when permanently active.
     pub corner_peak: f64,
-    /// Dip under a load step over that of the quiet set.
+    /// Ratio of the dips under a load step, high to base gains.
     pub dip_ratio: f64,
-    /// Largest spectral radius of all corners while the set stays in.
+    /// Largest spectral radius of all corners when permanently active.
     pub radius: f64,
 }
 
-/// Gains by rule and the figures that they were accepted with.
+/// Gains by rule and their metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointRule {
-    /// w_c, the slower pole of the same law on a rigid shaft, rad/s.
+    /// w_c, the slower pole of the law on a rigid shaft, rad/s.
     pub surface_rad_s: f64,
-    /// k_l, the faster pole, 1/s.
+    /// k_l, the faster pole of the law on a rigid shaft, 1/s.
     pub reaching_per_s: f64,
     /// W_l, bandwidth of the observer of the link, rad/s.
     pub link_rad_s: f64,
     /// W_m, bandwidth of the observer of the motor, rad/s.
     pub motor_rad_s: f64,
-    /// A faster observer for loads that come suddenly, if one helps.
+    /// High gains for sudden loads, if they help.
     pub fast: Option<FastSet>,
-    /// What stopped the bandwidth.
+    /// Limit of the bandwidth.
     pub binding: Binding,
-    /// Peak of |S| by the data sheet, the larger of hanging and at 1 rad.
+    /// Nominal peak of |S|, the larger of hanging and at 1 rad.
     pub peak: f64,
     /// Peak of |S| in the worst corner.
     pub corner_peak: f64,
@@ -172,33 +173,33 @@ pub struct JointRule {
     pub noise_share: f64,
     /// Largest spectral radius of all corners.
     pub radius: f64,
-    /// Dip of the link under a load step, rad per N m: by the data sheet, and in the worst of four corners of 1.75
-    /// times the tolerance (ten times the first where that is unstable).
+    /// Dip of the link under a load step, rad per N m: nominal, and in the worst of four corners of 1.75 times the
+    /// tolerance. An unstable corner counts as ten times the nominal dip.
     pub dips_rad_per_n_m: [f64; 2],
 }
 
-/// A change of the data sheet after which the rule finds gains.
+/// Change of the data sheet with which the rule finds gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Remedy {
-    /// A shorter period, s.
+    /// Shorter period, s.
     Period(f64),
     /// Additional bits of the encoders of link and motor.
     Bits([u32; 2]),
-    /// A smaller tolerance of the parameters.
+    /// Smaller tolerance of the parameters.
     Tolerance(f64),
-    /// A larger peak of |S|.
+    /// Larger peak of |S|.
     Peak(f64),
-    /// Driving the joint as a rigid motor, by the encoder of the motor.
+    /// Driving the joint as a rigid motor, with the motor encoder.
     BehindGear,
 }
 
 impl Remedy {
-    /// Does the rule find gains with this change?
+    /// Returns true if the rule finds gains with this change.
     fn helps(&self, sheet: &JointSheet) -> bool {
         self.applied(sheet).is_some_and(|changed| Search::of(&changed).is_some_and(|mut search| search.exists()))
     }
 
-    /// The data sheet with this change; `None` for a joint that is to be driven as a motor.
+    /// Returns the data sheet with this change. `None` for a joint that is driven as a motor.
     pub fn applied(&self, sheet: &JointSheet) -> Option<JointSheet> {
         let mut out = *sheet;
         match *self {
@@ -220,35 +221,33 @@ impl fmt::Display for Remedy {
             Self::Period(period_s) => {
                 write!(f, "a period of {} us", (period_s * 1e7).round() / 10.0)
             }
-            Self::Bits([link, 0]) => write!(f, "{link} more bits of the encoder of the link"),
-            Self::Bits([0, motor]) => write!(f, "{motor} more bits of the encoder of the motor"),
+            Self::Bits([link, 0]) => write!(f, "{link} more bits of the link encoder"),
+            Self::Bits([0, motor]) => write!(f, "{motor} more bits of the motor encoder"),
             Self::Bits([link, motor]) => write!(f, "{link} and {motor} more bits of the encoders of link and motor"),
             Self::Tolerance(p) => write!(f, "parameters known to +-{} %", (p * 1e3).round() / 10.0),
             Self::Peak(peak) => write!(f, "a peak of |S| of {peak}"),
-            Self::BehindGear => {
-                f.write_str("the joint driven as a rigid [motor] with its load, by the encoder of the motor")
-            }
+            Self::BehindGear => f.write_str("driving the joint as a rigid [motor] with its load, by the motor encoder"),
         }
     }
 }
 
-/// No gains meet all demands.
+/// Error of the rule: no gains meet all constraints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refused {
-    /// The last limit that the designs failed at: all before it are met by some.
+    /// Last limit that the designs failed. Some designs met all limits before it.
     pub binding: Binding,
-    /// The resonance of both shafts on the spring, times the period.
+    /// Resonance of both shafts on the spring, times the period.
     pub resonance_per_tick: f64,
-    /// How far the spring twists under the weight of the level link, rad.
+    /// Twist of the spring under the gravity torque of the horizontal link, rad.
     pub sag_rad: f64,
-    /// Changes after each of which the rule finds gains, the smallest of its kind.
+    /// Changes that lead to gains, the smallest of each kind.
     pub remedies: Vec<Remedy>,
 }
 
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "no gains meet all limits, the last one being {}", self.binding)?;
-        let mut before = "; what helps: ";
+        write!(f, "no gains meet all limits; the last limit is {}", self.binding)?;
+        let mut before = "; changes that help: ";
         for remedy in &self.remedies {
             write!(f, "{before}{remedy}")?;
             before = ", or ";
@@ -257,85 +256,85 @@ impl fmt::Display for Refused {
     }
 }
 
-/// What makes a design of one bandwidth, see the module's head.
+/// Shape of a design, which together with W gives all bandwidths. See the module documentation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shape {
-    /// β.
+    /// Ratio β of the random walks of the torques, motor to link.
     walk: f64,
-    /// r.
+    /// Ratio r of the speeds of regulator and observer.
     law: f64,
-    /// κ.
+    /// Ratio κ of the two poles of the regulator.
     apart: f64,
 }
 
-/// The four numbers of a design, rad/s.
+/// Poles of the regulator and bandwidths of the observer, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bandwidths {
     poles: [f64; 2],
     observers: [f64; 2],
 }
 
-/// A plant that the loop must be stable with, and the angle that it hangs at.
+/// Plant in a corner, and the index of its angle.
 struct Corner {
     plant: Plant,
     angle: usize,
-    /// Must the fast set bear it too, as if it stayed in?
+    /// True if the high gains must also be stable in this corner when permanently active.
     of_fast: bool,
 }
 
-/// Gains and the loops by the data sheet.
+/// Gains with their controllers and nominal metrics.
 struct Gains {
     controllers: Vec<Controller>,
     noise_share: f64,
     peak: f64,
 }
 
-/// How the largest W of a shape is looked for.
-struct Way {
+/// Parameters of the search for the largest W of a shape.
+struct SearchSettings {
     /// Lowest and highest W, rad/s.
     span: [f64; 2],
-    /// Step down.
+    /// Ratio of a step down.
     ratio: f64,
-    /// Rounds of bisection after it.
+    /// Rounds of bisection after the steps.
     halvings: usize,
-    /// A shape whose first feasible W costs more is given up.
+    /// Cost of the first feasible W above which a shape is dropped.
     hopeless: f64,
-    /// Whether all corners must bear the result, or the active ones.
+    /// True if the result must be valid in all corners, not only in the active ones.
     all: bool,
 }
 
-/// The design of a shape at its largest W.
+/// Design of a shape at its largest W.
 struct Found {
     shape: Shape,
     w: f64,
     bandwidths: Bandwidths,
     gains: Gains,
     cost: f64,
-    /// By the data sheet and in the worst corner, rad per N m.
+    /// Dips, nominal and in the worst corner, rad per N m.
     dips: [f64; 2],
 }
 
-/// A sheet with all that does not depend on the gains.
+/// Data sheet with all quantities that do not depend on the gains.
 struct Search<'a> {
     sheet: &'a JointSheet,
     ratios: JointRatios,
     tick: JointTick,
     model: Model,
-    /// By the data sheet: hanging and at 1 rad.
+    /// Nominal plants: hanging and at 1 rad.
     nominal: Vec<Plant>,
     corners: Vec<Corner>,
     /// Corners for the dip.
     loaded: Vec<Corner>,
-    /// Numbers of the corners that decided a verdict, the last one first.
+    /// Active corners: indices of the corners that rejected a design, the last one first.
     active: Vec<usize>,
-    /// The last limit that any design failed at.
+    /// Last limit that any design failed.
     furthest: Binding,
 }
 
-/// Gains for a joint, and what they were accepted with; or what must change.
+/// Returns gains for a joint with their metrics.
 ///
 /// # Errors
-/// [`Refused`] if no bandwidth meets all limits.
+/// Returns [`Refused`] with remedies if no bandwidth meets all limits.
 pub fn joint_rule(sheet: &JointSheet) -> Result<JointRule, Refused> {
     let resonance = {
         let r = JointRatios::of(&sheet.joint, sheet.lag_s);
@@ -358,9 +357,9 @@ pub fn joint_rule(sheet: &JointSheet) -> Result<JointRule, Refused> {
     refused(binding, remedies(sheet))
 }
 
-/// The smallest change of each kind after which gains exist.
+/// Returns the smallest change of each kind that leads to gains.
 fn remedies(sheet: &JointSheet) -> Vec<Remedy> {
-    // No encoder counts finer than 2^24 a turn of the link.
+    // No encoder has more than 2^24 counts per revolution of the link.
     let is_made = |remedy: &Remedy| match *remedy {
         Remedy::Bits(more) => (0..2).all(|k| {
             let finest = std::f64::consts::TAU / f64::from(1_u32 << 24);
@@ -371,7 +370,7 @@ fn remedies(sheet: &JointSheet) -> Vec<Remedy> {
     let helps = |remedy: &Remedy| is_made(remedy) && remedy.helps(sheet);
     let first = |mut from: &mut dyn Iterator<Item = Remedy>| Iterator::find(&mut from, helps);
     let bits = |of: fn(u32) -> [u32; 2]| {
-        // The most first, and two less, as more are not always better: mostly none helps, and then these show it.
+        // Three samples first, because more bits are not always better and mostly none helps.
         let all = |more| Remedy::Bits(of(more));
         let most = (1..=8).rev().find(|&more| is_made(&all(more)))?;
         let some = [most, most.div_ceil(2), 1];
@@ -390,7 +389,7 @@ fn remedies(sheet: &JointSheet) -> Vec<Remedy> {
     found
 }
 
-/// The joint with J_l, J_m, K, K_t, weight each times 1 + `p` or 1 - `p`, by the bits of `corner`.
+/// Returns the joint with J_l, J_m, K, K_t, weight each times 1 + `p` or 1 - `p`, by the bits of `corner`.
 fn with_parameters(joint: &Joint, corner: usize, p: f64) -> Joint {
     let by = |bit: usize| {
         if corner >> bit & 1 == 1 { 1.0 + p } else { 1.0 - p }
@@ -405,7 +404,7 @@ fn with_parameters(joint: &Joint, corner: usize, p: f64) -> Joint {
     }
 }
 
-/// The five ratios each times 1 + `p` or 1 - `p`, by the bits of `corner`.
+/// Returns the five ratios each times 1 + `p` or 1 - `p`, by the bits of `corner`.
 fn with_ratios(r: &JointRatios, corner: usize, p: f64) -> JointRatios {
     let by = |bit: usize| {
         if corner >> bit & 1 == 1 { 1.0 + p } else { 1.0 - p }
@@ -421,7 +420,7 @@ fn with_ratios(r: &JointRatios, corner: usize, p: f64) -> JointRatios {
 }
 
 impl<'a> Search<'a> {
-    /// `None` if a plant has no eigenvalues that can be found.
+    /// Prepares the search. `None` if the eigenvalues of a plant are not found.
     fn of(sheet: &'a JointSheet) -> Option<Self> {
         let (joint, t, p) = (&sheet.joint, sheet.period_s, sheet.uncertain);
         let ratios = JointRatios::of(joint, sheet.lag_s);
@@ -435,7 +434,7 @@ impl<'a> Search<'a> {
         };
         let angles = if joint.weight_n_m == 0.0 { 1 } else { ANGLES.len() };
         let nominal = (0..angles.min(2)).map(|k| Some(own(joint, sheet.lag_s, k)?.plant)).collect::<Option<_>>()?;
-        // Corners of the weight only where there is one.
+        // Corners of the weight only with a weight.
         let parameters = if joint.weight_n_m == 0.0 { 16 } else { 32 };
         let (mut corners, at) = (Vec::new(), angles.min(2) - 1);
         let spring = joint.weight_n_m / joint.link_inertia_kg_m2 * ANGLES[at].cos();
@@ -457,7 +456,7 @@ impl<'a> Search<'a> {
                 corners.push(own(&with_parameters(joint, corner, p.min(OF_PARAMETERS)), lag_s, at)?);
             }
         }
-        // Of J_l, J_m, K, K_t: heavy and weak, light and strong, each with a soft and a stiff spring.
+        // J_l, J_m, K, K_t: heavy and weak, light and strong, each with a soft and a stiff spring.
         let loaded = [0b00011, 0b00111, 0b01000, 0b01100]
             .iter()
             .map(|&corner| own(&with_parameters(joint, corner, (BEYOND * p).min(0.8)), sheet.lag_s, at))
@@ -482,12 +481,12 @@ impl<'a> Search<'a> {
         Bandwidths { poles: [law / apart, law * apart], observers: [w, w * (shape.walk * link / motor).cbrt()] }
     }
 
-    /// The lowest angle per tick at which |S| can have a peak.
+    /// Returns the lowest angle per tick at which |S| can have a peak.
     fn slow(&self, of: &Bandwidths) -> f64 {
         (0.1 * of.poles[0].min(of.observers[0]) * self.sheet.period_s).min(0.1)
     }
 
-    /// Whether a design meets what is demanded by the data sheet: noise up to `noise`, |S| up to `peak`.
+    /// Checks the nominal constraints: noise up to `noise`, |S| up to `peak`.
     fn nominally(&self, of: &Bandwidths, noise: f64, peak: f64) -> Result<Gains, Binding> {
         let sheet = self.sheet;
         if of.poles[1] * sheet.period_s > FASTEST {
@@ -523,7 +522,7 @@ impl<'a> Search<'a> {
         Ok(out)
     }
 
-    /// Radius and peak of |S| in a corner.
+    /// Returns spectral radius and peak of |S| in a corner.
     fn in_corner(&self, number: usize, gains: &Gains, slow: f64) -> [f64; 2] {
         let corner = &self.corners[number];
         let one = Loop::of(&corner.plant, &gains.controllers[corner.angle]);
@@ -533,10 +532,10 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Whether the active corners, or all, bear a design; the one that does not becomes active.
+    /// Checks a design in the active or in all corners. A corner that rejects it becomes active.
     fn borne(&mut self, gains: &Gains, slow: f64, peak: f64, (all, is_fast): (bool, bool)) -> Option<[f64; 2]> {
         let mut worst = [0.0_f64; 2];
-        // What swings for longer than a hundred time constants of the loop is as good as unstable.
+        // An oscillation longer than a hundred time constants of the loop counts as unstable.
         let stable = STABLE.min(1.0 - 0.1 * slow);
         let bad = |[radius, size]: [f64; 2]| !(radius < stable && size <= peak);
         for place in 0..self.active.len() {
@@ -578,16 +577,16 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// The limit that a shape meets next above W.
+    /// Returns the next limit of a shape above W.
     fn limit(&mut self, shape: &Shape, w: f64) -> Binding {
         let most = self.bounds()[1];
         let above = (1..).map(|k| w * 1.07_f64.powi(k)).take_while(|&w| w < most);
         above.into_iter().find_map(|w| self.feasible(shape, w, false).err()).unwrap_or(Binding::Period)
     }
 
-    /// The largest feasible W of a shape, by steps down and then by bisection.
-    fn largest(&mut self, shape: &Shape, way: &Way) -> Option<Found> {
-        let (&Way { span: [low, high], halvings, hopeless, all, .. }, mut ratio) = (way, way.ratio);
+    /// Finds the largest feasible W of a shape, by steps down and then by bisection.
+    fn largest(&mut self, shape: &Shape, way: &SearchSettings) -> Option<Found> {
+        let (&SearchSettings { span: [low, high], halvings, hopeless, all, .. }, mut ratio) = (way, way.ratio);
         let (mut w, mut above) = (high, high);
         loop {
             let gains = loop {
@@ -616,12 +615,12 @@ impl<'a> Search<'a> {
                 let (cost, dips) = self.cost(&bandwidths, &gains);
                 return Some(Found { shape: *shape, w, bandwidths, gains, cost, dips });
             }
-            // The corner that was not active is now: a little lower it holds.
+            // A corner has become active: continue with smaller steps.
             ratio = ratio.min(1.15);
         }
     }
 
-    /// Mean logarithm of dip and area, nominal and in corners; and both dips.
+    /// Returns the cost, the mean logarithm of dip and area, nominal and in corners; and both dips.
     fn cost(&self, of: &Bandwidths, gains: &Gains) -> (f64, [f64; 2]) {
         let t = self.sheet.period_s;
         let horizon = 12.0 / (of.poles[0].min(of.observers[0]) * t);
@@ -635,30 +634,32 @@ impl<'a> Search<'a> {
             let found = own(&corner.plant, corner.angle);
             worst = [worst[0].max(found[0]), worst[1].max(found[1])];
         }
-        // A corner beyond the tolerance may be unstable, but not for nothing.
+        // A corner beyond the tolerance may be unstable, at a cost.
         worst = [worst[0].min(10.0 * dip), worst[1].min(10.0 * area)];
         (0.25 * (dip * worst[0]).log10() + 0.25 * (area * t * worst[1] * t).log10(), [dip, worst[0]])
     }
 
-    /// Whether there is a design in the table.
+    /// Returns true if the table contains a design.
     fn exists(&mut self) -> bool {
-        let way = Way { span: self.bounds(), ratio: COARSE, halvings: 0, hopeless: f64::INFINITY, all: true };
+        let way =
+            SearchSettings { span: self.bounds(), ratio: COARSE, halvings: 0, hopeless: f64::INFINITY, all: true };
         table_of_shapes().any(|shape| self.largest(&shape, &way).is_some())
     }
 
-    /// Bandwidths between which W is searched, rad/s.
+    /// Returns the range of W, rad/s.
     fn bounds(&self) -> [f64; 2] {
         [1e-4, 1.5].map(|of| of / self.sheet.period_s)
     }
 
-    /// The best of the table, then down along each number of its shape; then with the fast set.
+    /// Returns the best design: from the table, by descent along each number of the shape, then with high gains.
     fn best(&mut self) -> Option<JointRule> {
-        let mut way = Way { span: self.bounds(), ratio: COARSE, halvings: 4, hopeless: f64::INFINITY, all: true };
+        let mut way =
+            SearchSettings { span: self.bounds(), ratio: COARSE, halvings: 4, hopeless: f64::INFINITY, all: true };
         let mut table: Vec<Found> = Vec::new();
         for shape in table_of_shapes() {
             table.extend(self.largest(&shape, &way));
             way.hopeless = table.iter().map(|one| one.cost + HOPELESS).fold(f64::INFINITY, f64::min);
-            // From then on the corners that matter are active.
+            // After three designs the decisive corners are active.
             way.all = table.len() < 3;
         }
         table.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -669,16 +670,16 @@ impl<'a> Search<'a> {
             }
         }
         if found.is_empty() {
-            way = Way { ratio: FINE, hopeless: f64::INFINITY, all: true, ..way };
+            way = SearchSettings { ratio: FINE, hopeless: f64::INFINITY, all: true, ..way };
             let first = dense_table().find_map(|shape| self.largest(&shape, &way))?;
             found.extend(self.descended(&first.shape, first.w));
         }
-        // A fast set needs room: the largest W need not be the best one.
+        // High gains need margin, so the largest W is not always the best.
         let mut best = None;
         for one in found {
             for by in [1.0, 0.8, 0.64, 0.5] {
                 let span = [0.85 * by * one.w, by * one.w];
-                let way = Way { span, ratio: 1.1, halvings: 0, hopeless: f64::INFINITY, all: true };
+                let way = SearchSettings { span, ratio: 1.1, halvings: 0, hopeless: f64::INFINITY, all: true };
                 let Some(slower) = self.largest(&one.shape, &way) else { continue };
                 let (cost, fast) = self.fast(&slower);
                 if best.as_ref().is_none_or(|(least, _, _)| cost < least - 1e-3) {
@@ -689,10 +690,11 @@ impl<'a> Search<'a> {
         best.map(|(_, one, fast)| self.rule(&one, fast))
     }
 
-    /// The best shape in reach of steps along one number at a time, borne by all corners.
+    /// Descends from a shape along one number at a time. The result is valid in all corners.
     fn descended(&mut self, shape: &Shape, w: f64) -> Option<Found> {
         let low = self.bounds()[0];
-        let down = |w: f64| Way { span: [low, w], ratio: 1.1, halvings: 2, hopeless: f64::INFINITY, all: true };
+        let down =
+            |w: f64| SearchSettings { span: [low, w], ratio: 1.1, halvings: 2, hopeless: f64::INFINITY, all: true };
         let mut best = self.largest(shape, &down(w))?;
         for _ in 0..2 {
             let ended = self.descent(best);
@@ -701,7 +703,7 @@ impl<'a> Search<'a> {
                 return self.largest(shape, &down(w));
             };
             best = borne;
-            // A corner that was not active may have had more to say.
+            // A corner that was not active may have raised the cost.
             if best.cost < promised + 0.01 {
                 break;
             }
@@ -709,7 +711,7 @@ impl<'a> Search<'a> {
         Some(best)
     }
 
-    /// Steps along one number at a time, by the active corners.
+    /// Descends along one number at a time, in the active corners.
     fn descent(&mut self, mut best: Found) -> Found {
         let most = self.bounds()[1];
         for factor in [2.5, 1.58, 1.26] {
@@ -723,7 +725,7 @@ impl<'a> Search<'a> {
                         _ => shape.apart = (shape.apart * by).max(1.0),
                     }
                     let span = [0.4 * best.w, (2.5 * best.w).min(most)];
-                    let way = Way { span, ratio: 1.3, halvings: 3, hopeless: best.cost + 0.4, all: false };
+                    let way = SearchSettings { span, ratio: 1.3, halvings: 3, hopeless: best.cost + 0.4, all: false };
                     match self.largest(&shape, &way) {
                         Some(found) if found.cost < best.cost - 3e-3 => best = found,
                         _ => break,
@@ -734,7 +736,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// The design with its figures in all corners.
+    /// Returns the design with its metrics in all corners.
     fn rule(&mut self, best: &Found, mut fast: Option<FastSet>) -> JointRule {
         if let Some(set) = &mut fast {
             let [link, motor] = best.bandwidths.observers;
@@ -744,7 +746,7 @@ impl<'a> Search<'a> {
                 self.nominally(&of, f64::INFINITY, FAST_PEAK).map_or([1.0; 2], |gains| self.calm_steps(&gains));
         }
         let slow = self.slow(&best.bandwidths);
-        // Accepted in all corners before.
+        // The design is valid in all corners.
         let [radius, corner_peak] =
             self.borne(&best.gains, slow, f64::INFINITY, (true, false)).unwrap_or([f64::INFINITY; 2]);
         let Bandwidths { poles: [surface_rad_s, reaching_per_s], observers: [link_rad_s, motor_rad_s] } =
@@ -764,8 +766,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The fast set with the least dips, if they are well below the quiet ones, still without its calm level; and the
-    /// cost of both sets, in which the dips are the fast ones.
+    /// Returns the high gains with the smallest dips, if these are well below the dips of the base gains; `calm_steps`
+    /// is set later. Also returns the cost of both sets, with the dips of the high gains.
     fn fast(&mut self, quiet: &Found) -> (f64, Option<FastSet>) {
         let slow = self.slow(&quiet.bandwidths);
         let most = self.bounds()[1];
@@ -799,7 +801,7 @@ impl<'a> Search<'a> {
         (quiet.cost, None)
     }
 
-    /// Three times the innovation that the loop makes of its own counts in any corner, at least one count.
+    /// Returns three times the rms innovation from the counts in any corner, at least one count.
     fn calm_steps(&self, gains: &Gains) -> [f64; 2] {
         let noise = self.sheet.steps_rad.map(|step| step / 12_f64.sqrt());
         let mut calm = [1.0_f64; 2];
@@ -814,17 +816,17 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Step of the first way down, and of a table that is dense.
+/// Ratios of a step down for the first and for the dense table.
 const COARSE: f64 = 1.5;
 const FINE: f64 = 1.25;
 
-/// So many shapes of the table go on.
+/// Number of shapes of the table from which a descent starts.
 const DESCENTS: usize = 3;
 
-/// A shape is given up if it is so much worse at the first W that is feasible.
+/// Excess cost at the first feasible W above which a shape is dropped.
 const HOPELESS: f64 = 0.8;
 
-/// The shapes to begin with; rigid shafts have two real poles from κ = 1 on.
+/// Returns the first shapes. Rigid shafts have two real poles from κ = 1 on.
 fn table_of_shapes() -> impl Iterator<Item = Shape> {
     [0.1, 3.0, 0.5, 15.0, 0.02, 90.0].into_iter().flat_map(|walk| {
         [(0.7, 1.7), (2.0, 1.7), (0.35, 6.0), (0.7, 6.0), (2.0, 6.0), (0.35, 20.0), (2.0, 20.0)]
@@ -832,7 +834,7 @@ fn table_of_shapes() -> impl Iterator<Item = Shape> {
     })
 }
 
-/// More of them, for joints that none of the table fits.
+/// Returns more shapes, for joints without a design in the first table.
 fn dense_table() -> impl Iterator<Item = Shape> {
     let walks = [0.2, 0.05, 1.0, 6.0, 0.01, 30.0, 250.0, 0.002, 1500.0];
     walks.into_iter().flat_map(|walk| {

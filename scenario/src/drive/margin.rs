@@ -1,9 +1,8 @@
-//! Bandwidths of a motor for a stability margin: one of the two rules, or between them for a peak of the sensitivity
-//! function that is asked for.
+//! Bandwidths of a motor for a stability margin: one of two rules, or between them for a given peak sensitivity.
 //!
-//! The peak Ms of |S| says how much may be wrong: the phase margin is at least 2 asin(1/(2 Ms)), and the plant's gain
-//! may grow by Ms/(Ms - 1). Here S is the discrete Fourier transform of a pulse's answer: with an impulse w at the
-//! plant's input, v = u + w is the impulse response of S. `study::margins` computes the same of matrices.
+//! The peak Ms of |S| bounds the margins: the phase margin is at least 2 asin(1/(2 Ms)), and the gain of the plant may
+//! grow by Ms/(Ms - 1). Here S is the discrete Fourier transform of a pulse response: with an impulse w at the input of
+//! the plant, v = u + w is the impulse response of S. `study::margins` computes S from matrices.
 
 use controller_core::drive::{MotorBandwidths, MotorDesign, MotorMargin};
 use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
@@ -11,13 +10,13 @@ use loop_sim::plant::Plant;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A name or a number.
+/// Stability margin: a rule or a peak sensitivity.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MarginKey {
-    /// One of the rules.
+    /// Rule for the bandwidths.
     Rule(MarginRule),
-    /// Peak of the sensitivity function with the quiet gain set, by the data sheet.
+    /// Nominal peak sensitivity of the base gains.
     Peak(#[schemars(range(min = 1.2, max = 3))] f64),
 }
 
@@ -27,18 +26,18 @@ impl Default for MarginKey {
     }
 }
 
-/// The rules for the bandwidths of a motor.
+/// Rules for the bandwidths of a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MarginRule {
-    /// Peak of the sensitivity function up to 2.2, up to 2.7 with the fast gain set.
+    /// Peak sensitivity up to 2.2, with the high gains up to 2.7.
     Fast,
-    /// Peak up to 1.55, up to 2.0 with the fast gain set; a load moves the shaft by about half more.
+    /// Peak sensitivity up to 1.55, with the high gains up to 2.0. The deflection under a load is about half larger.
     Standard,
 }
 
 impl MarginKey {
-    /// The rule that it is or begins with.
+    /// Returns the rule, or the rule that the search starts from.
     pub(super) const fn rule(self) -> MotorMargin {
         match self {
             Self::Rule(MarginRule::Fast) => MotorMargin::Fast,
@@ -47,10 +46,10 @@ impl MarginKey {
     }
 }
 
-/// Slower than the standard rule the observer is made by at most this factor.
+/// Largest factor by which the observer becomes slower than in the standard rule.
 const SLOWEST: f64 = 8.0;
 
-/// This design with the bandwidths of a margin, by an encoder with this noise. `peak` is what a design has.
+/// Returns the design with the bandwidths of a margin, for this encoder noise. `peak` returns the peak of a design.
 pub(super) fn with_margin(
     design: MotorDesign,
     key: MarginKey,
@@ -65,7 +64,7 @@ pub(super) fn with_margin(
     };
     let design = of(MotorMargin::Standard);
     let [standard, fast] = [design, of(MotorMargin::Fast)].map(|design| design.bandwidths);
-    // 0 is the standard rule and 1 the fast one; below 0 the observer alone gets slower.
+    // 0 is the standard rule, 1 the fast rule; below 0 only the observer becomes slower.
     let at = |share: f64| {
         let between = |slow: f64, fast: f64| slow * (fast / slow).powf(share.max(0.0));
         let slower = SLOWEST.powf(share.min(0.0));
@@ -81,13 +80,13 @@ pub(super) fn with_margin(
     let (mut low, mut high) = (-1.0, 1.0);
     for _ in 0..16 {
         let middle = 0.5 * (low + high);
-        // One that is refused is too fast.
+        // An invalid design is too fast.
         if peak(&at(middle)).is_some_and(|peak| peak <= asked) { low = middle } else { high = middle }
     }
     at(low)
 }
 
-/// Largest |S| at the plant's input; none of a loop that cannot be computed or does not decay.
+/// Returns the largest |S| at the plant input. `None` if the loop cannot be computed or does not decay.
 pub(super) fn sensitivity_peak(
     law: &dyn LawAtRest,
     plant: &dyn Plant,
@@ -108,7 +107,7 @@ pub(super) fn sensitivity_peak(
     Some(phases.map(size_at).fold(0.0, f64::max))
 }
 
-/// The answer of v to a pulse, until nothing is left of it.
+/// Returns the pulse response of v until it has decayed.
 fn pulse(law: &dyn LawAtRest, plant: &dyn Plant, period_s: f64, delay_ticks: usize) -> Option<Vec<f64>> {
     const MOST: usize = 20_000;
     let law = LinearTick::of(law, true);

@@ -1,4 +1,4 @@
-//! How long a motion takes: what current and supply surely allow, and what a file is told that asks for more.
+//! Duration of a motion within the limits of current and supply, and warnings for a reference beyond them.
 
 use loop_sim::plant::Supply;
 use loop_sim::port::drive::{Goal, Motion};
@@ -7,65 +7,65 @@ use super::build::{rounded, up};
 use super::inertia::Inertia;
 use crate::error::shown;
 
-/// The longest way onto a reference that is looked for, s.
+/// Longest transition onto a reference that is tried, s.
 const LONGEST_S: f64 = 100.0;
-/// Share of the largest current, and of the supply, that a motion is planned with.
+/// Share of the current limit and of the supply that a plan may use.
 const SHARE: f64 = 0.9;
-/// A motor with more times the current is another one.
+/// Largest factor of a proposed current limit.
 const MOST_TIMES: f64 = 1000.0;
-/// Back-EMF up to which no supply is asked for, V: a cell of lithium has more.
+/// Back-EMF up to which no supply is required, V. A lithium cell has more.
 const ANY_SUPPLY_V: f64 = 3.0;
 
-/// A motion, and how long the way onto the reference may be.
-pub(super) struct Wanted {
+/// Motion with the allowed duration of its transition.
+pub(super) struct PlanGoal {
     pub(super) motion: Motion,
-    /// The least ticks, if the number is to be found.
+    /// Smallest number of ticks, if the duration is computed. `None` if the file sets it.
     pub(super) fewest: Option<u32>,
 }
 
-/// A motion that a drive will run, and the largest speed of its reference, rad/s.
+/// Planned motion of a drive, and the largest speed of its reference, rad/s.
 pub(super) struct Planned {
     pub(super) motion: Motion,
     pub(super) speed_rad_s: f64,
 }
 
-/// The largest values along a motion.
+/// Largest values along a motion.
 struct Peaks {
     current_a: f64,
     /// Share of the supply.
     share: f64,
     back_emf_v: f64,
-    /// Of the motor behind the gear, and of the reference.
+    /// Speed of the motor, converted to the output side of the gear, rad/s.
     motor_rad_s: f64,
     reference_rad_s: f64,
 }
 
-/// What a motion asks of a drive, and how much there is.
+/// Demand of a motion and limits of the drive.
 #[derive(Clone, Copy)]
-pub(super) struct Asked<'a, const J: usize> {
-    /// The table of its data sheet.
+pub(super) struct PlanLimits<'a, const J: usize> {
+    /// Name of the table of the data sheet.
     pub(super) plant: &'static str,
     pub(super) max_current_a: f64,
-    /// Of K_t, and of what the inertia may be.
+    /// Tolerance of K_t, percent.
     pub(super) uncertain_percent: f64,
     pub(super) inertia: Inertia,
     pub(super) supply: Option<Supply>,
-    /// The supply that the file would have with another `max_current_a`.
+    /// Returns the supply of the file for another `max_current_a`.
     pub(super) supply_of: &'a dyn Fn(f64) -> Option<Supply>,
-    /// K_t behind the gear, and its ratio.
+    /// Torque constant K_t behind the gear, N m/A.
     pub(super) torque_n_m_per_a: f64,
     pub(super) gear: f64,
-    /// Current of a jet by the data sheet, A.
+    /// Returns the current for a trajectory point by the data sheet, A.
     pub(super) feed_forward: &'a dyn Fn(&[f64; J]) -> f64,
-    /// Speed of the motor behind the gear, rad/s.
+    /// Returns the speed of the motor, converted to the output side of the gear, rad/s.
     pub(super) speed: &'a dyn Fn(&[f64; J]) -> f64,
-    /// `limits.max_speed_rad_s`, of what is told where to be.
+    /// Speed limit `limits.max_speed_rad_s` of the reference, rad/s.
     pub(super) max_speed_rad_s: Option<f64>,
 }
 
-impl<const J: usize> Asked<'_, J> {
-    /// 90 % of the limit, for a motor as weak and heavy as it may be. A plan that the true motor cannot follow ends in
-    /// ringing at the limits.
+impl<const J: usize> PlanLimits<'_, J> {
+    /// Returns 90 % of the current limit, derated for the weakest and heaviest motor within the tolerance. A plan that
+    /// the true motor cannot follow ends with oscillations at the limits.
     fn within_a(&self) -> f64 {
         SHARE * self.max_current_a * (100.0 - self.uncertain_percent) / self.inertia.percent[1]
     }
@@ -74,12 +74,12 @@ impl<const J: usize> Asked<'_, J> {
         self.torque_n_m_per_a * (self.speed)(jet)
     }
 
-    /// Share of the supply that a jet takes of the motor of the data sheet; 0 without a supply.
+    /// Returns the share of the supply that a trajectory point needs by the data sheet; 0 without a supply.
     fn share(&self, jet: &[f64; J]) -> f64 {
         self.supply.map_or(0.0, |it| it.asked_v(self.back_emf_v(jet), (self.feed_forward)(jet)).abs() / it.volt)
     }
 
-    /// The same of the worst motor that may be: K_t and inertia each as far off as they may be.
+    /// Returns the share of the supply for the worst motor, with K_t and inertia at the ends of their tolerance.
     fn sure_share(&self, jet: &[f64; J]) -> f64 {
         let Some(supply) = self.supply else { return 0.0 };
         let (current, back_emf_v) = ((self.feed_forward)(jet), self.back_emf_v(jet));
@@ -92,12 +92,12 @@ impl<const J: usize> Asked<'_, J> {
         shares.fold(0.0, f64::max)
     }
 
-    /// Share of the top speed, of which all may be used but what the loop overshoots by.
+    /// Returns the share of the speed limit; 0 without a limit.
     fn speed_share(&self, jet: &[f64; J]) -> f64 {
         self.max_speed_rad_s.map_or(0.0, |most| jet[1].abs() / most)
     }
 
-    /// What a jet surely takes, as a current of which there are [`within_a`](Self::within_a).
+    /// Returns the worst demand of a trajectory point as a current, to compare with [`within_a`](Self::within_a).
     fn surely_a(&self, jet: &[f64; J]) -> f64 {
         let share = self.sure_share(jet).max(self.speed_share(jet)) / SHARE;
         (self.feed_forward)(jet).abs().max(self.within_a() * share)
@@ -111,17 +111,17 @@ impl<const J: usize> Asked<'_, J> {
         Peaks { current_a, share, back_emf_v, motor_rad_s, reference_rad_s }
     }
 
-    /// Has the drive of the data sheet enough for all of it?
+    /// Returns true if the nominal drive can follow the motion.
     fn suffices<const P: usize>(&self, motion: &Motion, last: u32) -> bool {
         over(&self.peaks::<P>(motion, last), self).is_empty()
     }
 }
 
-impl Wanted {
-    /// The motion with the shortest duration that current and supply surely allow; else as a jump, with a warning.
+impl PlanGoal {
+    /// Returns the motion with the shortest duration within current and supply. Otherwise a step, with a warning.
     pub(super) fn planned<const P: usize, const J: usize>(
         &self,
-        asked: &Asked<'_, J>,
+        asked: &PlanLimits<'_, J>,
         last: usize,
         warnings: &mut Vec<String>,
     ) -> Planned {
@@ -142,17 +142,17 @@ impl Wanted {
         Planned { motion, speed_rad_s: peaks.reference_rad_s }
     }
 
-    /// The longest way that is looked for, in ticks.
+    /// Returns the longest transition that is tried, in ticks.
     fn most(&self) -> u32 {
         (LONGEST_S / self.motion.period_s) as u32
     }
 
-    fn shortest<const P: usize, const J: usize>(&self, fewest: u32, asked: &Asked<'_, J>) -> Option<Motion> {
+    fn shortest<const P: usize, const J: usize>(&self, fewest: u32, asked: &PlanLimits<'_, J>) -> Option<Motion> {
         self.motion.shortest::<P, J>([fewest, self.most().max(fewest)], asked.within_a(), |jet| asked.surely_a(jet))
     }
 
-    /// The least that the largest of something is on a way onto the goal, of the ways that
-    /// [`shortest`](Self::shortest) tries. The slowest way need not be the easiest.
+    /// Returns the smallest peak of a quantity over the transitions that [`shortest`](Self::shortest) tries. The
+    /// slowest transition is not always the easiest.
     fn easiest<const P: usize, const J: usize>(&self, of: impl Fn(&[f64; J]) -> f64) -> f64 {
         const POINTS: u64 = 64;
         let start = self.motion.start;
@@ -166,15 +166,15 @@ impl Wanted {
         durations.take_while(|ticks| *ticks <= self.most()).map(peak).fold(f64::INFINITY, f64::min)
     }
 
-    /// A larger current with which the reference is followed; none where the supply does not drive it.
+    /// Returns a larger current limit for the reference. `None` if the supply does not reach it.
     fn stronger<const P: usize, const J: usize>(
         &self,
-        asked: &Asked<'_, J>,
+        asked: &PlanLimits<'_, J>,
         least_a: f64,
         last: u32,
     ) -> Option<String> {
         let enough = up(1.01 * least_a * asked.max_current_a / asked.within_a());
-        let stronger = Asked { max_current_a: enough, supply: (asked.supply_of)(enough), ..*asked };
+        let stronger = PlanLimits { max_current_a: enough, supply: (asked.supply_of)(enough), ..*asked };
         let is_motor = enough <= MOST_TIMES * asked.max_current_a;
         let is_driven = stronger.supply.is_none_or(|Supply { volt, ohm }| volt / ohm >= 0.999 * enough);
         let motion = self.shortest::<P, J>(self.fewest.unwrap_or(1), &stronger).filter(|_| is_motor && is_driven)?;
@@ -182,8 +182,8 @@ impl Wanted {
         is_enough.then(|| format!("{}.max_current_a = {} is enough", asked.plant, shown(enough)))
     }
 
-    /// What is said of a reference that no way leads onto.
-    fn jump<const P: usize, const J: usize>(&self, asked: &Asked<'_, J>, last: u32) -> String {
+    /// Returns the warning for a reference without a valid transition.
+    fn jump<const P: usize, const J: usize>(&self, asked: &PlanLimits<'_, J>, last: u32) -> String {
         let (within_a, max_current_a) = (asked.within_a(), asked.max_current_a);
         let least_a = self.easiest::<P, J>(asked.feed_forward);
         let share = self.easiest::<P, J>(|jet| asked.sure_share(jet));
@@ -202,30 +202,35 @@ impl Wanted {
         }
         let remedies: Vec<String> = stronger.into_iter().chain(self.slower::<P, J>(asked, last, &[])).collect();
         let takes = takes.join(" and ");
-        let takes = if takes.is_empty() { takes } else { format!("even in {LONGEST_S} s it takes {takes}: ") };
+        let easiest = format!("the easiest transition of up to {LONGEST_S} s needs {takes}: ");
+        let takes = if takes.is_empty() { takes } else { easiest };
         let remedy = match remedies.as_slice() {
             [] if takes.is_empty() => "give reference.duration_s".into(),
-            [] => "a nearer or slower goal".into(),
+            [] => "take a nearer or slower goal".into(),
             remedies => remedies.join(", or "),
         };
-        let of_supply =
-            asked.supply.map_or_else(String::new, |it| format!(" and 90 % of the {} V", shown(rounded(it.volt))));
+        let of_supply = asked.supply.map_or_else(String::new, |it| format!(" and of {} V", shown(rounded(it.volt))));
         format!(
-            "the reference begins with a jump: no way onto it stays within {} A, 90 % of the {} A{of_supply} for a \
-             plant as weak and heavy as drive.uncertain_percent = {} allows; {takes}{remedy}",
+            "the reference starts with a step: no transition stays within {} A (90 % of {} A{of_supply}, derated for \
+             uncertain_percent = {}); {takes}{remedy}",
             shown(rounded(within_a)),
             shown(max_current_a),
             shown(asked.uncertain_percent)
         )
     }
 
-    /// A warning of a motion that needs more than there is, with what is enough.
-    fn beyond<const P: usize, const J: usize>(&self, peaks: &Peaks, asked: &Asked<'_, J>, last: u32) -> Option<String> {
+    /// Returns a warning for a motion beyond the limits, with a remedy.
+    fn beyond<const P: usize, const J: usize>(
+        &self,
+        peaks: &Peaks,
+        asked: &PlanLimits<'_, J>,
+        last: u32,
+    ) -> Option<String> {
         let over = over(peaks, asked);
         if over.is_empty() {
             return None;
         }
-        // Set-points take no duration.
+        // Set-points have no duration.
         let is_profile = matches!(self.motion.goal, Goal::SetPoints { .. });
         let longer = || {
             let motion = self.shortest::<P, J>(1, asked).filter(|it| asked.suffices::<P>(it, last))?;
@@ -233,7 +238,7 @@ impl Wanted {
             Some(format!("reference.duration_s = {} is long enough", shown(duration_s)))
         };
         let longer = if is_profile || self.fewest.is_some() { None } else { longer() };
-        // The current is for the acceleration, the supply for the speed.
+        // The current limits the acceleration, the supply limits the speed.
         let is_fast = peaks.share > 1.0 || asked.max_speed_rad_s.is_some_and(|most| peaks.reference_rad_s > most);
         let alone: &[Slowed] = match (is_profile, peaks.current_a > asked.max_current_a, is_fast) {
             (true, true, false) => &[Slowed::Acceleration, Slowed::Speed],
@@ -243,21 +248,21 @@ impl Wanted {
         let slows = is_profile || asked.supply.is_some() || asked.max_speed_rad_s.is_some();
         let remedy = longer.or_else(|| if slows { self.slower::<P, J>(asked, last, alone) } else { None });
         let remedy = remedy.map_or_else(String::new, |remedy| format!("; {remedy}"));
-        Some(format!("the reference asks for up to {}: it will not be followed{remedy}", over.join(", ")))
+        Some(format!("the reference needs up to {}: the drive will not follow it{remedy}", over.join(", ")))
     }
 
-    /// The goal slowed to this share in these of its limits, with the lines of the file.
+    /// Returns the goal slowed to this share in these limits, with its keys.
     fn slowed(&self, share: f64, limits: Slowed) -> Option<(Self, String)> {
         let mut goal = self.motion.goal.clone();
         let key = slow(&mut goal, share, self.motion.period_s, limits)?;
         Some((Self { motion: Motion { goal, ..self.motion.clone() }, fewest: self.fewest }, key))
     }
 
-    /// The largest share of the goal that there is enough for, as a key; none where the goal is not what is too much.
-    /// The limits that may be enough `alone` are tried first: one is taken that is at least half of that share.
+    /// Returns the key for the largest share of the goal within the limits. `None` if a slower goal does not help. The
+    /// limits in `alone` are tried first, each accepted from half of that share on.
     fn slower<const P: usize, const J: usize>(
         &self,
-        asked: &Asked<'_, J>,
+        asked: &PlanLimits<'_, J>,
         last: u32,
         alone: &[Slowed],
     ) -> Option<String> {
@@ -281,11 +286,11 @@ impl Wanted {
         let all = largest(1e-3, Slowed::All)?;
         let alone = alone.iter().find_map(|limits| largest((0.5 * all.0).max(1e-3), *limits));
         let (share, limits) = alone.unwrap_or(all);
-        self.slowed(share, limits).map(|(_, key)| format!("{key} is within it"))
+        self.slowed(share, limits).map(|(_, key)| format!("{key} is within the limits"))
     }
 }
 
-/// Which limits of a goal are lowered; all but set-points have one.
+/// Limits of a goal that are lowered. Only set-points have more than one.
 #[derive(Clone, Copy)]
 enum Slowed {
     All,
@@ -293,7 +298,7 @@ enum Slowed {
     Speed,
 }
 
-/// Makes a goal slower, in numbers of three digits that are no larger than asked for; returns the line of the file.
+/// Slows a goal down, in numbers of three digits rounded down. Returns the key with its value.
 fn slow(goal: &mut Goal, share: f64, period_s: f64, slowed: Slowed) -> Option<String> {
     let down = |value: f64| format!("{:.2e}", 0.995 * value).parse::<f64>().ok();
     match goal {
@@ -325,15 +330,15 @@ fn slow(goal: &mut Goal, share: f64, period_s: f64, slowed: Slowed) -> Option<St
     }
 }
 
-/// Time of a whole number of ticks, with as few digits as make it one.
+/// Returns the time of a whole number of ticks, in as few digits as possible.
 pub(super) fn ticks_s(ticks: u32, period_s: f64) -> f64 {
     let time_s = f64::from(ticks) * period_s;
     let short = (3..16).filter_map(|digits| format!("{time_s:.digits$e}").parse::<f64>().ok());
     short.into_iter().find(|it| (it / period_s - f64::from(ticks)).abs() < 1e-7).unwrap_or(time_s)
 }
 
-/// Where a motion asks the motor of the data sheet for more than there is, in words.
-fn over<const J: usize>(peaks: &Peaks, asked: &Asked<'_, J>) -> Vec<String> {
+/// Returns the demands of a motion that exceed the nominal drive, in words.
+fn over<const J: usize>(peaks: &Peaks, asked: &PlanLimits<'_, J>) -> Vec<String> {
     let mut words = Vec::new();
     if peaks.current_a > asked.max_current_a {
         let [current, limit] = [rounded(peaks.current_a), asked.max_current_a].map(shown);
@@ -355,15 +360,15 @@ fn over<const J: usize>(peaks: &Peaks, asked: &Asked<'_, J>) -> Vec<String> {
     words
 }
 
-/// A note on a move whose speed nobody has asked for, since its duration was found by the current alone. A move that is
-/// given a duration, and all other goals, have the speed that was typed. The back-EMF is known without a supply: below
-/// what any supply has nothing is said.
-fn unjustified<const J: usize>(motion: &Motion, peaks: &Peaks, asked: &Asked<'_, J>) -> Option<String> {
+/// Returns a warning for a move whose duration follows from the current alone, so that its speed may exceed the supply.
+/// All other goals, and moves with a duration, have a speed set by the file. Below a back-EMF of [`ANY_SUPPLY_V`] there
+/// is no warning.
+fn unjustified<const J: usize>(motion: &Motion, peaks: &Peaks, asked: &PlanLimits<'_, J>) -> Option<String> {
     let is_found = matches!(motion.goal, Goal::Rest { .. }) && asked.supply.is_none();
     (is_found && peaks.back_emf_v > ANY_SUPPLY_V).then(|| {
         let plant = asked.plant;
         format!(
-            "{plant}.supply_v is not given: the duration follows from the current alone, and the move takes {} rad/s \
+            "{plant}.supply_v is not given: the duration follows from the current alone, and the move needs {} rad/s \
              of the motor, {} V of back-EMF; give {plant}.supply_v and {plant}.resistance_ohm, or \
              {plant}.no_load_rad_s, or reference.duration_s",
             shown(rounded(asked.gear * peaks.motor_rad_s)),

@@ -1,8 +1,8 @@
-//! Play between a motor and its load: what the simulated shaft does, and which bandwidth does not swing in it.
+//! Backlash between a motor and its load: the simulated shaft, and the bandwidth without a limit cycle.
 //!
-//! With the encoder behind the gear the loop goes through the play. In the gap it drives the motor alone and sees a
-//! load that flies freely, so with too much bandwidth it swings from flank to flank for ever. How much is too much has
-//! no formula here: the drive is let loose on its data sheet, without friction and with a push, and watched at rest.
+//! With the encoder behind the gear the loop contains the backlash. Inside the gap the drive moves the motor alone and
+//! measures a free load, so too much bandwidth causes a limit cycle from flank to flank. The limit has no formula here.
+//! The drive is simulated on its data sheet without friction, starts with a speed, and is observed at rest.
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;
@@ -22,38 +22,37 @@ use super::{MotorTable, NumberOrRange};
 use crate::error::shown;
 use crate::resolve::{Problem, Problems};
 
-/// Load and motor swing against each other on the flanks with so many rad/s, if the file has no stiffness; and so much
-/// of the critical damping is theirs.
+/// Default resonance of load and motor on the flanks, rad/s, and their damping ratio.
 const FLANKS_RAD_S: f64 = 471.0;
 const FLANKS_DAMPING: f64 = 0.06;
-/// Bandwidths that are tried, over those of the rule.
+/// Shares of the bandwidths by rule that are tried.
 const SHARES: [f64; 10] = [1.0, 0.84, 0.7, 0.6, 0.5, 0.42, 0.35, 0.25, 0.17, 0.12];
 const LEAST_SHARE: f64 = SHARES[SHARES.len() - 1];
-/// A current that varies by more than this part of its limit swings.
+/// Largest standard deviation of the current at rest, as a share of its limit, without a limit cycle.
 const QUIET: f64 = 0.03;
-/// How long it is watched, in time constants of its observer, the first half to settle; and at most so many ticks.
+/// Simulated time in time constants of the observer, the first half to settle, and its limit in ticks.
 const WATCHED: f64 = 240.0;
 const MOST_TICKS: usize = 4000;
-/// Flanks on which load and motor swing slower are no flanks, rad/s; and faster than so many radians a tick no loop
-/// tells them from hard ones, while the solver would take many steps.
+/// Lowest resonance of realistic flanks, rad/s, and the highest one in rad per tick. A faster one makes no difference
+/// to the loop and costs many solver steps.
 const SOFTEST_RAD_S: f64 = 10.0;
 const HARDEST_RAD: f64 = 20.0;
 
-/// What a file says of play.
+/// Backlash of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Play {
     rad: f64,
-    /// Is the encoder behind it?
+    /// True if the encoder is behind the backlash.
     is_behind: bool,
-    /// Of the inertia that part which hangs behind it.
+    /// Share of the inertia behind the backlash.
     load_share: f64,
     stiffness_n_m: f64,
-    /// Shares of the rule that were found already, by period.
+    /// Cached shares of the rule, by period.
     found: RefCell<Vec<(f64, Option<f64>)>>,
 }
 
 impl Play {
-    /// None without any.
+    /// Returns the backlash of a file. `None` without backlash.
     pub(super) fn of(
         sheet: &MotorTable,
         (gear, period_s): (f64, f64),
@@ -65,7 +64,7 @@ impl Play {
         };
         if sheet.play_rad == 0.0 {
             if sheet.gear_stiffness_n_m.is_some() {
-                wrong("gear_stiffness_n_m", "only with play_rad above 0: a gear without play is rigid here");
+                wrong("gear_stiffness_n_m", "only with play_rad above 0: a gear without backlash is modelled as rigid");
             }
             return None;
         }
@@ -76,7 +75,7 @@ impl Play {
         let load = mean(sheet.load_inertia_kg_m2);
         let rotor = sheet.inertia_kg_m2.map_or(1.0, mean);
         if load.is_nan() || load <= 0.0 {
-            wrong("play_rad", "needs motor.load_inertia_kg_m2, of what hangs behind the play");
+            wrong("play_rad", "needs motor.load_inertia_kg_m2, the inertia behind the backlash");
             return None;
         }
         let driving = gear * gear * rotor;
@@ -87,8 +86,8 @@ impl Play {
             wrong(
                 "gear_stiffness_n_m",
                 &format!(
-                    "found {given}, expected {low} to {high}: softer ones are no flanks, and harder ones are the same \
-                     to a loop of this period"
+                    "found {given}, expected {low} to {high}: a softer gear is unrealistic, and a stiffer one makes no \
+                     difference at this period"
                 ),
             );
         }
@@ -97,12 +96,12 @@ impl Play {
         Some(Self { rad: sheet.play_rad, is_behind, load_share, stiffness_n_m, found: RefCell::default() })
     }
 
-    /// Which state of the plant the encoder measures.
+    /// Returns the index of the state that the encoder measures.
     pub(super) const fn encoder_state(&self) -> usize {
         if self.is_behind { 0 } else { 2 }
     }
 
-    /// A motor that is `truth` and of which the controller believes `believed`.
+    /// Returns the simulated motor with the true shaft and the nominal shaft of the controller's model.
     pub(super) fn plant(&self, truth: Shaft, believed: Shaft, imperfections: Imperfections, load: Signal) -> Loose {
         let whole = truth.inertia_kg_m2;
         let [hanging, driving] = [self.load_share, 1.0 - self.load_share].map(|share| share * whole);
@@ -119,31 +118,31 @@ impl Play {
         Loose::new(body, self.rad, believed, imperfections, load)
     }
 
-    /// How many gain sets a drive has by rule, if the play says it: a fast set would swing first.
+    /// Returns the number of gain sets by rule, 1 with the encoder behind backlash: high gains limit-cycle first.
     pub(super) fn gain_sets(play: Option<&Self>) -> Option<usize> {
         play.filter(|play| play.is_behind).map(|_| 1)
     }
 }
 
-/// A drive that is let loose in its play.
+/// Drive with its backlash, for the simulation.
 pub(super) struct InPlay<'a> {
     pub(super) play: Option<&'a Play>,
     pub(super) follows: Follows,
-    /// Does the file give a bandwidth? Then it stays.
+    /// True if the file sets a bandwidth, which is then kept.
     pub(super) is_given: bool,
     pub(super) drive_of: &'a dyn Fn(&MotorDesign) -> DriveDesign,
-    /// What the data sheet says.
+    /// Shaft by the data sheet.
     pub(super) shaft: Shaft,
     pub(super) lag: Imperfections,
 }
 
 impl InPlay<'_> {
-    /// The play, if a loop of positions goes through it.
+    /// Returns the backlash, if it is inside a position loop.
     fn within(&self) -> Option<&Play> {
         self.play.filter(|play| play.is_behind && self.follows == Follows::Position)
     }
 
-    /// The largest share of the bandwidths by rule that rests in the play; none if all swing.
+    /// Returns the largest share of the bandwidths by rule without a limit cycle. `None` if all shares have one.
     pub(super) fn allowed(&self, by_rule: &MotorDesign) -> Option<f64> {
         let Some(play) = self.within().filter(|_| !self.is_given) else { return Some(1.0) };
         let known = play.found.borrow().iter().find(|(period_s, _)| *period_s == by_rule.period_s).copied();
@@ -156,41 +155,44 @@ impl InPlay<'_> {
         share
     }
 
-    /// This design with as much bandwidth as the play allows.
+    /// Returns the design with the largest bandwidth without a limit cycle.
     pub(super) fn slowed(&self, by_rule: MotorDesign) -> MotorDesign {
         by_rule.slowed(self.allowed(&by_rule).unwrap_or(LEAST_SHARE))
     }
 
-    /// What the play takes from the design by rule, or what a typed one does in it.
+    /// Returns a warning if backlash lowers the bandwidth by rule, or if a bandwidth of the file limit-cycles.
     pub(super) fn warning(&self, by_rule: &MotorDesign) -> Option<String> {
         let play = self.within()?;
-        let remedy = "with the encoder on the motor it does not matter (encoder.behind_gear = false), and the load is \
-                      known to the play";
+        let remedy = "an encoder on the motor (encoder.behind_gear = false) avoids this; the load position is then \
+                      known to within the backlash";
         let w_c = by_rule.bandwidths.surface_rad_s;
         let [rad, all, least] = [play.rad, rounded(w_c), rounded(LEAST_SHARE * w_c)].map(shown);
         if self.is_given {
             let swing = self.swing(play, by_rule).unwrap_or(1.0);
             return (swing > QUIET).then(|| {
                 format!(
-                    "in the play of {rad} rad this drive swings at rest, with {:.0} % of its current (rms): take \
-                     drive.surface_rad_s below {all}; {remedy}",
+                    "with a backlash of {rad} rad this drive limit-cycles at rest, with {:.0} % of its current (rms): \
+                     take drive.surface_rad_s below {all}; {remedy}",
                     100.0 * swing
                 )
             });
         }
         match self.allowed(by_rule) {
             Some(share) if share < 1.0 => Some(format!(
-                "the play of {rad} rad behind the gear allows w_c = {} rad/s of {all} by rule, with more it swings at \
-                 rest; {remedy}",
+                "the backlash of {rad} rad behind the gear limits the position bandwidth to {} rad/s ({all} by rule), \
+                 above which the drive limit-cycles at rest; {remedy}",
                 shown(rounded(share * w_c))
             )),
             Some(_) => None,
-            None => Some(format!("in the play of {rad} rad this drive swings even with w_c = {least} rad/s; {remedy}")),
+            None => Some(format!(
+                "with a backlash of {rad} rad this drive limit-cycles even at a position bandwidth of {least} rad/s; \
+                 {remedy}"
+            )),
         }
     }
 
-    /// How much the current varies at rest, over its limit, on this shaft or on one that the same current accelerates
-    /// half as much more; none if no loop comes of it.
+    /// Returns the standard deviation of the current at rest, as a share of its limit. It is the larger of this shaft
+    /// and a shaft with 1.5 times the acceleration. `None` if the loop is invalid.
     fn swing(&self, play: &Play, design: &MotorDesign) -> Option<f64> {
         let Shaft { inertia_kg_m2, torque_n_m_per_a, .. } = self.shaft;
         let agile =
@@ -202,14 +204,14 @@ impl InPlay<'_> {
     }
 }
 
-/// Standard deviation of u at rest after a push, over its limit.
+/// Returns the standard deviation of u at rest after an initial speed, as a share of its limit.
 fn swing(designed: &DriveDesign, plant: &Loose, design: &MotorDesign) -> Option<f64> {
     let designed = designed.telling().without_rest_band();
     let (period_s, omega) = (design.period_s, design.bandwidths.observer_rad_s);
     let limit = designed.max_current_a();
     let mut port = designed.port(&Motion::rest(0.0, period_s)).ok()?;
     let periods = ((WATCHED / (omega * period_s)) as usize).clamp(200, MOST_TICKS);
-    // As fast as a quarter of the torque makes it in a time constant of the observer.
+    // Speed after a quarter of the torque for one time constant of the observer.
     let push = 0.25 * limit * design.motor.input_gain().abs() / omega;
     let mut x0 = vec![0.0; plant.order()];
     (x0[1], x0[3]) = (push, push);

@@ -1,7 +1,7 @@
-//! The supply of a drive: the keys of its data sheet, and the speeds that they allow.
+//! Supply of a drive: keys of its data sheet, and the speeds that they allow.
 //!
-//! A current i takes R i + K_e ω volt at speed ω, with K_e = K_t in SI units ([`loop_sim::plant::Supply`]). On the far
-//! side of a gear K_t is multiplied by its ratio and ω divided by it: the back-EMF is the same.
+//! A current i needs R i + K_e ω volt at speed ω, with K_e = K_t in SI units ([`loop_sim::plant::Supply`]). Behind a
+//! gear K_t is multiplied by the ratio and ω divided by it, so the back-EMF does not change.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,7 +13,7 @@ use crate::assemble::TopSpeed;
 use crate::error::shown;
 use crate::resolve::{Problem, missing, problem};
 
-/// The keys in the table of this plant; speeds are those of the motor's own shaft.
+/// Keys of the supply in the table of a plant. Speeds refer to the motor shaft.
 pub(super) struct Keys {
     pub(super) plant: &'static str,
     pub(super) volt: Option<f64>,
@@ -22,27 +22,27 @@ pub(super) struct Keys {
 }
 
 impl Keys {
-    /// What they say of a motor with this K_t at its own shaft; none without a voltage or a speed.
+    /// Returns the supply for a motor with this K_t at its shaft. `None` without a voltage or a speed.
     pub(super) fn supply(&self, torque_n_m_per_a: f64, max_current_a: f64) -> Result<Option<Supply>, Problem> {
         let Self { plant, volt, ohm, no_load } = *self;
         let no_load_of = |volt: f64| shown(rounded(volt / torque_n_m_per_a));
         match (volt, ohm, no_load) {
             (None, None, None) => Ok(None),
             (None, Some(_), None) => {
-                let message = "the winding resistance alone is no limit: give the supply voltage, or no_load_rad_s";
+                let message = "the winding resistance alone sets no limit: give the supply voltage, or no_load_rad_s";
                 missing(&format!("{plant}.supply_v"), message)
             }
             (Some(volt), None, None) => missing(
                 &format!("{plant}.resistance_ohm"),
                 &format!(
-                    "the winding resistance; where it is not known say {plant}.no_load_rad_s = {} instead of supply_v",
+                    "the winding resistance; if it is unknown set {plant}.no_load_rad_s = {} instead of supply_v",
                     no_load_of(volt)
                 ),
             ),
             (Some(volt), _, Some(_)) => problem(
                 format!("{plant}.no_load_rad_s"),
                 format!(
-                    "supply_v / torque_n_m_per_a says it already, {} rad/s: leave one of the two out",
+                    "supply_v / torque_n_m_per_a gives it already, {} rad/s: leave one of the two out",
                     no_load_of(volt)
                 ),
             ),
@@ -55,10 +55,10 @@ impl Keys {
     }
 }
 
-/// A warning of a current that is not even driven at rest.
+/// Returns a warning for a current limit that the supply does not reach at rest.
 pub(super) fn too_weak(keys: &Keys, supply: Option<Supply>, max_current_a: f64) -> Option<String> {
     let Supply { volt, ohm } = supply?;
-    // Of a resistance that follows from the current, the current follows but for rounding.
+    // A resistance that was computed from the current gives the current back, except for rounding.
     (volt / ohm < 0.999 * max_current_a).then(|| {
         let plant = keys.plant;
         format!(
@@ -71,7 +71,7 @@ pub(super) fn too_weak(keys: &Keys, supply: Option<Supply>, max_current_a: f64) 
     })
 }
 
-/// Speeds behind the gear, of a motor with this K_t there.
+/// Returns the speed limits behind the gear, for a motor with this K_t there.
 pub(super) fn top_speed(supply: Option<Supply>, torque_n_m_per_a: f64, max_current_a: f64) -> Option<TopSpeed> {
     let Supply { volt, ohm } = supply?;
     Some(TopSpeed {
@@ -80,7 +80,7 @@ pub(super) fn top_speed(supply: Option<Supply>, torque_n_m_per_a: f64, max_curre
     })
 }
 
-/// Speed of the motor of a joint whose link moves by this jet, on the link's side: the derivative of
+/// Returns the motor speed of a joint for this trajectory point of the link, on the output side: the derivative of
 /// q + (J_l q'' + B_l q' + W sin q)/K.
 pub(super) fn motor_speed(joint: &Joint, [q, q_1, q_2, q_3, _]: &[f64; 5]) -> f64 {
     let Joint { link_inertia_kg_m2, link_damping_n_m_s, weight_n_m, stiffness_n_m, .. } = *joint;

@@ -21,7 +21,7 @@ fn largest(trace: &Trace, from_s: f64) -> f64 {
     trace.rows.iter().filter(|row| row.t_s >= from_s).fold(0.0, |most, row| row.x[0].abs().max(most))
 }
 
-/// The joint of the paper as anybody could write it down, with the numbers of Table I.
+/// Joint of the paper as formulas, with the numbers of Table I.
 const JOINT: &str = r#"
 span_s = 5.0
 [plant]
@@ -53,7 +53,7 @@ fn the_joint_by_its_equations_runs_as_the_built_in_one() {
         let (own, _) = ran(JOINT, &[&set]);
         let (given, _) = ran(crate::DEFAULT, &[&built_in[..], &[&set]].concat());
         assert_eq!((own.rows.len(), given.rows.len()), (5001, 5001));
-        // In f64 the solver's 1e-9; in f32 the last digits of a sample decide the rounding of u, and u what follows.
+        // In f64 the solver tolerance of 1e-9; in f32 the last digits of a sample change the rounding of u.
         let allowed = if precision == "f64" { 1e-8 } else { 1e-5 };
         let peak = largest(&given, 0.0);
         for (a, b) in own.rows.iter().zip(&given.rows) {
@@ -65,7 +65,7 @@ fn the_joint_by_its_equations_runs_as_the_built_in_one() {
 
 #[test]
 fn a_controller_that_knows_the_nonlinear_drift_leaves_less_to_its_observer() {
-    // Nothing but the drift to know: no friction, no other mass, no disturbance.
+    // The drift is the only model term: no friction, no other mass, no disturbance.
     let clean = [
         "plant.constants.f=0",
         "plant.constants.c=0",
@@ -81,15 +81,15 @@ fn a_controller_that_knows_the_nonlinear_drift_leaves_less_to_its_observer() {
         trace.rows.iter().fold(0.0_f64, |most, row| most.max(row.d_hat[1].abs()))
     };
     let (formula, linear) = (peak_of_estimate("\"g/l*sin(x1)\""), peak_of_estimate("[19.62, 0]"));
-    // Of a linear one x - sin x remains: 19.62 (0.5 - sin 0.5) = 0.40 rad/s^2 at the start.
+    // With a linear model x - sin x remains: 19.62 (0.5 - sin 0.5) = 0.40 rad/s^2 at the start.
     assert!((0.2..0.5).contains(&linear), "{linear}");
-    // u is held: within a tick the drift moves on by some 1e-3 of itself.
+    // u is constant within a tick, in which the drift changes by about 1e-3.
     assert!(formula < 0.02 * linear, "{formula} {linear}");
 }
 
 #[test]
 fn a_gain_that_varies_is_divided_by() {
-    // b(x) = 2 + x1: the same closed loop as with u' = (2 + x1) u, and nothing is left to estimate.
+    // b(x) = 2 + x1: with the exact model of b nothing is left to estimate.
     let text = |gain: &str| {
         format!(
             "span_s = 4\n[plant]\nkind = \"own\"\nx0 = [0.8, 0]\nrates = [\"x2\", \"-x1 + (2 + x1)*u\"]\n[controller]\n\
@@ -108,7 +108,7 @@ fn a_row_of_a_is_the_linear_model_of_a_target_and_a_formula_stays_here() {
     let spec = linear.spec.as_ref().expect("proposed");
     assert_eq!(spec.model, Model::Linear(vec![19.62, 0.0]));
     assert!(linear.download.is_some());
-    // 1/(m l^2) of the believed mass; the slope of g/l sin x1 at rest.
+    // 1/(m l^2) of the nominal mass; the slope of g/l sin x1 at rest.
     let formula = built(OWN, &[]).expect("good");
     let nominal = formula.spec.as_ref().expect("proposed").config.padded.nominal;
     assert!((nominal.input_gain * 0.56 * 0.25 - 1.0).abs() < 1e-15);
@@ -121,7 +121,7 @@ fn where_a_formula_has_no_value_the_run_says_which_and_when() {
     let (trace, error) = ran(OWN, &["plant.rates=[\"x2\", \"u + 1/x2\"]"]);
     assert_eq!(error, Some(LoopError::Solver(SolverError::NoRate { t_s: 0.0, channel: 2, rate: f64::INFINITY })));
     assert_eq!((trace.rows.len(), trace.ending), (1, Ending::BrokenOff { t_s: 0.0 }));
-    // On the way, into a pole at x1 = 0.4.
+    // During the run, at a pole at x1 = 0.4.
     let (trace, error) = ran(OWN, &["plant.rates=[\"x2\", \"-1 + ln(x1 - 0.4)\"]"]);
     assert!(error.is_some() || matches!(trace.ending, Ending::Diverged { .. }), "{:?}", trace.ending);
     assert!(trace.rows.len() < 1000, "{}", trace.rows.len());
@@ -149,10 +149,11 @@ constants = { gr = 1 }
         "a.toml:4:10: `plant.rates[1]`: at character 6: `y` is unknown; did you mean `g`?\n\
          a.toml:4:20: `plant.rates[2]`: at character 12: `gg` is unknown; did you mean `g`?\n\
          a.toml:4:20: `plant.rates[2]`: at character 15: `cos` takes 1, not 2 values\n\
-         a.toml:4:20: `plant.rates[2]`: at character 1: `sine` is no function; did you mean `sin`?\n\
+         a.toml:4:20: `plant.rates[2]`: at character 1: `sine` is not a function; did you mean `sin`?\n\
          a.toml:4:53: `plant.rates[3]`: at character 3: expected `)`, found the end\n\
-         a.toml:5:1: `plant.constants`: `a b`: a name in a formula is made of letters, digits and `_`, a letter first\n\
-         a.toml:5:1: `plant.constants`: `sin`: the name is taken: give the constant another\n\
+         a.toml:5:1: `plant.constants`: `a b`: a name must consist of letters, digits and `_`, and not begin with a \
+         digit\n\
+         a.toml:5:1: `plant.constants`: `sin`: the name is reserved: rename the constant\n\
          a.toml:12:5: `controller.nominal.a`: at character 14: `u` is unknown; did you mean `g`?\n\
          a.toml:14:20: `controller.nominal.constants.gr`: there is no such constant in plant.constants; did you mean \
          `g`?"
@@ -165,8 +166,8 @@ constants = { gr = 1 }
     );
     assert_eq!(
         told(&["controller.nominal.a=\"sqrt(x1)\""]),
-        "--set controller.nominal.a=\"sqrt(x1)\": `controller.nominal.a`: it is 0 at rest, its slopes [inf, 0]: the \
-         design needs finite ones there"
+        "--set controller.nominal.a=\"sqrt(x1)\": `controller.nominal.a`: the value at rest is 0 and its slopes are \
+         [inf, 0]: the design needs finite numbers there"
     );
     assert_eq!(
         told(&["plant.rates=[\"x2\", \"u\", 3]"]),
@@ -178,7 +179,7 @@ constants = { gr = 1 }
     assert!(
         missing.contains("`controller.nominal.a`: missing: ") && missing.contains("`controller.nominal.b`: missing: ")
     );
-    // The keys of one kind are not those of another.
+    // Keys of another kind are errors.
     let chain = "[plant]\nkind = \"chain\"\norder = 2\na = [1, 2]\nb = 1\nrates = []\n[controller]\nc = [5, 1]\n\
                  nominal.a = \"x1\"\n";
     let told = built(&chain.replace("rates = []", "rates = [\"x2\", \"u\"]"), &[]).err().expect("refused");

@@ -1,4 +1,4 @@
-//! The gains of a design, and the same design with more or less of one.
+//! Gains of a design, and the design with one gain changed.
 
 use controller_core::ObserverGains;
 use loop_sim::linear::LawAtRest;
@@ -8,26 +8,26 @@ use scenario::Experiment;
 use crate::map::Subject;
 use crate::number::typed;
 
-/// Digits of what a person would type.
+/// Digits of a suggested value.
 const DIGITS: usize = 4;
 
-/// One that a bound depends on.
+/// Gain that affects the bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gain {
-    /// k_l.
+    /// Reaching gain k_l.
     Reaching,
-    /// k_s.
+    /// Switching gain k_s.
     Switching,
     /// Bandwidth of the sliding motion: c_i goes with its (n - i)-th power.
     Surface,
-    /// Bandwidth of the observer of a channel, of a drive of a shaft, from 0: l_j goes with its j-th power.
+    /// Bandwidth of the observer of a channel, or of a shaft of a drive, from 0: l_j goes with its j-th power.
     Observer(usize),
-    /// T.
+    /// Sampling period T.
     Period,
 }
 
 impl Gain {
-    /// Those of a design.
+    /// Returns the gains of a design.
     pub(super) fn all(experiment: &Experiment) -> Vec<Self> {
         let (observers, switches): (Vec<usize>, bool) = match (&experiment.drive, &experiment.spec) {
             (Some(drive), _) => ((0..drive.shafts.len()).collect(), false),
@@ -56,7 +56,7 @@ impl Gain {
         }
     }
 
-    /// The law with so many times as much of it, and its period; none where that design is refused.
+    /// Returns the controller with the gain multiplied by `by`, and its period; `None` if the design is invalid.
     pub(super) fn law(self, experiment: &Experiment, by: f64) -> Option<(Box<dyn LawAtRest>, f64)> {
         match (experiment.drive.as_ref().map(|drive| drive.designed), &experiment.spec) {
             (Some(mut designed), _) => {
@@ -98,8 +98,8 @@ impl Gain {
         }
     }
 
-    /// What a person types for so many times as much of it, as in `--set`; of a drive the key alone, so that what goes
-    /// with it by rule does. None of a design without such a gain.
+    /// Returns the setting that multiplies the gain by `by`, as in `--set`. For a drive the setting is one key, so that
+    /// the dependent gains follow by rule. Returns `None` if the design has no such gain.
     pub(super) fn set(self, experiment: &Experiment, subject: &Subject<'_>, by: f64) -> Option<String> {
         let list = |values: &[f64]| values.iter().map(|it| typed(*it, DIGITS)).collect::<Vec<_>>().join(",");
         let (key, value) = match (experiment.drive.as_ref().map(|drive| drive.designed), &experiment.spec) {
@@ -127,7 +127,7 @@ impl Gain {
                         };
                         (key, own)
                     }
-                    // All of them: the file may say them in any order, by poles, or leave them to the default.
+                    // All observers are set: the file may list them in any order, give poles, or use the default.
                     Self::Observer(of) => {
                         let tables = config.observers.iter().take(n).enumerate().filter_map(|(i, gains)| {
                             let gains = gains.as_ref()?;

@@ -1,8 +1,8 @@
-//! The bounds of a scenario, part by part, against a run of it, and the gain that lowers each.
+//! Bounds of a scenario by part, compared with a run, and the gain changes that lower them.
 //!
-//! What acts on the loop at rest from outside is the part of the lumped disturbance that its matrices do not have: of a
-//! chain the signals of the file, of any other plant what a run of it shows, with its derivatives by differences over
-//! the window.
+//! The external disturbance of the loop at rest is the part of the lumped disturbance that its matrices do not contain.
+//! For a chain the signals of the file define it. For any other plant it is taken from a run, and its derivatives are
+//! differences over the window.
 
 use std::ops::ControlFlow;
 
@@ -17,52 +17,52 @@ use scenario::{AtRest, Experiment, Sensed};
 use serde::Serialize;
 
 use super::gain::Gain;
-use super::{Known, NoBounds, Quantity, SampledLoop};
+use super::{NoBounds, Quantity, SampledLoop, SignalBounds};
 use crate::design::ultimates;
 use crate::map::Subject;
 use crate::margins::Loop;
 use crate::number::significant;
 use crate::{Error, Watch};
 
-/// A gain is raised and lowered by this for its elasticity.
+/// Relative change of a gain for its elasticity.
 const NUDGE: f64 = 0.01;
-/// Derivatives of a disturbance that are taken from a run; an observer has order 3 at most.
+/// Number of derivatives that are taken from a run; an observer has order 3 at most.
 const DERIVATIVES: usize = 3;
-/// What lowers a bound by less is not worth a word.
+/// Smallest relative decrease of a bound that is reported.
 const LITTLE: f64 = 0.01;
-/// Of a gain so much more or less is tried.
+/// Relative change of a gain that is tried.
 const STEP: f64 = 0.1;
-/// What of a loop at rest is left out of its figures, and is in the bounds.
+/// Effects outside of the loop matrices that the bounds contain.
 const IN_BOUNDS: [&str; 2] = ["friction, cogging and load", "the fast gain set"];
 
-/// What makes a part of a bound.
+/// Contribution of one cause to the bounds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Part {
-    /// Its name.
+    /// Name of the cause.
     pub name: String,
-    /// Of each quantity.
+    /// Contribution to the bound of each quantity.
     pub bounds: Vec<f64>,
-    /// Of a disturbance the derivative that each is bounded by.
+    /// Disturbance only: the derivative that gives each bound.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub derivatives: Vec<usize>,
-    /// What it is known by.
+    /// Source of the data.
     pub known: String,
 }
 
-/// What a gain does: d ln(bound)/d ln(gain) of each quantity, and of the noise of u.
+/// Effect of a gain: d ln(bound)/d ln(gain) of each quantity, and of the noise of u.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Knob {
     #[serde(skip)]
     gain: Gain,
-    /// Its name.
+    /// Name of the gain.
     pub name: String,
-    /// Of the bound of each quantity.
+    /// Elasticity of the bound of each quantity.
     pub elasticities: Vec<f64>,
-    /// Of the noise of u.
+    /// Elasticity of the noise of u.
     pub noise_of_u: f64,
 }
 
-/// Answer of [`bounds`].
+/// Result of [`bounds`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bounds {
     /// Name of the scenario.
@@ -78,20 +78,20 @@ pub struct Bounds {
     /// u at rest.
     #[serde(skip)]
     pub rest: f64,
-    /// Each disturbance and sensor, and its share of the bounds.
+    /// Contribution of each disturbance and sensor.
     pub parts: Vec<Part>,
-    /// The bound of each quantity, all parts together.
+    /// Bound of each quantity, the sum of all parts.
     pub bounds: Vec<f64>,
-    /// The largest of each quantity over the window of the run.
+    /// Largest value of each quantity over the window of the run.
     pub simulated: Vec<f64>,
-    /// Of the continuous loop, `None` where there is none.
+    /// Bounds of the continuous loop, `None` if there is none.
     pub continuous: Vec<Option<f64>>,
-    /// What each gain does to the bounds.
+    /// Effect of each gain on the bounds.
     #[serde(rename = "gains")]
     pub knobs: Vec<Knob>,
-    /// Of each quantity what lowers its bound, if anything does.
+    /// Advice that lowers the bound of each quantity, if there is any.
     pub advice: Vec<Option<Advice>>,
-    /// What the bounds do not cover.
+    /// Effects that the bounds do not cover.
     pub remarks: Vec<String>,
 }
 
@@ -105,17 +105,17 @@ impl Bounds {
 /// Returns the loop of a scenario at rest, from disturbances and sensors to the quantities that are bounded.
 ///
 /// # Errors
-/// It has none, or it grows.
+/// The scenario has no loop at rest, or the loop is unstable.
 pub fn loop_of(experiment: &Experiment) -> Result<SampledLoop, Error> {
     let at_rest = experiment.at_rest.as_ref()?;
     Ok(sampled(experiment, at_rest, at_rest.law.as_ref(), experiment.period_s)?)
 }
 
-/// Returns the bounds of a scenario and what lowers them, against a run of it; `None` if it was stopped. A step of the
-/// watch is a gain that is tried.
+/// Returns the bounds of a scenario, compares them with a run and searches gain changes that lower them. Returns `None`
+/// if stopped. A step of the watch is a gain that is tried.
 ///
 /// # Errors
-/// The loop at rest has no bounds, or the run did not come to its end.
+/// The loop at rest has no bounds, or the run did not finish.
 pub fn bounds(
     experiment: &Experiment,
     trace: &Trace,
@@ -125,9 +125,9 @@ pub fn bounds(
     let at_rest = experiment.at_rest.as_ref()?;
     let sampled = loop_of(experiment)?;
     if trace.ending != Ending::Finished {
-        return Err(Error::failed("no bound holds of a run that did not come to its end"));
+        return Err(Error::failed("the bounds need a run that finishes"));
     }
-    let asked = Asked { experiment, at_rest, trace };
+    let asked = BoundedRun { experiment, at_rest, trace };
     let (quantities, rest) = (sampled.quantities().to_vec(), sampled.rest());
     let known = asked.disturbances(&sampled);
     let knobs = asked.knobs(&known)?;
@@ -152,29 +152,29 @@ pub fn bounds(
     Ok(Some(found))
 }
 
-/// What lowers a bound, as a run of the scenario with it says.
+/// Gain change that lowers a bound, verified by a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
-    /// As in `--set`.
+    /// Setting, as in `--set`.
     pub set: String,
-    /// The gain.
+    /// Name of the gain.
     pub gain: String,
-    /// By how much, relative.
+    /// Relative change of the gain.
     pub change: f64,
-    /// What becomes of the bound of the quantity: relative.
+    /// Relative change of the bound.
     pub bound: f64,
-    /// What becomes of the noise of u: relative.
+    /// Relative change of the noise of u.
     pub noise_of_u: f64,
 }
 
-/// What is asked of one scenario.
-struct Asked<'a> {
+/// Scenario and the run that the bounds are compared with.
+struct BoundedRun<'a> {
     experiment: &'a Experiment,
     at_rest: &'a AtRest,
     trace: &'a Trace,
 }
 
-/// The loop of an experiment with this law.
+/// Builds the sampled loop of an experiment with this controller.
 fn sampled(
     experiment: &Experiment,
     at_rest: &AtRest,
@@ -185,7 +185,7 @@ fn sampled(
     SampledLoop::of(at_rest, law, period_s, port.follows().unwrap_or(0), port.observed())
 }
 
-impl Asked<'_> {
+impl BoundedRun<'_> {
     fn name(&self, quantity: Quantity, rest: f64) -> String {
         match quantity {
             Quantity::SigmaStar => "sigma*".into(),
@@ -197,13 +197,13 @@ impl Asked<'_> {
         }
     }
 
-    /// Something as the run shows it: its largest differences over the window, per T^k, between the jumps of the plant,
-    /// and the sum of the differences over those.
-    fn seen_in_run(&self, of: impl Fn(&Row) -> f64) -> Known {
+    /// Returns the bounds of a signal in the run: its largest differences per T^k over the window between the jumps of
+    /// the plant, and the sum of the differences at the jumps.
+    fn seen_in_run(&self, of: impl Fn(&Row) -> f64) -> SignalBounds {
         let Self { experiment, trace, .. } = *self;
         let ([from, to], slack) = (experiment.window_s, 0.5 * trace.period_s);
         let jumps_s = experiment.plant.jumps_s();
-        let mut known = Known { mu: vec![0.0; DERIVATIVES + 1], jumps: 0.0 };
+        let mut known = SignalBounds { mu: vec![0.0; DERIVATIVES + 1], jumps: 0.0 };
         let pieces: Vec<&[Row]> =
             trace.rows.chunk_by(|row, next| !jumps_s.iter().any(|at| row.t_s < *at && *at <= next.t_s)).collect();
         for pair in pieces.windows(2) {
@@ -222,12 +222,16 @@ impl Asked<'_> {
         known
     }
 
-    /// What acts on the loop from outside, by channel, and what that is known by.
-    fn disturbances(&self, sampled: &SampledLoop) -> Vec<(usize, Known, &'static str)> {
+    /// Returns the external disturbances by channel, and the source of their bounds.
+    fn disturbances(&self, sampled: &SampledLoop) -> Vec<(usize, SignalBounds, &'static str)> {
         if !self.experiment.mu.is_empty() {
             let of_file = self.experiment.mu.iter().filter(|mu| mu.mu > 0.0 || mu.jumps > 0.0);
             let known = of_file.map(|mu| {
-                (mu.channel - 1, Known { mu: mu.by_order.clone(), jumps: mu.jumps }, "by the terms of the file")
+                (
+                    mu.channel - 1,
+                    SignalBounds { mu: mu.by_order.clone(), jumps: mu.jumps },
+                    "from the terms of the file",
+                )
             });
             return known.collect();
         }
@@ -238,8 +242,12 @@ impl Asked<'_> {
         channels.filter(|(_, known, _)| known.mu[0] > 0.0).collect()
     }
 
-    /// The bounds of every quantity, part by part.
-    fn parts(&self, sampled: &SampledLoop, known: &[(usize, Known, &'static str)]) -> Result<Vec<Part>, NoBounds> {
+    /// Returns the bounds of every quantity by part.
+    fn parts(
+        &self,
+        sampled: &SampledLoop,
+        known: &[(usize, SignalBounds, &'static str)],
+    ) -> Result<Vec<Part>, NoBounds> {
         let mut parts = Vec::new();
         for (channel, known, by) in known {
             let bounds = sampled.of_disturbance(*channel, known, self.experiment.window_s[0])?;
@@ -264,11 +272,11 @@ impl Asked<'_> {
         Ok(parts)
     }
 
-    /// With what is measured, of this run.
+    /// Returns all parts, including the measured ones of this run.
     fn all_parts(
         &self,
         sampled: &SampledLoop,
-        known: &[(usize, Known, &'static str)],
+        known: &[(usize, SignalBounds, &'static str)],
         subject: &Subject<'_>,
     ) -> Result<Vec<Part>, NoBounds> {
         let mut parts = self.parts(sampled, known)?;
@@ -295,21 +303,20 @@ impl Asked<'_> {
         quantities.iter().map(|quantity| of(quantity).filter(|value| value.is_finite())).collect()
     }
 
-    /// What the noise of each sensor makes of u.
+    /// Returns the noise gain from each sensor to u.
     fn noise_gains(&self) -> Option<Vec<f64>> {
         Some(Loop::of(self.at_rest, self.at_rest.law.as_ref(), self.experiment.period_s).ok()?.noise_gains())
     }
 
-    /// How much noise each sensor has, by what it makes of u; of sensors that add nothing in this file each counts
-    /// alike.
+    /// Returns the noise of each sensor. If no sensor has noise in this file, all of them count equally at u.
     fn weights(&self, noise: &[f64]) -> Vec<f64> {
         let is_quiet = self.at_rest.sensed.iter().all(|sensed| sensed.rms == 0.0);
         let of = |(gain, sensed): (&f64, &Sensed)| if is_quiet && *gain > 0.0 { 1.0 / gain } else { sensed.rms };
         noise.iter().zip(&self.at_rest.sensed).map(of).collect()
     }
 
-    /// What the gains do to the sums of all parts.
-    fn knobs(&self, known: &[(usize, Known, &'static str)]) -> Result<Vec<Knob>, NoBounds> {
+    /// Returns the effect of the gains on the sums of all parts.
+    fn knobs(&self, known: &[(usize, SignalBounds, &'static str)]) -> Result<Vec<Knob>, NoBounds> {
         let of = |law: &dyn LawAtRest, period_s: f64| -> Result<(Vec<f64>, Vec<f64>), NoBounds> {
             let sampled = sampled(self.experiment, self.at_rest, law, period_s)?;
             let noise = Loop::of(self.at_rest, law, period_s).map_err(NoBounds::Loop)?.noise_gains();
@@ -320,7 +327,7 @@ impl Asked<'_> {
         let base = (bounds, noise.clone());
         let mut knobs = Vec::new();
         for gain in Gain::all(self.experiment) {
-            // At the edge of what a design may be there is one side only.
+            // At the limit of a design only one side exists.
             let at = |by: f64| {
                 let (law, period_s) = gain.law(self.experiment, by)?;
                 of(law.as_ref(), period_s).ok()
@@ -342,8 +349,8 @@ impl Asked<'_> {
         Ok(knobs)
     }
 
-    /// For each quantity the gain that lowers its bound most with a tenth more or less of its own: each is tried, by a
-    /// run with it, since another loop is pushed otherwise, and a file may refuse it.
+    /// Returns for each quantity the gain change of a tenth that lowers its bound most. Every change is tried in a run,
+    /// because another loop has other disturbances and a file may refuse the change.
     fn advice(&self, found: &Bounds, subject: &Subject<'_>, watch: Watch<'_>) -> Option<Vec<Option<Advice>>> {
         let steps = found.knobs.iter().flat_map(|knob| [-STEP, STEP].map(|change| (knob, change)));
         let steps = steps
@@ -379,15 +386,15 @@ impl Asked<'_> {
         Some((0..found.bounds.len()).map(of_quantity).collect())
     }
 
-    /// What the bounds do not cover here.
+    /// Returns the effects that the bounds do not cover.
     fn remarks(&self, found: &Bounds) -> Vec<String> {
-        let Asked { experiment, at_rest, trace } = *self;
+        let BoundedRun { experiment, at_rest, trace } = *self;
         let mut remarks = Vec::new();
         let [from, to] = experiment.window_s;
         let within = trace.rows.iter().filter(|row| row.t_s >= from && row.t_s <= to);
         let limited = within.filter(|row| row.health.contains(Health::SATURATED)).count();
         if limited > 0 {
-            remarks.push(format!("u was at its limit in {limited} ticks of the window, and the bounds know no limit"));
+            remarks.push(format!("u was at its limit in {limited} ticks of the window; the bounds assume no limit"));
         }
         if let Some(spec) = &experiment.spec {
             let reaching = spec.config.padded.reaching;
@@ -395,21 +402,21 @@ impl Asked<'_> {
             let layer = (reaching.epsilon + reaching.k_s * t) / (1.0 - (reaching.k_l * t).min(1.0));
             if reaching.k_s > 0.0 && found.bounds.first().is_some_and(|bound| *bound > layer) {
                 remarks.push(format!(
-                    "sigma* may leave the boundary layer of k_s, {}: beyond it these are no bounds",
+                    "sigma* may leave the boundary layer of k_s, {}: the bounds hold inside only",
                     significant(layer, 3)
                 ));
             }
         }
         if at_rest.sensed.iter().any(|it| it.rms > it.quantum / f64::sqrt(12.0) * 1.001) {
-            remarks.push("white noise has no bound and is not in them; `host-sim design` has its rms in u".into());
+            remarks.push("white noise is unbounded and not included; its rms in u: host-sim design".into());
         }
         let left_out: Vec<&str> = at_rest.left_out.iter().copied().filter(|what| !IN_BOUNDS.contains(what)).collect();
         if !left_out.is_empty() {
-            remarks.push(format!("not in them: {}", left_out.join(", ")));
+            remarks.push(format!("not included: {}", left_out.join(", ")));
         }
         for (i, name) in found.names.iter().enumerate().filter(|(i, _)| found.simulated[*i] > found.bounds[*i]) {
             remarks.push(format!(
-                "EXCEEDED: |{name}| came to {}, beyond the bound of {}, by what is not in it",
+                "EXCEEDED: |{name}| reached {}, above the bound of {}, due to effects that are not included",
                 significant(found.simulated[i], 4),
                 significant(found.bounds[i], 4)
             ));
@@ -418,7 +425,7 @@ impl Asked<'_> {
     }
 }
 
-/// A quantity in a row of a run.
+/// Returns a quantity in a row of a run.
 fn value(quantity: Quantity, rest: f64, trace: &Trace, row: &Row) -> f64 {
     match quantity {
         Quantity::SigmaStar => row.sigma_star,
@@ -428,18 +435,18 @@ fn value(quantity: Quantity, rest: f64, trace: &Trace, row: &Row) -> f64 {
     }
 }
 
-/// Of u by sensors with so much noise.
+/// Returns the rms of u from sensors with this noise.
 fn rms(gains: &[f64], weights: &[f64]) -> f64 {
     gains.iter().zip(weights).map(|(gain, by)| (gain * by).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Of each quantity the sum of all parts.
+/// Returns the sum of all parts for each quantity.
 fn sums(parts: &[Part], quantities: usize) -> Vec<f64> {
     (0..quantities).map(|i| parts.iter().map(|part| part.bounds[i]).sum()).collect()
 }
 
-/// The largest of each quantity over the window, of `run`, or of how far it is apart from another.
-fn largest(asked: &Asked<'_>, quantities: &[Quantity], rest: f64, run: &Trace, other: Option<&Trace>) -> Vec<f64> {
+/// Returns the largest value of each quantity over the window of `run`, or of its difference from another run.
+fn largest(asked: &BoundedRun<'_>, quantities: &[Quantity], rest: f64, run: &Trace, other: Option<&Trace>) -> Vec<f64> {
     let value = |quantity: Quantity, trace: &Trace, row: &Row| value(quantity, rest, trace, row);
     let of = |quantity: &Quantity| {
         metrics::ultimate(run, asked.experiment.window_s, |row| {
@@ -451,7 +458,7 @@ fn largest(asked: &Asked<'_>, quantities: &[Quantity], rest: f64, run: &Trace, o
     quantities.iter().map(of).collect()
 }
 
-/// The key that makes the fast set of a drive as slow as its quiet one, if it has both.
+/// Returns the setting that makes the high gains equal to the base gains, if the drive has both.
 fn quiet_alone(experiment: &Experiment) -> Option<&'static str> {
     let designed = &experiment.drive.as_ref()?.designed;
     let sets = match designed.encoders().len() {
@@ -461,10 +468,10 @@ fn quiet_alone(experiment: &Experiment) -> Option<&'static str> {
     (designed.form().gain_sets > 1).then_some(sets)
 }
 
-/// What rounding to f32 makes of a drive with one gain set. Two runs would differ by counts here and there, and those
-/// are in the bounds of the encoders; so the drive in f64 is shown the counts of the run, and told what was held. Its u
-/// differs by what f32 makes in one tick and remembers, and the loop in f64 with that much on top of its u is the run.
-/// None of a run that its monitors stopped.
+/// Returns the effect of rounding to f32 on a drive with one gain set. Two separate runs would differ in some counts,
+/// which the bounds of the encoders already contain. Therefore the drive in f64 receives the counts and the held
+/// currents of the run. The difference of both u is the rounding of one tick including the memory. The run equals the
+/// f64 loop with this difference added to u. Returns `None` if a monitor stopped the run.
 fn rounded(quiet: &Trace, mut twin: Experiment, sampled: &SampledLoop) -> Option<Part> {
     let drive = twin.drive.as_ref()?;
     let mut port = drive.designed.in_f64(&drive.motion).ok()?;
@@ -493,24 +500,21 @@ fn rounded(quiet: &Trace, mut twin: Experiment, sampled: &SampledLoop) -> Option
         name: "rounding to f32".into(),
         bounds: of_loop.iter().zip(sampled.quantities()).map(|(of_loop, it)| of_loop + told(it)).collect(),
         derivatives: Vec::new(),
-        known: format!(
-            "taken from the run: on its counts f32 and f64 ask for u that differ by up to {} A",
-            significant(of_u, 3)
-        ),
+        known: format!("from the run: for equal counts u in f32 and f64 differ by up to {} A", significant(of_u, 3)),
     })
 }
 
-/// What is measured and not bounded: what the start and the reference make, by the run without any disturbance; what
-/// the fast set of a drive makes, against the run with the quiet one alone, of which the bounds are; and what rounding
-/// to f32 makes, against the run in f64; sensors do not round there. The encoders of a drive stay as they are.
+/// Returns the parts that are measured instead of bounded. Start and reference: a run without disturbances. High gains:
+/// the difference from a run with the base gains alone, for which the bounds hold. Rounding to f32: the difference from
+/// a run in f64, both without quantisation. The encoders of a drive are unchanged.
 fn measured(
-    asked: &Asked<'_>,
+    asked: &BoundedRun<'_>,
     quantities: &[Quantity],
     rest: f64,
     subject: &Subject<'_>,
     sampled: &SampledLoop,
 ) -> Vec<Part> {
-    let Asked { experiment, at_rest, .. } = *asked;
+    let BoundedRun { experiment, at_rest, .. } = *asked;
     let (spec, quiet) = (experiment.spec.as_ref(), quiet_alone(experiment));
     let exact = |precision: &str| {
         let mut sets: Vec<String> = quiet.map(String::from).into_iter().collect();
@@ -540,14 +544,14 @@ fn measured(
     let of_quiet = quiet.and_then(|quiet| run(subject.with(&[quiet.into()]).ok()?, false));
     if let Some(quiet) = &of_quiet {
         let apart = largest(asked, quantities, rest, asked.trace, Some(quiet));
-        part("fast gain set", apart, "measured: the run against that with the quiet set alone");
+        part("fast gain set", apart, "measured: the run against a run with base gains alone");
     }
     if spec.is_some_and(|spec| spec.precision == Precision::F32)
         && let (Some(f32), Some(f64)) =
             (exact("f32").and_then(|it| run(it, false)), exact("f64").and_then(|it| run(it, false)))
     {
         let apart = largest(asked, quantities, rest, &f32, Some(&f64));
-        part("rounding to f32", apart, "measured: the run in f32 against that in f64");
+        part("rounding to f32", apart, "measured: the run in f32 against a run in f64");
     }
     let of_drive = if quiet.is_some() { of_quiet.as_ref() } else { Some(asked.trace) };
     if let (Some(of_drive), true) = (of_drive, experiment.drive.is_some()) {
@@ -556,8 +560,8 @@ fn measured(
     parts
 }
 
-/// The bounds of a scenario with one more setting, of its own run, and what the noise of each sensor makes of u; none
-/// if the file refuses it, or it has no bounds.
+/// Returns the bounds of a scenario with one more setting and its own run, and the noise gain from each sensor to u.
+/// Returns `None` if the file refuses the setting or has no bounds.
 fn anew(subject: &Subject<'_>, set: &str) -> Option<(Vec<f64>, Vec<f64>)> {
     let sets: Vec<String> = subject.sets.iter().cloned().chain([set.to_owned()]).collect();
     let subject = Subject { sets: &sets, ..*subject };
@@ -568,7 +572,7 @@ fn anew(subject: &Subject<'_>, set: &str) -> Option<(Vec<f64>, Vec<f64>)> {
     }
     let at_rest = experiment.at_rest.as_ref().ok()?;
     let sampled = sampled(&experiment, at_rest, at_rest.law.as_ref(), experiment.period_s).ok()?;
-    let asked = Asked { experiment: &experiment, at_rest, trace: &trace };
+    let asked = BoundedRun { experiment: &experiment, at_rest, trace: &trace };
     let parts = asked.all_parts(&sampled, &asked.disturbances(&sampled), &subject).ok()?;
     Some((sums(&parts, sampled.quantities().len()), asked.noise_gains()?))
 }

@@ -1,9 +1,10 @@
-//! Plants that a data sheet may stand for: of a joint the 32 corners of ±p in k_1, b_1, k_2, b_2, B_0, of a motor the 8
-//! in J, K_t, B; and random ones between.
+//! Plants within the tolerance of a data sheet. For a joint: the 32 corners of ±p in k_1, b_1, k_2, b_2, B_0. For a
+//! motor: the 8 corners in J, K_t, B. Random plants between the corners follow.
 //!
-//! With what no data sheet says, over the largest current I and in its torques: of a joint friction 1/20 I at rest and
-//! 1/30 I in motion (Stribeck), cogging I/100 (24 in a turn), ripple 2 % (42), of a motor what its file has; a load of
-//! ±5.6 %, on the link of a joint, and a current of (1 + sin 2t) I/30 that nobody knows of.
+//! Effects that a data sheet omits are added, relative to the largest current I and its torque. A joint has friction of
+//! 1/20 I at rest and 1/30 I in motion (Stribeck), cogging I/100 (24 per turn) and ripple 2 % (42). A motor has the
+//! friction and cogging of its file. Both have a load of ±5.6 %, on the link of a joint, and an unknown current of (1 +
+//! sin 2t) I/30.
 
 use std::ops::ControlFlow;
 
@@ -15,26 +16,27 @@ use rayon::prelude::*;
 use scenario::Source;
 
 use super::{Plan, Report, Retuned, Rig, Stopped, commission, sheet_of};
-use crate::identify::{Identified, Known, Sheet};
+use crate::identify::{Identified, PlantData, Sheet};
 use crate::{Error, Watch};
 
-/// Periods of the cogging in a turn.
+/// Cogging periods per turn.
 pub const COGGING_PER_TURN: f64 = 24.0;
 
-/// A plant, as arguments for a scenario.
+/// Plant as settings of a scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
-    /// True over believed k_1, b_1, k_2, b_2, B_0 of a joint, J, K_t, B of a motor.
+    /// Ratio of true to nominal values: k_1, b_1, k_2, b_2, B_0 of a joint; J, K_t, B of a motor.
     pub factors: Vec<f64>,
-    /// What is to be found, and its true value.
+    /// Parameters to identify, and their true values.
     pub truth: Vec<(&'static str, f64)>,
-    /// `KEY=VALUE`.
+    /// Settings `KEY=VALUE`.
     pub sets: Vec<String>,
 }
 
-/// What a scenario is told of a joint with these true over believed k_1, b_1, k_2, b_2, B_0: the link's inertia stays.
+/// Returns the error table of a joint with these ratios of true to nominal k_1, b_1, k_2, b_2, B_0; the link inertia
+/// stays.
 pub fn joint_error([k_1, b_1, k_2, b_2, b]: [f64; 5]) -> String {
-    // K is off as k_1, J_m as K/k_2, the others as their quotients.
+    // K changes like k_1, J_m like K/k_2, the others like their quotients.
     let motor = k_1 / k_2;
     let keys = ["stiffness", "link_damping", "motor_inertia", "motor_damping", "torque"];
     let factors = [k_1, b_1, motor, motor * b_2, motor * b];
@@ -43,7 +45,7 @@ pub fn joint_error([k_1, b_1, k_2, b_2, b]: [f64; 5]) -> String {
     format!("error={{{}}}", error.join(", "))
 }
 
-/// The corners of so many numbers, then so many random ones, within ±`share` of 1.
+/// Returns the corners of `N` numbers within ±`share` of 1, then `random` random points.
 fn factors<const N: usize>(share: f64, random: usize, seed: u64) -> Vec<[f64; N]> {
     let at = |corner: u32, i: usize| if corner >> i & 1 == 1 { 1.0 + share } else { 1.0 - share };
     let corners = (0..1_u32 << N).map(|corner| std::array::from_fn(|i| at(corner, i)));
@@ -52,14 +54,14 @@ fn factors<const N: usize>(share: f64, random: usize, seed: u64) -> Vec<[f64; N]
     corners.chain(between).collect()
 }
 
-/// A load that stays, now against positive motion and now along it.
+/// Returns a constant load, alternately against and along positive motion.
 fn constant_load(k: usize, largest_n_m: f64) -> String {
     let amplitude = if k.is_multiple_of(2) { 0.056 } else { -0.056 } * largest_n_m;
     format!("load=[{{kind = \"const\", amplitude = {amplitude}}}]")
 }
 
-/// Joints around that of a drive. It has both gain sets (as a whole those of the rule), and its monitors know how
-/// little is known.
+/// Returns joints around a drive. The drive has both gain sets (a coupled design the number of its rule), and its
+/// monitors use the declared tolerance.
 fn joints(share: f64, random: usize, joint: &Joint, designed: &DriveDesign, seed: u64) -> Vec<Variant> {
     let limit_a = designed.max_current_a();
     let of = |(k, factors): (usize, [f64; 5])| {
@@ -86,7 +88,7 @@ fn joints(share: f64, random: usize, joint: &Joint, designed: &DriveDesign, seed
     factors(share, random, seed).into_iter().enumerate().map(of).collect()
 }
 
-/// Motors around this one with this largest current and Coulomb friction.
+/// Returns motors around this one with this current limit and Coulomb friction.
 fn motors(share: f64, random: usize, motor: &Motor, limit_a: f64, friction_n_m: f64, seed: u64) -> Vec<Variant> {
     let of = |(k, factors): (usize, [f64; 3])| {
         let [inertia, torque, damping] = factors;
@@ -108,45 +110,46 @@ fn motors(share: f64, random: usize, motor: &Motor, limit_a: f64, friction_n_m: 
     factors(share, random, seed).into_iter().enumerate().map(of).collect()
 }
 
-/// The current that nobody knows of.
+/// Returns the unknown current.
 pub fn unknown_current(limit_a: f64) -> Signal {
     let amplitude = limit_a / 30.0;
     Signal::new(vec![Term::Const { amplitude }, Term::Sin { amplitude, omega_rad_s: 2.0, phase_rad: 0.0 }])
 }
 
-/// All plants within what a data sheet may be off, each commissioned.
+/// All plants within the tolerance of a data sheet, each of which is commissioned.
 #[derive(Clone, Copy, Debug)]
 pub struct Plants<'a> {
-    /// What messages call the scenario.
+    /// Name of the scenario in messages.
     pub file: &'a str,
-    /// The scenario.
+    /// Content of the scenario.
     pub text: &'a str,
-    /// `KEY=VALUE`.
+    /// Settings `KEY=VALUE`.
     pub sets: &'a [String],
-    /// p.
+    /// Tolerance p, as a share.
     pub share: f64,
-    /// Random plants.
+    /// Number of random plants.
     pub random: usize,
-    /// What is recorded; its seed is also that of the random plants.
+    /// Plan of the recording; its seed is also used for the random plants.
     pub plan: Plan,
-    /// What is known; the cogging of joints is that of these plants, and b of a motor may be off by J and K_t.
-    pub known: Known,
-    /// What k_1 and b_1, or b and f_c, are multiplied by once they are found: 1, or what the verification is to see.
+    /// Further data of the plant. For joints the cogging periods of these plants are used. The tolerance of b of a
+    /// motor covers J and K_t.
+    pub known: PlantData,
+    /// Factors on the identified k_1 and b_1, or b and f_c: 1, or an error that the verification must detect.
     pub wrong: [f64; 2],
 }
 
-/// One of them.
+/// Result for one plant.
 #[derive(Clone, Debug)]
-pub struct Tried {
-    /// Relative errors of what was found, as the truth is listed.
+pub struct PlantResult {
+    /// Relative errors of the identified parameters, in the order of the true values.
     pub off: Vec<(&'static str, f64)>,
-    /// The largest error over what was stated.
+    /// Largest ratio of error to interval.
     pub over_interval: f64,
-    /// What happened.
+    /// Report of the sequence.
     pub report: Report,
 }
 
-/// k_1, b_1, k_2, b_2, B_0.
+/// Returns k_1, b_1, k_2, b_2, B_0.
 pub fn ratios(joint: &Joint) -> [f64; 5] {
     let Joint { link_inertia_kg_m2: link, motor_inertia_kg_m2: motor, stiffness_n_m: spring, .. } = *joint;
     [
@@ -158,11 +161,11 @@ pub fn ratios(joint: &Joint) -> [f64; 5] {
     ]
 }
 
-/// k_1 and b_1 of what was found times these, and k_2, b_2, B_0 stay; of a motor b and f_c.
+/// Multiplies k_1 and b_1 of the result, with k_2, b_2, B_0 constant; for a motor b and f_c.
 pub fn made_wrong(found: &mut Identified, factors: [f64; 2]) {
     match &mut found.sheet {
         Sheet::Joint(joint) => {
-            // K, and with it all of the motor.
+            // K, and with it all motor parameters.
             let Joint { stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a, .. } = joint;
             for number in [stiffness_n_m, motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a] {
                 *number *= factors[0];
@@ -179,15 +182,15 @@ pub fn made_wrong(found: &mut Identified, factors: [f64; 2]) {
 }
 
 impl Plants<'_> {
-    /// The plants.
+    /// Returns the plants.
     ///
     /// # Errors
-    /// When the scenario is of no drive.
+    /// The scenario has no drive.
     pub fn variants(&self) -> Result<Vec<Variant>, Error> {
         let Self { share, random, plan: Plan { seed, .. }, .. } = *self;
         let source = Source { file: self.file, text: self.text, sets: self.sets };
         let drive = scenario::parse(&source, "commission")?.drive;
-        let drive = drive.ok_or_else(|| Error::input("there is neither [joint] nor [motor] in it").at(self.file))?;
+        let drive = drive.ok_or_else(|| Error::input("the file has neither [joint] nor [motor]").at(self.file))?;
         let designed = drive.designed;
         match sheet_of(&designed) {
             Sheet::Joint(joint) => Ok(joints(share, random, &joint, &designed, seed)),
@@ -198,29 +201,29 @@ impl Plants<'_> {
         }
     }
 
-    /// What is known of one of them.
-    fn known(&self, designed: &DriveDesign, lag_s: f64) -> Known {
-        let known = Known { lag_s, ..self.known };
+    /// Returns the further data for one plant.
+    fn known(&self, designed: &DriveDesign, lag_s: f64) -> PlantData {
+        let known = PlantData { lag_s, ..self.known };
         match designed {
-            DriveDesign::Joint(_) => Known { cogging_per_turn: Some(COGGING_PER_TURN), ..known },
-            // Both of J and K_t are off.
+            DriveDesign::Joint(_) => PlantData { cogging_per_turn: Some(COGGING_PER_TURN), ..known },
+            // J and K_t are both off.
             DriveDesign::Motor(_) => {
                 let most = (1.0 + self.share) / (1.0 - self.share) - 1.0;
-                Known { tolerance: known.tolerance.max(1.25 * most), ..known }
+                PlantData { tolerance: known.tolerance.max(1.25 * most), ..known }
             }
         }
     }
 
-    /// One of them commissioned.
+    /// Commissions one plant.
     ///
     /// # Errors
-    /// Why that came to no end.
-    pub fn tried(&self, variant: &Variant) -> Result<Tried, Stopped> {
+    /// The reason of an early stop.
+    pub fn tried(&self, variant: &Variant) -> Result<PlantResult, Stopped> {
         let sets: Vec<String> = self.sets.iter().chain(&variant.sets).cloned().collect();
         let source = Source { file: self.file, text: self.text, sets: &sets };
         let mut experiment =
             scenario::parse(&source, "commission").map_err(|error| Stopped::Design(error.to_string()))?;
-        let Some(drive) = &experiment.drive else { return Err(Stopped::Design("there is no drive".into())) };
+        let Some(drive) = &experiment.drive else { return Err(Stopped::Design("the scenario has no drive".into())) };
         let designed = drive.designed;
         let old = sheet_of(&designed);
         let known = self.known(&designed, drive.current_lag_s);
@@ -238,15 +241,15 @@ impl Plants<'_> {
             off.push((name, (parameter.value / truth - 1.0).abs()));
             over_interval = over_interval.max((parameter.value - truth).abs() / parameter.interval);
         }
-        Ok(Tried { off, over_interval, report })
+        Ok(PlantResult { off, over_interval, report })
     }
 }
 
-/// Tries all of them; `None` if it was stopped. A step of the watch is a plant.
+/// Commissions all plants; `None` if stopped. A step of the watch is a plant.
 ///
 /// # Errors
-/// When the scenario is of no drive.
-pub fn try_all(plants: &Plants<'_>, watch: Watch<'_>) -> Result<Option<Vec<Result<Tried, Stopped>>>, Error> {
+/// The scenario has no drive.
+pub fn try_all(plants: &Plants<'_>, watch: Watch<'_>) -> Result<Option<Vec<Result<PlantResult, Stopped>>>, Error> {
     let variants = plants.variants()?;
     let of_variant = |variant| {
         if watch.is_stopped() {

@@ -1,6 +1,6 @@
-//! What a drive is expected to make of the verification: the same move on the joint or motor as it was found, with the
-//! friction that was found. Ticks alone leave an error, the larger the stiffer a joint is beside its period; of a motor
-//! friction and counts leave most.
+//! Predicted peak of the verification: this move simulated on the identified joint or motor with the identified
+//! friction. Sampling alone leaves an error, which grows with the stiffness of the joint relative to the period. For a
+//! motor friction and quantisation dominate.
 
 use std::ops::ControlFlow;
 
@@ -14,24 +14,24 @@ use loop_sim::trace::{Ending, Row};
 use super::{AFTER_S, SETTLE_S};
 use crate::identify::Sheet;
 
-/// Friction at rest over that in motion: no record of a motion tells it, and it is what a move begins against. 1.2 to 2
-/// of bearings and gears, and the bar of a move is for the worst of them.
+/// Ratio of static to Coulomb friction. Static friction cannot be identified from motion, but acts at the start of a
+/// move. Bearings and gears have 1.2 to 2; the threshold of a move uses the largest value.
 const STICKS: f64 = 2.0;
 
-/// A joint or motor as it was found.
+/// Identified joint or motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
     pub(super) sheet: Sheet,
-    /// Of a joint.
+    /// Damping of the spring of a joint, N m s/rad.
     pub(super) spring_damping_n_m_s: f64,
     pub(super) friction_a: f64,
-    /// Amplitude, A, and periods in a turn. Where its waves stand a move over some of them does not see.
+    /// Cogging amplitude, A, and periods per turn. The phase has no effect on a move over several periods.
     pub(super) cogging: Option<[f64; 2]>,
     pub(super) lag_s: f64,
 }
 
 impl Found {
-    /// The plant, and its state at rest there.
+    /// Returns the plant and its state at rest at this angle.
     fn at_rest(&self, at_rad: f64) -> (Box<dyn Plant>, Vec<f64>) {
         let Self { sheet, spring_damping_n_m_s, friction_a, cogging, lag_s } = *self;
         let [cogging_a, cogging_per_turn] = cogging.unwrap_or_default();
@@ -51,7 +51,7 @@ impl Found {
         (plant, x)
     }
 
-    /// Largest abs(y - r) of a move from rest with this drive, rad; none where it comes to no end.
+    /// Returns the largest abs(y - r) of a move from rest with this drive, rad; `None` if the simulation fails.
     pub(super) fn peak_rad(&self, designed: &DriveDesign, [from_rad, to_rad]: [f64; 2], ticks: u32) -> Option<f64> {
         let period_s = designed.period_s();
         let [start, after] = [SETTLE_S, AFTER_S].map(|seconds| (seconds / period_s).round() as u32);
@@ -76,7 +76,7 @@ impl Found {
             if row.t_s >= from_s {
                 peak = peak.max(error);
             }
-            // What runs away is no expectation.
+            // A run that diverges is not a prediction.
             if error < 1.0 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
         let ended = close_loop(setup, &mut see).ok()?;

@@ -1,8 +1,8 @@
-//! A scenario with the data sheet that was found: what the drive is designed from, and the file that is kept.
+//! Scenario with the identified data sheet: basis of the new design, and the file that is kept.
 //!
-//! Numbers of the data sheet are those of the motor's own shaft, what was found is behind its gear: each goes over by
-//! the ratio of the old ones. The bandwidths stay as the file has them, or as its rules make them; those of a joint as
-//! a whole for a tolerance of 20 %, if the data sheet's was larger.
+//! Data sheet numbers refer to the motor shaft, but identified numbers refer to the output of the gear. Each number is
+//! converted by the ratio of the old ones. The bandwidths stay as in the file, or follow from its rules. The rules of a
+//! coupled joint use a tolerance of 20 % if the data sheet had a larger one.
 
 use controller_core::drive::Joint;
 use loop_sim::port::drive::DriveDesign;
@@ -12,19 +12,19 @@ use crate::Error;
 use crate::identify::{Identified, Sheet};
 use crate::number::significant;
 
-/// How far a joint may be from what was found: k_2 and B_0 are stated to 10 %, b_2 to 20.
+/// Tolerance of an identified joint, percent: the intervals are 10 % for k_2 and B_0, and 20 % for b_2.
 const FOUND_PERCENT: f64 = 20.0;
 
-/// A scenario as a file.
+/// Scenario file with the identified data sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Retuned {
-    /// Its text.
+    /// Text of the file.
     pub text: String,
-    /// The arguments that still go with it: those of the drive are in it, or were found anew.
+    /// Settings that still apply. Settings of the drive are in the file or were identified.
     pub sets: Vec<String>,
 }
 
-/// The data sheet of a drive, and its encoders in order.
+/// Returns the data sheet of a drive.
 pub const fn sheet_of(designed: &DriveDesign) -> Sheet {
     match designed {
         DriveDesign::Motor(drive) => Sheet::Motor(drive.design.motor),
@@ -32,22 +32,22 @@ pub const fn sheet_of(designed: &DriveDesign) -> Sheet {
     }
 }
 
-/// Is a key of a table that goes into the file that is kept, if it is set? Without it what was found would be another
-/// drive's there.
+/// Returns whether a setting of this key must be written into the kept file, because the design depends on it.
 pub fn is_of_drive(key: &str) -> bool {
     let table = key.split(['.', '[']).next().unwrap_or_default().trim();
     ["motor", "joint", "encoder", "drive", "friction"].contains(&table)
 }
 
 impl Retuned {
-    /// The scenario with what was found in place of its numbers, and without `[error]`, which was about those.
+    /// Replaces the numbers of the scenario by the identified ones and removes `[error]`, which refers to the old
+    /// numbers.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// The file is invalid.
     pub fn of(source: &Source<'_>, old: &Sheet, found: &Identified) -> Result<Self, Error> {
         let number = |key: &str| -> Result<f64, Error> {
             let found = scenario::number_at(source, key)?;
-            found.ok_or_else(|| Error::input(format!("{key} is no number")).at(source.file))
+            found.ok_or_else(|| Error::input(format!("{key} is not a number")).at(source.file))
         };
         let friction = found.parameter("f_c").filter(|it| it.value > it.interval).map(|it| it.value);
         let mut keys = match (old, &found.sheet) {
@@ -56,9 +56,9 @@ impl Retuned {
                 let torque = number("motor.torque_n_m_per_a")?;
                 vec![("motor.torque_n_m_per_a", torque * new.torque_n_m_per_a / old.torque_n_m_per_a)]
             }
-            _ => return Err(Error::input("the record is of another kind of drive").at(source.file)),
+            _ => return Err(Error::input("the recording is from another kind of drive").at(source.file)),
         };
-        // Friction at rest is no less than in motion: what the file says of it goes where more was found.
+        // Static friction is at least the friction in motion: a smaller number of the file is removed.
         let mut still_goes = false;
         if let Some(friction_a) = friction {
             let torque = found.sheet.torque_n_m_per_a();
@@ -70,10 +70,10 @@ impl Retuned {
             .into_iter()
             .map(|(key, value)| (key, format!("{:?}", significant(value, 6).parse().unwrap_or(value))))
             .collect();
-        // The drive does not know it; a simulation of the file does.
+        // The drive does not use it, but a simulation of the file does.
         let damped = significant(found.spring_damping_n_m_s, 6);
         let damped = (found.spring_damping_n_m_s > 0.0).then_some(damped.as_str());
-        // Of a link that was seen and needs none, none.
+        // A measured link that fits without damping gets none.
         let damped = found.link.is_some().then_some(("joint.spring_damping_n_m_s", damped));
         let changes = keys.iter().map(|(key, value)| (*key, Some(value.as_str())));
         let gone = [("error", None)].into_iter().chain(still_goes.then_some(("friction.static_n_m", None)));
@@ -88,12 +88,12 @@ impl Retuned {
         Ok(Self { text, sets })
     }
 
-    /// The same for the drive that is to take it over. Gains by rule of a joint as a whole are those for a tolerance:
-    /// it is 20 % now, if it was larger. Whether it has a second gain set the rule decides too, and what was found may
-    /// decide otherwise than the data sheet; the number of sets stays.
+    /// Adapts the scenario to the drive that takes it over. The rule of a coupled joint uses a tolerance of at most 20
+    /// %. The rule also decides the number of gain sets and could decide differently for the identified numbers; the
+    /// number of the running drive is kept.
     ///
     /// # Errors
-    /// When its drive is of another form for another reason, or what is wrong with it.
+    /// The design has another form for another reason, or the file is invalid.
     pub fn taken_over_by(mut self, running: &DriveDesign, file: &str) -> Result<Self, Error> {
         if running.is_whole() {
             let key = "drive.uncertain_percent";
@@ -107,8 +107,8 @@ impl Retuned {
         if retuned.is_whole() != is_whole {
             let (found, word) = if is_whole { ("soft", "coupled") } else { ("stiff", "normal") };
             return Err(Error::input(format!(
-                "the joint as it was found is {found}, and would have a drive of another form: to commission it in the \
-                 form that runs, type drive.tuning = \"{word}\""
+                "the identified joint is {found}, which needs a drive of another form. To commission it in the running \
+                 form, set drive.tuning = \"{word}\""
             ))
             .at(file));
         }
@@ -119,19 +119,19 @@ impl Retuned {
         Ok(self)
     }
 
-    /// The drive of it.
+    /// Returns the drive of the scenario.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The file is invalid or has no drive.
     pub fn designed(&self, file: &str) -> Result<DriveDesign, Error> {
         let source = Source { file, text: &self.text, sets: &self.sets };
         let experiment = scenario::parse(&source, "retuned")?;
-        let drive = experiment.drive.ok_or_else(|| Error::input("there is no drive in it").at(file))?;
+        let drive = experiment.drive.ok_or_else(|| Error::input("the file has no drive").at(file))?;
         Ok(drive.designed)
     }
 }
 
-/// Keys of `[joint]`.
+/// Returns the keys of `[joint]` with their values.
 fn joint_keys(
     old: &Joint,
     new: &Joint,

@@ -1,4 +1,4 @@
-//! Plant and drive of a scenario, commissioned in this process.
+//! Simulated stand: plant and drive of a scenario, commissioned in this process.
 
 use controller_core::Health;
 use loop_sim::actuator::Actuator;
@@ -17,7 +17,7 @@ use super::{Leg, OnTicks, Shake, Stand, Stopped, turned};
 use crate::identify::Record;
 use crate::identify::record::unwrapped;
 
-/// A plant later than it thinks, with more current than it is told.
+/// Plant with a later time and an additional current that the drive does not see.
 struct Later<'a> {
     plant: &'a dyn Plant,
     from_s: f64,
@@ -45,7 +45,7 @@ impl Plant for Later<'_> {
         let t_s = t_s + self.from_s;
         self.plant.margin(regime, t_s, x, u + self.more.value(t_s))
     }
-    /// Nobody asks for it here.
+    /// The lumped disturbance is not used here.
     fn lumped(&self, _: f64, _: &[f64], _: f64, d: &mut [f64]) {
         d.fill(0.0);
     }
@@ -60,10 +60,10 @@ impl Plant for Later<'_> {
     }
 }
 
-/// The drive with its multisine, and what went in and out.
+/// Drive with its multisine, and its recorded inputs and outputs.
 struct Shaken {
     drive: Box<dyn LivePort>,
-    /// From this tick on.
+    /// First tick and values of the multisine.
     wave: (usize, Vec<f64>),
     counts: [Vec<f64>; 2],
     reference: Vec<f64>,
@@ -81,7 +81,7 @@ impl ControllerPort for Shaken {
         self.reference.push(self.drive.reference());
         self.health |= tick.health;
         let (first, wave) = &self.wave;
-        // A drive that gives up is not shaken.
+        // A drive that stopped or rejected its input gets no excitation.
         if let Some(more) = k.checked_sub(*first).and_then(|k| wave.get(k))
             && !tick.health.intersects(Health::STOPPED | Health::INPUT_REJECTED)
         {
@@ -119,21 +119,21 @@ pub struct Rig<'a> {
     x: Vec<f64>,
     true_error: Vec<f64>,
     period_s: f64,
-    /// At rest there, rad.
+    /// Present rest position, rad.
     at_rad: f64,
-    /// The leg that is recorded began with this tick.
+    /// First tick of the current recording.
     from: usize,
     watch: &'a mut OnTicks<'a>,
 }
 
 impl<'a> Rig<'a> {
-    /// Of a scenario that has just been read, with a current `more` that nobody knows of on top of what is held.
+    /// Builds the stand of a scenario, with an unknown current `more` in addition to the held current.
     ///
     /// # Errors
-    /// When it is of no drive that follows a position, or its design is refused.
+    /// The scenario has no position drive, or its design is invalid.
     pub fn new(experiment: &'a mut Experiment, more: Signal, watch: &'a mut OnTicks<'a>) -> Result<Self, Stopped> {
         let Some(drive) = experiment.drive.as_ref().filter(|_| experiment.port.follows() == Some(0)) else {
-            return Err(Stopped::Design("a drive is commissioned that follows a position: [joint], or [motor]".into()));
+            return Err(Stopped::Design("commissioning needs a position drive: [joint] or [motor]".into()));
         };
         let designed = drive.designed;
         let (period_s, at_rad) = (experiment.period_s, drive.motion.from_rad);
@@ -169,7 +169,7 @@ impl<'a> Rig<'a> {
         (seconds / self.period_s).round() as usize
     }
 
-    /// Ticks that were made.
+    /// Returns the number of ticks so far.
     fn now(&self) -> usize {
         self.port.reference.len()
     }
@@ -207,14 +207,14 @@ impl<'a> Rig<'a> {
             Ending::Interrupted { .. } => return Err(Stopped::Interrupted),
             ending => return Err(Stopped::Broken(format!("the run ended early: {ending:?}"))),
         }
-        // To the beginning of the next tick.
+        // Up to the start of the next tick.
         let [from, to] = [ticks - 1, ticks].map(|k| k as f64 * self.period_s);
         solver::advance(&later, from, to, held, &mut last).map_err(|error| Stopped::Broken(error.to_string()))?;
         self.x = last;
         Ok(())
     }
 
-    /// The record of the ticks since the leg began.
+    /// Returns the recording since the start of the leg.
     fn record(&self) -> Result<Record, Stopped> {
         let angle = |i: usize| {
             let counts = &self.port.counts[i];

@@ -1,31 +1,31 @@
-//! The runs that every controller makes, and what is read off them.
+//! Test runs of the controller comparison and the metrics that are computed from them.
 //!
-//! With τ twice the time in which a file that says no other goes 1 rad (the shortest within 90 % of the limit for a
-//! plant that is 20 % too weak and 20 % too heavy):
+//! τ is twice the default duration of a 1 rad move. The default is the shortest move within 90 % of the current limit
+//! for a plant with 20 % less torque constant and 20 % more inertia.
 //!
 //! | figure | run |
 //! |---|---|
-//! | S | a sine of 0.5 rad and period 4τ, joined in τ: rms of y - r over the next τ |
-//! | noise | the same run: rms of u less the u that finer encoders make (see [`metrics::noise`]) |
-//! | M | 1 rad in τ, degree 7: largest of abs(y - r) up to τ/4 after it |
-//! | settle | from rest at 0.1 rad, the shortest planned recovery: after that abs(y) stays within a tenth of it |
-//! | load | 0.14 of the largest torque as a step at 0.3 τ: largest of abs(y - r) |
-//! | ultimate | the same over the last τ/20, up to τ/2 after the step |
-//! | shown | 1 rad in τ, the load at 1.4 τ, up to 2 τ, with friction: for the eye, in no figure of merit |
+//! | S | sine of 0.5 rad and period 4τ, entered by a transition of τ: rms of y - r over the next τ |
+//! | noise | the sine run: rms of u minus the u with finer encoders (see [`metrics::noise`]) |
+//! | M | 1 rad in τ, degree 7: largest abs(y - r) up to τ/4 after the move |
+//! | settle | from rest at 0.1 rad, the shortest planned recovery: time until abs(y) stays within a tenth of it |
+//! | load | step of 0.14 of the largest torque at 0.3 τ: largest abs(y - r) |
+//! | ultimate | the load run: largest abs(y - r) in the last τ/20, up to τ/2 after the step |
+//! | shown | 1 rad in τ, load step at 1.4 τ, up to 2 τ, with friction: for plots only, not part of the cost |
 //!
-//! Where the file declares noise of an encoder, the noise of u is that of 3000 ticks of the sine, or at rest, the more:
-//! what a declared noise makes through a slow loop varies slowly. All other figures are without it. τ is longer then,
-//! as slow loops must settle in it.
+//! If the file declares encoder noise, the current noise is the larger value of a sine run of 3000 ticks and a run at
+//! rest. A slow loop needs these longer runs because declared noise varies slowly behind it. All other metrics are
+//! computed without declared noise. τ is longer in this case, so that slow loops settle.
 //!
-//! An encoder before a gear tells where the shaft is within half a span of its counter only: where 0.4 of that is less
-//! than 0.1 rad, the recovery starts there.
+//! The first count of an encoder before a gear is unambiguous within half the span of its counter only. If 0.4 of this
+//! angle is less than 0.1 rad, the recovery starts there.
 //!
-//! Corners: for a joint $k_1 = K/J_l$, $b_1$, $k_2 = K/J_m$, $b_2$, $b = K_t/J_m$ are each off by ±p, all 32 of them;
-//! for a motor J and K_t by ±p or 0, the 8 but the nominal one. In the cost four of the former (all +, all -, K_t/J_m
-//! against the others) and the four in which both are off stand for all.
+//! Corners of a joint: $k_1 = K/J_l$, $b_1$, $k_2 = K/J_m$, $b_2$, $b = K_t/J_m$ are each off by ±p, 32 corners.
+//! Corners of a motor: J and K_t are off by ±p or 0, the 8 combinations without the nominal one. The cost uses four of
+//! them. For a joint these are all +, all -, and K_t/J_m opposite to the others. For a motor both parameters are off.
 //!
-//! The loop is that of [`close_loop`]; a plant without friction is moved in steps eight times as long, which nobody
-//! sees (test `a_longer_step_changes_nothing_that_is_told`).
+//! [`close_loop`] runs the loop. A plant without friction uses solver steps eight times as long; the effect is below
+//! 1e-9 rad (test `a_longer_step_changes_nothing_that_is_told`).
 
 use std::iter;
 use std::ops::ControlFlow;
@@ -49,52 +49,52 @@ use super::linear::Sampled;
 use super::task::Task;
 use super::{Design, Linear};
 use crate::Error;
-use crate::kind::Kind;
+use crate::kind::DriveKind;
 
-/// What a run that came to nothing counts, rad or s.
+/// Value of a metric whose run failed, rad or s.
 pub const LOST: f64 = 100.0;
-/// Beyond this error a run has come to nothing, rad.
+/// Error beyond which a run counts as failed, rad.
 const AWAY_RAD: f64 = 3.0;
-/// From where the recovery starts at most, rad, and as a share of what a counter tells of either side of 0, where the
-/// weight of a link draws the motor farther; and the share of it that is settled.
+/// Start of the recovery: largest angle, rad; largest share of the half span of a counter, since the weight of a link
+/// moves the motor farther; settled band as a share of the start.
 const START_RAD: f64 = 0.1;
 const START_SHARE: f64 = 0.4;
 const SETTLED: f64 = 0.1;
-/// Load step over the largest torque.
+/// Load step as a share of the largest torque.
 const LOAD: f64 = 0.14;
-/// Coulomb and static friction and cogging of the run that is shown, over the largest torque, where the file has no
-/// friction.
+/// Coulomb friction, static friction and cogging of the plotted run as shares of the largest torque, used if the file
+/// has no friction.
 const SHOWN_FRICTION: [f64; 3] = [0.03, 0.03, 0.01];
 
-/// What a controller does.
+/// Metrics of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
-    /// Rms of u that comes of the encoders' steps, A.
+    /// Rms current noise from encoder quantisation, A.
     pub noise_a: f64,
-    /// S of the nominal plant, rad.
+    /// Metric S with the nominal plant, rad.
     pub sine_rad: f64,
-    /// M, rad.
+    /// Metric M with the nominal plant, rad.
     pub move_rad: f64,
-    /// Of the load step, rad.
+    /// Largest error under the load step, rad.
     pub load_rad: f64,
-    /// After it, rad.
+    /// Ultimate error after the load step, rad.
     pub ultimate_rad: f64,
-    /// Settling of the recovery, s.
+    /// Settling time of the recovery, s.
     pub settle_s: f64,
-    /// M, worst corner of ±20 %.
+    /// Metric M in the worst corner of ±20 %, rad.
     pub move_20_rad: f64,
-    /// Load, worst corner of ±20 %.
+    /// Load error in the worst corner of ±20 %, rad.
     pub load_20_rad: f64,
-    /// S, worst corner of ±50 %.
+    /// Metric S in the worst corner of ±50 %, rad.
     pub sine_50_rad: f64,
-    /// Load, worst corner of ±50 %.
+    /// Load error in the worst corner of ±50 %, rad.
     pub load_50_rad: f64,
-    /// Corners whose loop is not strictly stable: of ±50 % with the law at rest, and of ±20 % with the fast gain set,
-    /// if it has one, frozen.
+    /// Number of corners whose loop is not strictly stable: ±50 % with the controller at rest, and ±20 % with the high
+    /// gains frozen, if there are any.
     pub unstable: usize,
 }
 
-/// Figures of the runs with one plant.
+/// Metrics of the runs with one plant.
 #[derive(Clone, Copy)]
 struct Five {
     sine: f64,
@@ -121,53 +121,53 @@ impl Five {
     }
 }
 
-/// What a controller does at its worst over some plants.
+/// Worst metrics of a controller over a set of plants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Worst {
-    /// S, rad.
+    /// Metric S, rad.
     pub sine_rad: f64,
-    /// M, rad.
+    /// Metric M, rad.
     pub move_rad: f64,
-    /// Of the load step at rest, rad.
+    /// Largest error under a load step at rest, rad.
     pub load_rad: f64,
-    /// Settling of the recovery, s.
+    /// Settling time of the recovery, s.
     pub settle_s: f64,
-    /// Corners that were run.
+    /// Number of corners that were run.
     pub corners: usize,
-    /// Those whose loop is not strictly stable, with any gain set of its own.
+    /// Number of corners whose loop is not strictly stable with any one of the gain sets.
     pub unstable: usize,
     /// Largest magnitude of an eigenvalue over all corners and gain sets.
     pub spectral_radius: f64,
 }
 
-/// A run that comes to nothing in some corner.
+/// A run that fails in at least one corner.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Lost {
-    /// Which.
+    /// Name of the run.
     pub run: &'static str,
-    /// In so many corners.
+    /// Number of corners in which it fails.
     pub corners: usize,
-    /// The first of them.
+    /// Name of the first of these corners.
     pub first: String,
 }
 
-/// A run but for its plant.
+/// Run without its plant.
 struct Run {
     task: Task,
     x0: Vec<f64>,
     periods: usize,
 }
 
-/// One plant: free of load, loaded, and near rest.
+/// One plant in three forms: without load, loaded, and near rest.
 struct Corner {
-    /// What of it is off.
+    /// Deviation from the data sheet.
     name: String,
     free: Box<dyn Plant>,
     loaded: Box<dyn Plant>,
     sampled: Sampled,
-    /// Rates of the plant over those that its steps are made for.
+    /// Ratio of its rates to the rates for which the solver steps are chosen.
     coarse: f64,
-    /// Does it stand for the others in the cost?
+    /// Whether the cost uses this corner.
     is_chosen: bool,
 }
 
@@ -175,19 +175,19 @@ struct Corner {
 pub struct Bench {
     /// Name of the scenario.
     pub name: String,
-    /// Its title.
+    /// Title of the scenario.
     pub title: String,
-    /// Our drive as the file has it.
+    /// edo-smc drive of the file.
     pub designed: DriveDesign,
     /// τ, s.
     pub tau_s: f64,
     sine: Run,
     moved: Run,
     recovery: Run,
-    /// At rest while the load comes.
+    /// Rest, with the load step.
     pushed: Run,
     shown: (Run, Box<dyn Plant>),
-    /// Where the recovery starts, rad.
+    /// Start angle of the recovery, rad.
     pub start_rad: f64,
     finer: Finer,
     noisy: Option<Noisy>,
@@ -198,7 +198,7 @@ pub struct Bench {
     at_50: Vec<Corner>,
 }
 
-/// A plant that is moved in steps so many times as long.
+/// Plant with solver steps longer by this factor.
 struct Coarse<'a>(&'a dyn Plant, f64);
 
 impl Plant for Coarse<'_> {
@@ -217,7 +217,7 @@ impl Plant for Coarse<'_> {
     fn margin(&self, regime: Regime, t_s: f64, x: &[f64], u: f64) -> f64 {
         self.0.margin(regime, t_s, x, u)
     }
-    /// Nobody asks for it here.
+    /// The lumped disturbance is not used here.
     fn lumped(&self, _: f64, _: &[f64], _: f64, d: &mut [f64]) {
         d.fill(0.0);
     }
@@ -229,7 +229,7 @@ impl Plant for Coarse<'_> {
     }
 }
 
-/// The scenario file with more keys set.
+/// Scenario file with more keys set.
 struct Base<'a> {
     file: &'a str,
     toml: &'a str,
@@ -239,8 +239,8 @@ struct Base<'a> {
 
 impl Base<'_> {
     fn with(&self, sets: &[&str]) -> Result<Experiment, ScenarioError> {
-        // Friction that fades: where it holds, encoders of two steps let the shaft go at other instants, and the noise
-        // of u is not told by their difference.
+        // Faded friction: with stiction, two runs with different quantisation break away at different times. Their
+        // difference is then not the noise.
         let faded = [format!("friction.model={:?}", "faded")];
         let common = ["fault=[]", "error={}", "load=[]", "drive.uncertain_percent=20"];
         let more = common.iter().chain(sets).map(ToString::to_string);
@@ -248,7 +248,7 @@ impl Base<'_> {
         scenario::parse(&Source { file: self.file, text: self.toml, sets: &sets }, "compare")
     }
 
-    /// At rest at this angle before the reference begins.
+    /// Parses the scenario with a start at rest at this angle.
     fn starting(&self, angle_rad: f64, sets: &[&str]) -> Result<Experiment, ScenarioError> {
         let plant = self.designed.name();
         self.with(&[&[format!("{plant}.start_rad={angle_rad}").as_str()], sets].concat())
@@ -256,7 +256,7 @@ impl Base<'_> {
 
     fn run(&self, start_rad: f64, reference: &str, span_s: f64) -> Result<Run, Error> {
         let no_run = |error: ScenarioError| {
-            Error::input(format!("no run can be made of it that laws are compared by: {error}")).at(self.file)
+            Error::input(format!("no comparison run can be built from this scenario: {error}")).at(self.file)
         };
         let found = self.starting(start_rad, &[reference, &format!("span_s={span_s}")]).map_err(no_run)?;
         let motion = found.drive.map(|drive| drive.motion).ok_or_else(|| Error::failed("no drive").at(self.file))?;
@@ -264,11 +264,12 @@ impl Base<'_> {
         Ok(Run { task, x0: found.x0, periods: found.periods })
     }
 
-    /// A plant by its name, what of it is off, and whether it stands for others.
+    /// Returns a plant from its name, its deviation and whether the cost uses it.
     fn corner(&self, (name, error, is_chosen): (String, String, bool), load: &str) -> Result<Corner, Error> {
         let with = |sets: &[&str]| self.with(&[&[error.as_str()], sets].concat());
         let bare = with(&["friction={}"])?;
-        let sampled = Sampled::new(bare.plant.as_ref(), bare.period_s).map_err(|error| error.to_string())?;
+        let sampled =
+            Sampled::new(bare.plant.as_ref(), bare.period_s).map_err(|error| Error::input(error.to_string()))?;
         let (free, loaded) = (with(&[])?.plant, with(&[load])?.plant);
         let at_rest = vec![0.0; free.order()];
         let is_smooth = free.fastest_rad_s(0.0, &at_rest, 0.0) <= bare.plant.fastest_rad_s(0.0, &at_rest, 0.0);
@@ -276,24 +277,24 @@ impl Base<'_> {
         Ok(Corner { name, free, loaded, sampled, coarse, is_chosen })
     }
 
-    /// A share of the largest torque, N m.
+    /// Converts a share of the largest torque to N m.
     fn torque(&self, share: f64) -> f64 {
         share * self.designed.torque_n_m_per_a() * self.designed.max_current_a()
     }
 
-    /// The key of a load.
+    /// Returns the TOML line of the load step.
     fn load(&self, t0_s: f64) -> String {
         format!("load=[{{kind = \"step\", amplitude = {}, t0_s = {t0_s}}}]", self.torque(LOAD))
     }
 }
 
-/// Seed of the declared noise: the same for every law.
+/// Seed of the declared noise, equal for every controller.
 const NOISE_SEED: u64 = 1;
 
-/// Ticks over which declared noise is averaged at least: a slow loop lets it through slowly.
+/// Smallest number of ticks for the average of declared noise; a slow loop passes it slowly.
 const NOISE_TICKS: f64 = 3000.0;
 
-/// Encoders with noise that the file declares, and the longer runs that tell what it makes of u.
+/// Declared encoder noise and the longer runs that measure its effect on u.
 struct Noisy {
     /// Standard deviation in each state, rad.
     noise_rad: Vec<f64>,
@@ -302,7 +303,7 @@ struct Noisy {
 }
 
 impl Noisy {
-    /// None without noise.
+    /// Returns `None` without declared noise.
     fn of(found: &Experiment, base: &Base<'_>, sine: &str, tau_s: f64) -> Result<Option<Self>, Error> {
         let mut noise_rad = vec![0.0; found.plant.order()];
         for sensed in found.at_rest.iter().flat_map(|at_rest| &at_rest.sensed) {
@@ -317,9 +318,9 @@ impl Noisy {
     }
 }
 
-/// How many times as long the runs take for declared noise: 1 without. The noise of u goes with about the 2.5th power
-/// of w_c, so a loop that lets as little of it through as of the steps alone is so much slower, and must settle; a half
-/// on top, since less noise may be asked for.
+/// Returns the factor by which declared noise lengthens the runs, 1 without noise. The current noise goes with about
+/// the 2.5th power of w_c. A loop with the noise of quantisation alone is slower by this factor and must settle. The
+/// factor includes another 1.5, since a user may request less noise.
 fn slower(found: &Experiment) -> f64 {
     let of = |sensed: &Sensed| {
         let steps = sensed.quantum / f64::sqrt(12.0);
@@ -328,33 +329,32 @@ fn slower(found: &Experiment) -> f64 {
     found.at_rest.iter().flat_map(|at_rest| &at_rest.sensed).map(of).fold(1.0, f64::max)
 }
 
-/// Noise of the encoder that has the least of it, in its steps.
+/// Returns the smallest noise of an encoder, in counts.
 fn noise_steps(designed: &DriveDesign, noise_rad: &[f64]) -> f64 {
     let of =
         |(state, mounted): &(usize, Mounted)| noise_rad.get(*state).map_or(0.0, |it| it / mounted.encoder.unit_rad());
     designed.encoders().iter().map(of).fold(f64::INFINITY, f64::min)
 }
 
-/// The drive of a file, if laws can be compared with it, and the encoders that tell its noise.
+/// Returns the drive of a file and the finer encoders, or the reason why the file cannot be compared.
 fn compared(found: &Experiment) -> Result<(DriveDesign, Finer), &'static str> {
-    let drive = found.drive.as_ref().ok_or("this is for drives, and the file has neither [joint] nor [motor]")?;
+    let drive = found.drive.as_ref().ok_or("a comparison needs a drive: the file has neither [joint] nor [motor]")?;
     if drive.designed.form().follows == Follows::Speed {
-        return Err("drive.mode is \"speed\": only laws that follow a position are compared");
+        return Err("drive.mode = \"speed\": a comparison needs \"position\"");
     }
     let finer = Finer::of(&drive.designed).ok_or(
-        "encoder: noise of u is told by an encoder with at least twice as many counts, and with 2^24 in a turn, gear \
-         included, a drive has no room for more: compare with one bit less",
+        "encoder: the noise is measured against an encoder with one more bit, and a drive reads at most 2^24 \
+         counts per turn, gear included: compare with one bit less",
     )?;
-    // A load that is asked about may be more than its monitors allow.
-    // Laws are compared and tuned; a band at rest hides the noise of any.
+    // The monitors may not stop the drive under the load, and a rest band hides the noise of every controller.
     Ok((drive.designed.telling().without_rest_band(), finer))
 }
 
 impl Bench {
-    /// Of a scenario file of a motor or a joint.
+    /// Builds the runs of a motor or joint scenario.
     ///
     /// # Errors
-    /// What is wrong with the file, or that nothing of it can be compared.
+    /// The file is invalid, or it cannot be compared.
     pub fn new(file: &str, text: &str, sets: &[String]) -> Result<Self, Error> {
         let stem = Path::new(file).file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let as_it_is = scenario::parse(&Source { file, text, sets }, &stem)?;
@@ -394,7 +394,7 @@ impl Bench {
         let rubbing = base.with(&[late.as_str()].into_iter().chain(rough).collect::<Vec<_>>())?.plant;
         let shown = base.run(0.0, &one_rad, 2.0 * tau_s)?;
         let all = |p: f64| {
-            (Kind::of(&designed).corners)(p)
+            (DriveKind::of(&designed).corners)(p)
                 .into_iter()
                 .map(|off| base.corner(off, &load))
                 .collect::<Result<_, Error>>()
@@ -420,22 +420,22 @@ impl Bench {
         })
     }
 
-    /// What a controller is given that holds rest at angle 0.
+    /// Returns the task of holding angle 0 at rest.
     pub fn task(&self) -> &Task {
         &self.rest
     }
 
-    /// Number of corners of ±20 % and ±50 % each.
+    /// Returns the number of corners, equal for ±20 % and ±50 %.
     pub fn corners(&self) -> usize {
         self.at_50.len()
     }
 
-    /// What is off in them, each by itself: of a joint the ratios of its numbers, since nothing else moves it.
+    /// Returns the names of the uncertain parameters; for a joint the ratios that determine its motion.
     pub fn uncertain(&self) -> &'static [&'static str] {
-        Kind::of(&self.designed).uncertain
+        DriveKind::of(&self.designed).uncertain
     }
 
-    /// Is the plant less known than 20 %, by what the file says of it?
+    /// Returns whether the file declares more than 20 % uncertainty of the plant.
     pub fn is_uncertain(&self) -> bool {
         let share = match &self.designed {
             DriveDesign::Motor(motor) => motor.monitors.uncertain,
@@ -444,24 +444,25 @@ impl Bench {
         share > 0.2
     }
 
-    /// Largest current of either sign, A.
+    /// Returns the current limit, A.
     pub fn max_current_a(&self) -> f64 {
         self.designed.max_current_a()
     }
 
-    /// Limits of the noise of u, A, that a comparison takes where nobody says others: for a joint 1/3000, 1/1000 and
-    /// 1/300 of the largest current, for a motor, which is measured and pushed in one place, 3/1000, 1/100 and 3/100.
+    /// Returns the default limits of the current noise, A: for a joint 1/3000, 1/1000 and 1/300 of the largest current.
+    /// For a motor the limits are 3/1000, 1/100 and 3/100, because sensor and load act on the same shaft.
     pub fn noise_limits_a(&self) -> [f64; 3] {
-        Kind::of(&self.designed).noise_shares.map(|share| share * self.max_current_a())
+        DriveKind::of(&self.designed).noise_shares.map(|share| share * self.max_current_a())
     }
 
-    /// The cost that tuning makes small: half the mean of log10 of S, M, load, ultimate error and settling of the
-    /// nominal plant, half that of the worst of four corners of ±20 %; 0.3 log10 of the worst S of four at ±50 %; 10
-    /// log10 of the noise over its limit, where it is above; 0.2 for each corner that is not strictly stable.
+    /// Returns the cost that the tuner minimises. It is the sum of: half the mean of log10 of S, M, load, ultimate
+    /// error and settling of the nominal plant; half this mean for the worst of four corners of ±20 %; 0.3 log10 of the
+    /// worst S of four corners at ±50 %; 10 log10 of noise over limit, if above 1; 0.2 per corner that is not strictly
+    /// stable.
     pub fn cost(&self, design: &dyn Design, limit_a: f64) -> f64 {
         let noise = self.noise(design);
         let nominal = self.five(design, &self.nominal);
-        // 5 figures of LOST, 32 corners: a law that cannot even do this costs more than any other.
+        // Five metrics of LOST and 32 corners: a failed run costs more than any finished one.
         if nominal.sine >= LOST || nominal.moved >= LOST || nominal.load >= LOST || noise.is_infinite() {
             return 20.0 + nominal.mean_log();
         }
@@ -477,7 +478,7 @@ impl Bench {
             + 0.2 * self.unstable(design) as f64
     }
 
-    /// All figures, over all corners.
+    /// Returns all metrics over all corners.
     pub fn figures(&self, design: &dyn Design) -> Figures {
         let nominal = self.five(design, &self.nominal);
         let worst = |corners: &[Corner], f: &dyn Fn(&Corner) -> f64| corners.iter().map(f).fold(0.0, f64::max);
@@ -497,8 +498,8 @@ impl Bench {
         }
     }
 
-    /// At its worst over the nominal plant and the corners of ±20 %, or of ±50 %: over all of them, or over those that
-    /// stand for all. Whether it is stable is asked of all.
+    /// Returns the worst metrics over the nominal plant and the corners of ±20 %, or ±50 % if `is_wide`. The runs use
+    /// every corner or only the four of the cost; stability is checked in every corner.
     pub fn worst(&self, design: &dyn Design, is_wide: bool, all: bool) -> Worst {
         let corners = if is_wide { &self.at_50 } else { &self.at_20 };
         let run = corners.iter().filter(|corner| all || corner.is_chosen);
@@ -519,7 +520,7 @@ impl Bench {
         }
     }
 
-    /// The runs that come to nothing in one of the plants of [`worst`](Self::worst).
+    /// Returns the runs that fail in at least one plant of [`worst`](Self::worst).
     pub fn lost(&self, design: &dyn Design, is_wide: bool) -> Vec<Lost> {
         type Of = fn(&Bench, &dyn Design, &Corner) -> f64;
         let runs: [(&str, Of); 4] = [
@@ -537,7 +538,7 @@ impl Bench {
         runs.into_iter().filter_map(lost).collect()
     }
 
-    /// The same with the nominal plant alone.
+    /// Returns the metrics of the nominal plant alone.
     pub fn nominal(&self, design: &dyn Design) -> Worst {
         let five = Five { load: self.pushed_of(design, &self.nominal), ..self.five(design, &self.nominal) };
         let of = |(law, _): &(Linear, f64)| law.radius(&self.nominal.sampled);
@@ -553,12 +554,13 @@ impl Bench {
         }
     }
 
-    /// Rms of u that comes of the encoders' steps, A; infinite if the run comes to nothing.
+    /// Returns the rms current noise from encoder quantisation, A; infinite if the run fails.
     pub fn noise_a(&self, design: &dyn Design) -> f64 {
         self.noise(design)
     }
 
-    /// A move and a load step with the nominal plant, tick by tick: time (s), y - r (rad), u (A); to where it came.
+    /// Returns a move and a load step with the nominal plant, tick by tick: time (s), y - r (rad), u (A). It ends where
+    /// the run ends.
     pub fn shown(&self, design: &dyn Design) -> Vec<[f64; 3]> {
         let (run, plant) = &self.shown;
         let mut ticks = Vec::with_capacity(run.periods + 1);
@@ -593,7 +595,7 @@ impl Bench {
         if ended { peak } else { LOST }
     }
 
-    /// The largest error when the load comes at rest.
+    /// Returns the largest error under a load step at rest.
     fn pushed_of(&self, design: &dyn Design, corner: &Corner) -> f64 {
         let mut peak = 0.0_f64;
         let plant = Coarse(corner.loaded.as_ref(), corner.coarse);
@@ -601,8 +603,8 @@ impl Bench {
         if ended { peak } else { LOST }
     }
 
-    /// Load, ultimate error, settling. What has not settled when the load comes has not settled; a load whose error
-    /// still grows by a tenth in the last fifth of its time has not shown its worst.
+    /// Returns load error, ultimate error and settling time. A recovery that has not settled when the load comes counts
+    /// as failed. So does a load error that grows by a tenth in the last fifth of its time.
     fn load_of(&self, design: &dyn Design, corner: &Corner) -> (f64, f64, f64) {
         let (mut load, mut ultimate, mut settle) = (0.0_f64, 0.0_f64, 0.0);
         let (mut before, late_s) = (0.0_f64, self.load_s + 0.4 * self.tau_s);
@@ -633,13 +635,13 @@ impl Bench {
         (if is_over { load } else { LOST }, ultimate, if is_settled { settle } else { LOST })
     }
 
-    /// One run, of which `see` is shown every row and y - r; did it come to its end?
+    /// Runs once and passes every row and y - r to `see`. Returns whether the run finished.
     fn run(&self, run: &Run, design: &dyn Design, plant: &dyn Plant, see: &mut dyn FnMut(&Row, f64)) -> bool {
         let Some(mut port) = design.port(&run.task) else { return false };
         let mut is_near = true;
         let mut tick = 0;
         let mut record = |row: &Row| {
-            // What the port says of its reference is not asked.
+            // The error is measured against the task, not against the reference that the port reports.
             let error = row.x[0] - run.task.aim(tick).jet[0];
             tick += 1;
             is_near = error.abs() <= AWAY_RAD;
@@ -678,8 +680,8 @@ impl Bench {
         close_loop(setup, record).is_ok()
     }
 
-    /// Of the nominal plant on the sine; infinite if the run comes to nothing. Of encoders with declared noise the more
-    /// of that on a longer sine and at rest: what the steps make there is in both.
+    /// Returns the noise of the nominal plant on the sine; infinite if the run fails. With declared noise it is the
+    /// larger value of a longer sine and a run at rest; both include quantisation.
     fn noise(&self, design: &dyn Design) -> f64 {
         let Some(Noisy { noise_rad, sine, rest }) = &self.noisy else {
             return self.noise_on(design, &self.sine, &[]);
@@ -700,14 +702,14 @@ impl Bench {
         if found.is_nan() { f64::INFINITY } else { found }
     }
 
-    /// Rms of u of a drive that stands still under nothing but the noise.
+    /// Returns the rms of u of a drive at rest under noise alone.
     fn noise_at_rest(&self, design: &dyn Design, run: &Run, noise_rad: &[f64]) -> f64 {
         let Some(trace) = self.noisy_run(design, run, noise_rad) else { return f64::INFINITY };
         let late = &trace.rows[trace.rows.len() / 10..];
         (late.iter().map(|row| row.u * row.u).sum::<f64>() / late.len() as f64).sqrt()
     }
 
-    /// A run of the nominal plant behind encoders with this noise; none if it comes to nothing.
+    /// Runs the nominal plant behind encoders with this noise; `None` if the run fails.
     fn noisy_run(&self, design: &dyn Design, run: &Run, noise_rad: &[f64]) -> Option<Trace> {
         let mut port = design.port(&run.task)?;
         let mut trace = Trace {
@@ -741,7 +743,8 @@ impl Bench {
         linear.iter().map(of).sum()
     }
 
-    /// Of a law that is not linear: does the linear plant come back from 1 mrad, as far as encoders tell?
+    /// Returns whether a nonlinear controller returns the linear plant from 1 mrad to rest, within the encoder
+    /// resolution.
     fn settles(&self, design: &dyn Design, plant: &Sampled) -> bool {
         let Some(mut port) = design.port(&self.rest) else { return false };
         let limit = self.max_current_a();
@@ -775,7 +778,7 @@ impl Bench {
     }
 }
 
-/// The angle up to which the first count of an encoder tells where the shaft is, rad.
+/// Returns the largest angle that the first count of an encoder resolves unambiguously, rad.
 fn half_span_rad(encoder: Encoder) -> f64 {
     0.5 * (1_u64 << encoder.bits) as f64 * encoder.unit_rad()
 }
@@ -790,8 +793,8 @@ mod tests {
         contender.design(&guesses).expect("a design")
     }
 
-    /// Nothing but the feed-forward leads the joint and the motor of the data sheet to 1 rad and round a sine; without
-    /// gravity in it, or a tick late, it does not.
+    /// The feed-forward alone moves the nominal joint and motor to 1 rad and along a sine. With wrong gravity or one
+    /// tick of delay it fails.
     #[test]
     fn the_feed_forward_alone_follows_on_the_plant_of_the_data_sheet() {
         for (text, lag) in [(scenario::JOINT, "joint.current_lag_s=0"), (scenario::MOTOR, "motor.current_lag_s=0")] {
@@ -814,7 +817,7 @@ mod tests {
                 };
                 let (alone, late, heavier) = (peak(0, 0.0), peak(1, 0.0), peak(0, 0.1));
                 println!("{alone:.1e}, a tick late {late:.1e}, wrong gravity {heavier:.1e}");
-                // Nothing corrects what the ticks cut: T²/12 r'' of a motor is 1.2e-4 rad at 1500 rad/s².
+                // Sampling leaves T²/12 r'', which is 1.2e-4 rad for a motor at 1500 rad/s².
                 assert!(
                     alone < 1.2e-4 && late > 10.0 * alone && heavier > 100.0 * alone,
                     "{alone:e} {late:e} {heavier:e}"
@@ -823,7 +826,8 @@ mod tests {
         }
     }
 
-    /// A counter of 12 bits before a gear of 50 is over in 0.063 rad of the shaft: the recovery starts within that.
+    /// A 12-bit counter before a gear of 50 overflows after 0.063 rad of the shaft: the recovery starts within this
+    /// angle.
     #[test]
     fn a_gear_before_an_encoder_only_shortens_the_recovery() {
         let sets = ["motor.gear=[50, 1]", "encoder.bits=12"].map(String::from);
@@ -835,15 +839,15 @@ mod tests {
         assert!(five.settle > 0.0 && five.settle < 0.2, "{}", five.settle);
     }
 
-    /// Half the step makes half the noise (within 15 %: rounding is not quite white), down to where a drive reads no
-    /// finer one; there the remedy is told.
+    /// Half the step makes half the noise within 15 %, since rounding is not quite white. At the finest encoder that a
+    /// drive reads, the error contains the remedy.
     #[test]
     fn noise_is_told_of_fine_encoders_too() {
         let bench = |bits: u32| Bench::new("motor.toml", scenario::MOTOR, &[format!("encoder.bits={bits}")]);
         let noise = |bits: u32| {
             let bench = bench(bits).expect("a drive that can be compared");
             let all = contenders(&bench);
-            // The same gains whatever the encoder.
+            // Equal gains for every encoder.
             let knobs = [60.0; 8];
             let of = all.iter().find(|law| law.name().starts_with("P-PI")).expect("the cascade");
             let knobs = &knobs[..of.knobs().len()];
@@ -862,7 +866,7 @@ mod tests {
         for contender in contenders(&bench) {
             let found = bench.five(guessed(contender.as_ref()).as_ref(), &bench.nominal);
             println!("{}: {:.1e} {:.1e} {:.3}", contender.name(), found.sine, found.moved, found.settle);
-            // The super-twisting and the cascade are far from tuned.
+            // The super-twisting controller and the cascade are far from tuned.
             assert!(found.sine < 3e-4 && found.moved < 1e-3 && found.settle < 0.25, "{}", contender.name());
         }
     }
@@ -884,7 +888,7 @@ mod tests {
         assert_eq!(bench.nominal.coarse, 8.0);
         let off = angles(1.0).iter().zip(angles(8.0)).map(|(exact, longer)| (exact - longer).abs()).fold(0.0, f64::max);
         println!("{off:.1e} rad");
-        // A thousandth of the least error that is told of a joint.
+        // A thousandth of the smallest error in the results of a joint.
         assert!(off < 1e-9 && off > 0.0, "{off:e}");
         // Friction is not smooth.
         assert_eq!(Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file").nominal.coarse, 1.0);

@@ -1,34 +1,34 @@
-//! P-PI cascades as drives have them: of a joint with the spring fed back, or with a notch at its resonance.
+//! P-PI cascades of industrial drives: for a joint with feedback of the spring, or with a notch at its resonance.
 //!
 //! The formulas are in the head of [`rival`](super::rival).
 
 use super::Knob;
-use super::rival::{BEYOND, ESTIMATE, INTEGRAL, LAST, Told};
+use super::rival::{BEYOND, ESTIMATE, INTEGRAL, LAST, TickInputs};
 use super::task::{Aim, Model, Task};
 
-/// Numbers that it remembers beyond those of every law: the error of the spring as F has it, and two of the notch.
+/// Number of additional memory entries: the filtered error of the spring, and two of the notch.
 pub(super) const MORE: usize = 3;
 
-/// Highest centre of a notch, as a share of half the rate.
+/// Highest centre of a notch, as a share of the Nyquist frequency.
 const HIGHEST: f64 = 0.9;
 
-/// The gains of u = ff + N k_v/b (s + k_t spring + ∫ k_i s), s = D (motor's error)' + k_p (F link's + (1 - F) motor's).
+/// Gains of u = ff + N k_v/b (s + k_t spring + ∫ k_i s), s = D (motor's error)' + k_p (F link's + (1 - F) motor's).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gains {
     kp: f64,
     kt: f64,
-    /// Over b, A s/rad.
+    /// Gains over b, A s/rad.
     kv: f64,
     ki: f64,
-    /// Share that D takes of what is new.
+    /// Filter coefficient of D.
     fresh: f64,
-    /// The same of F; 1 where position is the link's alone.
+    /// Filter coefficient of F; 1 if the position is the link position alone.
     crossing: f64,
     notch: Option<Notch>,
 }
 
 impl Gains {
-    /// P-PI: of a motor k_p, k_v, k_i and D; of a joint k_t comes second.
+    /// Builds P-PI from k_p, k_v, k_i and D for a motor; for a joint k_t is the second value.
     pub(super) fn new(model: &Model, knobs: &[f64]) -> Option<Self> {
         let (kp, kt, [kv, ki, filter]) = match *knobs {
             [kp, kv, ki, filter] => (kp, 0.0, [kv, ki, filter]),
@@ -39,7 +39,7 @@ impl Gains {
         Some(Self { kp, kt, kv: kv / model.b[model.order() - 1], ki, fresh, crossing: 1.0, notch: None })
     }
 
-    /// P-PI with a notch, of the values of [`notch_knobs`].
+    /// Builds P-PI with a notch from the values of [`notch_knobs`].
     pub(super) fn notched(model: &Model, knobs: &[f64]) -> Option<Self> {
         let &[kp, crossing, kv, ki, filter, centre, damping] = knobs else { return None };
         let t = model.period_s;
@@ -49,14 +49,15 @@ impl Gains {
     }
 }
 
-/// What a low-pass filter of this bandwidth takes of what is new in a tick.
+/// Returns the coefficient of a first-order low-pass filter with this bandwidth.
 fn share(bandwidth_rad_s: f64, period_s: f64) -> f64 {
     1.0 - libm::exp(-bandwidth_rad_s * period_s)
 }
 
-/// Of a P-PI with a notch, by the data sheet: a loop of the speed with half of the frequency at which the link alone
-/// swings on its spring, position and integral four times as slow, the crossover twice as slow again, a filter beyond
-/// the resonance, and a notch there. It is narrow: the lag of a wide one costs more phase below than ±50 % of K leave.
+/// Returns the tuning parameters of P-PI with a notch from the data sheet. The speed loop has half of the frequency of
+/// the link with the motor held. Position and integral are four times as slow, and the crossover twice as slow again.
+/// The filter is above the resonance, and the notch is at the resonance. The notch is narrow, because the phase lag of
+/// a wide one costs more than ±50 % of K.
 pub(super) fn notch_knobs(task: &Task) -> Vec<Knob> {
     let [alone, resonance] = task.model.resonances_rad_s();
     let highest = HIGHEST * std::f64::consts::PI / task.model.period_s;
@@ -74,8 +75,8 @@ pub(super) fn notch_knobs(task: &Task) -> Vec<Knob> {
     ]
 }
 
-/// A notch (s² + ω²)/(s² + 2 ζ ω s + ω²) by Tustin's rule, prewarped at ω: with x' and x'' of one and two ticks before,
-/// y = b_0 (x + x'') + a_1 x' - a_1 y' - a_2 y''.
+/// Notch (s² + ω²)/(s² + 2 ζ ω s + ω²) by Tustin's rule, prewarped at ω. With x' and x'' of one and two ticks before, y
+/// = b_0 (x + x'') + a_1 x' - a_1 y' - a_2 y''.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Notch {
     b_0: f64,
@@ -91,7 +92,7 @@ impl Notch {
         Self { b_0: (1.0 + square) / whole, a_1: 2.0 * (square - 1.0) / whole, a_2: (1.0 - drag + square) / whole }
     }
 
-    /// One tick, with two numbers that it remembers.
+    /// Computes one tick with two memory entries.
     fn tick(&self, memory: &mut [f64], x: f64) -> f64 {
         let y = self.b_0 * x + memory[0];
         memory[0] = self.a_1 * (x - y) + memory[1];
@@ -100,19 +101,19 @@ impl Notch {
     }
 }
 
-/// Where the motor should be less where it is; the output is the motor where there is no joint.
+/// Returns the error of the motor angle; the output of a plant without a joint is the motor.
 pub(super) fn motor_error(model: &Model, y: &[f64; 2], aim: &Aim) -> f64 {
     let driven = model.encoders() - 1;
     aim.x[2 * driven] - y[driven]
 }
 
-/// u of a tick.
-pub(super) fn tick(model: &Model, gains: &Gains, memory: &mut [f64], told: &Told<'_>) -> f64 {
-    let error = motor_error(model, &told.y, told.now);
+/// Returns u of a tick.
+pub(super) fn tick(model: &Model, gains: &Gains, memory: &mut [f64], inputs: &TickInputs<'_>) -> f64 {
+    let error = motor_error(model, &inputs.y, inputs.now);
     let [last, filtered] = [memory[LAST], memory[LAST + 1]];
     let filtered = filtered + gains.fresh * ((error - last) / model.period_s - filtered);
     (memory[LAST], memory[LAST + 1]) = (error, filtered);
-    let output_error = told.now.x[0] - told.y[0];
+    let output_error = inputs.now.x[0] - inputs.y[0];
     let spring = error - output_error;
     let slow = (1.0 - gains.crossing) * memory[ESTIMATE] + gains.crossing * spring;
     memory[ESTIMATE] = slow;
@@ -121,7 +122,7 @@ pub(super) fn tick(model: &Model, gains: &Gains, memory: &mut [f64], told: &Told
         memory[INTEGRAL] += gains.ki * model.period_s * s;
     }
     let asked = gains.kv * (s + gains.kt * spring + memory[INTEGRAL]);
-    told.then.feed
+    inputs.then.feed
         + gains.notch.as_ref().map_or(asked, |notch| notch.tick(&mut memory[ESTIMATE + 1..ESTIMATE + MORE], asked))
 }
 
@@ -133,7 +134,7 @@ mod tests {
 
     use super::*;
 
-    /// N of the notch in continuous time at jΩ.
+    /// Returns N of the notch in continuous time at jΩ.
     fn continuous(centre: f64, damping: f64, w: f64) -> Complex<f64> {
         let stiff = Complex::new(centre * centre - w * w, 0.0);
         stiff / (stiff + Complex::new(0.0, 2.0 * damping * centre * w))
@@ -143,7 +144,7 @@ mod tests {
         libm::hypot(number.re, number.im)
     }
 
-    /// What the recursion makes of e^(jθk) once its own poles have died away.
+    /// Returns the response of the recursion to e^(jθk) after its poles have decayed.
     fn response(notch: &Notch, theta: f64) -> Complex<f64> {
         let mut memory = [[0.0; 2]; 2];
         let ticks = 20_000;
@@ -157,8 +158,8 @@ mod tests {
         last / turned(ticks - 1)
     }
 
-    /// At every frequency it is the continuous one at (2/T) tan(θ/2), scaled so that the centre stays where it is:
-    /// slow and far beyond, narrow and wide.
+    /// At every frequency the notch equals the continuous one at (2/T) tan(θ/2), scaled to keep the centre: slow and
+    /// fast, narrow and wide.
     #[test]
     fn the_notch_is_its_closed_form_at_every_frequency() {
         let t = 2.5e-4;
@@ -172,7 +173,8 @@ mod tests {
         }
     }
 
-    /// Prewarping keeps the zero at the centre, even at half of half the rate, where it would be 15 % too low without.
+    /// Prewarping keeps the zero at the centre, even at half the Nyquist frequency, where it would be 15 % too low
+    /// otherwise.
     #[test]
     fn the_notch_lets_nothing_of_its_centre_through() {
         let t = 1e-3;

@@ -1,8 +1,9 @@
-//! Is the exact sampled loop stable? Its matrix near rest, put together of what law and plant do in one tick.
+//! Stability of the exact sampled loop: its matrix near rest, assembled from one tick of controller and plant.
 //!
-//! A law is $m' = A m + B y$, where an entry of m' is the u that is held until the next tick. The matrices are not
-//! derived a second time: every entry of the memory, and every angle, is moved a little and the law ticks once; ours as
-//! the module `linear` of `loop-sim` has it, a rival here. That is exact but for rounding.
+//! A controller is $m' = A m + B y$, where an entry of m' is the u that is held until the next tick. The matrices come
+//! from differences of the controller code, not from a second derivation. Every entry of the memory and every angle is
+//! changed slightly, and the controller ticks once. The module `linear` of `loop-sim` does this for edo-smc, and this
+//! module for a baseline controller. The result is exact up to rounding.
 
 use loop_sim::linear::{LinearPlant, LinearTick, is_idle};
 use loop_sim::plant::Plant;
@@ -10,23 +11,24 @@ use loop_sim::port::drive::DriveDesign;
 use loop_sim::solver::SolverError;
 
 use super::matrix::{Matrix, spectral_radius};
-use super::rival::{HELD, Law, Told};
+use super::rival::{HELD, Law, TickInputs};
 use super::task::Aim;
 
-/// Moved by so much, rad and the like: no law comes to its limit by it, however stiff it is.
+/// Size of the change, rad and similar units; small enough that no controller reaches its limit.
 const NUDGE: f64 = 1e-9;
 
-/// A law near rest.
+/// Controller near rest.
 #[derive(Clone, Debug)]
 pub struct Linear {
     a: Matrix,
     b: Matrix,
-    /// The entry of the memory that is the u held.
+    /// Index of the held u in the memory.
     held: usize,
 }
 
 impl Linear {
-    /// Of a tick, which gets a memory and angles in steps of `size` and leaves the memory after it; at rest all is 0.
+    /// Builds the model from a tick function. `tick` gets a memory and angles in steps of `size` and updates the
+    /// memory; all values are 0 at rest.
     fn probed(width: usize, encoders: usize, held: usize, size: [f64; 2], tick: impl Fn(&mut [f64], [i32; 2])) -> Self {
         let (mut a, mut b) = (Matrix::zeros(width, width), Matrix::zeros(width, encoders));
         for j in 0..width + encoders {
@@ -51,23 +53,23 @@ impl Linear {
         Self { a, b, held }
     }
 
-    /// Of a rival; none for a law that is not linear.
+    /// Builds the model of a baseline controller; `None` for a nonlinear one.
     pub(super) fn of_rival(law: &Law, encoders: usize, late: usize) -> Option<Self> {
         let rest = Aim::default();
         let width = law.started(&[0.0; 2], &rest, late).len();
         law.is_linear().then(|| {
             Self::probed(width, encoders, HELD, [NUDGE; 2], |memory, steps| {
                 let y = steps.map(|steps| NUDGE * f64::from(steps));
-                law.tick(memory, &Told { y, now: &rest, then: &rest, late }, false);
+                law.tick(memory, &TickInputs { y, now: &rest, then: &rest, late }, false);
             })
         })
     }
 
-    /// Of ours with its quiet gains; none for a design that is refused.
+    /// Builds the model of edo-smc with its base gains; `None` for an invalid design.
     pub(super) fn of_ours(designed: &DriveDesign) -> Option<Self> {
         let at_rest = designed.at_rest().ok()?;
         let LinearTick { a: own, b: seen, c, d, .. } = LinearTick::of(at_rest.law.as_ref(), false);
-        // Behind what the law remembers: u, as many ticks late as it is held.
+        // The delayed u follow the controller memory.
         let (n, held) = (own.len(), own.len() + designed.form().delay_ticks);
         let (mut a, mut b) = (Matrix::zeros(held + 1, held + 1), Matrix::zeros(held + 1, d.len()));
         for (i, (own, seen)) in own.iter().chain([&c]).zip(seen.iter().chain([&d])).enumerate() {
@@ -84,12 +86,12 @@ impl Linear {
         Some(Self { a, b, held })
     }
 
-    /// Largest magnitude of an eigenvalue of the loop with this plant.
+    /// Returns the spectral radius of the loop with this plant.
     pub fn radius(&self, plant: &Sampled) -> f64 {
         spectral_radius(&self.closed(plant))
     }
 
-    /// One tick of the loop: the states of the plant, then the memory.
+    /// Returns one tick of the loop: the states of the plant, then the memory.
     fn closed(&self, plant: &Sampled) -> Matrix {
         let (n, m) = (plant.phi.nrows(), self.a.nrows());
         let mut whole = Matrix::zeros(n + m, n + m);
@@ -106,7 +108,7 @@ impl Linear {
     }
 }
 
-/// A plant near rest, from tick to tick.
+/// Sampled plant near rest.
 #[derive(Clone, Debug)]
 pub struct Sampled {
     pub(super) phi: Matrix,
@@ -114,17 +116,17 @@ pub struct Sampled {
 }
 
 impl Sampled {
-    /// Of a plant without friction: at rest that has no slope worth the name.
+    /// Linearises a plant without friction; friction has no useful slope at rest.
     ///
     /// # Errors
-    /// When it cannot be integrated.
+    /// The plant cannot be integrated.
     pub fn new(plant: &dyn Plant, period_s: f64) -> Result<Self, SolverError> {
         let LinearPlant { phi, gamma } = LinearPlant::of(plant, 0.0, period_s)?;
         let n = gamma.len();
         Ok(Self { phi: Matrix::from_fn(n, n, |i, j| phi[i][j]), gamma: Matrix::from_vec(n, 1, gamma) })
     }
 
-    /// x one tick later.
+    /// Returns x one tick later.
     pub(super) fn next(&self, x: &[f64], u: f64) -> Vec<f64> {
         let mut next: Vec<f64> = self.gamma.iter().map(|gain| gain * u).collect();
         for (column, x) in self.phi.column_iter().zip(x) {
@@ -144,7 +146,7 @@ mod tests {
     use loop_sim::plant::Imperfections;
     use loop_sim::port::drive::{Bandwidths, DriveOf};
 
-    use super::super::rival::Kind;
+    use super::super::rival::BaselineKind;
     use super::super::task::Task;
     use crate::commission::sheet_of;
 
@@ -154,24 +156,24 @@ mod tests {
         super::super::Bench::new("test.toml", text, &[]).expect("a file")
     }
 
-    /// The plant of the data sheet, whose current does not lag.
+    /// Returns the nominal plant without current lag.
     fn nominal(task: &Task) -> Sampled {
         let plant = sheet_of(&task.designed).plant(0.0, Imperfections::default());
         Sampled::new(plant.as_ref(), task.model.period_s).expect("a slow plant")
     }
 
-    /// det(z - M)
+    /// Returns det(z - M).
     fn characteristic(matrix: &Matrix, z: f64) -> f64 {
         (Matrix::identity(matrix.nrows(), matrix.nrows()) * z - matrix).determinant()
     }
 
-    fn guesses(kind: Kind, task: &Task) -> Law {
+    fn guesses(kind: BaselineKind, task: &Task) -> Law {
         let knobs: Vec<f64> = kind.knobs(task).iter().map(|knob| knob.guess).collect();
         kind.law(task, &knobs).expect("a law")
     }
 
-    /// Of the law that runs on the chip: e^(-αT) of its offset, 1 - k_l T of its reaching, and, where no coupling is
-    /// taken as linear within a tick, the Bessel poles of its observer at e^(pT).
+    /// Poles of the controller code: e^(-αT) of the offset, 1 - k_l T of the reaching, and the Bessel poles of the
+    /// observer at e^(pT). The Bessel poles are checked only where no coupling is linearised within a tick.
     #[test]
     fn the_matrix_of_ours_has_the_poles_that_it_was_designed_for() {
         for text in [scenario::JOINT, scenario::MOTOR] {
@@ -179,7 +181,7 @@ mod tests {
             let t = task.model.period_s;
             let Bandwidths { observers_rad_s, reaching_per_s: reaching, offset_per_s: offset, .. } =
                 task.designed.bandwidths();
-            // The observer of the link is coupled to that of the motor.
+            // The observer of the link is coupled to the observer of the motor.
             let observer = if observers_rad_s.len() == 1 { &observers_rad_s[..] } else { &[] };
             let linear = Linear::of_ours(&task.designed).expect("a design");
             let found = crate::margins::eigenvalues(linear.closed(&nominal(&task))).expect("numbers");
@@ -197,8 +199,8 @@ mod tests {
         }
     }
 
-    /// Of a joint as a whole: what estimates leave to the regulator are the eigenvalues of Φ - Γ K, which is computed
-    /// apart from any tick, the lag of the current in it. Of one whose spring is 10 % softer they are not.
+    /// For a coupled joint the poles that the observer does not provide are the eigenvalues of Φ - Γ K, computed
+    /// independently with the current lag. For a spring that is 10 % softer they differ.
     #[test]
     fn the_matrix_of_a_joint_as_a_whole_has_the_poles_of_its_regulator() {
         let text = scenario::JOINT
@@ -230,12 +232,12 @@ mod tests {
         assert!(same < 1e-7 && softer > 1e-3, "{same:e} {softer:e}");
     }
 
-    /// 1 + G C z^-L of a rigid shaft without friction, G = b T²/2 (z + 1)/(z - 1)², from the book, L ticks late.
+    /// Closed form 1 + G C z^-L of a rigid shaft without friction, G = b T²/2 (z + 1)/(z - 1)², L ticks late.
     #[test]
     fn the_cascade_on_a_rigid_shaft_is_its_closed_form() {
         let task = bench(&scenario::MOTOR.replace("damping_n_m_s = 1e-5", "damping_n_m_s = 0.0")).task().clone();
         let (t, knobs) = (task.model.period_s, [40.0, 150.0, 30.0, 900.0]);
-        let law = Kind::Cascade.law(&task, &knobs).expect("a law");
+        let law = BaselineKind::Cascade.law(&task, &knobs).expect("a law");
         let plant = nominal(&task);
         let late = [0, 1, 2, 3].map(|late| Linear::of_rival(&law, 1, late).expect("linear").closed(&plant));
         let [kp, kv, ki, filter] = knobs;
@@ -254,7 +256,7 @@ mod tests {
         }
     }
 
-    /// det(z - Φ) of the joint, and with C of both encoders from the book: 1 + G C, each denominator taken out.
+    /// Closed form for a joint: det(z - Φ) and C of both encoders in 1 + G C, with all denominators removed.
     #[test]
     fn the_cascade_with_a_notch_on_a_joint_is_its_closed_form() {
         for text in
@@ -264,7 +266,7 @@ mod tests {
             let (t, knobs) = (task.model.period_s, [7.0, 12.0, 35.0, 9.0, 800.0, 400.0, 0.6]);
             let [kp, crossing, kv, ki, filter, centre, damping] = knobs;
             let plant = nominal(&task);
-            let law = Kind::Notch.law(&task, &knobs).expect("a law");
+            let law = BaselineKind::Notch.law(&task, &knobs).expect("a law");
             let closed = Linear::of_rival(&law, 2, 0).expect("linear").closed(&plant);
             let [fresh, crossing] = [filter, crossing].map(|w| 1.0 - (-w * t).exp());
             let kappa = (0.5 * centre * t).tan();
@@ -288,14 +290,14 @@ mod tests {
         }
     }
 
-    /// What the matrix says of the loop is how the law itself decays on the plant, tick by tick.
+    /// The spectral radius of the matrix equals the decay of the controller code on the plant, tick by tick.
     #[test]
     fn laws_decay_as_their_matrices_say() {
         for text in [scenario::JOINT, scenario::MOTOR] {
             let task = bench(text).task().clone();
             let plant = nominal(&task);
-            for kind in [Kind::Lqg, Kind::Lqi, Kind::Notch] {
-                if kind == Kind::Notch && task.model.encoders() < 2 {
+            for kind in [BaselineKind::Lqg, BaselineKind::Lqi, BaselineKind::Notch] {
+                if kind == BaselineKind::Notch && task.model.encoders() < 2 {
                     continue;
                 }
                 let law = Arc::new(guesses(kind, &task));
@@ -309,11 +311,11 @@ mod tests {
                 let mut sizes = Vec::new();
                 for k in 0..(40.0 / (1.0 - told)) as usize {
                     let y = [x[0], x.get(2).copied().unwrap_or(0.0)];
-                    law.tick(&mut memory, &Told { y, now: &rest, then: &rest, late: 0 }, k == 0);
+                    law.tick(&mut memory, &TickInputs { y, now: &rest, then: &rest, late: 0 }, k == 0);
                     x = plant.next(&x, memory[HELD]);
                     sizes.push(x.iter().fold(0.0_f64, |size, x| size.max(x.abs())));
                 }
-                // Between its largest values over two stretches; those of the slowest pair swing.
+                // Decay between the largest values of two intervals, since the slowest pair oscillates.
                 let (early, late) = (sizes.len() / 2, 3 * sizes.len() / 4);
                 let stretch = |from: usize| sizes[from..from + sizes.len() / 5].iter().copied().fold(0.0, f64::max);
                 let found = (stretch(late) / stretch(early)).powf(1.0 / (late - early) as f64);

@@ -1,4 +1,4 @@
-//! Matrices of sampled control: the step of a tick, the regulator's gain, poles where they are wanted.
+//! Matrices of sampled control: the step of a tick, the gain of the regulator, pole placement.
 //!
 //! $$ \Phi = e^{A T}, \qquad \Gamma = \int_0^T e^{A s} B \thinspace ds $$
 //!
@@ -6,7 +6,7 @@
 //!
 //! $$ X = A^T X (I + G X)^{-1} A + Q, \qquad G = B R^{-1} B^T $$
 //!
-//! by doubling (Anderson 1978): each turn squares the closed loop, so twenty turns are a million ticks.
+//! by doubling (Anderson 1978): each iteration squares the closed loop, so twenty iterations cover a million ticks.
 
 use nalgebra::{DMatrix, Normed};
 
@@ -14,7 +14,7 @@ use crate::margins::eigenvalues;
 
 pub(crate) type Matrix = DMatrix<f64>;
 
-/// e^A, by its series on A/2^k.
+/// Returns e^A from the series of A/2^k.
 pub(crate) fn exp(a: &Matrix) -> Matrix {
     let norm = a.iter().fold(0.0_f64, |norm, entry| norm.max(entry.abs())) * a.nrows() as f64;
     let halvings = libm::ceil(libm::log2(4.0 * norm.max(0.25))) as u32;
@@ -28,7 +28,7 @@ pub(crate) fn exp(a: &Matrix) -> Matrix {
     (0..halvings).fold(sum, |e, _| &e * &e)
 }
 
-/// Φ and Γ for inputs that are held.
+/// Returns Φ and Γ for held inputs.
 pub(super) fn held(a: &Matrix, b: &Matrix, period_s: f64) -> (Matrix, Matrix) {
     let (n, m) = (a.nrows(), b.ncols());
     let mut whole = Matrix::zeros(n + m, n + m);
@@ -38,7 +38,7 @@ pub(super) fn held(a: &Matrix, b: &Matrix, period_s: f64) -> (Matrix, Matrix) {
     (e.view((0, 0), (n, n)).into(), e.view((0, n), (n, m)).into())
 }
 
-/// X of the Riccati equation; `None` if there is none that can be found.
+/// Returns X of the Riccati equation; `None` if no solution is found.
 pub(super) fn riccati(a: &Matrix, b: &Matrix, q: &Matrix, r: &Matrix) -> Option<Matrix> {
     let n = a.nrows();
     let (mut a, mut g, mut x) = (a.clone(), b * r.clone().try_inverse()? * b.transpose(), q.clone());
@@ -56,21 +56,21 @@ pub(super) fn riccati(a: &Matrix, b: &Matrix, q: &Matrix, r: &Matrix) -> Option<
     None
 }
 
-/// K = (R + BᵀXB)⁻¹ BᵀXA: u = -K x makes the sum of xᵀQx + uᵀRu the least.
+/// Returns K = (R + BᵀXB)⁻¹ BᵀXA: u = -K x minimises the sum of xᵀQx + uᵀRu.
 pub(super) fn regulator(a: &Matrix, b: &Matrix, q: &Matrix, r: &Matrix) -> Option<Matrix> {
     let x = riccati(a, b, q, r)?;
     (r + b.transpose() * &x * b).lu().solve(&(b.transpose() * x * a))
 }
 
-/// L = P Cᵀ (C P Cᵀ + R)⁻¹, with which a sample corrects the prediction for its own instant.
+/// Returns L = P Cᵀ (C P Cᵀ + R)⁻¹, with which a sample corrects the prediction for its own instant.
 pub(super) fn kalman(a: &Matrix, c: &Matrix, q: &Matrix, r: &Matrix) -> Option<Matrix> {
     let p = riccati(&a.transpose(), &c.transpose(), q, r)?;
     let seen = c * &p;
     Some((c * seen.transpose() + r).lu().solve(&seen)?.transpose())
 }
 
-/// Ackermann's row e_nᵀ (b, Ab, ..)⁻¹ p(A) for p with these real roots: with n of them the gain K that gives A - bK
-/// these poles, with n - 1 the surface S on which they remain, S b = 1.
+/// Returns Ackermann's row e_nᵀ (b, Ab, ..)⁻¹ p(A) for p with these real roots. For n roots it is the gain K that gives
+/// A - bK these poles. For n - 1 roots it is the surface S on which they remain, S b = 1.
 pub(super) fn ackermann(a: &Matrix, b: &Matrix, roots: &[f64]) -> Option<Matrix> {
     let n = a.nrows();
     let mut reach = Matrix::zeros(n, n);
@@ -88,7 +88,7 @@ pub(super) fn ackermann(a: &Matrix, b: &Matrix, roots: &[f64]) -> Option<Matrix>
     row.iter().all(|entry| entry.is_finite()).then_some(row)
 }
 
-/// Largest magnitude of an eigenvalue; infinite where an entry is not finite.
+/// Returns the spectral radius; infinite if an entry is not finite.
 pub(super) fn spectral_radius(a: &Matrix) -> f64 {
     let slowest = eigenvalues(a.clone()).map(|all| all.first().map_or(0.0, Normed::norm));
     slowest.unwrap_or(f64::INFINITY)
@@ -110,12 +110,12 @@ mod tests {
         assert!((phi - matrix(2, &expected)).norm() < 1e-14);
         let moved = [2.0 * (0.4 - (1.0 - left) / 3.0) / 3.0, 2.0 * (1.0 - left) / 3.0];
         assert!((gamma - matrix(2, &moved)).norm() < 1e-14);
-        // A rotation by 90 rad: many halvings.
+        // A rotation by 90 rad needs many halvings.
         let turned = exp(&matrix(2, &[0.0, 90.0, -90.0, 0.0]));
         assert!((turned[0] - 90.0_f64.cos()).abs() < 1e-11 && (turned[1] + 90.0_f64.sin()).abs() < 1e-11);
     }
 
-    /// x² - (a² - 1 + q b²/r) x r/b² - q r/b² = 0 in one state.
+    /// Closed form x² - (a² - 1 + q b²/r) x r/b² - q r/b² = 0 for one state.
     #[test]
     fn the_riccati_equation_of_one_state_has_its_closed_form() {
         for (a, b, q, r) in [(1.0_f64, 1.0_f64, 1.0_f64, 1.0_f64), (1.3, 0.2, 0.01, 5.0), (0.5, 3.0, 2.0, 0.1)] {
@@ -139,7 +139,7 @@ mod tests {
         let k = regulator(&a, &b, &q, &r).expect("a gain");
         let closed = &a - &b * &k;
         assert!(spectral_radius(&closed) < 1.0 && spectral_radius(&a) > 1.0);
-        // xᵀXx is what the sum really comes to, and any other gain costs more.
+        // xᵀXx is the true sum, and any other gain costs more.
         let cost = |k: &Matrix| {
             let mut x = matrix(3, &[1.0, -2.0, 0.5]);
             (0..3000).fold(0.0, |sum, _| {
@@ -155,7 +155,7 @@ mod tests {
         assert!(cost(&(&k * 1.05)) > told && cost(&(&k * 0.95)) > told);
     }
 
-    /// In one state P = AP(1 - L)A + Q, and L = P/(P + R).
+    /// For one state P = AP(1 - L)A + Q, and L = P/(P + R).
     #[test]
     fn the_gain_of_a_kalman_filter_is_its_closed_form() {
         let one = |value: f64| matrix(1, &[value]);
@@ -177,7 +177,7 @@ mod tests {
         assert!((spectral_radius(&closed) - 0.9).abs() < 1e-9);
         let surface = ackermann(&a, &b, &roots[..2]).expect("a surface");
         assert!(((&surface * &b)[0] - 1.0).abs() < 1e-10);
-        // u that keeps S x = 0 leaves the other two and a zero.
+        // The u that keeps S x = 0 leaves the other two poles and a zero.
         let slid = &a - &b * (&surface * &a);
         for root in [0.9, 0.8, 0.0] {
             assert!((slid.clone() - Matrix::identity(3, 3) * root).determinant().abs() < 1e-12, "{root}");

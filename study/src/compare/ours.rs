@@ -1,4 +1,4 @@
-//! Our drive as one of those that are compared: its bandwidths are what may be chosen.
+//! edo-smc as a contender: its bandwidths are the tuning parameters.
 
 use loop_sim::port::ControllerPort;
 use loop_sim::port::drive::{Bandwidths, DriveDesign};
@@ -7,17 +7,17 @@ use loop_sim::port::finer::Finer;
 use super::linear::Linear;
 use super::task::Task;
 use super::{Contender, Design, Knob};
-use crate::kind::{Kind, knob, observer_limit};
+use crate::kind::{DriveKind, knob, observer_limit};
 
-/// The drive of the file with one gain set, or two.
+/// Drive of the file with one gain set or two.
 pub(super) struct Ours {
     pub(super) designed: DriveDesign,
     pub(super) gain_sets: usize,
 }
 
 impl Ours {
-    /// The drive with these knobs: the surface, each observer over what is slower than it, k_l over the surface, and
-    /// how many times as fast the observers of the fast gain set are.
+    /// Returns the drive with these parameters: the surface bandwidth, the ratio of each observer to the next slower
+    /// bandwidth, the ratio of k_l to the surface, and the ratios of the high gains.
     pub(super) fn designed(&self, knobs: &[f64]) -> Option<DriveDesign> {
         let mut designed = self.designed;
         designed.form_mut().gain_sets = self.gain_sets;
@@ -26,8 +26,8 @@ impl Ours {
         if ![observers + 1, observers + 1 + fast].contains(&ratios.len()) {
             return None;
         }
-        let (own, most_reaching) = Kind::of(&designed).most;
-        // Of a rigid shaft's two poles it is the faster one.
+        let (own, most_reaching) = DriveKind::of(&designed).most;
+        // k_l is the faster one of the two poles of a rigid shaft.
         let least_reaching = if designed.is_whole() { surface_rad_s } else { 0.0 };
         let (t, fastest) = (designed.period_s(), observer_limit(&designed));
         let mut slower_rad_s = surface_rad_s;
@@ -43,7 +43,7 @@ impl Ours {
         }
         .with_offset();
         let load_n_m = designed.limits().max * designed.torque_n_m_per_a();
-        // The gates are for them too.
+        // The innovation gates also use the high gains.
         for (k, ratio) in designed.fast_ratios().iter_mut().enumerate() {
             *ratio = ratios.get(observers + 1 + k).copied().unwrap_or(1.0);
         }
@@ -53,20 +53,20 @@ impl Ours {
 
 impl Contender for Ours {
     fn name(&self) -> &'static str {
-        if self.gain_sets > 1 { "ours, two gain sets" } else { "ours, one gain set" }
+        if self.gain_sets > 1 { "edo-smc, two gain sets" } else { "edo-smc, one gain set" }
     }
 
-    /// Ratios, within what the design allows; of a joint as a whole about the rule's numbers, as far from them as those
-    /// of a rival.
+    /// Returns ratios within the limits of a design. For a coupled joint they surround the numbers of the rule with the
+    /// range of a baseline controller.
     fn knobs(&self) -> Vec<Knob> {
         let w = self.designed.bandwidths();
         let (slow, fastest) = (w.surface_rad_s, 0.5 / self.designed.period_s());
-        // Beyond a half of the rate no design is taken: a drive near that is slowed down only.
+        // A design is limited to half of the rate: a drive near this limit can only become slower.
         let high = if 2.0 * slow > fastest { fastest } else { 8.0 * slow };
         let surface = Knob { name: "surface (rad/s)", low: slow / 8.0, high, guess: slow };
-        let [own, fast] = Kind::of(&self.designed).knobs;
+        let [own, fast] = DriveKind::of(&self.designed).knobs;
         let fast = if self.gain_sets > 1 { fast } else { &[] };
-        // The present ratios, each observer over what is slower than it.
+        // Present ratios of each observer to the next slower bandwidth.
         let slower = [slow].into_iter().chain(w.observers_rad_s.iter().copied());
         let present = w.observers_rad_s.iter().zip(slower).map(|(own, slower)| own / slower);
         let present: Vec<f64> = present.chain([w.reaching_per_s / slow]).collect();
@@ -94,14 +94,14 @@ impl Contender for Ours {
     }
 }
 
-/// Our drive with its knobs set.
+/// edo-smc drive with fixed parameters.
 pub(super) struct Chosen {
     designed: DriveDesign,
     quiet: Linear,
 }
 
 impl Chosen {
-    /// None for a design that is refused.
+    /// Builds the design; `None` for an invalid drive.
     pub(super) fn new(designed: &DriveDesign) -> Option<Self> {
         Some(Self { quiet: Linear::of_ours(designed)?, designed: *designed })
     }
@@ -113,7 +113,7 @@ impl Design for Chosen {
         designed.port(&task.motion).ok()
     }
 
-    /// The quiet set for any error up to 50 %; the fast one, frozen, up to the 20 % for which there are two.
+    /// Base gains for errors up to 50 %; frozen high gains for errors up to 20 %.
     fn linear(&self) -> Vec<(Linear, f64)> {
         let quiet = (self.quiet.clone(), 0.5);
         if self.designed.form().gain_sets < 2 {
@@ -125,7 +125,7 @@ impl Design for Chosen {
             *bandwidth *= *ratio;
         }
         fast.set_bandwidths(&bandwidths);
-        // A set beyond what a design of its own may be is not left out: it counts as that which may.
+        // A gain set beyond the limits of a stand-alone design counts as stable.
         vec![quiet].into_iter().chain(Linear::of_ours(&fast).map(|fast| (fast, 0.2))).collect()
     }
 }
@@ -135,14 +135,14 @@ mod tests {
     use super::super::Bench;
     use super::*;
 
-    /// The template with a spring so stiff that it is designed as a whole.
+    /// Template with a spring stiff enough for a coupled design.
     fn stiff() -> DriveDesign {
         let sets = ["joint.stiffness_n_m=300".to_owned()];
         Bench::new("joint.toml", scenario::JOINT, &sets).expect("a joint").designed
     }
 
-    /// A search begins with what the rule says, however it has shaped it, goes as far to either side as with a rival,
-    /// and none of its ends leaves what a design may be.
+    /// A search starts at the numbers of the rule, has the range of a baseline controller to either side, and stays
+    /// within the limits of a design.
     #[test]
     fn the_guess_of_a_joint_as_a_whole_is_the_drive_by_rule() {
         let designed = stiff();

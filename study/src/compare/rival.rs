@@ -1,45 +1,47 @@
-//! The rivals: laws of the books on the same counts, each with the same feed-forward as ours.
+//! Baseline controllers for the comparison: textbook controllers on the same counts, with the same feed-forward as
+//! edo-smc.
 //!
-//! All but the cascades are an observer and a feedback of what it sees, with everything of one tick exact in Φ, Γ:
+//! All of them except the cascades consist of an observer and a state feedback. Φ and Γ of one tick are exact:
 //!
 //! $$ \hat\xi^- = F \hat\xi + G u + H \bar w, \qquad \hat\xi = \hat\xi^- + L (y - C \hat\xi^-), \qquad
 //!    \xi = (x, d) $$
 //! $$ u = u_\text{ff} + N \hat d - K (\hat x - x_r - \Pi \hat d) - k_i \zeta $$
 //!
-//! with w as [`Model::pushes`] has it, Π and N from the regulator equations (Francis 1977): where the plant rests under
-//! d with its output on the reference, $\Phi \Pi + \Gamma N + E = \Pi S$, $C_1 \Pi = 0$.
+//! w is defined in [`Model::pushes`]. Π and N solve the regulator equations (Francis 1977). They describe the rest of
+//! the plant under d with its output on the reference: $\Phi \Pi + \Gamma N + E = \Pi S$, $C_1 \Pi = 0$.
 //!
-//! | law | observer | feedback |
+//! | controller | observer | feedback |
 //! |---|---|---|
 //! | LQG | Kalman filter, per encoder d and d' by noise | LQ: minimum of σ² + ρ u², σ the surface (s + w)^(n-1) |
 //! | LQI | Kalman filter without disturbances | LQ with ζ, the integral of the error |
 //! | ADRC | per encoder q, q', d with a triple pole (Gao 2003), the model known | all poles at w |
-//! | super-twisting | that of ADRC | surface (s + w)^(n-1) and the law of Levant (1993), its root implicit in time |
+//! | super-twisting | as ADRC | surface (s + w)^(n-1) and the controller of Levant (1993), its root implicit in time |
 //! | P-PI | none | P on the output's error, PI on the motor's, differenced and filtered; of a joint the spring too |
 //! | P-PI, notch | none | of a joint: P on motor and link, PI on the motor, a notch before the current |
 //!
-//! The Kalman filter believes in steps of the encoder of variance 1/12, and in a plant whose states walk: with k states
-//! per encoder the j-th by a variance of $\beta \binom{k}{j} (\omega T)^{2j}/12$ steps² per tick, the last without β.
-//! Its poles are then about ω, on a circle for β = 0 (Butterworth), in one place for β = 1; ω and β are tuned.
+//! The Kalman filter assumes quantisation noise of variance 1/12 counts² and a plant whose states are random walks.
+//! With k states per encoder the j-th has a variance of $\beta \binom{k}{j} (\omega T)^{2j}/12$ counts² per tick, the
+//! last one without β. The poles of the filter are then about ω, on a circle for β = 0 (Butterworth), in one place for
+//! β = 1. ω and β are tuned.
 //!
-//! Anti-windup is ours: the observer is told what was held. ζ and the integral
-//! of the PI rest while u is beyond its limits. Under a tick of delay the estimates are foreseen by one tick with the u
-//! that is under way.
+//! Anti-windup equals edo-smc: the observer receives the held current. ζ and the integral of the PI stop while u
+//! exceeds its limits. With a tick of delay the estimates are predicted by one tick from the pending u.
 //!
-//! Both cascades are one law. With the errors $e_m$ and $e_l$ of motor and link behind the gear, low-pass filters D and
-//! F of the first order, and a notch N,
+//! Both cascades are one controller. With the errors $e_m$ and $e_l$ of motor and link behind the gear, low-pass
+//! filters D and F of the first order, and a notch N,
 //!
 //! $$ e = e_m + F (e_l - e_m), \qquad \sigma = D \dot e_m + k_p e, \qquad
 //!    u = u_\text{ff} + N \frac{k_v}{b} \Big( \sigma + k_t (e_m - e_l) + k_i \int \sigma \Big) $$
 //!
-//! P-PI has F = N = 1, and b of the motor alone. It needs the spring fed back: without it P on the link alone gives
-//! $s^3 + b_1 s^2 + k_1 s + k_p k_1$ behind however fast a loop of the motor's speed, which is unstable on any joint
-//! that damps little.
+//! P-PI has F = N = 1, and b of the motor alone. It needs feedback of the spring. Without it, P on the link alone gives
+//! $s^3 + b_1 s^2 + k_1 s + k_p k_1$ even with an infinitely fast speed loop of the motor. This polynomial is unstable
+//! for any joint with little damping.
 //!
-//! P-PI with a notch is what servo drives have for a resonance: $k_t = 0$, b of both shafts as one, speed of the motor,
-//! and position by dual feedback, the motor's above the crossover F and the link's below it. So the link is where it
-//! should be in the end, and swings on its spring without the position loop driving it on. The notch is on what is fed
-//! back; the feed-forward knows the spring and passes it by. It is prewarped at its centre and goes by Tustin's rule:
+//! P-PI with a notch is the usual servo drive solution for a resonance: $k_t = 0$, b of both shafts together, speed of
+//! the motor, and dual feedback of the position. The motor position acts above the crossover F and the link position
+//! below it. So the link reaches its target, and the position loop does not drive its oscillation. The notch acts on
+//! the feedback only; the feed-forward already contains the spring. The notch is discretised by Tustin's rule,
+//! prewarped at its centre:
 //!
 //! $$ N(s) = \frac{s^2 + \omega^2}{s^2 + 2 \zeta \omega s + \omega^2}, \qquad
 //!    s \to \frac{\omega}{\kappa} \thinspace \frac{z - 1}{z + 1}, \qquad
@@ -47,9 +49,10 @@
 //!    {(1 + 2 \zeta \kappa + \kappa^2) z^2 + 2 (\kappa^2 - 1) z + 1 - 2 \zeta \kappa + \kappa^2}, \qquad
 //!    \kappa = \tan \frac{\omega T}{2} $$
 //!
-//! Its width ζ may become so small that there is no notch: the search may do without.
+//! The width ζ may become so small that the notch vanishes, so the search can omit it.
 //!
-//! With its state in f64 and angles from an unbounded count a rival has no rounding to fear; ours is f32.
+//! A baseline controller has its state in f64 and angles from an unbounded count, so rounding does not affect it.
+//! edo-smc runs in f32.
 
 use std::sync::Arc;
 
@@ -62,37 +65,37 @@ use super::cascade::{self, Gains};
 use super::matrix::{Matrix, ackermann, held, kalman, regulator};
 use super::task::{Aim, Angles, Model, Task};
 
-/// Where the numbers of a law lie in its memory. After a tick: what is held until the next one.
+/// Indices of the controller memory. This one is the held value after a tick.
 pub(super) const HELD: usize = 0;
-/// With a delay: what will be held then; what comes after it is at the end of the memory.
+/// With a delay: the next held value; the later ones are at the end of the memory.
 const QUEUED: usize = 1;
-/// 1 while u is beyond its limits.
+/// 1 while u exceeds its limits.
 pub(super) const BEYOND: usize = 2;
-/// An integral: ζ, that of the twisting, or of the PI.
+/// Integral: ζ, the integral of the twisting, or the integral of the PI.
 pub(super) const INTEGRAL: usize = 3;
-/// w at the last tick; of the cascade the last error and the filter.
+/// w at the last tick; for a cascade the last error and the filter.
 pub(super) const LAST: usize = 4;
-/// ξ; of a cascade what it remembers more.
+/// ξ; for a cascade its further states.
 pub(super) const ESTIMATE: usize = 6;
 
-/// What a law is told in a tick.
-pub(super) struct Told<'a> {
+/// Inputs of a controller in a tick.
+pub(super) struct TickInputs<'a> {
     pub(super) y: [f64; 2],
-    /// At this tick.
+    /// Reference at this tick.
     pub(super) now: &'a Aim,
-    /// At the tick from which u will be held.
+    /// Reference at the tick from which u is held.
     pub(super) then: &'a Aim,
     /// Ticks from the computation of u until it is held.
     pub(super) late: usize,
 }
 
-/// Where the u that are under way lie in a memory, that which is held next first.
+/// Returns the memory indices of the pending u, the next one first.
 fn queue(memory: &[f64], late: usize) -> impl DoubleEndedIterator<Item = usize> + use<> {
     let more = late.saturating_sub(1);
     (0..late.min(1)).map(|_| QUEUED).chain(memory.len() - more..memory.len())
 }
 
-/// A designed law, apart from its memory.
+/// Designed controller without its memory.
 #[derive(Clone, Debug)]
 pub(super) enum Law {
     Feedback(Box<Feedback>),
@@ -108,24 +111,24 @@ pub(super) struct Feedback {
     g: Matrix,
     h: Matrix,
     l: Matrix,
-    /// On (x - x_r, d): -K and N + K Π.
+    /// Gains on (x - x_r, d): -K and N + K Π.
     on_state: Vec<f64>,
     on_disturbance: Vec<f64>,
     k_i: f64,
     twist: Option<Twist>,
 }
 
-/// s = S (x - x_r - Π d), S Γ = 1.
+/// Surface s = S (x - x_r - Π d), S Γ = 1.
 #[derive(Clone, Debug)]
 struct Twist {
     on_state: Vec<f64>,
     on_disturbance: Vec<f64>,
-    /// Per tick: T k_1, T² k_2.
+    /// Gains per tick: T k_1, T² k_2.
     root: f64,
     step: f64,
 }
 
-/// y += M x
+/// Adds M x to y.
 fn add(y: &mut [f64], m: &Matrix, x: &[f64]) {
     for (column, x) in m.column_iter().zip(x) {
         for (y, entry) in y.iter_mut().zip(column.iter()) {
@@ -139,7 +142,7 @@ fn dot(row: &[f64], x: &[f64]) -> f64 {
 }
 
 impl Law {
-    /// The memory before the first tick, of a law so many ticks late.
+    /// Returns the memory before the first tick of a controller with this delay in ticks.
     pub(super) fn started(&self, y: &[f64; 2], aim: &Aim, late: usize) -> Vec<f64> {
         let mut memory = match self {
             Self::Feedback(law) => {
@@ -161,22 +164,22 @@ impl Law {
         memory
     }
 
-    /// One tick.
-    pub(super) fn tick(&self, memory: &mut [f64], told: &Told<'_>, is_first: bool) -> f64 {
+    /// Computes one tick.
+    pub(super) fn tick(&self, memory: &mut [f64], inputs: &TickInputs<'_>, is_first: bool) -> f64 {
         let (u, limit) = match self {
-            Self::Feedback(law) => (law.tick(memory, told, is_first), law.limit),
-            Self::Cascade { model, limit, gains } => (cascade::tick(model, gains, memory, told), *limit),
+            Self::Feedback(law) => (law.tick(memory, inputs, is_first), law.limit),
+            Self::Cascade { model, limit, gains } => (cascade::tick(model, gains, memory, inputs), *limit),
         };
         memory[BEYOND] = f64::from(u8::from(u.abs() > limit));
         let limited = u.clamp(-limit, limit);
         memory[HELD] = limited;
-        for queued in queue(memory, told.late).rev() {
+        for queued in queue(memory, inputs.late).rev() {
             memory.swap(HELD, queued);
         }
         u
     }
 
-    /// Is it linear but for gravity?
+    /// Returns whether the controller is linear except for gravity.
     pub(super) fn is_linear(&self) -> bool {
         !matches!(self, Self::Feedback(law) if law.twist.is_some())
     }
@@ -191,22 +194,22 @@ impl Feedback {
         next
     }
 
-    fn tick(&self, memory: &mut [f64], told: &Told<'_>, is_first: bool) -> f64 {
+    fn tick(&self, memory: &mut [f64], inputs: &TickInputs<'_>, is_first: bool) -> f64 {
         let (order, encoders) = (self.model.order(), self.model.encoders());
         let estimate = ESTIMATE..ESTIMATE + self.f.nrows();
-        let w = self.model.pushes(&told.y, self.is_cut);
+        let w = self.model.pushes(&inputs.y, self.is_cut);
         let before = [memory[LAST], memory[LAST + 1]];
         if !is_first {
             let mean = [0, 1].map(|i| 0.5 * (before[i] + w[i]));
             let mut xi = self.predicted(&memory[estimate.clone()], memory[HELD], &mean);
-            let e = [0, 1].map(|i| if i < encoders { told.y[i] - xi[2 * i] } else { 0.0 });
+            let e = [0, 1].map(|i| if i < encoders { inputs.y[i] - xi[2 * i] } else { 0.0 });
             add(&mut xi, &self.l, &e[..encoders]);
             memory[estimate.clone()].copy_from_slice(&xi);
         }
         memory[LAST..ESTIMATE].copy_from_slice(&w);
         let mut ahead;
         let mut xi = &memory[estimate];
-        for (tick, queued) in queue(memory, told.late).enumerate() {
+        for (tick, queued) in queue(memory, inputs.late).enumerate() {
             let from_now = tick as f64 + 0.5;
             let growing = if is_first { w } else { [0, 1].map(|i| w[i] + from_now * (w[i] - before[i])) };
             ahead = self.predicted(xi, memory[queued], &growing);
@@ -214,9 +217,9 @@ impl Feedback {
         }
         let mut off = [0.0; 4];
         for i in 0..order {
-            off[i] = xi[i] - told.then.x[i];
+            off[i] = xi[i] - inputs.then.x[i];
         }
-        let mut u = told.then.feed + dot(&self.on_state, &off) + dot(&self.on_disturbance, &xi[order..]);
+        let mut u = inputs.then.feed + dot(&self.on_state, &off) + dot(&self.on_disturbance, &xi[order..]);
         if let Some(twist) = &self.twist {
             let s = dot(&twist.on_state, &off) + dot(&twist.on_disturbance, &xi[order..]);
             let (more, eta) = twist.move_of(s, memory[INTEGRAL]);
@@ -226,7 +229,7 @@ impl Feedback {
             }
         } else if self.k_i != 0.0 {
             if memory[BEYOND] < 0.5 {
-                memory[INTEGRAL] += self.model.period_s * (told.y[0] - told.now.x[0]);
+                memory[INTEGRAL] += self.model.period_s * (inputs.y[0] - inputs.now.x[0]);
             }
             u -= self.k_i * memory[INTEGRAL];
         }
@@ -235,8 +238,8 @@ impl Feedback {
 }
 
 impl Twist {
-    /// What s is to move by within the tick, and the integral after it, both in units of s. The root is taken at the
-    /// end of the tick, and the sign is soft where a tick of it would overshoot: neither chatters.
+    /// Returns the change of s within the tick and the integral after it, both in units of s. The root is taken at the
+    /// end of the tick, and the sign is softened where a tick would overshoot. Neither term chatters.
     fn move_of(&self, s: f64, eta: f64) -> (f64, f64) {
         let root = -0.5 * self.root + libm::sqrt(0.25 * self.root * self.root + s.abs());
         let after = root * root * s.signum();
@@ -244,9 +247,9 @@ impl Twist {
     }
 }
 
-/// The kinds of rivals.
+/// Kind of baseline controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum BaselineKind {
     Lqg,
     Lqi,
     Adrc,
@@ -255,10 +258,10 @@ pub(super) enum Kind {
     Notch,
 }
 
-impl Kind {
+impl BaselineKind {
     const ALL: [Self; 6] = [Self::Lqg, Self::Lqi, Self::Adrc, Self::SuperTwisting, Self::Cascade, Self::Notch];
 
-    /// Those for a plant with so many encoders: a motor has no resonance to be notched.
+    /// Returns the kinds for this number of encoders: a motor has no resonance for a notch.
     pub(super) fn all(encoders: usize) -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(move |kind| encoders > 1 || *kind != Self::Notch)
     }
@@ -274,7 +277,7 @@ impl Kind {
         }
     }
 
-    /// Disturbance states per encoder, where our observers have `ours`.
+    /// Returns the disturbance states per encoder, where edo-smc has `ours`.
     const fn disturbances(self, ours: usize) -> usize {
         match self {
             Self::Lqg => ours,
@@ -283,9 +286,9 @@ impl Kind {
         }
     }
 
-    /// What may be chosen, with a guess to begin with from the bandwidths of this drive: of its error, or of an
-    /// observer that is slower; of a joint as a whole from both poles of its error and from its observers; for a notch
-    /// from the data sheet.
+    /// Returns the tuning parameters with initial guesses from the bandwidths of this drive: the error bandwidth, or a
+    /// slower observer. For a coupled joint the guesses come from both poles of the error and from the observers. For a
+    /// notch they come from the data sheet.
     pub(super) fn knobs(self, task: &Task) -> Vec<Knob> {
         let designed = &task.designed;
         let w = designed.bandwidths();
@@ -295,10 +298,10 @@ impl Kind {
         } else {
             w.observers_rad_s.iter().map(|own| own / 0.75).fold(w.surface_rad_s, f64::min)
         };
-        // On a shaft that is stiff below its resonance the quadratic law then has poles about there.
+        // On a shaft that is stiff below its resonance the LQ design then has poles near the resonance.
         let reaching = if is_whole { task.model.resonances_rad_s()[1].powi(2) / slow } else { 5.0 * slow };
         let knob = |name, guess: f64| Knob { name, low: guess / 8.0, high: guess * 8.0, guess };
-        let [observers, cascade] = crate::kind::Kind::of(designed).rivals;
+        let [observers, cascade] = crate::kind::DriveKind::of(designed).rivals;
         let observer = |(&(name, times), own): (&(&'static str, f64), &f64)| {
             knob(name, if is_whole { *own } else { times * slow })
         };
@@ -322,7 +325,7 @@ impl Kind {
         own.iter().copied().chain(observers).collect()
     }
 
-    /// The law with these knobs; `None` where there is none.
+    /// Returns the controller with these parameters; `None` if there is none.
     pub(super) fn law(self, task: &Task, knobs: &[f64]) -> Option<Law> {
         let (model, limit) = (&task.model, task.max_current_a());
         let t = model.period_s;
@@ -358,7 +361,7 @@ impl Kind {
             }
             Self::Adrc => (ackermann(&phi, &gamma, &vec![libm::exp(-own[0] * t); order])?, 0.0, None),
             Self::SuperTwisting => {
-                // s(k+1) = S Φ off + (u - u*): u leaves s where it is, and the twisting moves it.
+                // s(k+1) = S Φ off + (u - u*): u keeps s constant, and the twisting changes it.
                 let s = surface()?;
                 let on_disturbance = row(&-(&s * &pi));
                 let (root, step) = (1.5 * libm::sqrt(own[1]) * t, 1.1 * own[1] * t * t);
@@ -367,7 +370,7 @@ impl Kind {
         };
         let mut on_disturbance = row(&(&n + &k * &pi));
         if let (Self::SuperTwisting, Some(driven)) = (self, on_disturbance.last_mut()) {
-            // The integral of the twisting does what the motor's estimate would.
+            // The integral of the twisting replaces the disturbance estimate of the motor.
             *driven = 0.0;
         }
         let Seen { f, g, h, .. } = seen;
@@ -381,7 +384,7 @@ fn row(matrix: &Matrix) -> Vec<f64> {
     matrix.iter().copied().collect()
 }
 
-/// The sampled plant with disturbance states, as an observer has it.
+/// Sampled plant with disturbance states, as the observer models it.
 struct Seen {
     f: Matrix,
     g: Matrix,
@@ -413,13 +416,13 @@ impl Seen {
         Self { f, g, h, encoders, per_encoder }
     }
 
-    /// States of an encoder: angle, speed, disturbances.
+    /// Returns the states of an encoder: angle, speed, disturbances.
     fn of(&self, i: usize) -> Vec<usize> {
         let first = 2 * self.encoders + i * self.per_encoder;
         [2 * i, 2 * i + 1].into_iter().chain(first..first + self.per_encoder).collect()
     }
 
-    /// Gain of the Kalman filter, in units of a step and a tick: well scaled at any period.
+    /// Returns the Kalman gain in units of a count and a tick, well scaled at any period.
     fn filtered(&self, unit_rad: &[f64], damping: f64, bandwidths: &[f64], period_s: f64) -> Option<Matrix> {
         let size = self.f.nrows();
         let mut unit = vec![0.0; size];
@@ -444,7 +447,7 @@ impl Seen {
         Some(Matrix::from_fn(size, self.encoders, |i, j| l[(i, j)] * unit[i] / unit_rad[j]))
     }
 
-    /// Gain that gives every block, which are cut apart, all its poles at the same place.
+    /// Returns the observer gain that gives every decoupled block all poles in one place.
     fn placed(&self, bandwidths: &[f64], period_s: f64) -> Option<Matrix> {
         let mut l = Matrix::zeros(self.f.nrows(), self.encoders);
         for i in 0..self.encoders {
@@ -462,7 +465,7 @@ impl Seen {
         Some(l)
     }
 
-    /// Π and N.
+    /// Returns Π and N.
     fn rests(&self) -> Option<(Matrix, Matrix)> {
         let (n, k) = (2 * self.encoders, self.encoders * self.per_encoder);
         let mut left = Matrix::zeros(n + 1, n + 1);
@@ -486,7 +489,8 @@ impl Seen {
     }
 }
 
-/// K of the least sum of σ² + (b u/k)², σ = (s + w)^(n-1) of the error, with an integral (s + w)^n/s; and its gain.
+/// Returns the K that minimises the sum of σ² + (b u/k)², and its gain. σ = (s + w)^(n-1) of the error, with an
+/// integral (s + w)^n/s.
 fn quadratic(
     model: &Model,
     phi: &Matrix,
@@ -520,7 +524,7 @@ fn quadratic(
     Some((on_state, if with_integral { k[0] * w } else { 0.0 }))
 }
 
-/// A law that runs.
+/// Running controller.
 pub(super) struct Port {
     law: Arc<Law>,
     task: Task,
@@ -544,7 +548,7 @@ impl ControllerPort for Port {
             let then = self.task.aim(self.tick + delay);
             let is_first = self.memory.is_none();
             let memory = self.memory.get_or_insert_with(|| self.law.started(&y, &now, delay));
-            self.u = self.law.tick(memory, &Told { y, now: &now, then: &then, late: delay }, is_first);
+            self.u = self.law.tick(memory, &TickInputs { y, now: &now, then: &then, late: delay }, is_first);
         } else {
             health = Health::SAMPLE_LOST;
         }
@@ -583,8 +587,8 @@ impl ControllerPort for Port {
 mod tests {
     use super::*;
 
-    /// Levant's law with k_1 = 1.5 √L, k_2 = 1.1 L holds s at 0 against what grows by less than L, and in discrete time
-    /// within the step that the disturbance makes of it in a tick.
+    /// Levant's controller with k_1 = 1.5 √L, k_2 = 1.1 L holds s at 0 against a signal with a rate below L. In
+    /// discrete time it holds s within the change that the disturbance causes in a tick.
     #[test]
     fn the_twisting_holds_its_surface_against_a_ramp_and_a_sine() {
         let (rate, t) = (200.0, 1e-3);
@@ -604,10 +608,10 @@ mod tests {
                     last = last.max(s.abs());
                 }
             }
-            // In steady state the soft sign is twice what a ramp asks for.
+            // In steady state the soft sign needs twice the rate of a ramp.
             assert!(last <= 2.0 * rate * t * t, "{last:e}");
         }
-        // It is the implicit equation that is solved.
+        // Checks that the implicit equation is solved.
         for s in [-3.0, -1e-2, 1e-4, 2.0] {
             let (moved, _) = twist.move_of(s, 0.0);
             let end = s + moved;

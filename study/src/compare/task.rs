@@ -1,18 +1,18 @@
-//! What every controller of a comparison is given: the encoders, the reference, the nominal plant.
+//! Inputs of every controller in a comparison: encoders, reference, nominal plant.
 //!
-//! The nominal plant is that of the data sheet, in $x = (q, \dot q, q_m, \dot q_m)$ for a joint and $(q, \dot q)$ for
-//! a motor, linear but for gravity:
+//! The nominal plant is the data sheet plant, with $x = (q, \dot q, q_m, \dot q_m)$ for a joint and $(q, \dot q)$ for a
+//! motor, linear except for gravity:
 //!
 //! $$ \dot x = A x + B u + e_2 \thinspace g (q - \sin q) $$
 //!
-//! Its output is flat: r and its derivatives up to r''' (motor: r') say all states, and their differences over a tick
-//! the u that leads from one to the next (see [`controller_core::drive`]):
+//! Its output is flat: r and its derivatives up to r''' (motor: r') determine all states. Their differences over a tick
+//! determine the u that leads from one to the next (see [`controller_core::drive`]):
 //!
 //! $$ u = \frac1b \Big( \frac{\Delta r^{(n-1)}}{t_1} - \theta \sum_{j<n} \frac{\partial a_z}{\partial z_j}
 //!    \Delta r^{(j-1)} - a_z(r, r', ..) \Big), \qquad t_1 = T \varphi_1(-\lambda T), \quad
 //!    \theta = \varphi_2/\varphi_1 $$
 //!
-//! Gravity is in $a_z$. Whoever adds this u to a feedback of the error follows any such reference on the nominal plant.
+//! Gravity is in $a_z$. This u plus feedback of the error follows any such reference on the nominal plant.
 
 use std::sync::Arc;
 
@@ -25,15 +25,15 @@ use super::matrix::Matrix;
 use crate::commission::sheet_of;
 use crate::identify::Sheet;
 
-/// The plant of the data sheet.
+/// Nominal plant of the data sheet.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// A and B, units rad and s.
+    /// Matrices A and B, units rad and s.
     pub(super) a: Matrix,
     pub(super) b: Matrix,
     /// k_1 of the chain; 1 for a motor.
     spring: f64,
-    /// b_1, g, k_2, b_2; of a motor λ is the last.
+    /// b_1, g, k_2, b_2; for a motor the last one is λ.
     link_damping: f64,
     gravity: f64,
     motor_spring: f64,
@@ -42,7 +42,7 @@ pub struct Model {
     pub(super) gain: f64,
     t_1: f64,
     theta: f64,
-    /// Period T, s.
+    /// Sampling period T, s.
     pub period_s: f64,
 }
 
@@ -82,27 +82,27 @@ impl Model {
         }
     }
 
-    /// n.
+    /// Returns the order n.
     pub fn order(&self) -> usize {
         self.a.nrows()
     }
 
-    /// Number of encoders.
+    /// Returns the number of encoders.
     pub fn encoders(&self) -> usize {
         self.order() / 2
     }
 
-    /// Both shafts as one, rad/s² per A.
+    /// Returns the gain of both shafts together, rad/s² per A.
     pub(super) fn rigid_gain(&self) -> f64 {
         if self.order() == 2 { self.gain } else { self.gain / (self.spring + self.motor_spring) }
     }
 
-    /// Of a joint: how fast the link swings on its spring behind a motor that is held, and both against each other.
+    /// Returns the frequencies of a joint: the link with the motor held, and both against each other.
     pub(super) fn resonances_rad_s(&self) -> [f64; 2] {
         [self.spring, self.spring + self.motor_spring].map(libm::sqrt)
     }
 
-    /// The states on a jet r, r', r'', r''', rad and s; a motor has two of them.
+    /// Returns the states of a trajectory point r, r', r'', r''', rad and s; a motor has two states.
     pub fn state(&self, &[r, r_1, r_2, r_3]: &[f64; 4]) -> [f64; 4] {
         if self.order() == 2 {
             return [r, r_1, 0.0, 0.0];
@@ -113,7 +113,7 @@ impl Model {
         [r, r_1, x_3 / self.spring, x_4 / self.spring]
     }
 
-    /// The u to be held, A, that leads the nominal plant from one jet to that of the next tick.
+    /// Returns the held u, A, that leads the nominal plant from one trajectory point to the next.
     pub fn feed_forward(&self, begin: &[f64; 4], end: &[f64; 4]) -> f64 {
         if self.order() == 2 {
             return ((end[1] - begin[1]) / self.t_1 + self.motor_damping * begin[1]) / self.gain;
@@ -130,8 +130,8 @@ impl Model {
         ((end[3] - begin[3]) / self.t_1 - self.theta * drift_change - drift) / self.gain
     }
 
-    /// Accelerations of the shafts that a linear observer does not know, at these angles: gravity's g (q - sin q), and,
-    /// where the blocks are cut apart, what each shaft gives the other.
+    /// Returns the shaft accelerations outside of a linear observer at these angles: g (q - sin q) of gravity and, for
+    /// decoupled blocks, the coupling between the shafts.
     pub(super) fn pushes(&self, y: &[f64; 2], is_cut: bool) -> [f64; 2] {
         if self.order() == 2 {
             return [0.0; 2];
@@ -140,7 +140,7 @@ impl Model {
         if is_cut { [gravity + self.spring * y[1], self.motor_spring * y[0]] } else { [gravity, 0.0] }
     }
 
-    /// z = M x at angle 0.
+    /// Returns M of z = M x at angle 0.
     pub(super) fn chain(&self) -> Matrix {
         if self.order() == 2 {
             return Matrix::identity(2, 2);
@@ -153,33 +153,33 @@ impl Model {
     }
 }
 
-/// Where the plant should be at a tick, and what leads it on.
+/// Reference of a tick with its feed-forward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Aim {
-    /// r, r', r'', r'''.
+    /// Trajectory point r, r', r'', r'''.
     pub jet: [f64; 4],
-    /// The states on it.
+    /// States of the trajectory point.
     pub x: [f64; 4],
-    /// The u, A, to be held from this tick to the next.
+    /// Feed-forward u from this tick to the next, A.
     pub feed: f64,
 }
 
-/// What a controller is built from.
+/// Inputs from which a controller is built.
 #[derive(Clone)]
 pub struct Task {
-    /// Our drive for the same: data sheet, limits, period, encoders.
+    /// edo-smc drive of the task: data sheet, limits, period, encoders.
     pub designed: DriveDesign,
-    /// The reference.
+    /// Reference.
     pub motion: Motion,
-    /// The plant of the data sheet.
+    /// Nominal plant.
     pub model: Arc<Model>,
-    /// Are its encoders finer than those of the file? Such a run serves to tell the noise of u.
+    /// Whether the encoders are finer than in the file; such a run serves to measure the current noise.
     pub is_fine: bool,
     aims: Arc<Vec<Aim>>,
 }
 
 impl Task {
-    /// For a run of so many ticks; beyond them the reference stays where it is.
+    /// Builds the task of a run with this number of ticks; after them the reference stays constant.
     pub fn new(designed: DriveDesign, motion: Motion, ticks: usize) -> Self {
         let model = Model::new(&designed);
         let jets: Vec<[f64; 4]> = (0..=ticks as u32 + 2).map(designed.jets(&motion)).collect();
@@ -192,43 +192,43 @@ impl Task {
         Self { designed, motion, model: Arc::new(model), is_fine: false, aims: Arc::new(aims) }
     }
 
-    /// The same behind finer encoders.
+    /// Returns the task with finer encoders.
     pub(super) fn behind(&self, finer: &Finer) -> Self {
         Self { designed: finer.designed, is_fine: true, ..self.clone() }
     }
 
-    /// Where the plant should be at a tick.
+    /// Returns the reference of a tick.
     pub fn aim(&self, tick: usize) -> Aim {
         self.aims.get(tick).or(self.aims.last()).copied().unwrap_or_default()
     }
 
-    /// Largest current of either sign, A.
+    /// Returns the current limit, A.
     pub fn max_current_a(&self) -> f64 {
         self.designed.max_current_a()
     }
 
-    /// Ticks from the computation of a current until it is held, 0 to 3.
+    /// Returns the ticks from the computation of a current until it is held, 0 to 3.
     pub fn delay_ticks(&self) -> usize {
         self.designed.form().delay_ticks
     }
 
-    /// What makes angles of counts.
+    /// Returns the conversion from counts to angles.
     pub fn angles(&self) -> Angles {
         let mounted: Vec<Mounted> = self.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
         Angles { known: vec![None; mounted.len()], mounted }
     }
 }
 
-/// From counts that wrap to angles that do not, in f64.
+/// Conversion of wrapping counts to continuous angles, in f64.
 #[derive(Clone, Debug)]
 pub struct Angles {
     mounted: Vec<Mounted>,
-    /// Count of the last sample, and the steps since angle 0.
+    /// Count of the last sample, and the counts since angle 0.
     known: Vec<Option<(i32, i64)>>,
 }
 
 impl Angles {
-    /// Angles of a sample, rad: of the shaft, or of link and motor; `None` if a count is missing.
+    /// Returns the angles of a sample, rad: of the shaft, or of link and motor; `None` if a count is missing.
     pub fn read(&mut self, sample: &[f64]) -> Option<[f64; 2]> {
         let mut angles = [0.0; 2];
         for (i, mounted) in self.mounted.iter().enumerate() {
@@ -255,7 +255,7 @@ mod tests {
         let mut angles = Angles { mounted: vec![mounted], known: vec![None] };
         for k in -900..900 {
             let angle = 0.05 * f64::from(k) + 40.0;
-            // The first count says where in its turn it is, not in which.
+            // The first count determines the angle within a turn, but not the turn.
             let [read, _] = angles.read(&[mounted.count(angle)]).expect("a count");
             let off = read - angle + 2.0 * std::f64::consts::PI * ((-900.0 * 0.05 + 40.0) / 6.3_f64).round();
             assert!(off.abs() <= 0.51 * mounted.encoder.unit_rad(), "{k}: {off}");

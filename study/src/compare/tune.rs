@@ -1,11 +1,12 @@
-//! The same effort for every law: so many evaluations of the cost, at random and then around the best, from one seed.
+//! Tuning with equal effort for every controller: a number of cost evaluations, first random, then local, from one
+//! seed.
 //!
-//! Of N evaluations 0.6 N come first: the guess, 0.3 N at random over the range of every knob, the rest around the best
-//! with a deviation of 0.15 of the ranges; then 0.4 N with a deviation that falls from 0.1 to 0.01. Every other one of
-//! the local ones moves one knob alone. Knobs move on the scale of their logarithms.
+//! Of N evaluations 0.6 N come first: the guess, 0.3 N random ones over the range of every parameter, and the rest
+//! around the best with a deviation of 0.15 of the ranges. The remaining 0.4 N have a deviation that falls from 0.1 to
+//! 0.01. Every other local evaluation changes a single parameter. Parameters vary on a logarithmic scale.
 //!
-//! A law at a noise limit is one job with random numbers of its own, done by one thread: any number of threads gives
-//! the same result.
+//! A controller at a noise limit is one job with its own random numbers on one thread. The result is independent of the
+//! number of threads.
 
 use loop_sim::random::Random;
 use rayon::prelude::*;
@@ -15,61 +16,60 @@ use super::bench::{Bench, Figures};
 use super::{Contender, Knob};
 use crate::Watch;
 
-/// How much is tried.
+/// Effort of the tuning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Evaluations of the cost per law and limit.
+    /// Evaluations of the cost per controller and limit.
     pub evaluations: usize,
     /// Seed of the search.
     pub seed: u64,
-    /// Limits of the noise of u, A.
+    /// Limits of the current noise, A.
     pub noise_a: Vec<f64>,
 }
 
-/// A law tuned at a limit.
+/// Controller tuned at a noise limit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Entry {
-    /// Its name.
+    /// Name of the controller.
     pub law: &'static str,
-    /// Limit of the noise, A.
+    /// Limit of the current noise, A.
     pub limit_a: f64,
-    /// Its cost.
+    /// Cost of the best design.
     pub cost: f64,
-    /// Knobs with their names.
+    /// Tuning parameters with their names.
     pub knobs: Vec<(&'static str, f64)>,
-    /// What it does.
+    /// Metrics of the best design.
     #[serde(flatten)]
     pub figures: Figures,
 }
 
 impl Entry {
-    /// Did no tuning bring its noise within the limit?
+    /// Returns whether no tuning met the noise limit.
     pub fn breaks_limit(&self) -> bool {
         self.figures.noise_a.is_nan() || self.figures.noise_a > self.limit_a
     }
 }
 
-/// Answer of [`compare`].
+/// Result of [`compare`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Name of the scenario.
     pub scenario: String,
-    /// Evaluations of the cost per law and limit.
+    /// Evaluations of the cost per controller and limit.
     pub evaluations: usize,
     /// Seed of the search.
     pub seed: u64,
-    /// τ of the runs, s.
+    /// Time τ of the runs, s.
     pub tau_s: f64,
     /// Corners of each run.
     pub corners: usize,
-    /// Where the recovery starts, rad.
+    /// Start angle of the recovery, rad.
     pub start_rad: f64,
-    /// Every law at every limit, limit by limit.
+    /// Every controller at every limit, limit by limit.
     pub entries: Vec<Entry>,
 }
 
-/// Tunes every contender at every limit. `None` if it was stopped. A step of the watch is an
-/// evaluation.
+/// Tunes every contender at every limit. Returns `None` if stopped. A step of the watch is an evaluation.
 pub fn compare(
     bench: &Bench,
     contenders: &[Box<dyn Contender>],
@@ -81,7 +81,7 @@ pub fn compare(
     let of_job = |(job, &(law, limit)): (usize, &(usize, f64))| {
         tuned(bench, contenders[law].as_ref(), limit, settings, job as u64, watch)
     };
-    // A job takes minutes: each may go to another thread.
+    // A job takes minutes: each one may run on another thread.
     let done: Vec<_> = jobs.par_iter().enumerate().with_max_len(1).map(of_job).collect();
     (!watch.is_stopped()).then(|| Comparison {
         scenario: bench.name.clone(),
@@ -94,7 +94,7 @@ pub fn compare(
     })
 }
 
-/// The best that was found; `None` if there was no design at all.
+/// Returns the best design; `None` if there was none.
 fn tuned(
     bench: &Bench,
     contender: &dyn Contender,
@@ -141,7 +141,7 @@ fn tuned(
 }
 
 impl Knob {
-    /// Where the guess lies, 0 to 1.
+    /// Returns the position of the guess in its range, 0 to 1.
     pub(crate) fn guessed(&self) -> f64 {
         libm::log(self.guess / self.low) / libm::log(self.high / self.low)
     }
@@ -182,7 +182,7 @@ mod tests {
         assert_ne!(one, found(1, 8));
     }
 
-    /// The search is worth its time: the cost of every law falls.
+    /// The search lowers the cost of every controller.
     #[test]
     fn tuning_makes_every_law_better() {
         let bench = Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file");

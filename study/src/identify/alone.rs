@@ -1,16 +1,16 @@
-//! The link seen from the motor alone: by the torque with which its spring answers while the motor moves.
+//! Identification of the link from the motor alone, by the reaction torque of the spring while the motor moves.
 //!
 //! $$ u = \frac{1}{B_0} \ddot q_m - \frac{k_2}{B_0} (q - q_m) + \frac{b_2}{B_0} \dot q_m + F,
 //!    \qquad \ddot q = k_1 (q_m - q) - b_1 \dot q - g \sin q $$
 //!
-//! q is not measured, but its equation is driven by what is: q_m. For each k_1, b_1 and state at the beginning it is
-//! integrated, and all else is linear: what least squares leave of u is made small over those four numbers, from the
-//! best of some k_1 within the tolerance. Both sides are convolved with a modulating function (±20 ms: no count is
-//! differentiated), and what is slower than a second is taken off, load and offset with it.
+//! q is not measured, but its equation has the measured input q_m. It is integrated for each k_1, b_1 and initial
+//! state; the other parameters are linear. The residual of u from least squares is minimised over these four numbers,
+//! from the best of several k_1 within the tolerance. Both sides are convolved with a modulating function of ±20 ms,
+//! which avoids differentiating a count. Everything slower than a second is subtracted, including load and offset.
 //!
-//! What tells k_1 is the *anti-resonance* at $\sqrt{k_1 + g}$: with the motor held, the link swings so. The weight
-//! looks like stiffness there, and is taken from the data sheet. Moves must shake the link around that frequency; a
-//! multisine around the resonance does not, since the link stands still there.
+//! k_1 is determined by the *anti-resonance* at $\sqrt{k_1 + g}$, at which the link swings with the motor held. Weight
+//! looks like stiffness there and comes from the data sheet. The moves must excite the link around that frequency. A
+//! multisine around the resonance does not, because the link stands still there.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,50 +18,50 @@ use super::fit::Fit;
 use super::link::{modulating, simulated};
 use super::motor::shapes;
 
-/// Half the width of the modulating function, s.
+/// Half width of the modulating function, s.
 const HALF_S: f64 = 0.02;
-/// From one equation to the next, s.
+/// Time between equations, s.
 const EVERY_S: f64 = 3e-3;
-/// Stiffnesses that are tried as a start.
+/// Number of start stiffnesses.
 const STARTS: u32 = 9;
-/// Over which residuals are alike, s.
+/// Correlation time of the residuals, s.
 const ALIKE_S: f64 = 0.3;
 
-/// Ticks from one equation to the next.
+/// Returns the ticks between equations.
 fn every(period_s: f64) -> usize {
     (EVERY_S / period_s).round().max(1.0) as usize
 }
 
-/// A record without the link's count, ready for any k_1.
+/// Recording without the link count, prepared for any k_1.
 pub(super) struct Alone {
     /// Angle of the motor at every half tick, rad.
     halves: Vec<f64>,
     motor: Vec<f64>,
     period_s: f64,
     kernel: Vec<f64>,
-    /// Weights of the mean that is taken off, in equations.
+    /// Weights of the subtracted mean, in equations.
     window: Vec<f64>,
-    /// Current, and the columns but that of the spring.
+    /// Current, and the regressors without the spring.
     current: DVector<f64>,
     columns: Vec<DVector<f64>>,
     weight: f64,
 }
 
-/// What the motor alone says of the link.
+/// Link as identified from the motor alone.
 pub(super) struct Seen {
-    /// k_1, b_1, q(0), q'(0).
+    /// Fit of k_1, b_1, q(0), q'(0).
     pub(super) fit: Fit,
-    /// Rms of the current that is to be explained, A.
+    /// Rms of the current that the fit explains, A.
     pub(super) current_a: f64,
-    /// The link's angle in each tick, rad.
+    /// Link angle in each tick, rad.
     pub(super) link: Vec<f64>,
-    /// Deviations of k_1 and b_1.
+    /// Standard deviations of k_1 and b_1.
     pub(super) deviations: Vec<f64>,
 }
 
 impl Alone {
-    /// Of the motor's angle, the mean current of each tick, and g of the data sheet; what is slower than `slow_s` to
-    /// each side is taken off. `None` if it is too short.
+    /// Prepares a recording from the motor angle, the mean current of each tick, and g of the data sheet. The mean over
+    /// `slow_s` to each side is subtracted. Returns `None` if the recording is too short.
     pub(super) fn of(
         motor: &[f64],
         current: &[f64],
@@ -101,7 +101,7 @@ impl Alone {
             columns: Vec::new(),
             weight,
         };
-        // What is held from tick to tick, at a tick: the mean of before and after.
+        // A current that is held between ticks has at a tick the mean of the values before and after it.
         let at_ticks = |held: &[f64]| -> Vec<f64> {
             let of = |k: usize| if k == 0 { held[0] } else { 0.5 * (held[k - 1] + held[k.min(held.len() - 1)]) };
             (0..n).map(of).collect()
@@ -115,7 +115,7 @@ impl Alone {
         Some(alone)
     }
 
-    /// A signal by a kernel, without what is slow.
+    /// Convolves a signal with a kernel and removes slow parts.
     fn seen(&self, kernel: &[f64], signal: &[f64]) -> DVector<f64> {
         let smooth: Vec<f64> = signal
             .windows(kernel.len())
@@ -129,12 +129,12 @@ impl Alone {
         DVector::from_vec(fast.collect())
     }
 
-    /// The link's angle in each tick with k_1, b_1, q(0), q'(0).
+    /// Returns the link angle in each tick for k_1, b_1, q(0), q'(0).
     fn link(&self, &[k, b, q, v]: &[f64; 4]) -> Vec<f64> {
         simulated(&[k, b, self.weight, 0.0, q, v, 0.0], &self.halves, 0.5 * self.period_s)
     }
 
-    /// What is left of the current with this link, A.
+    /// Returns the residual of the current with this link, A.
     fn left(&self, p: &[f64]) -> Vec<f64> {
         let &[k, b, q, v] = p else { return Vec::new() };
         let twist: Vec<f64> = self.link(&[k, b, q, v]).iter().zip(&self.motor).map(|(q, motor)| motor - q).collect();
@@ -149,7 +149,7 @@ impl Alone {
         solved.map_or_else(|| vec![f64::NAN; self.current.len()], |x| (a * x - &self.current).as_slice().to_vec())
     }
 
-    /// The link, from within this share of k_1 and from b_1 of the data sheet.
+    /// Fits the link from start values of k_1 within this share and b_1 of the data sheet.
     pub(super) fn fit(&self, [k_1, b_1]: [f64; 2], tolerance: f64) -> Option<Seen> {
         let b_1 = b_1.max(0.05);
         let tried =

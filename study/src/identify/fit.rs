@@ -1,40 +1,41 @@
-//! Nonlinear least squares for a handful of parameters, and how far to trust them.
+//! Nonlinear least squares for a few parameters, with confidence.
 //!
 //! $$ \min_p \Vert r(p) \Vert^2, \qquad (J^T J + \mu \thinspace \mathrm{diag} J^T J) \thinspace s = J^T r $$
 //!
-//! Gauss-Newton with Levenberg's damping; J by differences of 1e-5 of the parameters' scales, in which everything is
-//! computed. A fit of 4600 residuals in 6 parameters takes some 30 runs of the model, a few milliseconds each.
+//! Gauss-Newton with Levenberg damping. J is computed from differences of 1e-5 in the scales of the parameters, and all
+//! computations use these scales. A fit of 4600 residuals in 6 parameters takes about 30 runs of the model, a few
+//! milliseconds each.
 //!
-//! The spread is that of the sandwich with Bartlett's window over L lags, since residuals of a recorded motion are not
-//! white:
+//! The covariance is the sandwich estimate with the Bartlett window over L lags, because residuals of a recorded motion
+//! are correlated:
 //!
 //! $$ C = (J^T J)^{-1} \left( \sum_{|l| \le L} \left(1 - \frac{|l|}{L + 1}\right) \sum_k J_k r_k r_{k+l} J_{k+l}^T
 //!    \right) (J^T J)^{-1} $$
 
 use nalgebra::{DMatrix, DVector};
 
-/// Gauss-Newton steps after which a fit is given up: a good record takes 2 to 5.
+/// Largest number of Gauss-Newton iterations; valid recordings need 2 to 5.
 const MOST_STEPS: usize = 25;
-/// Damping beyond which no step makes the sum less.
+/// Damping above which no step reduces the sum.
 const STIFFEST: f64 = 1e8;
 /// Difference for the Jacobian, in scales.
 const STEP: f64 = 1e-5;
 
-/// What a fit came to.
+/// Result of a fit.
 #[derive(Clone, Debug)]
 pub(super) struct Fit {
     /// Parameters.
     pub(super) values: Vec<f64>,
-    /// r there.
+    /// Residuals r.
     pub(super) residuals: DVector<f64>,
-    /// J there, times the scales.
+    /// Jacobian J, times the scales.
     jacobian: DMatrix<f64>,
     scale: Vec<f64>,
-    /// Gauss-Newton steps.
+    /// Number of Gauss-Newton iterations.
     pub(super) steps: usize,
 }
 
-/// Residuals and Jacobian, in scales; `None` if a residual is no number.
+/// Returns residuals and Jacobian, in scales; `None` if a residual is not a number.
 fn around(
     model: &impl Fn(&[f64]) -> Vec<f64>,
     values: &[f64],
@@ -54,7 +55,7 @@ fn around(
 }
 
 impl Fit {
-    /// From a start, with the size that each parameter may have; `None` if the model gives no numbers there.
+    /// Fits from a start with the typical size of each parameter; `None` if the model is not finite there.
     pub(super) fn of(model: impl Fn(&[f64]) -> Vec<f64>, start: &[f64], scale: &[f64]) -> Option<Self> {
         let mut values = start.to_vec();
         let (mut residuals, mut jacobian, mut sum) = around(&model, &values, scale)?;
@@ -88,13 +89,13 @@ impl Fit {
         Some(Self { values, residuals, jacobian, scale: scale.to_vec(), steps })
     }
 
-    /// Root of the mean square of the residuals.
+    /// Returns the rms of the residuals.
     pub(super) fn rms(&self) -> f64 {
         self.residuals.norm() / libm::sqrt(self.residuals.len() as f64)
     }
 
-    /// Condition of the Jacobian with columns of length 1: how alike two parameters look in this record. Infinite where
-    /// one of them is not seen at all.
+    /// Returns the condition number of the Jacobian with normalised columns: the similarity of two parameters in this
+    /// recording. It is infinite if a parameter has no effect.
     pub(super) fn condition(&self) -> f64 {
         let mut unit = self.jacobian.clone();
         for mut column in unit.column_iter_mut() {
@@ -109,7 +110,7 @@ impl Fit {
         if least > 0.0 { libm::sqrt(found.max() / least) } else { f64::INFINITY }
     }
 
-    /// One standard deviation of each parameter, by the sandwich of the module's head over so many lags.
+    /// Returns one standard deviation of each parameter, by the sandwich estimate over this number of lags.
     pub(super) fn deviations(&self, lags: usize) -> Vec<f64> {
         let n = self.values.len();
         let Some(inverse) = self.jacobian.tr_mul(&self.jacobian).try_inverse() else { return vec![f64::INFINITY; n] };
@@ -134,7 +135,7 @@ mod tests {
     use super::*;
     use loop_sim::random::Random;
 
-    /// A decay a e^(-bt) + c from a start that is far off.
+    /// Fits a decay a e^(-bt) + c from a distant start.
     #[test]
     fn a_decay_is_found_and_the_steps_are_few() {
         let times: Vec<f64> = (0..200).map(|k| 0.02 * f64::from(k)).collect();
@@ -149,9 +150,8 @@ mod tests {
         assert!(Fit::of(|_: &[f64]| vec![f64::NAN; 5], &[1.0], &[1.0]).is_none());
     }
 
-    /// The mean of numbers with a moving average over 20: its deviation is that of the slow part, 20 times the white
-    /// one
-    /// in variance, and scatters as the sandwich says.
+    /// Mean of numbers with a moving average over 20. The standard deviation belongs to the slow part: 20 times the
+    /// white variance, with the scatter of the sandwich estimate.
     #[test]
     fn the_sandwich_knows_that_coloured_residuals_say_less() {
         let (mut inside, runs) = (0, 400);
@@ -166,7 +166,7 @@ mod tests {
             let as_white = fit.deviations(0)[0];
             assert!(deviation > 2.0 * as_white, "{deviation} {as_white}");
         }
-        // 95 % for a normal mean; the window takes a little off the variance.
+        // 95 % for a normal mean; the window slightly reduces the variance.
         assert!((0.88..0.98).contains(&(inside as f64 / runs as f64)), "{inside} of {runs}");
     }
 

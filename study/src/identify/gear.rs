@@ -1,29 +1,29 @@
-//! Numbers of a data sheet that were read off the other side of the gear.
+//! Detection of data sheet numbers that refer to the wrong side of the gear.
 //!
-//! A torque constant of the gear's output is g times that of the motor, an inertia seen from there g² times. Typed as
-//! that of the motor, each is taken over the gear once more: the law believes g K_t, or g² J too much. The record says
-//! by how much b or B_0 (K_t/J) and k_2 (K/J) are off; where a power of g explains it, the keys are named.
+//! A torque constant at the output of the gear is g times the motor value, and an inertia seen from the output g²
+//! times. If such a number is entered for the motor, the gear is applied twice. The torque constant in the model is
+//! then g times too large, or the inertia g² times. The recording gives the error of b or B_0 (K_t/J) and k_2 (K/J). If
+//! a power of g explains it, the refusal names the keys.
 
 use controller_core::drive::{Joint, Motor};
 
-use super::{Known, Record, Refusal, Sheet, of_sheet};
+use super::{PlantData, Record, Refusal, Sheet, of_sheet};
 
-/// A gear nearer to 1 than this cannot be told from a data sheet that is off.
+/// Gear ratio below which a wrong side cannot be distinguished from an inaccurate data sheet.
 const LEAST_GEAR: f64 = 1.6;
-/// How far what was found may be from the data sheet of the other side.
+/// Largest relative deviation from the corrected data sheet.
 const TOLERANCE: f64 = 0.35;
 
-/// Which numbers were read off the output of the gear: torque constant, inertia of the motor.
+/// Combinations of numbers that may refer to the output: torque constant, inertia of the motor.
 const SIDES: [[bool; 2]; 3] = [[true, false], [false, true], [true, true]];
 
-/// The refusal that names the numbers which the record fits once they are taken for those of the gear's output; `None`
-/// if it fits none of them.
-pub(super) fn other_side(record: &Record, sheet: &Sheet, known: &Known) -> Option<Refusal> {
+/// Returns the refusal that names the numbers of the wrong side; `None` if no combination explains the recording.
+pub(super) fn other_side(record: &Record, sheet: &Sheet, known: &PlantData) -> Option<Refusal> {
     let gear = known.gear;
     if !known.names_gear() {
         return None;
     }
-    let known = Known { tolerance: TOLERANCE, ..*known };
+    let known = PlantData { tolerance: TOLERANCE, ..*known };
     let tried = SIDES.into_iter().filter_map(|[torque, inertia]| {
         let by = |is: bool, power: f64| if is { power } else { 1.0 };
         let found = of_sheet(record, &with(sheet, by(torque, 1.0 / gear), by(inertia, 1.0 / (gear * gear))), &known);
@@ -38,15 +38,15 @@ pub(super) fn other_side(record: &Record, sheet: &Sheet, known: &Known) -> Optio
     tried.min_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, refusal)| refusal)
 }
 
-impl Known {
-    /// Can numbers of the two sides of the gear be told apart?
+impl PlantData {
+    /// Returns whether numbers of the two sides of the gear can be distinguished.
     pub(crate) fn names_gear(&self) -> bool {
         self.gear.max(1.0 / self.gear) >= LEAST_GEAR
     }
 }
 
 impl Sheet {
-    /// Keys of torque constant and inertia of the motor.
+    /// Returns the keys of torque constant and inertia of the motor.
     pub(crate) const fn keys_of_motor(&self) -> [&'static str; 2] {
         match self {
             Self::Joint(_) => ["joint.torque_n_m_per_a", "joint.motor_inertia_kg_m2"],
@@ -55,7 +55,7 @@ impl Sheet {
     }
 }
 
-/// K_t over the inertia of the motor.
+/// Returns K_t over the inertia of the motor.
 const fn believed(sheet: &Sheet) -> f64 {
     match sheet {
         Sheet::Joint(joint) => joint.torque_n_m_per_a / joint.motor_inertia_kg_m2,
@@ -78,7 +78,8 @@ fn with(sheet: &Sheet, torque: f64, inertia: f64) -> Sheet {
     }
 }
 
-/// Keys, what they should be, and what to divide them by. Of a motor's inertia the share of the load is not known here.
+/// Returns keys, correct values and divisors. The correct inertia of a motor is unknown here, because it contains the
+/// load.
 fn numbers(sheet: &Sheet, gear: f64, is_of_output: [bool; 2]) -> Vec<(&'static str, Option<f64>, f64)> {
     let (squared, keys) = (gear * gear, sheet.keys_of_motor());
     let [torque, inertia] = match sheet {

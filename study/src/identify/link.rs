@@ -1,46 +1,45 @@
-//! The link: what the spring does to it. Its input, the motor's angle, is measured, so neither current nor friction nor
-//! ripple of the motor comes in.
+//! Identification of the link equation. Its input is the measured motor angle, so current, friction and ripple of the
+//! motor have no effect.
 //!
 //! $$ \ddot q = k_1 (q_m - q) - b_1 \dot q - g \sin q + c $$
 //!
-//! c is a constant load and the offset between the encoders, both in one. A spring that is damped adds
-//! $d_1 (\dot q_m - \dot q)$; with $w = \dot q - d_1 q_m$ for a state no count is differentiated:
+//! c contains a constant load and the offset between the encoders. A damped spring adds $d_1 (\dot q_m - \dot q)$. The
+//! state $w = \dot q - d_1 q_m$ avoids differentiating a count:
 //! $\dot w = k_1 (q_m - q) - (b_1 + d_1) \dot q - g \sin q + c$.
 //!
-//! 1. *Start* ([`start`]): modulating functions. With $p(s) = (1 - s^2)^4$ on ±0.1 s, or ±10 radians of the
-//!    resonance, and $P_i$ the convolution of the
-//!    counts with its i-th derivative (integration by parts: no count is differentiated),
-//!    $P_2 q = k_1 P_0 (q_m - q) - b_1 P_1 q - g P_0 \sin q + c P_0 1$: linear, from nowhere.
-//!    Within 1e-4 at 20 bits.
-//! 2. *Output error* ([`fit`]): the equation integrated over the whole record (Runge-Kutta of order 4 over two ticks,
-//!    in whose middle there is a sample of the motor's angle) from unknown q(0) and q'(0). What is left is the
-//!    encoder's rounding, 0.289 steps rms, or the equation is not the joint's.
-//! 3. *Prediction error* where rounding of the motor's count moves the link by more than the link's own encoder rounds
-//!    ([`noise_share`]): a stiff spring is hardly damped, and swings on for ever from what is rounded. So each
-//!    count corrects the state, with the stationary gains of a Kalman filter ([`Correction`]) for both roundings.
+//! 1. *Start* ([`start`]): modulating functions. Let $p(s) = (1 - s^2)^4$ on ±0.1 s, or ±10 radians of the resonance.
+//!    $P_i$ is the convolution of the counts with its i-th derivative; integration by parts avoids differentiating a
+//!    count. $P_2 q = k_1 P_0 (q_m - q) - b_1 P_1 q - g P_0 \sin q + c P_0 1$ is linear and needs no initial guess. It
+//!    is accurate within 1e-4 at 20 bits.
+//! 2. *Output error* ([`fit`]): the equation is integrated over the whole recording from unknown q(0) and q'(0). The
+//!    Runge-Kutta step of order 4 covers two ticks, with a sample of the motor angle in the middle. The residual is the
+//!    rounding of the encoder, 0.289 counts rms, unless the joint has another equation.
+//! 3. *Prediction error*: used if rounding of the motor count moves the link by more than its own rounding
+//!    ([`noise_share`]). A stiff spring with little damping responds to rounding for a long time. So each count
+//!    corrects the state with stationary Kalman gains ([`Correction`]) for both roundings.
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 use super::fit::Fit;
 
-/// Half the width of the modulating function at most, s, and in radians of the resonance of the data sheet: wider, it
-/// averages out what a stiff spring does.
+/// Largest half width of the modulating function, s, and in radians of the data sheet resonance. A wider function
+/// averages out the effect of a stiff spring.
 const WIDEST_S: f64 = 0.1;
 const HALF_RAD: f64 = 10.0;
-/// Ticks from one equation of the start to the next.
+/// Ticks between equations of the start.
 const EVERY: usize = 5;
-/// Ticks from one sample of the fit to the next: a step, with a sample in its middle.
+/// Ticks between samples of the fit: one integration step with a sample in its middle.
 pub(super) const STRIDE: usize = 2;
-/// Over which residuals of the fit are alike, s.
+/// Correlation time of the residuals, s.
 const ALIKE_S: f64 = 0.2;
 
-/// Steps after which the gains of a filter are taken as they are.
+/// Largest number of Riccati steps for the filter gains.
 const MOST_RICCATI: usize = 10_000;
 
-/// k_1, b_1, g, c.
+/// Parameters k_1, b_1, g, c.
 pub(super) type Link = [f64; 4];
 
-/// p, p', p'' of half a width of so many seconds, with a sum of 1 in p.
+/// Returns p, p', p'' for this half width in seconds, normalised to a sum of 1 in p.
 pub(super) fn modulating(period_s: f64, half_s: f64) -> [Vec<f64>; 3] {
     let m = (half_s / period_s).round().max(3.0) as i32;
     let half_s = f64::from(m) * period_s;
@@ -56,7 +55,7 @@ pub(super) fn modulating(period_s: f64, half_s: f64) -> [Vec<f64>; 3] {
     rows.map(|row| row.into_iter().map(|value| value / sum).collect())
 }
 
-/// The convolution where the kernel lies within the signal, every few samples.
+/// Returns the convolution at every few samples where the kernel lies within the signal.
 fn convolved(kernel: &[f64], signal: impl Fn(usize) -> f64, length: usize) -> Vec<f64> {
     let width = kernel.len();
     (0..(length + 1).saturating_sub(width))
@@ -65,8 +64,8 @@ fn convolved(kernel: &[f64], signal: impl Fn(usize) -> f64, length: usize) -> Ve
         .collect()
 }
 
-/// By linear least squares, from nothing but the record and about where the resonance is; `None` if the record is too
-/// short or says nothing.
+/// Fits a start by linear least squares from the recording and the approximate resonance. Returns `None` if the
+/// recording is too short or the equations are singular.
 pub(super) fn start(q: &[f64], motor: &[f64], period_s: f64, resonance_rad_s: f64) -> Option<Link> {
     let [p0, p1, p2] = modulating(period_s, WIDEST_S.min(HALF_RAD / resonance_rad_s));
     let n = q.len();
@@ -86,31 +85,31 @@ pub(super) fn start(q: &[f64], motor: &[f64], period_s: f64, resonance_rad_s: f6
     link.iter().all(|value| value.is_finite()).then_some(link)
 }
 
-/// How a count of the link corrects what was expected of it.
+/// Correction of the predicted link state by a count.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Correction {
-    /// On q and w.
+    /// Gains on q and w.
     gains: [f64; 2],
-    /// Deviation of count and expectation over that of rounding alone.
+    /// Ratio of the innovation to rounding alone, standard deviations.
     pub(super) spread: f64,
 }
 
 impl Correction {
     pub(super) const NONE: Self = Self { gains: [0.0; 2], spread: 1.0 };
 
-    /// The stationary Kalman gains for a spring of this k_1, b_1 whose angles are rounded to these steps; none where
-    /// rounding of the motor's count does less than that of the link's over so many seconds.
+    /// Returns the stationary Kalman gains for a spring with k_1 and b_1 and these rounding steps. Returns no
+    /// correction if, over this time, rounding of the motor count moves the link less than its own rounding.
     pub(super) fn of(k_1: f64, b_1: f64, [link, motor]: [f64; 2], period_s: f64, seconds: f64) -> Self {
         let ratio = motor / link;
         if noise_share([k_1, b_1, 0.0], period_s, seconds) * ratio < 1.0 {
             return Self::NONE;
         }
         let h = period_s * STRIDE as f64;
-        // q' = v, v' = -k q - b v, over one step of the fit.
+        // q' = v, v' = -k q - b v over one step of the fit.
         let (w, left) = (libm::sqrt(k_1), libm::exp(-0.5 * b_1 * h));
         let [c, s] = [libm::cos(w * h), libm::sin(w * h)];
         let phi = Matrix2::new(c, s / w, -w * s, c) * left;
-        // Two samples of the motor, each rounded, push the link: variances over that of its own rounding.
+        // Rounding of two motor samples drives the link; variances relative to the rounding of the link.
         let pushed = Vector2::new(0.5 * h, 1.0) * (k_1 * period_s * libm::sqrt(STRIDE as f64) * ratio);
         let noise = pushed * pushed.transpose();
         let (mut p, mut gains) = (noise, Vector2::zeros());
@@ -128,13 +127,13 @@ impl Correction {
     }
 }
 
-/// The link's angle at every second of these angles of the motor, `period_s` apart; p = k_1, b_1, g, c, q(0), w(0),
-/// d_1.
+/// Returns the link angle at every second of the motor angles, which are `period_s` apart. p = k_1, b_1, g, c, q(0),
+/// w(0), d_1.
 pub(super) fn simulated(p: &[f64; 7], motor: &[f64], period_s: f64) -> Vec<f64> {
     predicted(p, motor, &[], Correction::NONE, period_s)
 }
 
-/// The same, each angle corrected by the count there; without counts none is.
+/// Returns the link angle with each angle corrected by its count, or uncorrected without counts.
 fn predicted(p: &[f64; 7], motor: &[f64], counted: &[f64], by: Correction, period_s: f64) -> Vec<f64> {
     let [k, b, g, c, mut x, mut w, d] = *p;
     let h = period_s * STRIDE as f64;
@@ -161,13 +160,12 @@ fn predicted(p: &[f64; 7], motor: &[f64], counted: &[f64], by: Correction, perio
     out
 }
 
-/// Every second sample.
+/// Returns every second sample.
 pub(super) fn thinned(signal: &[f64]) -> Vec<f64> {
     signal.iter().step_by(STRIDE).copied().collect()
 }
 
-/// By output or prediction error, from a start that is near: parameters k_1, b_1, g, c, q(0), w(0), and d_1 of a damped
-/// spring.
+/// Fits by output or prediction error from a near start: k_1, b_1, g, c, q(0), w(0), and d_1 of a damped spring.
 pub(super) fn fit(
     q: &[f64],
     motor: &[f64],
@@ -193,15 +191,15 @@ pub(super) fn fit(
     Some(fit)
 }
 
-/// The means of q_m - q and sin q. The fit has c about them: the zeros of two encoders are anywhere, and a constant
-/// twist, or a weight that is level all the way, is no other constant than c.
+/// Returns the means of q_m - q and sin q, the reference of c in the fit. Otherwise a constant twist between the
+/// encoders, or a constant weight torque, would be correlated with c.
 pub(super) fn centre(q: &[f64], motor: &[f64]) -> [f64; 2] {
     let mean = |sum: f64| sum / q.len().max(1) as f64;
     [mean(q.iter().zip(motor).map(|(q, motor)| motor - q).sum()), mean(q.iter().map(|q| libm::sin(*q)).sum())]
 }
 
-/// What is left of a record with these parameters of the link, rms in rad: only load and offset of the encoders, q(0)
-/// and w(0) are its own.
+/// Returns the residual of a recording with these link parameters, rms in rad. Load, encoder offset, q(0) and w(0) are
+/// fitted.
 pub(super) fn left_over(q: &[f64], motor: &[f64], period_s: f64, of: &Link, by: Correction, d: f64) -> Option<f64> {
     let q = thinned(q);
     let [k, b, g, c] = *of;
@@ -212,20 +210,20 @@ pub(super) fn left_over(q: &[f64], motor: &[f64], period_s: f64, of: &Link, by: 
     Fit::of(residuals, &[c, q[0], -d * motor[0]], &[1.0, 0.01, 0.1]).map(|fit| fit.rms())
 }
 
-/// Noise of the link's angle by white noise of the motor's, as a share, over so many seconds: of the spring alone.
+/// Returns the ratio of link noise to white noise of the motor angle over this time, for the spring alone.
 pub(super) fn noise_share([k, b, ..]: [f64; 3], period_s: f64, seconds: f64) -> f64 {
     libm::sqrt(0.5 * period_s * k.abs() / b.max(1.0 / seconds))
 }
 
-/// By how much k_1 and b_1 are off at most because the equation is integrated in steps of h: the frequency and damping
-/// that Runge-Kutta gives a spring of $\theta = h \sqrt{k_1}$.
+/// Returns the largest relative errors of k_1 and b_1 from integration in steps of h: frequency and damping of a spring
+/// of $\theta = h \sqrt{k_1}$ under Runge-Kutta.
 pub(super) fn integrated(k_1: f64, period_s: f64) -> [f64; 2] {
     let h = period_s * STRIDE as f64;
     let squared = k_1 * h * h;
     [k_1 * squared * squared / 60.0, squared * squared * squared / (72.0 * h)]
 }
 
-/// Lags over which the residuals of a fit are alike.
+/// Returns the lags over which the residuals are correlated.
 pub(super) fn lags(period_s: f64) -> usize {
     (ALIKE_S / (period_s * STRIDE as f64)).round() as usize
 }

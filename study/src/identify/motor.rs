@@ -1,17 +1,16 @@
-//! The motor: what current and spring do to it. Its other input, the link's angle, is measured.
+//! Identification of the motor equation. Its inputs are the current and the measured link angle.
 //!
 //! $$ \ddot q_m = k_2 (q - q_m) - b_2 \dot q_m + B_0 (u - F) + d, \qquad
 //!    F = f_c \thinspace s(\dot q_m) - a \sin N q_m - b \cos N q_m $$
 //!
-//! d is whatever varies slowly: load, offsets, a disturbance. A motor with a rigid load is the same with $k_2 = 0$.
+//! d is any slowly varying torque: load, offsets, a disturbance. A motor with a rigid load has $k_2 = 0$.
 //!
-//! *Prediction error*: the innovations of an observer of (p, v, d, d') on the motor's count, Bessel poles at ω, are
-//! made
-//! small over (k_2, b_2, B_0, f_c, a, b). The observer takes what is slower than ω for a disturbance: ω is the border
-//! below which nothing is believed, and quantisation decides above it. The start is the data sheet; from ±50 % no wrong
-//! minimum was met.
+//! The *prediction error* is minimised over (k_2, b_2, B_0, f_c, a, b). It is the innovation of an observer of (p, v,
+//! d, d') on the motor count with Bessel poles at ω. The observer treats everything slower than ω as a disturbance, so
+//! only faster motion counts. Quantisation limits the accuracy above ω. The search starts at the data sheet; no wrong
+//! minimum was met from ±50 %.
 //!
-//! s is the mean over the tick of tanh(q_m'/0.02 rad/s), with the speed by a cubic through seven counts.
+//! s is the mean over the tick of tanh(q_m'/0.02 rad/s), with the speed from a cubic through seven counts.
 
 use std::f64::consts::TAU;
 
@@ -22,39 +21,39 @@ use super::fit::Fit;
 use crate::commission::highest_hz;
 use crate::compare::matrix::{Matrix, exp};
 
-/// ω over the joint's resonance with a free link, and what it is at least, rad/s.
+/// Ratio of ω to the resonance of the joint with a free link, and smallest ω, rad/s.
 const OVER_RESONANCE: f64 = 1.2;
 const LEAST_RAD_S: f64 = 120.0;
-/// Speed at which friction is all there, rad/s.
+/// Speed scale of the friction model, rad/s.
 const SMOOTH_RAD_S: f64 = 0.02;
-/// Of the observer's transient at the start of the record nothing is used, s.
+/// Start-up transient of the observer that is discarded, s.
 const SKIP_S: f64 = 0.15;
-/// Over which innovations are alike, s.
+/// Correlation time of the innovations, s.
 const ALIKE_S: f64 = 0.06;
 
-/// Savitzky and Golay: slope of a cubic over 7 points, of those after the middle.
+/// Savitzky-Golay slope of a cubic over 7 points; weights of the points after the middle.
 const SLOPE: [f64; 3] = [58.0 / 252.0, 67.0 / 252.0, -22.0 / 252.0];
-/// Instants of a tick over which friction is averaged.
+/// Number of instants per tick at which friction is averaged.
 const POINTS: u32 = 10;
 
-/// What is recorded, and how it is looked at.
+/// Recorded signals and their properties.
 pub(super) struct Recorded<'a> {
     /// Damping of the spring over its stiffness, s.
     pub(super) damped: f64,
-    /// Angle of the link, rad; none for a rigid load.
+    /// Angle of the link, rad; `None` for a rigid load.
     pub(super) link: Option<&'a [f64]>,
     /// Angle of the motor, rad.
     pub(super) motor: &'a [f64],
-    /// Current that is held in each tick, A, and the lag of the loop behind it, s.
+    /// Held current in each tick, A, and the lag of the current loop, s.
     pub(super) held: &'a [f64],
     pub(super) lag_s: f64,
-    /// Period, s.
+    /// Sampling period, s.
     pub(super) period_s: f64,
-    /// N; none where it is not known.
+    /// Cogging periods N per turn; `None` if unknown.
     pub(super) cogging_per_turn: Option<f64>,
 }
 
-/// The mean over each tick of the current behind a lag, from what is held; at rest before.
+/// Returns the mean current behind a lag for each tick, starting at rest.
 pub(super) fn behind_lag(held: &[f64], period_s: f64, lag_s: f64) -> Vec<f64> {
     if lag_s <= 0.0 {
         return held.to_vec();
@@ -70,38 +69,38 @@ pub(super) fn behind_lag(held: &[f64], period_s: f64, lag_s: f64) -> Vec<f64> {
     held.iter().map(mean).collect()
 }
 
-/// ω for a joint with this k_2, or a rigid load with 0: below the middle of what shakes it, if the period does not play
-/// the resonance itself.
+/// Returns ω for a joint with this k_2, or for a rigid load with 0. It lies below the middle of the excitation, unless
+/// the period allows the excitation to reach the resonance.
 fn bandwidth_rad_s(stiffness: f64, period_s: f64) -> f64 {
     let played = TAU * highest_hz(period_s);
     (OVER_RESONANCE * libm::sqrt(stiffness.max(0.0)).min(played)).max(LEAST_RAD_S)
 }
 
-/// How many times as vague k_2, b_2 and B_0 of a joint are: the farther what shakes is below the resonance, the more
-/// alike do they look, and rounding decides between them.
+/// Returns the factor that widens k_2, b_2 and B_0 of a joint. If the excitation stays far below the resonance, these
+/// parameters have similar effects and rounding dominates.
 pub(super) fn vaguer(stiffness: f64, period_s: f64) -> f64 {
     (libm::sqrt(stiffness.max(0.0)) / (TAU * highest_hz(period_s))).max(1.0)
 }
 
-/// The block of one tick, exact.
+/// Exact discretisation of one tick.
 struct Tick {
-    /// Φ of (p, v, d, d').
+    /// Transition matrix Φ of (p, v, d, d').
     phi: Matrix4<f64>,
-    /// With which the innovation corrects them.
+    /// Observer gains on the innovation.
     gains: Vector4<f64>,
-    /// Of an acceleration that stays, of one by the current: what is held, and the current at the beginning; of one by
-    /// the link's angle, its slope and its bend in a tick.
+    /// Effect of a constant acceleration; of the acceleration by the current, for the held value and for the value at
+    /// the start; and of the acceleration by the link angle, its slope and its bend in a tick.
     stays: Vector4<f64>,
     held: Vector4<f64>,
     current: Vector4<f64>,
     link: [Vector4<f64>; 3],
-    /// What is left of the current at the beginning.
+    /// Share of the initial current that remains at the end of the tick.
     keeps: f64,
 }
 
 impl Tick {
     fn of(k2: f64, b2: f64, [period_s, lag_s]: [f64; 2], omega: f64) -> Option<Self> {
-        // (p, v, d, d'), the current and what is held, the link's angle over a tick as l_0 + l_1 s + l_2 s².
+        // State: (p, v, d, d'), the current and its held value, the link angle over a tick as l_0 + l_1 s + l_2 s².
         const CURRENT: usize = 4;
         const HELD: usize = 5;
         const LINK: usize = 6;
@@ -119,7 +118,7 @@ impl Tick {
         let whole = exp(&(a * period_s));
         let column = |j: usize| Vector4::from_fn(|i, _| whole[(i, j)]);
         let phi = Matrix4::from_columns(&[column(0), column(1), column(2), column(3)]);
-        // In units of a tick, where no digit is lost.
+        // In units of a tick the matrix is well scaled.
         let t = period_s;
         let units = Vector4::new(1.0, t, t * t, t * t * t);
         let scaled = Matrix4::from_fn(|i, j| units[i] * phi[(i, j)] / units[j]);
@@ -134,7 +133,7 @@ impl Tick {
         for i in 1..4 {
             rows[i] = rows[i - 1] * scaled;
         }
-        // The correction comes before the next prediction: p(Φ) (h Φ; ..)^-1 e_4.
+        // The correction precedes the next prediction: p(Φ) (h Φ; ..)^-1 e_4.
         let gains = polynomial * Matrix4::from_rows(&rows).try_inverse()?.column(3);
         let d = column(2);
         Some(Self {
@@ -149,7 +148,7 @@ impl Tick {
     }
 }
 
-/// The angle within a tick, from sample k to the next: l_1 and l_2 of l_0 + l_1 s + l_2 s², by the samples around.
+/// Returns l_1 and l_2 of the angle l_0 + l_1 s + l_2 s² between sample k and the next, from the neighbouring samples.
 fn bent(angle: &[f64], k: usize) -> [f64; 2] {
     let step = angle[k + 1] - angle[k];
     let around = (k > 0).then(|| angle[k] - angle[k - 1]).zip(angle.get(k + 2).map(|next| next - angle[k + 1]));
@@ -157,10 +156,10 @@ fn bent(angle: &[f64], k: usize) -> [f64; 2] {
     [step - bend, bend]
 }
 
-/// q' at every sample, by a cubic through seven of them.
+/// Returns q' at every sample from a cubic through seven samples.
 fn speed(q: &[f64], period_s: f64) -> Vec<f64> {
     let n = q.len() as isize;
-    // Beyond the ends it goes on as it did.
+    // Beyond the ends the angle is extrapolated linearly.
     let at = |k: isize| -> f64 {
         let [first, last] = [0, n as usize - 1];
         match k {
@@ -173,7 +172,7 @@ fn speed(q: &[f64], period_s: f64) -> Vec<f64> {
     (0..n).map(|k| slope(k) / period_s).collect()
 }
 
-/// What each amplitude of F is multiplied with in each tick: friction, then sine and cosine of the cogging if its N is
+/// Returns the regressors of the amplitudes of F in each tick: friction, then sine and cosine of the cogging if N is
 /// known.
 pub(super) fn shapes(motor: &[f64], period_s: f64, cogging_per_turn: Option<f64>) -> Vec<Vec<f64>> {
     let v = speed(motor, period_s);
@@ -192,8 +191,8 @@ pub(super) fn shapes(motor: &[f64], period_s: f64, cogging_per_turn: Option<f64>
 }
 
 impl Recorded<'_> {
-    /// By prediction error from this k_2, b_2, B_0: those three and the amplitudes of F in A. Of a rigid load b_2, B_0
-    /// and the amplitudes.
+    /// Fits by prediction error from this k_2, b_2, B_0. The parameters are these three and the amplitudes of F in A;
+    /// for a rigid load b_2, B_0 and the amplitudes.
     pub(super) fn fit(&self, sheet: [f64; 3]) -> Option<Fit> {
         let shapes = shapes(self.motor, self.period_s, self.cogging_per_turn);
         let is_rigid = self.link.is_none();
@@ -207,7 +206,7 @@ impl Recorded<'_> {
             self.innovations([k2, p[0], p[1]], &p[2..], &shapes, omega, skip)
         };
         let [k2, b2, b0] = sheet;
-        // A damping of a fifth of the critical one, or what the observer takes for one.
+        // Damping of a fifth of the critical one, relative to the resonance or to ω.
         let damping = if is_rigid { 0.2 * omega } else { 0.2 * libm::sqrt(k2) };
         let amplitudes = shapes.len();
         let (mut start, mut scale) = (vec![b2, b0, 0.5], vec![b2.max(damping), b0, 1.0]);
@@ -220,8 +219,8 @@ impl Recorded<'_> {
         Fit::of(residuals, &start, &scale)
     }
 
-    /// Rms of the innovations if no current had flowed, rad, with all else as it was found from this k_2: what the
-    /// current makes of the motion.
+    /// Returns the motion due to the current: rms of the innovations without any current, rad, with the other fitted
+    /// parameters.
     pub(super) fn by_current(&self, sheet_k2: f64, values: &[f64]) -> f64 {
         let is_rigid = self.link.is_none();
         let omega = bandwidth_rad_s(if is_rigid { 0.0 } else { sheet_k2 }, self.period_s);
@@ -231,7 +230,7 @@ impl Recorded<'_> {
         libm::sqrt(left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64)
     }
 
-    /// Innovations of the observer, rad, from tick `skip` on.
+    /// Returns the innovations of the observer from tick `skip` on, rad.
     fn innovations(
         &self,
         [k2, b2, b0]: [f64; 3],
@@ -253,7 +252,7 @@ impl Recorded<'_> {
             if let Some(link) = self.link {
                 let [slope, bend] = bent(link, i);
                 push += (tick.link[0] * link[i] + tick.link[1] * slope + tick.link[2] * bend) * k2;
-                // Its speed is slope + 2 bend s in a tick.
+                // The speed of the link is slope + 2 bend s in a tick.
                 push += (tick.stays * slope + tick.link[1] * (2.0 * bend)) * (self.damped * k2 / self.period_s);
             }
             x = tick.phi * x + push;
@@ -266,7 +265,7 @@ impl Recorded<'_> {
         out
     }
 
-    /// Lags over which the innovations are alike.
+    /// Returns the lags over which the innovations are correlated.
     pub(super) fn lags(&self) -> usize {
         (ALIKE_S / self.period_s).round() as usize
     }

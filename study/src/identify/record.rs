@@ -1,4 +1,4 @@
-//! A record as a file.
+//! CSV format of a recording.
 //!
 //! ```text
 //! tick,count_link,count_motor,u_held_a
@@ -6,39 +6,46 @@
 //! 1,0,-7415,-2.690998
 //! ```
 //!
-//! | column | is |
+//! | column | meaning |
 //! |---|---|
 //! | `tick` or `t_s` | number of the tick, or its time in s: one row per period of the scenario, none left out |
 //! | `count_link` | count of the link's encoder as the counter has it; a joint only, and not with `--motor-alone` |
 //! | `count_motor` | count of the motor's encoder (a motor: also `count`) |
 //! | `u_held_a` | current that is held from this tick to the next, A: after every limit |
 //!
-//! In any order; other columns are not read. Counts may wrap; sign, offset, bits and gear are those of the scenario. A
-//! sample that was lost (no row, or an empty cell) is an error: the equations are integrated over the whole record.
+//! Columns may have any order; other columns are ignored. Counts may wrap. Sign, offset, bits and gear come from the
+//! scenario. A lost sample (no row, or an empty cell) is an error, because the equations are integrated over the whole
+//! recording.
 
 use loop_sim::sensor::encoder::Mounted;
 
 use super::{Angle, Record};
 
-/// What a column may be called.
+/// Known column names.
 const COLUMNS: [&str; 6] = ["tick", "t_s", "count_link", "count_motor", "count", "u_held_a"];
-/// Longest record that is read, ticks.
+/// Longest recording, ticks.
 const LONGEST: usize = 1_000_000;
-/// What a period may be off on the average: b errs by twice as much, and its interval is some percent.
+/// Largest mean deviation of the period; the relative error of b is twice as large, within an interval of some percent.
 const MOST_DRIFT: f64 = 0.005;
 
-/// A mistake in a file, with its place from 1.
+/// Error in a file with its position, counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Misread {
     /// Line.
     pub line: usize,
     /// Column, in characters.
     pub column: usize,
-    /// What is wrong.
+    /// Message.
     pub message: String,
 }
 
-/// Cells of a line with their columns.
+impl Misread {
+    fn at((line, column): (usize, usize), message: impl Into<String>) -> Self {
+        Self { line, column, message: message.into() }
+    }
+}
+
+/// Returns the cells of a line with their columns.
 fn cells(line: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut at = 1;
     line.split(',').map(move |cell| {
@@ -48,7 +55,7 @@ fn cells(line: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// The angle of an encoder from its counts, without the wraps of its counter.
+/// Returns the angle of an encoder from its counts, with counter wraps removed.
 pub fn unwrapped(counts: impl IntoIterator<Item = f64>, mounted: &Mounted) -> Angle {
     let unread = 32 - mounted.encoder.bits;
     let signed = |count: i32| i64::from(count << unread >> unread);
@@ -63,72 +70,71 @@ pub fn unwrapped(counts: impl IntoIterator<Item = f64>, mounted: &Mounted) -> An
     Angle { rad: counts.into_iter().map(angle).collect(), step_rad }
 }
 
-/// That a column is missing, and which is near.
+/// Returns the message for a missing column, with a similar name.
 fn missing(names: &[&str], heads: &[(usize, &str)]) -> String {
     let have: Vec<&str> = heads.iter().map(|(_, head)| *head).collect();
     let near = have.iter().find(|have| !COLUMNS.contains(have) && strsim::jaro_winkler(have, names[0]) > 0.8);
     let near = match near {
-        Some(near) => format!(" ({near:?} is near)"),
+        Some(near) => format!(" (did you mean {near:?}?)"),
         None if names[0] == "count_link" => {
-            " (of a joint without it: --motor-alone; is it the record of a motor? Then \
-                                              give its scenario, with [motor])"
-                .into()
+            " (for a joint without it use --motor-alone; for a motor recording give a scenario with [motor])".into()
         }
         None => String::new(),
     };
-    format!("no column {}{near}: there are {}", names.join(" or "), have.join(", "))
+    format!("no column {}{near}: found {}", names.join(" or "), have.join(", "))
 }
 
-/// A step may be as long as its clock can tell, all of them together not.
-fn drift(times: &[f64], per_period: f64, period_s: f64) -> Result<(), String> {
+/// Checks the mean period; single steps may jitter with the resolution of the clock.
+fn drift(place: (usize, usize), clock: &str, times: &[f64], per_period: f64, period_s: f64) -> Result<(), Misread> {
     let [first, .., last] = times else { return Ok(()) };
     let periods = (last - first) / per_period / (times.len() - 1) as f64;
     if (periods - 1.0).abs() <= MOST_DRIFT {
         return Ok(());
     }
-    Err(format!(
-        "{periods:.4} periods of {period_s} s a row, expected 1 within {MOST_DRIFT}: is drive.period_s of the scenario \
-         that of the record?"
-    ))
+    let message = format!(
+        "{clock} advances {periods:.4} periods of {period_s} s per row, expected 1 within {MOST_DRIFT}: drive.period_s \
+         must match the recording"
+    );
+    Err(Misread::at(place, message))
 }
 
-/// Of what a record is.
+/// Kind of recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// A motor with one encoder.
+pub enum RecordingKind {
+    /// Motor with one encoder.
     Motor,
-    /// A joint with both.
+    /// Joint with both encoders.
     Joint,
-    /// A joint whose link's count is not read.
+    /// Joint without the link count.
     JointAlone,
 }
 
-/// What the first line says: its cells, and which of them are read, the clock first and the motor's count last.
+/// Head line: its cells, and the columns that are read, clock first and motor count last.
 struct Head<'a> {
     cells: Vec<(usize, &'a str)>,
     read: Vec<usize>,
 }
 
 impl<'a> Head<'a> {
-    fn of(line: usize, head: &'a str, kind: Kind) -> Result<Self, Misread> {
+    fn of(line: usize, head: &'a str, kind: RecordingKind) -> Result<Self, Misread> {
         let at = |column: usize, message: String| Misread { line, column, message };
         let separators = [(';', "semicolons"), ('\t', "tabs")];
         if let Some((mark, name)) = separators.into_iter().find(|(mark, _)| head.contains(*mark)) {
             let column = head.chars().take_while(|c| *c != mark).count() + 1;
-            return Err(at(column, format!("columns stand between commas, these between {name}")));
+            return Err(at(column, format!("expected commas between columns, found {name}")));
         }
         let cells: Vec<(usize, &str)> = cells(head).collect();
         let is_before = |k: usize, head: &str| cells[..k].iter().any(|(_, before)| !head.is_empty() && *before == head);
         let twice = cells.iter().enumerate().find(|(k, (_, head))| is_before(*k, head));
         if let Some((_, &(column, head))) = twice {
-            return Err(at(column, format!("there are two columns {head:?}")));
+            return Err(at(column, format!("duplicate column {head:?}")));
         }
-        let is_joint = kind == Kind::Joint;
-        if let Some(&(column, _)) = cells.iter().find(|(_, head)| kind == Kind::Motor && *head == "count_link") {
+        let is_joint = kind == RecordingKind::Joint;
+        if let Some(&(column, _)) = cells.iter().find(|(_, head)| kind == RecordingKind::Motor && *head == "count_link")
+        {
             return Err(at(
                 column,
-                "a column count_link: it is the record of a joint, and the scenario has [motor]: give the scenario of \
-                 the joint, with [joint]"
+                "column count_link belongs to a joint, but the scenario has [motor]: give a scenario with [joint]"
                     .into(),
             ));
         }
@@ -146,7 +152,7 @@ impl<'a> Head<'a> {
         self.cells[self.read[0]]
     }
 
-    /// The numbers of a line, as many as there are columns that are read.
+    /// Returns the numbers of a line, one per column that is read.
     fn row(&self, line_at: usize, line: &str) -> Result<Vec<f64>, Misread> {
         let at = |column: usize, message: String| Misread { line: line_at, column, message };
         let found: Vec<(usize, &str)> = cells(line).collect();
@@ -158,50 +164,60 @@ impl<'a> Head<'a> {
             let name = self.cells[*column].1;
             let end = || at(line.chars().count() + 1, format!("the line ends before {name}"));
             let &(begin, cell) = found.get(*column).ok_or_else(end)?;
-            number(name, cell).map_err(|why| at(begin, format!("{name}{why}")))
+            number((line_at, begin), name, cell)
         };
         self.read.iter().map(number).collect()
     }
 }
 
-/// A cell of the column of this name.
-fn number(name: &str, cell: &str) -> Result<f64, String> {
+/// Parses a cell of the column with this name.
+fn number(place: (usize, usize), name: &str, cell: &str) -> Result<f64, Misread> {
+    let misread = |message| Misread::at(place, format!("{name}{message}"));
     if cell.is_empty() {
-        return Err(" is empty: a sample was lost. Cut the record before or after it if 2 s with moves to and fro \
-                    remain, or record again"
-            .into());
+        return Err(misread(
+            " is empty: a sample was lost. Cut the recording before or after it if 2 s with moves to and fro remain, \
+             or record again"
+                .into(),
+        ));
     }
     let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
-    let value = value.ok_or_else(|| format!(": expected a number, found {cell:?}"))?;
+    let value = value.ok_or_else(|| misread(format!(": expected a number, found {cell:?}")))?;
     if name.starts_with("count") && (value.fract() != 0.0 || value.abs() > 4_294_967_296.0) {
-        return Err(format!(": expected a whole count, found {cell}"));
+        return Err(misread(format!(": expected a whole count, found {cell}")));
     }
     Ok(value)
 }
 
-/// One row a period.
-fn next(clock: &str, before: f64, now: f64, per_period: f64, period_s: f64) -> Result<(), String> {
+/// Checks that a row is one period after the last one.
+fn next(
+    place: (usize, usize),
+    clock: &str,
+    [before, now]: [f64; 2],
+    per_period: f64,
+    period_s: f64,
+) -> Result<(), Misread> {
     let periods = (now - before) / per_period;
     if (periods - 1.0).abs() <= 0.1 {
         return Ok(());
     }
-    if periods > 1.0 && (periods - periods.round()).abs() <= 0.1 {
-        let lost = periods.round() - 1.0;
-        return Err(format!("{lost:.0} ticks were lost before this one: record again without a gap"));
-    }
-    Err(format!(
-        "{clock} = {now} after {before} is {periods:.3} periods of {period_s} s, expected 1: is drive.period_s of the \
-         scenario that of the record?"
-    ))
+    let message = if periods > 1.0 && (periods - periods.round()).abs() <= 0.1 {
+        format!("{:.0} ticks were lost before this one: record again without a gap", periods.round() - 1.0)
+    } else {
+        format!(
+            "{clock} = {now} after {before} is {periods:.3} periods of {period_s} s, expected 1: drive.period_s must \
+             match the recording"
+        )
+    };
+    Err(Misread::at(place, message))
 }
 
-/// A record of a drive of this kind with the encoders that are read: motor, or link and motor.
+/// Reads a recording of this kind. The encoders are motor, or link and motor.
 ///
 /// # Errors
-/// The first mistake and its place.
-pub fn read(text: &str, period_s: f64, kind: Kind, encoders: &[Mounted]) -> Result<Record, Misread> {
+/// The first error and its position.
+pub fn read(text: &str, period_s: f64, kind: RecordingKind, encoders: &[Mounted]) -> Result<Record, Misread> {
     let at = |line: usize, column: usize, message: String| Misread { line, column, message };
-    // A byte order mark is how some programs begin a file.
+    // Some programs start a file with a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let Some((head_at, head)) = lines.next() else {
@@ -217,17 +233,15 @@ pub fn read(text: &str, period_s: f64, kind: Kind, encoders: &[Mounted]) -> Resu
         }
         let times = &columns[0];
         if let [.., before, now] = *times.as_slice() {
-            next(clock, before, now, per_period, period_s).map_err(|why| {
-                let column = cells(line).nth(head.read[0]).map_or(1, |(begin, _)| begin);
-                at(k + 1, column, why)
-            })?;
+            let column = cells(line).nth(head.read[0]).map_or(1, |(begin, _)| begin);
+            next((k + 1, column), clock, [before, now], per_period, period_s)?;
         }
         if times.len() > LONGEST {
-            return Err(at(k + 1, 1, format!("more than {LONGEST} ticks: some seconds are enough")));
+            return Err(at(k + 1, 1, format!("more than {LONGEST} ticks: a few seconds are enough")));
         }
     }
     let last = text.lines().count().max(1);
-    drift(&columns[0], per_period, period_s).map_err(|why| at(last, clock_at, format!("{clock} goes {why}")))?;
+    drift((last, clock_at), clock, &columns[0], per_period, period_s)?;
     let mut columns = columns.into_iter().skip(1);
     let held_a = columns.next().unwrap_or_default();
     let (rows, seconds) = (held_a.len(), held_a.len() as f64 * period_s);
@@ -235,6 +249,6 @@ pub fn read(text: &str, period_s: f64, kind: Kind, encoders: &[Mounted]) -> Resu
         return Err(at(last, 1, format!("{rows} ticks are {seconds} s: at least 1 s is needed")));
     }
     let mut angles = columns.zip(encoders).map(|(counts, mounted)| unwrapped(counts, mounted));
-    let link = if kind == Kind::Joint { angles.next() } else { None };
+    let link = if kind == RecordingKind::Joint { angles.next() } else { None };
     Ok(Record { period_s, link, motor: angles.next().unwrap_or_default(), held_a })
 }

@@ -1,5 +1,5 @@
-//! Against a record of an independent simulation in another language (tests/data/README.md), and against links that are
-//! integrated here.
+//! Identification of a recording from an independent simulation in another language (tests/data/README.md), and of
+//! links that are integrated here.
 
 use controller_core::drive::Encoder;
 use loop_sim::sensor::encoder::Mounted;
@@ -7,7 +7,7 @@ use loop_sim::sensor::encoder::Mounted;
 use super::*;
 
 /// Joint of the paper with errors of -50, +40, +50, -30, +50 % in k_1, b_1, k_2, b_2, B_0; friction 1.5/1.0 A, cogging
-/// 0.3 A (24 in a turn), ripple 2 %, a load of 0.2 N m, v = 1 + sin 2t A.
+/// 0.3 A (24 per turn), ripple 2 %, a load of 0.2 N m, v = 1 + sin 2t A.
 const TRUTH: [(&str, f64, f64); 8] = [
     ("k_1", 9.0 / 0.23 * 0.5, 5e-5),
     ("b_1", 0.07 / 0.23 * 1.4, 1e-3),
@@ -18,11 +18,11 @@ const TRUTH: [(&str, f64, f64); 8] = [
     ("B_0", 0.119 / 931e-6 * 1.5, 0.08),
     ("f_c", 1.0, 0.15),
 ];
-const KNOWN: Known = Known { cogging_per_turn: Some(24.0), ..Known::with_lag(0.0) };
+const KNOWN: PlantData = PlantData { cogging_per_turn: Some(24.0), ..PlantData::with_lag(0.0) };
 
 fn recorded() -> Record {
     let text = include_str!("../../../tests/data/identify_joint_20bit.csv");
-    record::read(text, 1e-3, record::Kind::Joint, &[Mounted::new(Encoder::absolute(20)); 2]).expect("a record")
+    record::read(text, 1e-3, record::RecordingKind::Joint, &[Mounted::new(Encoder::absolute(20)); 2]).expect("a record")
 }
 
 fn sheet() -> Sheet {
@@ -36,7 +36,7 @@ fn the_record_of_an_independent_joint_gives_its_parameters() {
     for (name, truth, bar) in TRUTH {
         let Parameter { value, interval, .. } = *found.parameter(name).expect("a parameter");
         println!("{name}: {value} +- {interval:.2e}, true {truth}, off by {:.1e}", value / truth - 1.0);
-        // c and g: absolute.
+        // c and g are absolute.
         let scale = if matches!(name, "g" | "c") { 1.0 } else { truth };
         assert!((value - truth).abs() <= bar * scale, "{name}: {value} for {truth}");
         assert!((value - truth).abs() <= interval, "{name}: {value} +- {interval} for {truth}");
@@ -46,10 +46,10 @@ fn the_record_of_an_independent_joint_gives_its_parameters() {
     assert!(link.steps.max(motor.steps) <= 12 && link.condition.max(motor.condition) < MOST_CONDITION);
 }
 
-/// What was declared is what is held: the k_1 of this record is 50 % off, k_2 and B_0 too.
+/// k_1 of this recording is 50 % off, as are k_2 and B_0; the declared tolerance applies to each of them.
 #[test]
 fn what_is_farther_off_than_declared_is_refused_by_name() {
-    let strict = Known { tolerance: 0.4, ..KNOWN };
+    let strict = PlantData { tolerance: 0.4, ..KNOWN };
     let refused = identify(&recorded(), &sheet(), &strict).expect_err("a record out of tolerance");
     let Refusal::OutOfTolerance { name: "k_1", change, .. } = refused else { panic!("{refused}") };
     assert!((change + 0.5).abs() < 1e-3);
@@ -72,8 +72,8 @@ fn swapped_and_reversed_signals_are_refused_and_named() {
         (&swapped, "swapped"),
         (&one, "one of the two encoders is reversed"),
         (&other, "one of the two encoders is reversed"),
-        (&both, "the other sign"),
-        (&current, "the other sign"),
+        (&both, "sign of the current"),
+        (&current, "sign of the current"),
     ] {
         let refused = identify(record, &sheet(), &KNOWN).expect_err(told).to_string();
         println!("{refused}");
@@ -109,8 +109,8 @@ const SWUNG: [(&str, f64); 6] = [
     ("f_c", 1.0),
 ];
 
-/// A joint whose link swings as a sum of sines: the motor's angle and the current follow from that in closed form,
-/// since the link's angle is a flat output. Sines are amplitude (rad) and rad/s, of the link and on top of the motor.
+/// Joint whose link swings as a sum of sines. The link angle is a flat output, so motor angle and current follow in
+/// closed form. Sines are amplitude (rad) and rad/s, of the link and in addition of the motor.
 fn swung(link: &[(f64, f64)], motor: &[(f64, f64)], seconds: f64) -> Record {
     let [k1, b1, k2, b2, b0, f_c] = SWUNG.map(|(_, value)| value);
     let period_s = 1e-3;
@@ -139,18 +139,18 @@ fn swung(link: &[(f64, f64)], motor: &[(f64, f64)], seconds: f64) -> Record {
     let ticks = (seconds / period_s) as usize;
     let at = |k: usize, share: f64| motor_at((k as f64 + share) * period_s);
     let rad = (0..ticks).map(|k| (at(k, 0.0)[0] / step_rad).round() * step_rad).collect();
-    // The mean of a tick, by Simpson.
+    // Mean over a tick, by Simpson's rule.
     let held = |k: usize| (at(k, 0.0)[3] + 4.0 * at(k, 0.5)[3] + at(k, 1.0)[3]) / 6.0;
     Record { period_s, link: None, motor: Angle { rad, step_rad }, held_a: (0..ticks).map(held).collect() }
 }
 
-/// Around the anti-resonance of this link, 5.3 rad/s, and around its resonance, 112 rad/s.
+/// Frequencies around the anti-resonance of this link, 5.3 rad/s, and around its resonance, 112 rad/s.
 const SLOW: [(f64, f64); 5] = [(0.15, 2.3), (0.1, 4.1), (0.06, 5.7), (0.04, 7.9), (0.02, 11.3)];
 const QUICK: [(f64, f64); 5] = [(0.01, 37.0), (0.01, 61.0), (0.008, 89.0), (0.008, 131.0), (0.006, 197.0)];
 
 #[test]
 fn a_link_that_swings_is_seen_from_the_motor_alone() {
-    let found = identify(&swung(&SLOW, &QUICK, 8.0), &sheet(), &Known::with_lag(0.0)).expect("a rich record");
+    let found = identify(&swung(&SLOW, &QUICK, 8.0), &sheet(), &PlantData::with_lag(0.0)).expect("a rich record");
     for ((name, truth), bar) in SWUNG.into_iter().zip([2e-3, 2e-2, 0.03, 0.1, 0.03, 0.1]) {
         let Parameter { value, interval, .. } = *found.parameter(name).expect("a parameter");
         println!("{name}: {value} +- {interval:.2e}, true {truth}, off by {:.1e}", value / truth - 1.0);
@@ -162,8 +162,8 @@ fn a_link_that_swings_is_seen_from_the_motor_alone() {
     assert!((joint.weight_n_m - Joint::TABLE_I.weight_n_m).abs() < 1e-12, "{joint:?}");
 }
 
-/// A record of another implementation; its moves of 2 s are slower than the link, so that less is said. And a weight
-/// that is half as large again as the true one: what it takes from k_1 is stated.
+/// A recording of another implementation with moves of 2 s, which are slower than the link and therefore less
+/// informative. The second data sheet has a weight that is half as large again; the interval of k_1 covers the effect.
 #[test]
 fn what_the_motor_alone_says_is_as_true_as_it_is_stated() {
     let heavy = Sheet::Joint(Joint { weight_n_m: 1.5 * Joint::TABLE_I.weight_n_m, ..Joint::TABLE_I });
@@ -187,36 +187,36 @@ fn what_the_motor_alone_says_is_as_true_as_it_is_stated() {
 #[test]
 fn without_moves_at_the_links_own_frequency_the_motor_alone_is_refused() {
     let refused = |record: &Record| identify(record, &sheet(), &KNOWN).expect_err("a poor record").to_string();
-    // The multisine and a slow sway: the link follows the motor.
+    // The multisine and slow motion: the link follows the motor.
     let told = refused(&swung(&[(0.15, 0.3)], &QUICK, 8.0));
     println!("{told}");
     assert!(told.contains("--motor-alone"), "{told}");
-    // For half a second another current than the one that was held.
+    // For half a second the recorded current differs from the held one.
     let mut other_current = swung(&SLOW, &QUICK, 8.0);
     let at = other_current.held_a.len() / 2;
     other_current.held_a[at..at + 500].fill(0.0);
     let told = refused(&other_current);
     println!("{told}");
-    assert!(told.contains("not explained"), "{told}");
-    // Moves alone say nothing of the motor.
+    assert!(told.contains("does not fit"), "{told}");
+    // Moves alone do not identify the motor.
     let told = refused(&swung(&SLOW, &[], 8.0));
     println!("{told}");
     assert!(told.contains("multisine"), "{told}");
-    // Too short to take what is slow off.
+    // Too short to subtract slow parts.
     let told = refused(&swung(&SLOW, &QUICK, 1.1));
     println!("{told}");
     assert!(told.contains("3 s"), "{told}");
     let mut other = swung(&SLOW, &QUICK, 8.0);
     other.held_a.iter_mut().for_each(|u| *u = -*u);
-    assert!(refused(&other).contains("the other sign"));
+    assert!(refused(&other).contains("sign of the current"));
 }
 
-/// The zeros of two encoders are anywhere: a constant twist is c, and says nothing else of k_1.
+/// The zeros of two encoders are arbitrary: a constant twist changes c and leaves k_1 unchanged.
 #[test]
 fn an_offset_between_the_encoders_is_no_twist() {
     let record = recorded();
     let found =
-        |record: &Record| identify(record, &sheet(), &Known::with_lag(0.0)).unwrap_or_else(|why| panic!("{why}"));
+        |record: &Record| identify(record, &sheet(), &PlantData::with_lag(0.0)).unwrap_or_else(|why| panic!("{why}"));
     let of_record = found(&record);
     let [k_1, load] = ["k_1", "c"].map(|name| of_record.parameter(name).expect("a link").value);
     for offset_rad in [0.6, -7.0] {
@@ -243,14 +243,14 @@ fn the_linear_start_alone_is_near() {
     assert!(off.abs() < 1e-3);
 }
 
-/// Ten of them cover a synthetic link, two need not: counts are rounded, which is no noise.
+/// Ten deviations cover a synthetic link, two may not: rounding of counts is not white noise.
 #[test]
 fn a_synthetic_link_is_found_within_ten_deviations() {
     let (period_s, step) = (1e-3, std::f64::consts::TAU / f64::from(1 << 20));
     let rounded = |angles: Vec<f64>| angles.into_iter().map(|angle| (angle / step).round() * step).collect::<Vec<_>>();
     let at = |k: i32| 1e-3 * f64::from(k);
     let angle = |t_s: f64| 0.4 * (1.0 - (2.0 * t_s).cos()) + 0.05 * (40.0 * t_s).sin();
-    // Not with the steps of the fit, but with those of a period: from samples at half of it.
+    // The reference uses steps of one period from samples at half of it, unlike the fit.
     let halves: Vec<f64> = (0..6000).map(|k| angle(0.5 * at(k))).collect();
     let truth = [30.0, 0.4, 1.2, 0.3, 0.01, 0.2, 0.0];
     let q = rounded(link::simulated(&truth, &halves, 0.5 * period_s));
@@ -266,8 +266,8 @@ fn a_synthetic_link_is_found_within_ten_deviations() {
     assert!((fit.rms() / step - 0.289).abs() < 0.06, "{}", fit.rms() / step);
 }
 
-/// With the motor held at A sin ωt and g = 0 the link swings with (k_1 + i ω d_1) A/(k_1 - ω² + i ω (b_1 + d_1)), once
-/// what it began with has gone.
+/// With the motor held at A sin ωt and g = 0 the link swings with (k_1 + i ω d_1) A/(k_1 - ω² + i ω (b_1 + d_1)), after
+/// the initial transient.
 #[test]
 fn a_damped_spring_passes_on_what_its_closed_form_says() {
     let (k_1, b_1, d_1, omega, period_s) = (30.0, 1.5, 0.8, 9.0, 1e-3);
@@ -277,7 +277,7 @@ fn a_damped_spring_passes_on_what_its_closed_form_says() {
     let (over, under) = ([k_1, omega * d_1], [k_1 - omega * omega, omega * (b_1 + d_1)]);
     let size = under[0] * under[0] + under[1] * under[1];
     let gain = [(over[0] * under[0] + over[1] * under[1]) / size, (over[1] * under[0] - over[0] * under[1]) / size];
-    // 1.15 1/s for 25 s.
+    // The transient decays with 1.15 1/s for 25 s.
     for (k, found) in q.iter().enumerate().skip(12_500) {
         let t_s = 2.0 * period_s * k as f64;
         let expected = gain[0] * (omega * t_s).sin() + gain[1] * (omega * t_s).cos();
@@ -290,18 +290,18 @@ fn mistakes_in_a_file_are_told_with_their_place() {
     let head = "tick,count_link,count_motor,u_held_a\n";
     let rows = |count: u32| (0..count).map(|k| format!("{k},{k},{k},0.5\n")).collect::<Vec<_>>().concat();
     let told = |text: &str| {
-        let found = record::read(text, 1e-3, record::Kind::Joint, &[Mounted::new(Encoder::absolute(20)); 2]);
+        let found = record::read(text, 1e-3, record::RecordingKind::Joint, &[Mounted::new(Encoder::absolute(20)); 2]);
         found.map_err(|it| format!("{}:{}: {}", it.line, it.column, it.message))
     };
     assert!(told(&format!("{head}{}", rows(1200))).is_ok());
     assert!(told(&format!("\u{feff}{head}{}", rows(1200))).is_ok());
-    // In seconds, in another order, with a column of no use and blanks.
+    // Time in seconds, another order of columns, an unused column and blanks.
     let other = (0..1200).map(|k| format!("0.5, {k}, x, {k}, {}\n", f64::from(k) * 1e-3)).collect::<Vec<_>>().concat();
     assert_eq!(
         told(&format!("u_held_a, count_motor, note, count_link, t_s\n{other}")),
         told(&format!("{head}{}", rows(1200)))
     );
-    // Each step is one that a clock may tell, all of them are not: of 1.09 periods b would be off by a fifth.
+    // Each step is within the jitter of a clock, but the mean is not: 1.09 periods would change b by a fifth.
     let drifting = |by: f64| {
         let row = |k: u32| format!("{},{k},{k},0.5\n", f64::from(k) * 1e-3 * by);
         format!("t_s,count_link,count_motor,u_held_a\n{}", (0..1200).map(row).collect::<Vec<_>>().concat())
@@ -309,12 +309,12 @@ fn mistakes_in_a_file_are_told_with_their_place() {
     assert!(told(&drifting(1.004)).is_ok());
     for by in [1.09, 0.99] {
         let error = told(&drifting(by)).expect_err("another clock");
-        assert!(error.starts_with("1201:1: t_s goes") && error.contains("periods of 0.001 s a row"), "{error}");
+        assert!(error.starts_with("1201:1: t_s advances") && error.contains("periods of 0.001 s per row"), "{error}");
     }
     for (text, place, what) in [
         (String::new(), "1:1", "empty"),
         ("tick,count_motor,u_held_a\n".into(), "1:1", "no column count_link"),
-        ("tick,count_links,count_motor,u_held_a\n".into(), "1:1", "\"count_links\" is near"),
+        ("tick,count_links,count_motor,u_held_a\n".into(), "1:1", "did you mean \"count_links\"?"),
         (format!("{head}{}", rows(10)), "11:1", "at least 1 s"),
         (format!("{head}0,1,2,3\n1,,2,3\n"), "3:3", "a sample was lost"),
         (format!("{head}0,1,2,3\n3,1,2,3\n"), "3:1", "2 ticks were lost"),
@@ -324,16 +324,16 @@ fn mistakes_in_a_file_are_told_with_their_place() {
         (format!("{head}0,1.5,2,3\n"), "2:3", "whole count"),
         (format!("{head}0,1,2\n"), "2:6", "ends before u_held_a"),
         (format!("{head}0,1,2,3,4\n"), "2:9", "\"4\" has no column: the head has 4"),
-        (head.replace(',', ";"), "1:5", "columns stand between commas, these between semicolons"),
-        (head.replace(',', "\t"), "1:5", "these between tabs"),
-        (head.replace("link", "motor"), "1:18", "there are two columns \"count_motor\""),
+        (head.replace(',', ";"), "1:5", "expected commas between columns, found semicolons"),
+        (head.replace(',', "\t"), "1:5", "found tabs"),
+        (head.replace("link", "motor"), "1:18", "duplicate column \"count_motor\""),
     ] {
         let refused = told(&text).expect_err(what);
         assert!(refused.starts_with(&format!("{place}: ")) && refused.contains(what), "{refused}");
     }
 }
 
-/// A counter of 14 bits that counts down goes through its wrap and its offset.
+/// A counter of 14 bits that counts down passes its wrap and its offset.
 #[test]
 fn counts_wrap_and_angles_do_not() {
     let encoder = Encoder::absolute(14);
@@ -350,14 +350,14 @@ fn found_step(mounted: &Mounted) -> f64 {
     mounted.encoder.unit_rad()
 }
 
-/// A motor behind a gear, integrated here in steps of 10 us, along a sine by a loop of its own: K_t, inertia of the
-/// rotor, gear, Coulomb friction behind the gear. The current is shaken by ten sines.
+/// Motor behind a gear, integrated in steps of 10 us, along a sine under a simple loop: K_t, inertia of the rotor,
+/// gear, Coulomb friction behind the gear. Ten sines excite the current.
 struct Geared {
     torque: f64,
     inertia: f64,
     gear: f64,
     friction: f64,
-    /// Way of the sine, rad, and peak of what shakes, A.
+    /// Travel of the sine, rad, and peak of the excitation, A.
     way_rad: f64,
     shaken_a: f64,
 }
@@ -387,7 +387,7 @@ impl Geared {
         record
     }
 
-    /// Behind the gear, of numbers that were typed as those of the motor.
+    /// Returns the data sheet behind the gear for numbers that were entered for the motor.
     fn sheet(&self, torque: f64, inertia: f64) -> Sheet {
         let squared = self.gear * self.gear;
         let [torque_n_m_per_a, inertia_kg_m2] = [self.gear * torque, squared * inertia];
@@ -397,7 +397,7 @@ impl Geared {
 
 #[test]
 fn numbers_of_the_gears_output_are_named_with_what_to_type_instead() {
-    let (record, known) = (GEARED.recorded(), Known { gear: GEARED.gear, ..Known::with_lag(0.0) });
+    let (record, known) = (GEARED.recorded(), PlantData { gear: GEARED.gear, ..PlantData::with_lag(0.0) });
     let Geared { torque, inertia, .. } = GEARED;
     let right = identify(&record, &GEARED.sheet(torque, inertia), &known).expect("a good record");
     let b = right.parameter("b").expect("b").value;
@@ -412,23 +412,24 @@ fn numbers_of_the_gears_output_are_named_with_what_to_type_instead() {
     assert!(of_torque.contains(": set motor.torque_n_m_per_a = 0.2889"), "{of_torque}");
     let of_inertia = told(torque, 81.0 * inertia);
     assert!(of_inertia.starts_with("b is 80.") || of_inertia.starts_with("b is 81."), "{of_inertia}");
-    assert!(of_inertia.contains("motor.inertia_kg_m2 is that of the output of the gear, 81 times"), "{of_inertia}");
+    assert!(of_inertia.contains("motor.inertia_kg_m2 refers to the output of the gear, 81 times"), "{of_inertia}");
     let of_both = told(2.6, 81.0 * inertia);
     assert!(of_both.contains("motor.torque_n_m_per_a") && of_both.contains("motor.inertia_kg_m2"), "{of_both}");
-    // What no gear explains is as it was: twice the torque constant, or a gear that nobody typed.
+    // Cases that no gear explains are refused as before: three times the torque constant, or a gear that is not in the
+    // file.
     let refused = identify(&record, &GEARED.sheet(3.0 * torque, inertia), &known).expect_err("three times");
     assert!(matches!(refused, Refusal::OutOfTolerance { name: "b", .. }), "{refused}");
-    let none = Known { gear: 1.0, ..known };
+    let none = PlantData { gear: 1.0, ..known };
     let refused = identify(&record, &GEARED.sheet(2.6, inertia), &none).expect_err("no gear");
     assert!(!matches!(refused, Refusal::Geared { .. }), "{refused}");
 }
 
-/// The joint of the independent record, as a file with a gear would have it.
+/// Joint of the independent recording, as a file with a gear would describe it.
 #[test]
 fn of_a_joint_torque_constant_and_inertia_of_the_gears_output_are_told_apart() {
     let gear = 5.0;
-    let known = Known { gear, ..KNOWN };
-    // Near the truth: of the data sheet this record is 50 % off.
+    let known = PlantData { gear, ..KNOWN };
+    // Near the truth, because this recording is 50 % off the data sheet.
     let inertia = 4.5 / TRUTH[4].1;
     let right = Joint {
         stiffness_n_m: 4.5,
@@ -461,17 +462,17 @@ fn a_record_of_another_kind_of_plant_is_named() {
     let row = |k: u32| format!("{k},{k},{k},0.5\n");
     let of_joint = format!("tick,count_link,count_motor,u_held_a\n{}", (0..1200).map(row).collect::<String>());
     let encoder = Mounted::new(Encoder::absolute(14));
-    let told = record::read(&of_joint, 1e-3, record::Kind::Motor, &[encoder]).expect_err("a joint's");
+    let told = record::read(&of_joint, 1e-3, record::RecordingKind::Motor, &[encoder]).expect_err("a joint's");
     assert_eq!((told.line, told.column), (1, 6));
-    assert!(told.message.contains("record of a joint, and the scenario has [motor]"), "{}", told.message);
-    assert!(record::read(&of_joint, 1e-3, record::Kind::JointAlone, &[encoder]).is_ok());
+    assert!(told.message.contains("belongs to a joint, but the scenario has [motor]"), "{}", told.message);
+    assert!(record::read(&of_joint, 1e-3, record::RecordingKind::JointAlone, &[encoder]).is_ok());
     let row = |k: u32| format!("{k},{k},0.5\n");
     let of_motor = format!("tick,count_motor,u_held_a\n{}", (0..1200).map(row).collect::<String>());
-    let told = record::read(&of_motor, 1e-3, record::Kind::Joint, &[encoder; 2]).expect_err("a motor's");
-    assert!(told.message.contains("is it the record of a motor?"), "{}", told.message);
-    // Ticks have no time: another period shows in b alone, by its square, and the refusal says so.
+    let told = record::read(&of_motor, 1e-3, record::RecordingKind::Joint, &[encoder; 2]).expect_err("a motor's");
+    assert!(told.message.contains("for a motor recording"), "{}", told.message);
+    // Ticks have no time: another period changes only b, by its square, and the refusal names the period.
     let half = Record { period_s: 0.5e-3, ..GEARED.recorded() };
-    let refused = identify(&half, &GEARED.sheet(GEARED.torque, GEARED.inertia), &Known::with_lag(0.0));
+    let refused = identify(&half, &GEARED.sheet(GEARED.torque, GEARED.inertia), &PlantData::with_lag(0.0));
     let told = refused.expect_err("another period").to_string();
     println!("{told}");
     assert!(told.contains("drive.period_s"), "{told}");
@@ -481,17 +482,17 @@ fn a_record_of_another_kind_of_plant_is_named() {
 fn a_record_that_cannot_tell_says_which_parameters_and_what_to_record() {
     let sheet = GEARED.sheet(GEARED.torque, GEARED.inertia);
     let told = |record: &Record| {
-        let refused = identify(record, &sheet, &Known::with_lag(0.0)).expect_err("a record that says nothing");
+        let refused = identify(record, &sheet, &PlantData::with_lag(0.0)).expect_err("a record that says nothing");
         println!("{refused}");
         refused.to_string()
     };
     let good = GEARED.recorded();
-    // A loop that is not shaken, and one that is shaken by next to nothing.
+    // No excitation, and an excitation close to 0.
     for shaken_a in [0.0, 0.02] {
         let quiet = told(&Geared { shaken_a, ..GEARED }.recorded());
         assert!(quiet.contains('b') && quiet.contains("multisine"), "{quiet}");
     }
-    // No acceleration: an even speed against friction.
+    // No acceleration: constant speed against friction.
     let even = Record {
         motor: Angle {
             rad: (0..6000).map(|k| (f64::from(k) * 1e-3 / 4.3e-5).round() * 4.3e-5).collect(),
@@ -501,19 +502,19 @@ fn a_record_that_cannot_tell_says_which_parameters_and_what_to_record() {
         ..good.clone()
     };
     let told_even = told(&even);
-    assert!(told_even.contains("b and f_c cannot be told") || told_even.contains("says b to"), "{told_even}");
+    assert!(told_even.contains("b and f_c not") || told_even.contains("b identified to"), "{told_even}");
     assert!(told_even.contains("multisine"), "{told_even}");
     // No excitation at all.
     let steady = told(&Record { held_a: vec![0.08; 6000], ..good.clone() });
-    assert!(steady.starts_with("b and f_c cannot be told: u_held_a is 0.08 A"), "{steady}");
+    assert!(steady.starts_with("b and f_c not identifiable: u_held_a is 0.08 A"), "{steady}");
     // Too few counts: a move of 0.5 mrad, and an encoder of 6 bits.
     let short = told(&Geared { way_rad: 0.0, shaken_a: 0.05, ..GEARED }.recorded());
     assert!(
-        short.starts_with("b and f_c cannot be told: the motor moves by") && short.contains("longer moves"),
+        short.starts_with("b and f_c not identifiable: the motor moves by") && short.contains("longer moves"),
         "{short}"
     );
     let step_rad = std::f64::consts::TAU / 64.0;
     let rad = good.motor.rad.iter().map(|rad| (rad / step_rad).round() * step_rad).collect();
     let coarse = told(&Record { motor: Angle { rad, step_rad }, ..good });
-    assert!(coarse.contains("b and f_c cannot be told"), "{coarse}");
+    assert!(coarse.contains("b and f_c not"), "{coarse}");
 }

@@ -1,4 +1,4 @@
-//! The map: all points judged, which are good, and the rectangle of them that is guaranteed.
+//! Result of a map: all points, which of them are good, and the guaranteed rectangle.
 
 use serde::{Serialize, Serializer};
 
@@ -6,45 +6,45 @@ use super::{Axis, Judged, Point, Question, widest_rectangle};
 use crate::figures::OF_DESIGN;
 use crate::{Error, Watch};
 
-/// The number of a point if no figure is asked for.
+/// Metric of a point if no other one is requested.
 const DECAY: &str = "decay_per_s";
 
 /// First and last value along each axis.
 pub type Promise = [[String; 2]; 2];
 
-/// Answer of [`map`].
+/// Result of [`map`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Map {
     /// Name of the scenario.
     pub scenario: String,
-    /// `KEY=VALUE` of all points.
+    /// Settings `KEY=VALUE` of all points.
     pub sets: Vec<String>,
     /// The axes; none if each point is a corner.
     pub axes: Vec<Axis>,
-    /// Name of the figure, or of the decay.
+    /// Name of the metric, or of the decay rate.
     pub figure: String,
-    /// Row by row from the first; corners from the worst. In JSON, `refused` where there is no design.
+    /// Points, row by row from the first; corners from the worst. In JSON a point without a design is `refused`.
     #[serde(serialize_with = "points")]
     pub points: Vec<Judged>,
-    /// The largest rectangle of good points around the file's own values.
+    /// Largest rectangle of good points around the values of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub promise: Option<Promise>,
-    /// Poles against simulation, if every point was simulated.
+    /// Comparison of poles and simulation, if every point was simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated: Option<Simulated>,
-    /// The good points.
+    /// Whether each point is good.
     #[serde(skip)]
     pub good: Vec<bool>,
-    /// The promise as first and last column and row.
+    /// Guaranteed rectangle as first and last column and row.
     #[serde(skip)]
     pub frame: Option<[usize; 4]>,
-    /// The nearest point to the file's own values.
+    /// Point nearest to the values of the file.
     #[serde(skip)]
     pub home: [Option<usize>; 2],
-    /// The file's own values, where they are numbers.
+    /// Values of the file, if they are numbers.
     #[serde(skip)]
     pub own: [Option<f64>; 2],
-    /// The keys along which no pole moves, though nothing else is asked: nothing is promised then.
+    /// Keys that change no pole, if no limit was requested; nothing is guaranteed then.
     #[serde(skip)]
     pub unseen: Vec<String>,
 }
@@ -52,22 +52,22 @@ pub struct Map {
 fn points<S: Serializer>(points: &[Judged], serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     #[serde(untagged)]
-    enum Told<'a> {
+    enum PointOrError<'a> {
         Judged(&'a Point),
         Refused { refused: String },
     }
     serializer.collect_seq(points.iter().map(|point| match point {
-        Ok(point) => Told::Judged(point),
-        Err(why) => Told::Refused { refused: why.to_string() },
+        Ok(point) => PointOrError::Judged(point),
+        Err(why) => PointOrError::Refused { refused: why.to_string() },
     }))
 }
 
-/// Poles against simulation.
+/// Comparison of poles and simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Simulated {
-    /// Points where both agree.
+    /// Number of points where both agree.
     pub agree: usize,
-    /// Points where they differ.
+    /// Number of points where they differ.
     pub differ: usize,
     /// Largest |1 - spectral radius| of the points where they differ.
     pub differ_within: f64,
@@ -85,16 +85,16 @@ impl Simulated {
     }
 }
 
-/// Judges every point of a grid, or every corner by itself without axes; `None` if it was stopped. A step of the
-/// watch is a point.
+/// Computes every point of a grid, or every corner alone if there are no axes; `None` if stopped. A step of the watch
+/// is a point.
 ///
 /// # Errors
-/// No point has a design; or a corner has none.
+/// No point has a design, or a corner has none.
 pub fn map(question: &Question<'_>, watch: Watch<'_>) -> Result<Option<Map>, Error> {
     if question.axes.is_empty() { list(question, watch) } else { grid(question, watch) }
 }
 
-/// Each corner by itself, the worst first.
+/// Computes each corner alone, worst first.
 fn list(question: &Question<'_>, watch: Watch<'_>) -> Result<Option<Map>, Error> {
     let Some(judged) = question.each_corner(watch) else { return Ok(None) };
     let mut found = Vec::new();
@@ -116,7 +116,7 @@ fn grid(question: &Question<'_>, watch: Watch<'_>) -> Result<Option<Map>, Error>
     if let (true, Some(Err(why))) = (points.iter().all(Result::is_err), points.first()) {
         let why = why.to_string();
         let why = why.lines().next().unwrap_or_default();
-        return Err(Error::input(format!("no point of the map has a design; of the first: {why}")));
+        return Err(Error::input(format!("no point of the map has a valid design; first point: {why}")));
     }
     let mut map = Map::of(question, points);
     map.good = map.points.iter().map(|point| point.as_ref().is_ok_and(|point| question.is_good(point))).collect();
@@ -154,10 +154,10 @@ impl Map {
 }
 
 impl Question<'_> {
-    /// Stable, and within what was asked of the figure.
+    /// Returns whether a point is stable and within the limits of the metric.
     pub fn is_good(&self, point: &Point) -> bool {
         let value = point.figure.unwrap_or(f64::NAN);
-        // A run that did not come to its end has no figure; of a design there may be none, as a margin without a limit.
+        // A run that did not finish has no metric. A design may have none either, such as an unlimited margin.
         let is_run = self.figure.as_ref().is_some_and(|figure| !figure.starts_with(OF_DESIGN));
         point.is_stable()
             && !(is_run && value.is_nan())
@@ -165,7 +165,7 @@ impl Question<'_> {
             && self.at_least.is_none_or(|least| value >= least)
     }
 
-    /// The keys along which no pole moves and nothing else is asked that might.
+    /// Returns the keys that change no pole, if no limit was requested.
     fn unseen(&self, points: &[Judged]) -> Vec<String> {
         let is_asked = self.at_most.is_some() || self.at_least.is_some();
         let [columns, rows] = self.size();
@@ -178,7 +178,7 @@ impl Question<'_> {
             (0..columns).any(|column| (1..rows).any(|row| poles(column, row) != poles(column, 0))),
         ];
         let axes = self.axes.iter().zip(moves);
-        // Of one value nothing can be said.
+        // A single value cannot show an effect.
         let unmoved = axes.filter(|(axis, moves)| !moves && axis.values.len() > 1 && !is_asked);
         unmoved.map(|(axis, _)| axis.key.clone()).collect()
     }

@@ -1,4 +1,4 @@
-//! Against what is known otherwise: the margins of one loop, all rectangles, the plant itself.
+//! Comparison with independent results: the margins of one loop, all rectangles, the simulated plant.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -39,9 +39,9 @@ fn what_is_no_axis_is_told() {
     for (text, told) in [
         ("k", "expected KEY=FROM..TO"),
         ("=1..2", "expected KEY=FROM..TO"),
-        ("k=1..", "\"\" is no finite number"),
-        ("k=a..2", "\"a\" is no finite number"),
-        ("k=1..inf", "\"inf\" is no finite number"),
+        ("k=1..", "\"\" is not a finite number"),
+        ("k=a..2", "\"a\" is not a finite number"),
+        ("k=1..inf", "\"inf\" is not a finite number"),
         ("k=2..1", "second end must be above"),
         ("k=1..1", "second end must be above"),
         ("k=-1e308..1e308", "too far apart"),
@@ -50,10 +50,10 @@ fn what_is_no_axis_is_told() {
         ("k=0..1:1", "2 to 400 points"),
         ("k=0..1:401", "2 to 400 points"),
         ("k=0..1:lin", "neither `log` nor a number"),
-        ("k=1..1.0001:400", "not told apart"),
+        ("k=1..1.0001:400", "differ by less than"),
         ("k=", "a value is empty"),
         ("k=1,,2", "a value is empty"),
-        ("k=1,3,1", "1 is there twice"),
+        ("k=1,3,1", "duplicate value 1"),
     ] {
         let error = Axis::parse(text).expect_err(text);
         assert!(error.to_string().contains(told), "{text}: {error}");
@@ -69,7 +69,7 @@ fn a_value_is_at_the_nearest_point_and_beyond_the_ends_at_none() {
     );
 }
 
-/// Of all rectangles.
+/// Returns the best rectangle by comparison of all rectangles.
 fn by_trial(good: &[bool], columns: usize, home: [usize; 2]) -> Option<(usize, usize)> {
     let rows = good.len() / columns;
     let mut best = None;
@@ -122,7 +122,8 @@ fn no_rectangle_around_the_file_is_wider() {
     assert_eq!(widest_rectangle(&[true, true, false, true, true, true], 3, [None; 2]), Some([0, 1, 0, 1]));
 }
 
-/// A motor that is so many times as strong is the loop with so many times the plant's gain, whose margins are known.
+/// A motor with a torque constant changed by a factor is the loop with this factor on the plant gain, whose margins are
+/// known.
 #[test]
 fn the_boundary_along_the_torque_constant_is_the_gain_margin() {
     let question = question(scenario::MOTOR, &["error.torque_percent=-95..900:100", "motor.damping_n_m_s=0,1e-5"]);
@@ -142,7 +143,7 @@ fn the_boundary_along_the_torque_constant_is_the_gain_margin() {
     assert!(judged == 100 && points[..100].iter().any(|point| !point.is_stable()));
 }
 
-/// The grid of `map --preset gain`, every sixth point: poles of matrices against the plant itself.
+/// Grid of `map --preset gain`, every sixth point: poles of the matrices against the simulated plant.
 #[test]
 fn poles_and_simulation_agree_off_the_boundary() {
     let axes = ["plant.error.b=-0.9..5:8", "controller.k_l=5..1000:log:8"];
@@ -156,7 +157,7 @@ fn poles_and_simulation_agree_off_the_boundary() {
     }
 }
 
-/// The current of a drive is limited, so nothing runs away: a loop that grows swings for ever, now more and now less.
+/// The current of a drive is limited, so nothing diverges: an unstable loop oscillates with a varying amplitude.
 #[test]
 fn poles_and_simulation_agree_where_the_current_is_at_its_limit() {
     let axes = ["error.torque_percent=-50,100,220,300,400", "error.stiffness_percent=-10,10"];
@@ -168,7 +169,7 @@ fn poles_and_simulation_agree_where_the_current_is_at_its_limit() {
     }
 }
 
-/// Known from another program over the same 32 corners: unstable are exactly those with k_2 low and b high.
+/// Known from another program over the same 32 corners: exactly the corners with k_2 low and b high are unstable.
 #[test]
 fn the_corners_of_the_paper_that_are_unstable_are_those_that_are_known() {
     let sets = ["controller.k_l=10".into()];
@@ -191,7 +192,7 @@ fn a_point_is_as_bad_as_its_worst_corner() {
     let axes = ["error.stiffness_percent=0,60", "drive.tuning=quiet,normal"];
     let mut together = question(scenario::JOINT, &axes);
     together.corners = corners(&subject, 20.0, &together.axes).expect("corners");
-    // The spring is swept, so that it is in no corner.
+    // The spring is swept, so it is not part of the corners.
     assert_eq!(together.corners.len(), 16);
     assert!(together.corners.iter().all(|corner| !corner.name.contains("K ")));
     together.figure = Some("design.spectral_radius".into());
@@ -213,20 +214,20 @@ fn a_point_is_as_bad_as_its_worst_corner() {
 fn a_plant_of_which_no_number_is_known_has_no_corners_and_one_with_too_many_is_told_so() {
     let example = "[plant]\nkind = \"benchmark\"\n[controller]\nc = [5, 1]\n";
     let error = corners(&subject(example, &[]), 20.0, &[]).expect_err("no corners").to_string();
-    assert!(error.contains("no number of its plant is known to be off"), "{error}");
+    assert!(error.contains("no uncertain parameters"), "{error}");
     let many =
         scenario::OWN.replace("g = 9.81 ", "ka = 1\nkb = 1\nkd = 1\nke = 1\nkf = 1\nkg = 1\nkh = 1\nki = 1\ng = 9.81 ");
     let error = corners(&subject(&many, &[]), 20.0, &[]).expect_err("too many").to_string();
-    assert!(error.contains("13 numbers of its plant may be off, ") && error.contains("2^12 are the most"), "{error}");
+    assert!(error.contains("13 uncertain parameters, ") && error.contains("at most 2^12"), "{error}");
 }
 
-/// Largest |z| with these settings.
+/// Returns the largest |z| with these settings.
 fn radius(text: &str, sets: &[&str]) -> f64 {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     answered(&Question { subject: subject(text, &sets), ..question(text, &[]) })[0].spectral_radius
 }
 
-/// A file in which the plant is off is the corner; what the controller believes is that of the file.
+/// A corner equals the file with a different plant; the model of the controller stays as in the file.
 #[test]
 fn a_corner_of_a_chain_and_of_equations_is_the_file_that_says_so() {
     let chain = subject(scenario::CHAIN, &[]);
@@ -235,7 +236,7 @@ fn a_corner_of_a_chain_and_of_equations_is_the_file_that_says_so() {
     let corner = all.iter().find(|corner| corner.name == "a_1 -20 %, a_2 +20 %, a_3 -20 %, b +20 %").expect("a corner");
     let found = radius(scenario::CHAIN, &corner.sets.iter().map(String::as_str).collect::<Vec<_>>());
     assert_eq!(found, radius(scenario::CHAIN, &["plant.a=[-4.8, -13.2, -4.8]", "plant.b=2.4"]));
-    // Without a word on what is believed, that is the truth of the file.
+    // Without an explicit model the controller uses the plant of the file.
     let sets = ["controller.nominal={}".into()];
     let corner = &corners(&subject(scenario::CHAIN, &sets), 20.0, &[]).expect("corners")[15];
     let sets: Vec<&str> = sets.iter().chain(&corner.sets).map(String::as_str).collect();
@@ -253,8 +254,7 @@ fn a_corner_of_a_chain_and_of_equations_is_the_file_that_says_so() {
     assert!((found - direct).abs() < 1e-12, "{found} {direct}");
 }
 
-/// Of a chain b is another, of equations what is believed of it: the loop is that in which u has so many times the
-/// effect.
+/// For a chain b changes, for equations the model of b. In both cases u has the corresponding factor of effect.
 #[test]
 fn the_axis_of_the_input_gain_is_the_error_of_b() {
     let axis = |text: &'static str, sets: &'static [String]| {

@@ -1,4 +1,4 @@
-//! Sobol's sequence: points that fill a cube more evenly than random ones, any of them at once.
+//! Sobol sequence: points that fill a cube more evenly than random ones, each computed independently.
 //!
 //! Coordinate j of point i is, with g = i ^ (i >> 1) the Gray code of i and v_jk the direction numbers of dimension j,
 //!
@@ -11,7 +11,7 @@
 //! better two-dimensional projections", SIAM J. Sci. Comput. 30 (2008), file new-joe-kuo-6. The order is SciPy's,
 //! `qmc.Sobol(d, scramble=False)`. Point 0 is the lower corner; every 2^k points from the first on are spread evenly.
 
-/// Degree, polynomial and first m of the dimensions from the second on.
+/// Degree, polynomial and first m of the dimensions, starting with the second.
 const JOE_KUO: [(u32, u32, &[u32]); 20] = [
     (1, 0, &[1]),
     (2, 1, &[1, 3]),
@@ -36,19 +36,19 @@ const JOE_KUO: [(u32, u32, &[u32]); 20] = [
 ];
 const BITS: usize = 32;
 
-/// Dimensions that there are numbers for.
+/// Number of supported dimensions.
 pub const DIMENSIONS: usize = JOE_KUO.len() + 1;
-/// Points of the sequence.
+/// Number of points of the sequence.
 pub const POINTS: u64 = 1 << BITS;
 
-/// One coordinate of the sequence.
+/// Coordinate of the sequence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sobol {
     directions: [u32; BITS],
 }
 
 impl Sobol {
-    /// Of a dimension, from 0; none from [`DIMENSIONS`] on.
+    /// Returns the coordinate of a dimension, counted from 0; `None` from [`DIMENSIONS`] on.
     pub fn new(dimension: usize) -> Option<Self> {
         let mut directions = [0; BITS];
         let Some(before) = dimension.checked_sub(1) else {
@@ -68,7 +68,7 @@ impl Sobol {
         Some(Self { directions })
     }
 
-    /// Of point i, below [`POINTS`]: in [0, 1).
+    /// Returns the coordinate of point i, below [`POINTS`]: in [0, 1).
     pub fn at(&self, i: u64) -> f64 {
         let gray = i ^ i >> 1;
         let bits = (0..BITS).filter(|k| gray >> k & 1 == 1);
@@ -80,7 +80,7 @@ impl Sobol {
 mod tests {
     use super::*;
 
-    /// SciPy 1.17.1, `qmc.Sobol(21, scramble=False).random(2**14)[i]` times 2^14: such points need no more bits.
+    /// SciPy 1.17.1, `qmc.Sobol(21, scramble=False).random(2**14)[i]` times 2^14; these points need no more bits.
     const SCIPY: [(u64, [u32; DIMENSIONS]); 8] = [
         (0, [0; 21]),
         (1, [8192; 21]),

@@ -1,31 +1,31 @@
-//! What many numbers come to: percentiles, the bound of a failure rate, a histogram.
+//! Statistics of trials: percentiles, bound of a failure rate, histogram.
 
-/// Percentiles of a report, in thousandths.
+/// Reported percentiles, in thousandths.
 pub const PER_MILLE: [u64; 7] = [10, 50, 500, 950, 990, 999, 1000];
-/// Their names.
+/// Names of the percentiles.
 pub const NAMES: [&str; 7] = ["p1", "p5", "p50", "p95", "p99", "p99.9", "max"];
 
-/// Sorts from the least to the largest; what is no number counts as larger than all: a run that did not get as far as
-/// its figure is worse than any that did.
+/// Sorts in increasing order. NaN counts as the largest value, since a run without a metric is worse than any run with
+/// one.
 pub fn sort(values: &mut [f64]) {
     values.iter_mut().filter(|value| value.is_nan()).for_each(|value| *value = f64::NAN);
     values.sort_unstable_by(f64::total_cmp);
 }
 
-/// The least of sorted values that so many thousandths of them do not exceed (nearest rank); NaN if there are none.
+/// Returns the percentile of sorted values by nearest rank; NaN if there are none.
 pub fn percentile(sorted: &[f64], per_mille: u64) -> f64 {
     let rank = (per_mille * sorted.len() as u64).div_ceil(1000).max(1) as usize;
     sorted.get(rank - 1).copied().unwrap_or(f64::NAN)
 }
 
-/// Largest probability of failure that so few failures in so many independent trials leave open (Clopper and Pearson,
-/// one-sided): the p with
+/// Returns the upper confidence bound of a failure probability for independent trials (Clopper and Pearson, one-sided):
+/// the p with
 ///
 /// ```text
 /// sum over k <= failures of C(trials, k) p^k (1 - p)^(trials - k) = 1 - confidence
 /// ```
 ///
-/// Exact to some 1e-9 of itself (test `the_bound_is_that_of_the_beta_distribution`).
+/// The relative error is about 1e-9 (test `the_bound_is_that_of_the_beta_distribution`).
 pub fn largest_rate(failures: u64, trials: u64, confidence: f64) -> f64 {
     if failures >= trials {
         return 1.0;
@@ -41,13 +41,13 @@ pub fn largest_rate(failures: u64, trials: u64, confidence: f64) -> f64 {
     high
 }
 
-/// Probability of at most so many failures, for a p above their share.
+/// Returns the probability of at most this number of failures, for a p above their share.
 fn at_most(failures: u64, trials: u64, p: f64) -> f64 {
     let (x, n) = (failures as f64, trials as f64);
     let choices = libm::lgamma(n + 1.0) - libm::lgamma(x + 1.0) - libm::lgamma(n - x + 1.0);
     let mut term = libm::exp(choices + x * libm::log(p) + (n - x) * libm::log1p(-p));
     let mut sum = term;
-    // From the likeliest down.
+    // Starts with the largest term.
     for k in (1..=failures).rev() {
         term *= k as f64 * (1.0 - p) / ((trials - k + 1) as f64 * p);
         sum += term;
@@ -58,8 +58,7 @@ fn at_most(failures: u64, trials: u64, p: f64) -> f64 {
     sum
 }
 
-/// How many of sorted values lie in each of so many equal bins: left edges, width and counts; none if there are no two
-/// different numbers.
+/// Returns a histogram of sorted values with equal bins: left edges, counts, width. `None` if all values are equal.
 pub fn histogram(sorted: &[f64], bins: usize) -> Option<(Vec<(f64, usize)>, f64)> {
     let finite: Vec<f64> = sorted.iter().copied().filter(|value| value.is_finite()).collect();
     let (low, high) = (*finite.first()?, *finite.last()?);
@@ -102,10 +101,10 @@ mod tests {
         ];
         for (failures, trials, expected) in cases {
             let found = largest_rate(failures, trials, 0.95);
-            // The logarithms of factorials are some 1e7, with 16 digits.
+            // The logarithms of factorials are about 1e7, with 16 digits.
             assert!((found / expected - 1.0).abs() < 1e-8, "{failures} of {trials}: {found}");
         }
-        // None of n: the n-th root.
+        // Zero failures: the n-th root.
         assert!((largest_rate(0, 1000, 0.95) / (1.0 - 0.05_f64.powf(1e-3)) - 1.0).abs() < 1e-10);
         assert_eq!(largest_rate(7, 7, 0.95), 1.0);
     }

@@ -1,6 +1,7 @@
-//! Trials of a plan: each a run of the scenario with its own settings, on all threads, in vector code where they fit.
+//! Trials of a plan: each one is a run of the scenario with its own settings, on all threads, vectorised where
+//! possible.
 //!
-//! A run that diverges, or has no design, is a result too.
+//! A run that diverges or has no valid design is also a result.
 
 use std::collections::BTreeMap;
 use std::ops::{ControlFlow, Range};
@@ -17,25 +18,25 @@ use crate::Watch;
 use crate::figures::{Figures, collect, number_in, unit_of};
 use crate::margins::growth;
 
-/// Room for the traces of runs that go side by side, for each thread.
+/// Memory for the traces of vectorised runs, bytes per thread.
 const MOST_TRACES_BYTES: usize = 128 << 20;
-/// Name of the column behind the drawn ones.
+/// Name of the column after the drawn ones.
 pub const ENDED: &str = "ended_at_s";
 
-/// How each trial went, and its numbers in the order of the columns.
+/// Outcome of each trial, and its numbers in the order of the columns.
 pub type Rows = Vec<(Outcome, Vec<f64>)>;
 
-/// What one trial came to: how it went, when it ended, and the numbers of its run.json.
+/// Result of one trial.
 pub struct Trial {
-    /// How it went.
+    /// Outcome.
     pub outcome: Outcome,
-    /// Time of its last tick, s.
+    /// Time of the last tick, s.
     pub ended_at_s: f64,
-    /// The numbers of its run.json.
+    /// Numbers of run.json.
     pub figures: Json,
 }
 
-/// Runs an experiment as a trial; `None` if it was stopped.
+/// Runs an experiment as a trial; `None` if stopped.
 pub fn trial(experiment: &mut Experiment, watch: Watch<'_>) -> Option<Trial> {
     let (trace, _) = experiment.run(&mut |_| going_on(watch));
     judged(experiment, &trace)
@@ -45,7 +46,7 @@ fn going_on(watch: Watch<'_>) -> ControlFlow<()> {
     if watch.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-/// Keeps all rows, until it is told to stop.
+/// Recorder that keeps all rows until it is stopped.
 struct Stoppable<'a> {
     trace: Trace,
     watch: Watch<'a>,
@@ -62,7 +63,7 @@ impl Recorder for Stoppable<'_> {
     }
 }
 
-/// What a trace comes to; none of a run that was told to stop.
+/// Returns the result of a trace; `None` if the run was stopped.
 fn judged(experiment: &mut Experiment, trace: &Trace) -> Option<Trial> {
     let metrics = experiment.metrics(trace);
     let outcome = match trace.ending {
@@ -76,8 +77,8 @@ fn judged(experiment: &mut Experiment, trace: &Trace) -> Option<Trial> {
     Some(Trial { outcome, ended_at_s, figures })
 }
 
-/// Of a run that came to its end. Where u is limited, what grows at rest comes back from afar and looks bounded; where
-/// it is not, what grows has not settled.
+/// Returns the outcome of a finished run. An unstable loop with limited u returns from far away and looks bounded;
+/// without limits an unstable loop does not settle.
 fn outcome_of(experiment: &Experiment, metrics: &Metrics) -> Outcome {
     let limits = experiment.spec.as_ref().map(|spec| spec.config.padded.options.limits);
     let is_limited = limits.is_none_or(|limits| limits.max.is_finite() || limits.min.is_finite());
@@ -90,8 +91,8 @@ fn outcome_of(experiment: &Experiment, metrics: &Metrics) -> Outcome {
     }
 }
 
-/// Of trials that fit each other what they come to, side by side ([`lanes`]): the bits of each alone. None for one that
-/// is to be run alone.
+/// Runs compatible trials as a vectorised batch ([`lanes`]), bit-identical to single runs. Returns `None` for trials
+/// that must run alone.
 fn side_by_side(experiments: &[Option<Experiment>]) -> Vec<Option<Trial>> {
     let mut found: Vec<Option<Trial>> = experiments.iter().map(|_| None).collect();
     let of = |experiment: &Option<Experiment>| experiment.as_ref().and_then(|it| it.beside().map(|(of, _)| of.kind()));
@@ -114,8 +115,8 @@ fn side_by_side(experiments: &[Option<Experiment>]) -> Vec<Option<Trial>> {
     found
 }
 
-/// Those that are left, each with its own law, sensors and figures, and their plants side by side as far as they fit;
-/// none if told to stop.
+/// Runs the remaining trials with their own controller, sensors and metrics; their plants are vectorised where
+/// possible. Returns `None` if stopped.
 fn each_alone(experiments: &mut [Option<Experiment>], found: &mut [Option<Trial>], watch: Watch<'_>) -> Option<()> {
     let mut left: Vec<_> = experiments
         .iter_mut()
@@ -137,25 +138,25 @@ fn each_alone(experiments: &mut [Option<Experiment>], found: &mut [Option<Trial>
     Some(())
 }
 
-/// The numbers of a trial: what was drawn, when it ended, and the figures of its run.
+/// Columns of a trial: drawn values, end time and metrics.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns {
-    /// Their names.
+    /// Names of the columns.
     pub names: Vec<String>,
     /// Units of the columns that have one.
     pub units: BTreeMap<String, String>,
-    /// The numbers of the scenario with nothing drawn.
+    /// Numbers of the scenario without drawn values.
     pub of_file: BTreeMap<String, f64>,
-    /// The figures: paths of numbers of run.json.
+    /// Metrics: paths of numbers of run.json.
     pub figures: Vec<String>,
 }
 
 impl Columns {
-    /// Returns the columns of a plan from the scenario with nothing drawn, and its trial.
+    /// Returns the columns of a plan from the scenario without drawn values, and its trial.
     pub fn new(plan: &Plan<'_>, experiment: &Experiment, of_file: &Trial) -> Self {
         let mut figures = Vec::new();
         collect(&of_file.figures, "", &mut figures);
-        // What says over what a figure is taken, and of which channel.
+        // The window and the channel of a metric are not results.
         figures.retain(|path| !path.starts_with("metrics.window_s") && !path.ends_with(".channel"));
         let names = plan.vary.iter().map(|vary| vary.name().to_owned());
         let names = names.chain([ENDED.into()]).chain(figures.iter().cloned()).collect();
@@ -163,7 +164,7 @@ impl Columns {
         let drawn =
             plan.vary.iter().filter_map(|vary| Some((vary.name().to_owned(), plan.subject.number_at(vary.name())?)));
         let units = figures.iter().map(String::as_str).chain([ENDED]).filter_map(|path| {
-            // An error of an estimate tells its own, which depends on its channel.
+            // An estimation error has its own unit, which depends on its channel.
             let own = path.strip_suffix(".error").map(|of| format!("/{}/unit", of.replace('.', "/")));
             let own = own.and_then(|at| of_file.figures.pointer(&at)?.as_str()).map(ToOwned::to_owned);
             let unit = own.unwrap_or_else(|| unit_of(path, experiment));
@@ -198,7 +199,7 @@ pub fn trials(plan: &Plan<'_>, columns: &Columns, range: Range<u64>, watch: Watc
             experiments.push(plan.experiment(i).ok());
         }
         let mut found = side_by_side(&experiments);
-        // Of the others each is told of as it comes.
+        // Progress of the other trials is reported one by one.
         (0..experiments.len()).filter(|k| found[*k].is_some() || experiments[*k].is_none()).for_each(|_| watch.done());
         each_alone(&mut experiments, &mut found, watch)?;
         Some(trials.zip(found).map(|(i, found)| columns.row(plan.drawn(i), found)).collect())

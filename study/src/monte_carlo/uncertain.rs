@@ -1,22 +1,22 @@
-//! `--uncertain PERCENT`: every number of the plant off by up to so much, while the controller believes those of the
-//! file ([`MayBeOff`]).
+//! Option `--uncertain PERCENT`: every plant parameter deviates by up to this percentage, while the model of the
+//! controller stays as in the file ([`MayBeOff`]).
 
 use crate::Error;
-use crate::map::{MayBeOff, Subject, Told, Uncertain};
+use crate::map::{Deviation, MayBeOff, Subject, Uncertain};
 use crate::number::typed;
 
-/// What varies, and what is set beside it.
+/// Parameters that vary, and additional settings.
 pub struct OfPlant {
-    /// `KEY=DISTRIBUTION` of each number, as in [`Vary::parse`](super::vary::Vary::parse).
+    /// Distribution `KEY=DISTRIBUTION` of each parameter, as in [`Vary::parse`](super::vary::Vary::parse).
     pub vary: Vec<String>,
-    /// `KEY=VALUE` for all trials.
+    /// Settings `KEY=VALUE` of all trials.
     pub sets: Vec<String>,
 }
 
-/// Reads `50`, `50:corners` or `50:sobol`.
+/// Parses `50`, `50:corners` or `50:sobol`.
 ///
 /// # Errors
-/// The text is something else, or the plant has no such numbers.
+/// The text is invalid, or the plant has no uncertain parameters.
 pub fn of_plant(subject: &Subject<'_>, text: &str) -> Result<OfPlant, Error> {
     let wrong = |what: &str| Error::input(what).at(format!("--uncertain {text}"));
     let (percent, name) = text.split_once(':').unwrap_or((text, "uniform"));
@@ -27,20 +27,20 @@ pub fn of_plant(subject: &Subject<'_>, text: &str) -> Result<OfPlant, Error> {
     }
     let MayBeOff { numbers, believed } = MayBeOff::of(subject)?;
     if numbers.is_empty() {
-        let what = format!("{} has no number of a plant that is known to vary: give --vary", subject.file);
+        let what = format!("{} has no uncertain parameters: give --vary", subject.file);
         return Err(Error::input(what).at("--uncertain"));
     }
-    let vary = numbers.iter().map(|Uncertain { keys, told, .. }| {
+    let vary = numbers.iter().map(|Uncertain { keys, deviation, .. }| {
         let (first, keys) = (keys.first(), keys.join(","));
-        match told {
-            Told::Error(unit) => {
-                // On top of what the file, or who asks, says that it is off, as the corners of `map` are.
+        match deviation {
+            Deviation::Error(unit) => {
+                // In addition to the error of the file or of `--set`, as in the corners of `map`.
                 let own = first.and_then(|key| subject.number_at(key)).unwrap_or(0.0) / unit;
                 let off = percent * (1.0 + 0.01 * own);
                 let [low, high] = [own - off, own + off].map(|end| typed(end * unit, 15));
                 format!("{keys}={name}({low},{high})")
             }
-            Told::Number(_) => {
+            Deviation::Number(_) => {
                 let [low, high] = [-percent, percent].map(|percent| typed(1.0 + 0.01 * percent, 15));
                 format!("{keys}={name}({low}x,{high}x)")
             }

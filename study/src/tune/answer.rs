@@ -1,34 +1,35 @@
-//! From what is asked to the drive: searches around the noise, the best of them, rounded into the file, judged again.
+//! Tuning of a drive to a specification: searches around the noise limit, the best result rounded into the file, final
+//! evaluation.
 
 use loop_sim::port::drive::DriveDesign;
 use serde::Serialize;
 
-use super::{Asked, Effort, Entry, Found, Job, searches, settings};
+use super::{Effort, Entry, Found, Job, Specification, searches, settings};
 use crate::chip::cycles;
 use crate::compare::{Bench, Lost, Worst, of_ours};
 use crate::map::{Subject, tolerance_percent};
 use crate::{Error, Watch};
 
-/// Noise of the searches around the one that is asked for.
+/// Noise limits of the searches relative to the specified one.
 const AROUND: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
 
-/// Limits of a specification; what has none is made as small as it gets, but for the noise, which has one by rule.
+/// Limits of a specification. Metrics without a limit are minimised; the noise has a default limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// Noise of u, A rms.
+    /// Current noise, A rms.
     pub noise_a: Option<f64>,
-    /// Settling of a recovery, s.
+    /// Settling time of a recovery, s.
     pub settle_s: Option<f64>,
-    /// Error on a move of 1 rad, rad.
+    /// Error in a move of 1 rad, rad.
     pub move_rad: Option<f64>,
     /// Error under a load step of 14 % of the largest torque, rad.
     pub load_rad: Option<f64>,
-    /// Are the corners those of 50 %, and not of 20 %? By default 50 where the file says more than 20 %, by
+    /// Whether the corners are ±50 % instead of ±20 %. The default is 50 if the file states more than 20 %, by
     /// `drive.uncertain_percent` or a range of the inertia.
     pub is_wide: Option<bool>,
 }
 
-impl Asked {
+impl Specification {
     /// Completes the limits of a specification from the scenario.
     ///
     /// # Errors
@@ -46,86 +47,90 @@ impl Asked {
     }
 }
 
-/// Answer of [`tune`].
+/// Result of [`tune`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Answer {
     /// Name of the scenario.
     pub scenario: String,
-    /// The specification.
-    pub asked: Asked,
-    /// What the drive does, with the rounded numbers of the file.
+    /// Specification.
+    #[serde(rename = "asked")]
+    pub specification: Specification,
+    /// Metrics of the drive, with the rounded numbers of the file.
     pub found: Found,
-    /// What it does with the plant of the data sheet.
+    /// Metrics with the nominal plant.
     pub nominal: Worst,
-    /// Cycles of a tick on a Cortex-M4F, a bound.
+    /// WCET bound of a tick on a Cortex-M4F, cycles.
     pub cycles: u32,
-    /// Every number of the data sheet may be so much off, and all its corners are stable: at most the uncertainty of
-    /// the plant, beyond which nothing was asked. None where a corner has no poles.
+    /// Deviation of every data sheet number up to which all corners are stable, percent. The search ends at the
+    /// declared uncertainty of the plant. `None` if a corner has no poles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data_sheet_percent: Option<u32>,
     /// Keys of the table `drive`.
     pub settings: Vec<(&'static str, Vec<f64>)>,
     /// Limits that are not met.
     pub missed: Vec<&'static str>,
-    /// Runs that come to nothing in a corner.
+    /// Runs that fail in a corner.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<Lost>,
-    /// The best of each search.
-    pub pareto: Vec<Tried>,
-    /// How many searches there were: one may have found nothing.
+    /// Best result of each search.
+    pub pareto: Vec<SearchResult>,
+    /// Number of searches, including searches without a result.
     #[serde(skip)]
     pub searches: usize,
-    /// The scenario with what was found.
+    /// Scenario with the tuned values.
     #[serde(skip)]
     pub text: String,
-    /// The least noise that was tried with which all else is met, A rms.
+    /// Smallest tried noise at which all other limits are met, A rms.
     #[serde(skip)]
     pub met_with_noise_a: Option<f64>,
 }
 
-/// The best of a search.
+/// Best result of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Tried {
-    /// Gain sets.
+pub struct SearchResult {
+    /// Number of gain sets.
     pub gain_sets: usize,
-    /// Cycles of a tick, a bound.
+    /// WCET bound of a tick, cycles.
     pub cycles: u32,
-    /// What it does.
+    /// Metrics of the drive.
     #[serde(flatten)]
     pub found: Found,
 }
 
-/// The same drive with so many gain sets.
+/// Returns the drive with this number of gain sets.
 const fn with_sets(designed: &DriveDesign, sets: usize) -> DriveDesign {
     let mut designed = *designed;
     designed.form_mut().gain_sets = sets;
     designed
 }
 
-/// Searches for each of these: with every number of gain sets that the cycles allow.
-fn jobs(bench: &Bench, asked: &[Asked], most_cycles: Option<u32>) -> Result<Vec<Job>, Error> {
+/// Returns the searches for these specifications with every number of gain sets that the cycle limit allows.
+fn jobs(bench: &Bench, specification: &[Specification], most_cycles: Option<u32>) -> Result<Vec<Job>, Error> {
     let of = |sets: usize| cycles(&with_sets(&bench.designed, sets));
     let forms = [2, 1].into_iter().filter(|sets| most_cycles.is_none_or(|most| of(*sets) <= most));
-    let jobs: Vec<Job> = forms.flat_map(|gain_sets| asked.iter().map(move |&asked| Job { gain_sets, asked })).collect();
+    let jobs: Vec<Job> = forms
+        .flat_map(|gain_sets| specification.iter().map(move |&specification| Job { gain_sets, specification }))
+        .collect();
     if jobs.is_empty() {
-        let what = format!("a tick of this drive takes up to {} with one gain set", of(1));
+        let what = format!("a tick of this drive takes up to {} cycles with one gain set", of(1));
         return Err(Error::input(what).at("--cycles"));
     }
     Ok(jobs)
 }
 
-/// Of these searches the best for what is asked: of its own, or of another that has all of it too.
-fn best<'a>(entries: &'a [Entry], asked: &Asked) -> Option<&'a Entry> {
-    let may = |entry: &&Entry| entry.job.asked == *asked || asked.missed(&entry.found).is_empty();
-    entries.iter().filter(may).min_by(|a, b| worth(asked, &a.found).total_cmp(&worth(asked, &b.found)))
+/// Returns the best entry of the matching search, or of another search that meets all limits.
+fn best<'a>(entries: &'a [Entry], specification: &Specification) -> Option<&'a Entry> {
+    let may =
+        |entry: &&Entry| entry.job.specification == *specification || specification.missed(&entry.found).is_empty();
+    entries.iter().filter(may).min_by(|a, b| worth(specification, &a.found).total_cmp(&worth(specification, &b.found)))
 }
 
-/// The less, the better: what misses something is worse than all that does not.
-fn worth(asked: &Asked, found: &Found) -> f64 {
-    found.cost() + 100.0 * asked.missed(found).len() as f64
+/// Returns the rank of a result, smaller is better. Any violated limit ranks below every result that meets all.
+fn worth(specification: &Specification, found: &Found) -> f64 {
+    found.cost() + 100.0 * specification.missed(found).len() as f64
 }
 
-/// Returns the value of a key of [`settings`] as a file has it.
+/// Returns the value of a key of [`settings`] as in a file.
 pub fn value_of(key: &str, values: &[f64]) -> String {
     match values {
         [value] if key == "gain_sets" => (*value as i64).to_string(),
@@ -134,7 +139,7 @@ pub fn value_of(key: &str, values: &[f64]) -> String {
     }
 }
 
-/// The file with what was set besides, so that what is written is the drive that was judged.
+/// Returns the file with the settings of `--set`, so that the written file is the evaluated drive.
 fn written_into(text: &str, sets: &[String]) -> Result<String, Error> {
     let changes: Result<Vec<_>, Error> = sets
         .iter()
@@ -147,7 +152,7 @@ fn written_into(text: &str, sets: &[String]) -> Result<String, Error> {
     Ok(scenario::rewritten(text, changes?)?)
 }
 
-/// The file with these in its table `drive`, and all else as it was.
+/// Returns the file with these keys in its table `drive`.
 fn with_settings(text: &str, settings: &[(&'static str, Vec<f64>)]) -> Result<String, Error> {
     let settings: Vec<(String, String)> =
         settings.iter().map(|(key, values)| (format!("drive.{key}"), value_of(key, values))).collect();
@@ -155,79 +160,88 @@ fn with_settings(text: &str, settings: &[(&'static str, Vec<f64>)]) -> Result<St
     Ok(scenario::rewritten(text, std::iter::once(("drive.tuning", None)).chain(settings))?)
 }
 
-fn around(asked: &Asked) -> [Asked; 3] {
-    AROUND.map(|factor| Asked { noise_a: factor * asked.noise_a, ..*asked })
+fn around(specification: &Specification) -> [Specification; 3] {
+    AROUND.map(|factor| Specification { noise_a: factor * specification.noise_a, ..*specification })
 }
 
 /// Returns the number of searches that [`tune`] makes.
 ///
 /// # Errors
-/// No number of gain sets is within the cycles.
-pub fn searches_of(bench: &Bench, asked: &Asked, effort: Effort) -> Result<usize, Error> {
-    Ok(jobs(bench, &around(asked), effort.most_cycles)?.len())
+/// No number of gain sets meets the cycle limit.
+pub fn searches_of(bench: &Bench, specification: &Specification, effort: Effort) -> Result<usize, Error> {
+    Ok(jobs(bench, &around(specification), effort.most_cycles)?.len())
 }
 
-/// Searches the bandwidths of a drive for a specification; `None` if it was stopped. `subject` is the scenario of the
-/// bench; messages call the tuned one by the name of its file. A step of the watch is an evaluation.
+/// Searches the bandwidths of a drive for a specification; `None` if stopped. `subject` is the scenario of the bench,
+/// and messages use the name of its file. A step of the watch is an evaluation.
 ///
 /// # Errors
-/// No number of gain sets is within the cycles; no drive was found at all, or the one that was found is refused.
+/// No number of gain sets meets the cycle limit, the search finds no drive, or the tuned drive is invalid.
 pub fn tune(
     bench: &Bench,
     subject: &Subject<'_>,
-    asked: &Asked,
+    specification: &Specification,
     effort: Effort,
     watch: Watch<'_>,
 ) -> Result<Option<Answer>, Error> {
-    let jobs = jobs(bench, &around(asked), effort.most_cycles)?;
+    let jobs = jobs(bench, &around(specification), effort.most_cycles)?;
     let text = written_into(subject.text, subject.sets)?;
     let Some(entries) = searches(bench, &jobs, effort, watch) else { return Ok(None) };
-    let best = best(&entries, asked).ok_or_else(|| Error::failed("no drive was found that runs at all"))?;
+    let best = best(&entries, specification)
+        .ok_or_else(|| Error::failed("the search found no drive that finishes its runs"))?;
 
-    // What is told is of the file, with its rounded numbers.
+    // The results refer to the file with its rounded numbers.
     let settings = settings(&best.designed);
     let text = with_settings(&text, &settings)?;
     let tuned = Subject { text: &text, sets: &[], ..*subject };
     let experiment = tuned.with(&[])?;
     let designed = experiment.drive.as_ref().map_or(best.designed, |drive| drive.designed);
-    let refused = || Error::failed("the drive that was found is refused");
+    let refused = || Error::failed("the tuned drive is invalid");
     let design = of_ours(&designed).ok_or_else(refused)?;
-    // Of the data sheet, as all else here; not of the plant that the file makes of it.
+    // The data sheet plant, without the errors of the file.
     let no_error = ["error={}".to_owned()];
-    let found = Found::of(bench, &designed, asked.is_wide, true).ok_or_else(refused)?;
-    let missed = asked.missed(&found);
+    let found = Found::of(bench, &designed, specification.is_wide, true).ok_or_else(refused)?;
+    let missed = specification.missed(&found);
     let met = entries.iter().filter(|entry| {
         let Entry { job, found, .. } = entry;
-        job.asked.noise_a > asked.noise_a && job.asked.missed(found).is_empty()
+        job.specification.noise_a > specification.noise_a && job.specification.missed(found).is_empty()
     });
-    let tried =
-        |entry: &Entry| Tried { gain_sets: entry.job.gain_sets, cycles: cycles(&entry.designed), found: entry.found };
+    let tried = |entry: &Entry| SearchResult {
+        gain_sets: entry.job.gain_sets,
+        cycles: cycles(&entry.designed),
+        found: entry.found,
+    };
     Ok(Some(Answer {
         scenario: bench.name.clone(),
-        asked: *asked,
+        specification: *specification,
         found,
         nominal: bench.nominal(&design),
         cycles: cycles(&designed),
-        data_sheet_percent: tolerance_percent(&Subject { sets: &no_error, ..tuned }, asked.percent()).ok(),
+        data_sheet_percent: tolerance_percent(&Subject { sets: &no_error, ..tuned }, specification.percent()).ok(),
         settings,
-        // What is lost is missed.
-        lost: if missed.is_empty() { Vec::new() } else { bench.lost(&design, asked.is_wide) },
+        // A failed run counts as a missed limit.
+        lost: if missed.is_empty() { Vec::new() } else { bench.lost(&design, specification.is_wide) },
         missed,
-        met_with_noise_a: met.map(|entry| entry.job.asked.noise_a).min_by(f64::total_cmp),
+        met_with_noise_a: met.map(|entry| entry.job.specification.noise_a).min_by(f64::total_cmp),
         pareto: entries.iter().map(tried).collect(),
         searches: jobs.len(),
         text,
     }))
 }
 
-/// Returns what can be had within the noise that is asked for, where nothing else is: what to ask instead. `None` if
-/// nothing else was asked, nothing is within it, or it was stopped.
+/// Returns the best metrics within the specified noise if the other limits are dropped, for an achievable
+/// specification. Returns `None` if there were no other limits, nothing meets the noise, or the search was stopped.
 ///
 /// # Errors
-/// No number of gain sets is within the cycles.
-pub fn within_noise(bench: &Bench, asked: &Asked, effort: Effort, watch: Watch<'_>) -> Result<Option<Found>, Error> {
-    let alone = Asked { settle_s: None, move_rad: None, load_rad: None, ..*asked };
-    if alone == *asked {
+/// No number of gain sets meets the cycle limit.
+pub fn within_noise(
+    bench: &Bench,
+    specification: &Specification,
+    effort: Effort,
+    watch: Watch<'_>,
+) -> Result<Option<Found>, Error> {
+    let alone = Specification { settle_s: None, move_rad: None, load_rad: None, ..*specification };
+    if alone == *specification {
         return Ok(None);
     }
     let entries = searches(bench, &jobs(bench, &[alone], effort.most_cycles)?, effort, watch).unwrap_or_default();

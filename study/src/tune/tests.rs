@@ -1,4 +1,4 @@
-//! That a search keeps to its seed, finds better than the rule, and says what it found.
+//! A search is reproducible from its seed, improves on the rule, and reports the metrics of its result.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -12,8 +12,8 @@ fn motor() -> Bench {
     Bench::new("motor.toml", scenario::MOTOR, &[]).expect("a file")
 }
 
-fn asked(noise_a: f64) -> Asked {
-    Asked { noise_a, settle_s: None, move_rad: None, load_rad: None, is_wide: false }
+fn specification(noise_a: f64) -> Specification {
+    Specification { noise_a, settle_s: None, move_rad: None, load_rad: None, is_wide: false }
 }
 
 fn found(bench: &Bench, job: Job, evaluations: usize, seed: u64, threads: usize) -> Entry {
@@ -31,10 +31,10 @@ fn found(bench: &Bench, job: Job, evaluations: usize, seed: u64, threads: usize)
 #[test]
 fn any_number_of_threads_gives_the_same_and_another_seed_another() {
     let bench = motor();
-    let job = Job { gain_sets: 1, asked: asked(0.1) };
+    let job = Job { gain_sets: 1, specification: specification(0.1) };
     let evaluations = sized(24, 9);
     assert_eq!(found(&bench, job, evaluations, 7, 1), found(&bench, job, evaluations, 7, 3));
-    // The first start is the guess, whatever the seed.
+    // The first start is the guess, for any seed.
     let start = |start: usize, seed: u64| {
         searched(&bench, job, start, Effort { evaluations, seed, most_cycles: None }, Watch::none())
     };
@@ -47,11 +47,11 @@ fn any_number_of_threads_gives_the_same_and_another_seed_another() {
 fn a_search_is_within_what_is_asked_and_better_than_the_rule() {
     let bench = motor();
     let by_rule = Found::of(&bench, &bench.designed, false, true).expect("a drive");
-    let job = Job { gain_sets: 2, asked: asked(by_rule.noise_a) };
+    let job = Job { gain_sets: 2, specification: specification(by_rule.noise_a) };
     let Entry { found: best, designed, .. } = found(&bench, job, sized(90, 30), 1, 2);
-    assert_eq!(job.asked.missed(&best), [""; 0]);
+    assert_eq!(job.specification.missed(&best), [""; 0]);
     assert!(best.cost() < by_rule.cost() - 0.03, "{} of {}", best.cost(), by_rule.cost());
-    // What is told of it is of that drive.
+    // The reported metrics are the metrics of this drive.
     assert_eq!(Found::of(&bench, &designed, false, true), Some(best));
     let design = of_ours(&designed).expect("a drive");
     assert!(best.noise_a >= bench.noise_a(&design) && best.worst.corners == 8);
@@ -60,23 +60,23 @@ fn a_search_is_within_what_is_asked_and_better_than_the_rule() {
 #[test]
 fn what_is_asked_is_met() {
     let bench = motor();
-    let free = found(&bench, Job { gain_sets: 1, asked: asked(0.1) }, sized(60, 20), 1, 2).found;
-    let less = Asked { load_rad: Some(0.8 * free.worst.load_rad), ..asked(0.2) };
-    let pushed = found(&bench, Job { gain_sets: 1, asked: less }, sized(60, 20), 1, 2).found;
+    let free = found(&bench, Job { gain_sets: 1, specification: specification(0.1) }, sized(60, 20), 1, 2).found;
+    let less = Specification { load_rad: Some(0.8 * free.worst.load_rad), ..specification(0.2) };
+    let pushed = found(&bench, Job { gain_sets: 1, specification: less }, sized(60, 20), 1, 2).found;
     assert_eq!(less.missed(&pushed), [""; 0]);
     assert!(free.noise_a <= 0.1 && pushed.worst.load_rad < 0.8 * free.worst.load_rad);
 }
 
-/// A joint of which five parameters are off by up to half.
+/// Joint with five parameters off by up to half.
 #[test]
 fn a_joint_known_to_half_has_no_unstable_corner_and_a_small_error_under_load() {
     let bench = Bench::new("joint.toml", scenario::JOINT, &[]).expect("a file");
-    let asked = Asked { load_rad: Some(4.8e-3), is_wide: true, ..asked(0.015) };
-    let best = found(&bench, Job { gain_sets: 2, asked }, sized(30, 15), 1, 2).found;
-    assert_eq!(asked.missed(&best), [""; 0], "{best:?}");
+    let specification = Specification { load_rad: Some(4.8e-3), is_wide: true, ..specification(0.015) };
+    let best = found(&bench, Job { gain_sets: 2, specification }, sized(30, 15), 1, 2).found;
+    assert_eq!(specification.missed(&best), [""; 0], "{best:?}");
     assert!(best.worst.corners == 32 && best.worst.unstable == 0, "{best:?}");
     assert!(best.worst.load_rad < 4.8e-3 && best.noise_a <= 0.015, "{best:?}");
-    // Of a plant without errors it is far less: those corners are others.
+    // With the nominal plant the error is far smaller: its corners differ.
     let known = Found::of(&bench, &bench.designed, false, true).expect("a drive");
     assert!(known.worst.load_rad < 0.8 * best.worst.load_rad, "{known:?}");
 }
@@ -93,20 +93,20 @@ fn what_is_not_met_is_named() {
         spectral_radius: 0.9,
     };
     let found = Found { noise_a: 0.1, worst };
-    assert_eq!(asked(0.1).missed(&found), [""; 0]);
-    assert_eq!(asked(0.09).missed(&found), ["noise"]);
-    let all = Asked { settle_s: Some(0.1), move_rad: Some(9e-3), load_rad: Some(9e-3), ..asked(0.09) };
+    assert_eq!(specification(0.1).missed(&found), [""; 0]);
+    assert_eq!(specification(0.09).missed(&found), ["noise"]);
+    let all = Specification { settle_s: Some(0.1), move_rad: Some(9e-3), load_rad: Some(9e-3), ..specification(0.09) };
     assert_eq!(all.missed(&found), ["noise", "settling", "move", "load"]);
     let unstable = Found { worst: Worst { spectral_radius: 1.0, ..worst }, ..found };
-    assert_eq!(asked(0.1).missed(&unstable), ["stability"]);
+    assert_eq!(specification(0.1).missed(&unstable), ["stability"]);
     let lost = Found { noise_a: f64::NAN, worst: Worst { load_rad: f64::NAN, ..worst } };
-    assert_eq!(Asked { load_rad: Some(1.0), ..asked(0.1) }.missed(&lost), ["noise", "load"]);
-    // Nobody has asked for it, but a corner in which a run comes to nothing is none that a drive may be given for.
+    assert_eq!(Specification { load_rad: Some(1.0), ..specification(0.1) }.missed(&lost), ["noise", "load"]);
+    // A corner with a failed run violates the specification, even without a limit.
     let lost = Found { worst: Worst { settle_s: LOST, sine_rad: LOST, ..worst }, ..found };
-    assert_eq!(asked(0.1).missed(&lost), ["settling", "sine"]);
+    assert_eq!(specification(0.1).missed(&lost), ["settling", "sine"]);
 }
 
-/// The drive of a file with the settings is the drive that they were taken from.
+/// A file with the settings reproduces the drive from which they were taken.
 #[test]
 fn a_file_with_the_settings_is_that_drive() {
     for (text, sets) in [(scenario::MOTOR, 1), (scenario::MOTOR, 2), (scenario::JOINT, 1), (scenario::JOINT, 2)] {

@@ -1,7 +1,7 @@
-//! Drives: does the assembly compute the bits of the recorded parts, whatever is counted and asked for?
+//! Compares the assembly of drives with the recorded parts, bit by bit, for all counts and targets.
 //!
-//! A motor or a joint moves under the u of the tick, so that most samples are ordinary, over whole turns; now and then
-//! a count is lost or jumps, a target is no number, the actuator held something else, or all begins again.
+//! A motor or a joint moves under the u of the tick over full revolutions, so that most samples are ordinary. Sometimes
+//! a count is lost or jumps, a target is not a number, the actuator holds another u, or the drive restarts.
 
 use std::fmt::Write as _;
 
@@ -9,19 +9,19 @@ use controller_core::Limits;
 use controller_core::drive::{Encoder, Joint, JointDesign, Motor, MotorDesign, Mounting, Position, Speed};
 use tick_assembly::{DriveAssembly, DriveLayout, Effort, drive_assembly};
 use tick_record::drive::{DriveFunctions, JET, joint, motor};
-use tick_record::{Kind, Port, Record, Role, c};
+use tick_record::{Port, Record, Role, ValueKind, c};
 
 use super::{ENDING, HELP, QUICK, deep, effort, said, sampled, sized};
 
-fn c_type(kind: Kind) -> &'static str {
+fn c_type(kind: ValueKind) -> &'static str {
     match kind {
-        Kind::Number => "float",
-        Kind::Truth => "bool",
-        Kind::Count => "uint32_t",
+        ValueKind::Number => "float",
+        ValueKind::Truth => "bool",
+        ValueKind::Count => "uint32_t",
     }
 }
 
-/// The C of the parts, with the prefix `c_`.
+/// Returns the C of the parts, with the prefix `c_`.
 fn reference(functions: &DriveFunctions) -> String {
     let mut text = String::new();
     let mut function = |head: &str, record: &Record, result: &str| {
@@ -61,16 +61,16 @@ fn reference(functions: &DriveFunctions) -> String {
     c::signed("c_signed") + &text
 }
 
-/// What moves under u, in rad, and how its shafts are counted.
+/// A plant under u, in rad, and the counts of its shafts.
 struct Plant {
-    /// `angle_*` and `speed_*` one period on.
+    /// Code for `angle_*` and `speed_*` one period later.
     step: String,
     units: Vec<f64>,
     mounting: Mounting,
     fastest: f64,
 }
 
-/// Lines of all, one behind the other.
+/// Returns one line per element.
 fn each<T>(all: &[T], line: impl Fn(&T) -> String) -> String {
     all.iter().fold(String::new(), |text, one| text + &line(one))
 }
@@ -90,18 +90,19 @@ fn program(functions: &DriveFunctions, layout: &DriveLayout, plant: &Plant, tick
         let _ = writeln!(types, "    float position{shaft}, speed{shaft}, disturbance{shaft}, load{shaft};");
     }
     types += "} estimates;\n";
-    let fields = |words: &mut dyn Iterator<Item = (String, Kind)>| -> String {
+    let fields = |words: &mut dyn Iterator<Item = (String, ValueKind)>| -> String {
         words.fold(String::new(), |text, (name, kind)| text + &format!("    {} {name};\n", c_type(kind)))
     };
-    // A word each, as the assembly has them.
-    let word = |port: &Port| (port.name.clone(), if port.kind == Kind::Truth { Kind::Count } else { port.kind });
+    // One word each, as in the assembly.
+    let word =
+        |port: &Port| (port.name.clone(), if port.kind == ValueKind::Truth { ValueKind::Count } else { port.kind });
     let between = fields(&mut functions.between.iter().map(word));
     let c_state = fields(&mut functions.state.iter().map(|port| (port.name.clone(), port.kind)));
-    let numbers = layout.numbers.iter().map(|name| (name.clone(), Kind::Number));
-    let counts = layout.counts.iter().map(|name| (name.clone(), Kind::Count));
-    let flags = ["fresh", "started"].map(|name| (name.to_owned(), Kind::Truth));
-    let cleared = layout.cleared.iter().map(|name| (name.clone(), Kind::Number));
-    let rare = layout.rare.iter().map(|name| (name.clone(), Kind::Number));
+    let numbers = layout.numbers.iter().map(|name| (name.clone(), ValueKind::Number));
+    let counts = layout.counts.iter().map(|name| (name.clone(), ValueKind::Count));
+    let flags = ["fresh", "started"].map(|name| (name.to_owned(), ValueKind::Truth));
+    let cleared = layout.cleared.iter().map(|name| (name.clone(), ValueKind::Number));
+    let rare = layout.rare.iter().map(|name| (name.clone(), ValueKind::Number));
     let s_state = fields(&mut numbers.chain(counts).chain(cleared).chain(rare).chain(flags));
     let _ = writeln!(
         types,
@@ -109,7 +110,7 @@ fn program(functions: &DriveFunctions, layout: &DriveLayout, plant: &Plant, tick
          typedef struct {{\n{s_state}}} s_state;"
     );
     let same = each(&functions.state, |word| match (word.kind, &word.name) {
-        (Kind::Number, name) => format!(" && same(s.{name}, c.{name}) && same(t.{name}, c.{name})"),
+        (ValueKind::Number, name) => format!(" && same(s.{name}, c.{name}) && same(t.{name}, c.{name})"),
         (_, name) => format!(" && s.{name} == c.{name} && t.{name} == c.{name}"),
     });
     let Mounting { is_reversed, offset_counts } = plant.mounting;
@@ -281,7 +282,7 @@ __attribute__((noinline)) static int run(void)
                 number("start differs at", k);
                 return 1;
             }
-            // It has no turns yet.
+            // It has no revolutions yet.
             const float back = started ? 6.2831853f * (float)(int32_t)(@first / 6.2831853f) : 0.0f;
             goal -= back;
 @back        }
@@ -342,7 +343,7 @@ fn holds(name: &str, functions: &DriveFunctions, plant: &Plant, effort: &Effort,
     for (what, share) in [("healthy", 2), ("rejected", 3000), ("saturated", 3000), ("lost", 500), ("bases", 20_000)] {
         let count = told.lines().find_map(|line| line.strip_prefix(what)?.trim().parse::<usize>().ok());
         let may_miss = what == "bases" && !position;
-        // A short run sees fewer of what is rare.
+        // A short run has fewer rare events.
         let least = if deep() { ticks / share } else { ticks / share / 4 };
         assert!(count.is_some_and(|count| count > least || may_miss), "{name} shows too little {what}: {told}");
     }
@@ -351,7 +352,7 @@ fn holds(name: &str, functions: &DriveFunctions, plant: &Plant, effort: &Effort,
 
 const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
 
-/// J_l q'' = K (q_m - q) - B q' - m sin q, J_m q_m'' = K (q - q_m) - B q_m' + K_t u; the sine is none.
+/// J_l q'' = K (q_m - q) - B q' - m sin q, J_m q_m'' = K (q - q_m) - B q_m' + K_t u; the sine is 0.
 fn joint_plant() -> Plant {
     let Joint { link_inertia_kg_m2: j_l, motor_inertia_kg_m2: j_m, stiffness_n_m: k, .. } = Joint::TABLE_I;
     let Joint { link_damping_n_m_s: b_l, motor_damping_n_m_s: b_m, torque_n_m_per_a: k_t, .. } = Joint::TABLE_I;
@@ -385,7 +386,7 @@ fn motor_plant() -> Plant {
     }
 }
 
-/// Cycles of what a short search finds.
+/// Cycles of a short search.
 #[test]
 fn the_drive_of_a_motor_is_its_parts_to_the_bit() {
     let functions = motor::<Position, 0, 0, 3>(&motor_design(), Mounting::UPRIGHT).expect("a design");
@@ -393,13 +394,13 @@ fn the_drive_of_a_motor_is_its_parts_to_the_bit() {
     assert!((motor.floor..=166).contains(&motor.cycles), "{} of {}", motor.cycles, motor.floor);
 }
 
-/// Two encoders, and a sine: more numbers than registers at once, so that what the observers know is stored early.
+/// Two encoders and a sine need more numbers than registers, so the observer state is stored early.
 #[test]
 fn the_drive_of_a_joint_is_its_parts_to_the_bit() {
     let design = JointDesign::new(1e-3, Joint::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
     let functions = joint::<Position, 0, 0>(&design, [Mounting::UPRIGHT; 2]).expect("a design");
     let joint = holds("joint", &functions, &joint_plant(), &effort(), 1_000_000);
-    // As firmware is made, ordered within 15 in a hundred of the floor. A short search gets within 30.
+    // The effort for firmware gets within 15 % of the lower bound, a short search within 30 %.
     let bar = joint.floor * if deep() { 115 } else { 130 } / 100;
     assert!((joint.floor..=bar).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
 }
@@ -416,7 +417,7 @@ fn drives_of_every_kind_are_their_parts_to_the_bit() {
         ("motor_late", motor::<Position, 0, 1, 3>(&design, Mounting::UPRIGHT), motor_plant(), 100_000),
         ("motor_four_states", motor::<Position, 0, 0, 4>(&design, Mounting::UPRIGHT), motor_plant(), 100_000),
         ("motor_turned", motor::<Position, 0, 0, 3>(&design, turned), reversed, 100_000),
-        // More numbers still, which few orders have registers for: a search takes long at any effort.
+        // Still more numbers; few orders have enough registers, so a search takes long at any effort.
         ("joint_two_sets", joint::<Position, 1, 0>(&flexible, [Mounting::UPRIGHT; 2]), joint_plant(), 1_000_000),
     ];
     for (name, functions, plant, ticks) in sampled(all, 2) {
@@ -429,14 +430,14 @@ fn a_drive_that_was_tampered_with_is_noticed() {
     let functions = motor::<Position, 0, 0, 3>(&motor_design(), Mounting::UPRIGHT).expect("a design");
     let assembly = drive_assembly(&functions, "s", &QUICK).expect("scheduled");
     let program = program(&functions, &assembly.layout, &motor_plant(), 10_000);
-    // The gate closes to what it is open for; a sum for a difference; a lost sample is taken.
+    // Injected faults: a gate accepts only what it rejected, a difference replaces a sum, a lost sample is accepted.
     for (line, instead) in [
         ("\tbhi.w .Ls_tick_u_away", "\tbls.w .Ls_tick_u_away"),
         ("\tvsub.f32", "\tvadd.f32"),
         ("\tbne.w .Ls_tick_u_rest", "\tnop.w @"),
     ] {
-        // The first test of a size is that of the stage's limit: turned round every tick takes the rare way, to the
-        // same bits.
+        // The first test of a magnitude is the limit of the power stage. Inverted, it sends every tick through the rare
+        // path, with bit-identical results.
         let at = if line.contains("bhi") { assembly.text.match_indices(line).nth(1) } else { None };
         let at = at.map_or_else(|| assembly.text.find(line).unwrap_or_default(), |(at, _)| at);
         let tampered = assembly.text[..at].to_string() + &assembly.text[at..].replacen(line, instead, 1);

@@ -1,9 +1,9 @@
-//! Does the assembly compute the bits of the record, on an emulated STM32F405?
+//! Compares the assembly with the trace, bit by bit, on an emulated STM32F405.
 //!
-//! Held against the other form that a record has: C, compiled by GCC without contraction. Both run in one program,
-//! which makes its samples itself: near rest and far from it, NaN, infinities, denormals, -0, any bits at all, several
-//! in a row; restarts, and controls that the actuator held instead. Compared is every bit of u, sigma, sigma*, health,
-//! estimates and state, after every tick, of the tick that returns u too.
+//! The reference is the C of the trace, compiled by GCC without contraction. Both run in one program, which generates
+//! its samples: near rest and far from it, NaN, infinities, denormals, -0, any bits, several in a row. It also
+//! restarts, and reports controls that the actuator replaced. The test compares every bit of u, σ, σ*, status,
+//! estimates and state after every tick, and of the tick that returns u.
 
 mod drive;
 
@@ -16,29 +16,29 @@ use controller_core::{
     Config, Controller, Limits, Linear, Nominal, ObserverGains, Options, ReachingLaw, Shape, Surface, channels,
 };
 use tick_assembly::{Assembly, Effort, assembly};
-use tick_record::{Drift, Functions, Kind, Port, Record, Role, c};
+use tick_record::{Drift, Functions, Port, Record, Role, ValueKind, c};
 
-/// True at full size (`DEEP=1`).
+/// Returns true at full size (`DEEP=1`).
 fn deep() -> bool {
     std::env::var_os("DEEP").is_some_and(|value| value == "1")
 }
 
-/// Ticks at full size and in the fast tier.
+/// Returns the number of ticks at full size or in the fast tier.
 fn sized(ticks: usize) -> usize {
     if deep() { ticks } else { ticks / 20 }
 }
 
-/// All of them at full size, every `n`th in the fast tier.
+/// Returns all elements at full size, every `n`th in the fast tier.
 fn sampled<T>(all: impl IntoIterator<Item = T>, n: usize) -> impl Iterator<Item = T> {
     all.into_iter().step_by(if deep() { 1 } else { n })
 }
 
-/// The search for firmware, which the figures of cycles are for; a short one in the fast tier.
+/// Returns the effort for firmware, to which the cycle numbers apply; in the fast tier a short one.
 fn effort() -> Effort {
     if deep() { Effort::FULL } else { QUICK }
 }
 
-/// Enough for an order that fits; the figures need more.
+/// Effort that finds a feasible order; the cycle numbers need more.
 const QUICK: Effort = Effort { rounds: 1, steps: 80_000, seed: 1 };
 
 const REACHING: ReachingLaw = ReachingLaw { k_l: 50.0, k_s: 0.5, epsilon: 0.01 };
@@ -79,11 +79,11 @@ macro_rules! functions {
     }};
 }
 
-/// The C of a record: state, output and functions, with the prefix `c_`.
+/// Returns the C of a trace: state, output and functions, with the prefix `c_`.
 fn reference(functions: &Functions, n: usize, r: usize) -> String {
     let mut text = String::from("typedef struct {\n");
     for word in &functions.state {
-        let _ = writeln!(text, "    {} {};", if word.kind == Kind::Number { "float" } else { "bool" }, word.name);
+        let _ = writeln!(text, "    {} {};", if word.kind == ValueKind::Number { "float" } else { "bool" }, word.name);
     }
     let arguments = arguments(functions);
     text += "} c_state;\n";
@@ -94,7 +94,7 @@ fn reference(functions: &Functions, n: usize, r: usize) -> String {
             Role::Output => format!("output->{}", port.name),
             Role::Estimate(i, m) => format!("d_hat[{i}][{m}]"),
             Role::Flag(bit) => format!("{}u", 1 << bit),
-            // An argument has the name that a constant of C may not take.
+            // The prefix keeps argument names apart from the names of constants.
             Role::Argument if port.name != "u" => format!("given_{}", port.name),
             _ => port.name.clone(),
         };
@@ -110,13 +110,13 @@ fn reference(functions: &Functions, n: usize, r: usize) -> String {
     text
 }
 
-/// What a tick gets besides a sample: `, float given_drift, ..`.
+/// Returns the arguments of a tick besides a sample: `, float given_drift, ..`.
 fn arguments(functions: &Functions) -> String {
     let given = functions.tick.inputs.iter().filter(|port| port.role == Role::Argument);
     given.fold(String::new(), |text, port| text + ", float given_" + &port.name)
 }
 
-/// The program: reset, FPU on, ticks, and what came of it through the emulator.
+/// Returns the program: reset, FPU on, ticks, and the results through the emulator.
 fn program(functions: &Functions, assembly: &Assembly, n: usize, r: usize, ticks: usize) -> String {
     let (mut words, mut same) = (String::new(), String::new());
     for word in &assembly.layout.words {
@@ -247,7 +247,7 @@ __attribute__((noinline)) static int run(void)
 }
 @ending"#;
 
-/// Luck, and what is said through the emulator.
+/// Random numbers, and output through the emulator.
 const HELP: &str = r#"void *memset(void *to, int value, size_t bytes);
 void *memset(void *to, int value, size_t bytes)
 {
@@ -304,7 +304,7 @@ static void number(const char *what, uint32_t value)
 }
 "#;
 
-/// From reset to the end of the run.
+/// Code from reset to the end of the run.
 const ENDING: &str = r#"void reset(void);
 void reset(void)
 {
@@ -328,7 +328,7 @@ SECTIONS {
 stack_top = 0x20020000;
 ";
 
-/// What a program says: how it ends, and its lines.
+/// Runs a program and returns its end and its lines.
 fn said(name: &str, assembly: &str, program: &str) -> (bool, String) {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::create_dir_all(&folder).expect("a folder");
@@ -352,7 +352,7 @@ fn run(folder: &Path, program: &str, options: &[&str]) {
     assert!(output.status.success(), "{}: {}", folder.display(), String::from_utf8_lossy(&output.stderr));
 }
 
-/// Not one bit differs, and the run shows every kind of tick.
+/// Checks that no bit differs, and that the run contains every kind of tick.
 fn holds(name: &str, functions: &Functions, (n, r): (usize, usize), effort: &Effort, ticks: usize) -> Assembly {
     let assembly = assembly(functions, n, r, "s", effort).unwrap_or_else(|error| panic!("{name}: {error}"));
     let ticks = sized(ticks);
@@ -367,8 +367,8 @@ fn holds(name: &str, functions: &Functions, (n, r): (usize, usize), effort: &Eff
     assembly
 }
 
-/// As firmware is made, and within the cycles that were set for it: another gain in each channel, so that no
-/// coefficient is loaded for two.
+/// The effort for firmware within its cycle limits, with another gain in each channel, so that no coefficient is loaded
+/// for two.
 #[test]
 fn the_joint_is_the_record_to_the_bit_within_its_cycles() {
     let [of_order_2, of_order_3] = if deep() { [152, 182] } else { [155, 187] };
@@ -376,8 +376,8 @@ fn the_joint_is_the_record_to_the_bit_within_its_cycles() {
     assert!((joint.floor..=of_order_2).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
     let joint = holds("joint_r3", &functions!(4, 3, [2, 4], Drift::Sparse), (4, 3), &effort(), 1_000_000);
     assert!((joint.floor..=of_order_3).contains(&joint.cycles), "{} of {}", joint.cycles, joint.floor);
-    // By the table of docs/cycles.md, written out by hand: 71 operations, clamps, sample, state, 33 coefficients in
-    // three groups and two in instructions, guard, return.
+    // By the table of docs/reference/cycles.md, written out by hand: 71 operations, clamps, sample, state, 33
+    // coefficients in three groups and two in instructions, guard, return.
     assert_eq!(joint.floor, 71 + 16 + 5 + 13 + 13 + (33 + 3) + 2 + 6 + 3);
 }
 
@@ -388,7 +388,7 @@ fn chains_of_every_kind_are_the_record_to_the_bit() {
         ("n2_r2_c12", functions!(2, 2, [1, 2], Drift::Argument), 2, 2),
         ("n3_r2_c123", functions!(3, 2, [1, 2, 3], Drift::ArgumentWithGain), 3, 2),
         ("n3_r1_none", functions!(3, 1, [], Drift::Linear), 3, 1),
-        // Without an observer in the last channel a word lies where its sample is loaded.
+        // Without an observer in the last channel a word is in the location of its sample.
         ("n3_r1_c2", functions!(3, 1, [2], Drift::Linear), 3, 1),
         ("n4_r2_c4", functions!(4, 2, [4], Drift::Linear), 4, 2),
         ("n4_r2_c24_gain", functions!(4, 2, [2, 4], Drift::ArgumentWithGain), 4, 2),
@@ -407,7 +407,7 @@ fn an_order_that_was_tampered_with_is_noticed() {
     let program = program(&functions, &assembly, 4, 2, 10_000);
     let lines: Vec<&str> = assembly.text.lines().collect();
     let reads = |line: &str, register: &str| line.split([' ', ',']).skip(1).any(|word| word.trim() == register);
-    // Two neighbours of which the second reads what the first writes, exchanged.
+    // Exchanges two neighbours of which the second reads the result of the first.
     let written = |line: &str| line.trim().split([' ', ',']).nth(1).unwrap_or_default().to_owned();
     let arithmetic = |line: &str| ["vadd", "vsub", "vmul"].iter().any(|name| line.trim().starts_with(name));
     let at = (lines.iter().zip(&lines[1..]))
@@ -427,7 +427,7 @@ fn what_cannot_be_scheduled_is_refused_with_the_reason() {
         |functions: &Functions, effort: &Effort| assembly(functions, 2, 1, "s", effort).expect_err("a refusal");
     let told = refused(&functions, &Effort { steps: 0, ..QUICK });
     assert!(told.contains("s_tick_u: no order was found"), "{told}");
-    // The tick of another function is none.
+    // The tick of another function is rejected.
     let told = refused(&Functions { tick: functions.start.clone(), ..functions.clone() }, &QUICK);
     assert!(told.contains("a tick says whether it rejects"), "{told}");
 }

@@ -1,17 +1,17 @@
-//! Random ticks on three machines: the Rust tick, the record, its C.
+//! Random ticks on three machines: the Rust tick, the trace, its C.
 
 use controller_core::{ControlLaw, Guessing, Output, Real, Running};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use tick_record::{Functions, Kind, Port, Record, Role, Word, c};
+use tick_record::{Functions, Port, Record, Role, ValueKind, Word, c};
 
-/// How a shape is driven.
+/// Test plan of a configuration.
 pub(crate) struct Plan<'a> {
     pub(crate) name: &'a str,
     pub(crate) ticks: usize,
-    /// Of those the first so many go through the record itself too; that takes its time.
+    /// Number of ticks that also run through the trace itself, which is slow.
     pub(crate) executed: usize,
     pub(crate) seed: u64,
     pub(crate) double: bool,
@@ -33,13 +33,13 @@ impl Rng {
     pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.bits() >> 33) as usize % n
     }
-    /// In [-1, 1).
+    /// Returns a number in [-1, 1).
     pub(crate) fn number(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 }
 
-/// Numbers that a sample is seldom made of.
+/// Numbers that are rare in samples.
 const EDGES: [f64; 18] = [
     f64::NAN,
     f64::INFINITY,
@@ -61,7 +61,7 @@ const EDGES: [f64; 18] = [
     1.0,
 ];
 
-/// Samples of a plant near rest, with everything that can happen to one now and then.
+/// Samples of a plant near rest, with occasional faults of every kind.
 pub(crate) struct Samples {
     pub(crate) rng: Rng,
     scale: f64,
@@ -73,7 +73,7 @@ impl Samples {
         Self { rng: Rng::new(seed), scale: 0.1, bad_left: 0 }
     }
 
-    /// n numbers as bits; those of an f32 have 32.
+    /// Returns n numbers as bits; an f32 has 32.
     pub(crate) fn next(&mut self, n: usize, double: bool) -> Vec<u64> {
         let rng = &mut self.rng;
         let of = |number: f64| if double { number.to_bits() } else { u64::from((number as f32).to_bits()) };
@@ -97,7 +97,7 @@ impl Samples {
     }
 }
 
-/// What is asked of a controller.
+/// Requests to a controller.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Ask {
     Tick,
@@ -117,15 +117,15 @@ impl Ask {
     }
 }
 
-/// Every bit of an answer: outputs, flags or answer, estimates, state; 0 for what was not asked. A number that is none
-/// is the same NaN everywhere.
+/// All bits of an answer: outputs, flags or answer, estimates, state; 0 for values that were not requested. Every NaN
+/// is one NaN.
 pub(crate) type Bits = Vec<u64>;
 
 pub(crate) fn bits<T: Real>(number: T) -> u64 {
     if number.to_f64().is_nan() { u64::MAX } else { plain(number) }
 }
 
-/// The bits as they are, a NaN's too.
+/// Returns the bits unchanged, including the bits of a NaN.
 fn plain<T: Real>(number: T) -> u64 {
     let [low, high] = number.to_words();
     u64::from(low) | u64::from(high) << 32
@@ -135,23 +135,23 @@ pub(crate) fn number<T: Real>(bits: u64) -> T {
     T::from_words([bits as u32, (bits >> 32) as u32])
 }
 
-/// The record as a machine: its state, and what it is asked.
+/// The trace as a machine with a state.
 struct Machine<'a, T> {
     functions: &'a Functions,
     applied: usize,
     state: Vec<Word<T>>,
 }
 
-/// The Rust tick as it is driven: a law that takes rows of N numbers.
+/// The Rust tick under test: a law that takes rows of N numbers.
 pub(crate) struct Rust<'a, D: ControlLaw> {
     pub(crate) designed: &'a D,
     pub(crate) guess: D::Guess,
-    /// Of the words of the state.
+    /// Names of the state words.
     pub(crate) names: Vec<String>,
     pub(crate) running: Option<Running<Guessing<&'a D>>>,
 }
 
-/// The names of the words of a controller's state.
+/// Returns the names of the state words of a controller.
 pub(crate) fn names(n: usize, r: usize, mask: u8) -> Vec<String> {
     let channels: Vec<usize> = (1..=n).filter(|i| mask >> (i - 1) & 1 == 1).collect();
     let of = |stem: &str, end: &str| channels.iter().map(|i| format!("{stem}{i}{end}")).collect::<Vec<_>>();
@@ -161,24 +161,24 @@ pub(crate) fn names(n: usize, r: usize, mask: u8) -> Vec<String> {
     names
 }
 
-/// Whatever is driven beside a record.
+/// A law that is compared with a trace.
 pub(crate) trait Driven {
-    /// Length of a sample; rows and columns of the estimates.
+    /// Returns the length of a sample, and the rows and columns of the estimates.
     fn lengths(&self) -> [usize; 3];
-    /// Which entry of a sample `report_applied` gets.
+    /// Returns the entry of a sample that `report_applied` gets.
     fn applied(&self) -> usize {
         0
     }
-    /// Names of the words of its state.
+    /// Returns the names of the state words.
     fn names(&self) -> Vec<String>;
-    /// The next sample as bits, with everything that can happen to one now and then.
+    /// Returns the next sample as bits, with occasional faults of every kind.
     fn next(&mut self, samples: &mut Samples, double: bool) -> Vec<u64> {
         samples.next(self.lengths()[0], double)
     }
-    /// Outputs and flags, or the answer.
+    /// Returns outputs and flags, or the answer.
     fn ask(&mut self, ask: Ask, x: &[u64]) -> Bits;
     fn estimates(&self) -> Option<Bits>;
-    /// As [`Running::words`] has it.
+    /// Returns the words as in [`Running::words`].
     fn words(&self) -> Vec<u32>;
 }
 
@@ -207,7 +207,7 @@ where
             }
             Ask::ReportApplied => vec![u64::from(running.report_applied(x[0]))],
             Ask::Start => {
-                // A start in the middle, and the first tick: if the sample is good.
+                // A start in the middle, and the first tick, if the sample is valid.
                 if self.designed.start_from(&x, &self.guess).is_none() {
                     return vec![0];
                 }
@@ -234,16 +234,16 @@ where
 impl<'a, T: Real<Count = i32>> Machine<'a, T> {
     fn new(functions: &'a Functions, applied: usize) -> Self {
         let zero = |word: &Port| match word.kind {
-            Kind::Number => Word::Number(T::ZERO),
-            Kind::Truth => Word::Truth(false),
-            Kind::Count => Word::Count(0),
+            ValueKind::Number => Word::Number(T::ZERO),
+            ValueKind::Truth => Word::Truth(false),
+            ValueKind::Count => Word::Count(0),
         };
         Self { functions, applied, state: functions.state.iter().map(zero).collect() }
     }
 
-    /// Runs a function; what it says beside the state.
+    /// Runs a function and returns its results other than the state.
     fn run(&mut self, record: &Record, sample: &[Word<T>]) -> Bits {
-        // Words of the state stand in the same order everywhere, but not all in every record.
+        // State words have one order everywhere, but some traces lack some words.
         let state = |port: &Port, from: &mut usize| {
             while self.functions.state[*from].name != port.name {
                 *from += 1;
@@ -297,7 +297,7 @@ impl<'a, T: Real<Count = i32>> Machine<'a, T> {
     }
 }
 
-/// The state as the record has it: named words, zeros before the start.
+/// Returns the state as in the trace: named words, zeros before the start.
 fn state_of(driven: &dyn Driven, functions: &Functions, double: bool) -> Bits {
     let words = driven.words();
     let started = words[1] == 1;
@@ -307,11 +307,11 @@ fn state_of(driven: &dyn Driven, functions: &Functions, double: bool) -> Bits {
     for name in driven.names() {
         let kept = functions.state.iter().find(|word| word.name == name);
         // Numbers are left out, and the flag of a controller without estimates.
-        let left_out = if name == "resuming" { Kind::Truth } else { Kind::Number };
+        let left_out = if name == "resuming" { ValueKind::Truth } else { ValueKind::Number };
         let mut next = || words.next().map_or(0, u64::from);
         let word = match kept.map_or(left_out, |word| word.kind) {
-            Kind::Number => next() | if double { next() << 32 } else { 0 },
-            Kind::Truth | Kind::Count => next(),
+            ValueKind::Number => next() | if double { next() << 32 } else { 0 },
+            ValueKind::Truth | ValueKind::Count => next(),
         };
         if kept.is_some() {
             all.push(word);
@@ -322,7 +322,7 @@ fn state_of(driven: &dyn Driven, functions: &Functions, double: bool) -> Bits {
     all
 }
 
-/// Drives a controller, its record and its C, and holds all bits together.
+/// Drives a controller, its trace and its C, and compares all bits.
 pub(crate) fn compare(driven: &mut dyn Driven, functions: &Functions, plan: &Plan<'_>) {
     if plan.double { beside::<f64>(driven, functions, plan) } else { beside::<f32>(driven, functions, plan) }
 }
@@ -331,7 +331,7 @@ fn beside<T: Real<Count = i32>>(driven: &mut dyn Driven, functions: &Functions, 
     let [n, rows, columns] = driven.lengths();
     let outputs = functions.tick.results.iter().filter(|port| port.role == Role::Output).count();
     let of_sample = |j| functions.running.inputs.iter().find(|port| port.role == Role::Sample(j));
-    let kinds: Vec<Kind> = (0..n).map(|j| of_sample(j).map_or(Kind::Number, |port| port.kind)).collect();
+    let kinds: Vec<ValueKind> = (0..n).map(|j| of_sample(j).map_or(ValueKind::Number, |port| port.kind)).collect();
     let mut samples = Samples::new(plan.seed);
     let mut machine = Machine::<T>::new(functions, driven.applied());
     let (mut asked, mut answers, mut ticks, mut seen) = (Vec::new(), Vec::new(), 0, [0_usize; 8]);
@@ -339,9 +339,9 @@ fn beside<T: Real<Count = i32>>(driven: &mut dyn Driven, functions: &Functions, 
         let (ask, x) = (Ask::any(&mut samples.rng), driven.next(&mut samples, plan.double));
         let mut said = driven.ask(ask, &x);
         let word = |(j, bits): (usize, &u64)| match kinds[j] {
-            Kind::Number => Word::Number(number(*bits)),
-            Kind::Truth => Word::Truth(*bits == 1),
-            Kind::Count => Word::Count(*bits as u32 as i32),
+            ValueKind::Number => Word::Number(number(*bits)),
+            ValueKind::Truth => Word::Truth(*bits == 1),
+            ValueKind::Count => Word::Count(*bits as u32 as i32),
         };
         let sample: Vec<Word<T>> = x.iter().enumerate().map(word).collect();
         if ask == Ask::Tick {
@@ -373,7 +373,7 @@ fn beside<T: Real<Count = i32>>(driven: &mut dyn Driven, functions: &Functions, 
         .compare(&asked, &answers);
 }
 
-/// Requests in, answers out.
+/// Main program: requests in, answers out.
 const MAIN: &str = "
 static uint64_t number(@t@ value)
 {
@@ -424,7 +424,7 @@ int main(void)
 }
 ";
 
-/// The C of a record with requests in and answers out.
+/// The C of a trace as a program with requests in and answers out.
 pub(crate) struct CProgram<'a> {
     pub(crate) name: &'a str,
     pub(crate) functions: &'a Functions,
@@ -440,9 +440,9 @@ impl CProgram<'_> {
         let t = if *double { "double" } else { "float" };
         let place = |port: &Port| match port.role {
             Role::Sample(j) => match port.kind {
-                Kind::Number => format!("x[{j}]"),
-                Kind::Truth => format!("raw[{j}] == 1u"),
-                Kind::Count => format!("(uint32_t)raw[{j}]"),
+                ValueKind::Number => format!("x[{j}]"),
+                ValueKind::Truth => format!("raw[{j}] == 1u"),
+                ValueKind::Count => format!("(uint32_t)raw[{j}]"),
             },
             Role::State => format!("state->{}", port.name),
             Role::Output => format!("output->{}", port.name),
@@ -457,9 +457,9 @@ impl CProgram<'_> {
         let fields = |words: &[Port]| -> String {
             let field = |port: &Port| {
                 let t = match port.kind {
-                    Kind::Number => t,
-                    Kind::Truth => "bool",
-                    Kind::Count => "uint32_t",
+                    ValueKind::Number => t,
+                    ValueKind::Truth => "bool",
+                    ValueKind::Count => "uint32_t",
                 };
                 format!("    {t} {};\n", port.name)
             };
@@ -493,7 +493,7 @@ impl CProgram<'_> {
     fn main(&self, outputs: &[Port]) -> String {
         let Self { functions, samples, applied, estimates: (rows, columns), double, .. } = self;
         let shown = |port: &Port, of: &str| match port.kind {
-            Kind::Number => format!("number({of}.{}), ", port.name),
+            ValueKind::Number => format!("number({of}.{}), ", port.name),
             _ => format!("{of}.{}, ", port.name),
         };
         let (t, bits) = if *double { ("double", "64") } else { ("float", "32") };
@@ -508,7 +508,7 @@ impl CProgram<'_> {
             .replace("@state@", all(&functions.state, "state").trim_end_matches(", "))
     }
 
-    /// Compiles it, asks it, and compares.
+    /// Compiles the program, sends the requests, and compares the answers.
     pub(crate) fn compare(&self, asked: &[(Ask, Vec<u64>)], answers: &[Bits]) {
         let t = if self.double { "f64" } else { "f32" };
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{t}", self.name));

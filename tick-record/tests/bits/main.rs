@@ -1,9 +1,9 @@
-//! Does a record, and the C written from it, give the bits of what was recorded?
+//! Compares a trace, and the C written from it, with the recorded function bit by bit.
 //!
-//! Every shape of controller is recorded, and driven with random ticks beside the Rust tick, samples near rest and far
-//! from it, NaN, infinities, denormals, -0, spikes, lost samples in a row, restarts, controls that the actuator held
-//! instead. Compared is every bit of outputs, health, estimates and state after each: of the record as it is executed
-//! here, and of its C as the machine's compiler translates it, in f32 and in f64.
+//! Every controller configuration is recorded and driven with random ticks next to the Rust tick. The samples are near
+//! rest and far from it, with NaN, infinities, denormals, -0 and spikes. There are lost samples in a row, restarts, and
+//! controls that the actuator replaced. The tests compare every bit of outputs, status, estimates and state after each
+//! tick. They run the trace here and its C, translated by the compiler of the machine, in f32 and in f64.
 
 mod drive;
 mod monitor;
@@ -16,11 +16,12 @@ use controller_core::{
 use drive::{Plan, Rust, compare, names};
 use tick_record::{Functions, Port, Recorder, Role, Symbol, c};
 
-/// Of all shapes together, in f64; in f32 the suite has as many with the exported file, and here are a tenth.
+/// Number of ticks over all configurations, in f64. For f32 the test suite has as many with the exported file; here a
+/// tenth run.
 const TICKS: usize = 1_000_000;
 const SHAPES: usize = 116;
 
-/// The fast tier takes every twenty-fourth shape, with a gate and without one; `DEEP=1` takes all.
+/// The fast tier takes every twenty-fourth configuration, with a gate and without one; `DEEP=1` takes all.
 fn is_taken(seed: usize) -> bool {
     seed % 24 < 2 || deep()
 }
@@ -33,7 +34,7 @@ fn ticks() -> usize {
     if deep() { TICKS } else { TICKS / 6 }
 }
 
-/// A design of this shape; `seed` chooses what is in it.
+/// Returns a design of this configuration; `seed` selects its content.
 fn config<const N: usize, const R: usize>(mask: u8, seed: usize) -> Config<N, R> {
     let gains = |i: usize| match (seed + i) % 3 {
         0 => ObserverGains::from_bandwidth::<R>(50.0),
@@ -52,7 +53,7 @@ fn config<const N: usize, const R: usize>(mask: u8, seed: usize) -> Config<N, R>
     }
 }
 
-/// Wide enough for most samples, narrow enough to lose some.
+/// Limits that accept most samples and reject some.
 fn samples<const N: usize>() -> SampleLimits<N> {
     SampleLimits { min: [-3.0; N], max: [2.0; N], jump: [1.0; N] }
 }
@@ -70,7 +71,7 @@ fn nominal<const N: usize>() -> Nominal<N> {
 
 macro_rules! every_shape {
     ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {
-        /// What is done with each shape, one after the other, in a precision.
+        /// Tests each configuration in turn, in one precision.
         fn every_shape<T: Precision>() {
             let mut seed = 0;
             $(
@@ -104,7 +105,7 @@ macro_rules! precision {
                 let plan = Plan { name, ticks, executed, seed: seed as u64, double };
                 let recorded = |samples| tick_record::linear(shape, &numbers(&designed), &row, &guess_f64, samples);
                 let names = names(N, R, MASK);
-                // Every fourth behind a gate.
+                // Every fourth is behind a gate.
                 if seed % 4 == 0 {
                     let functions = recorded(Some(&samples::<MAX_N>())).expect("a shape");
                     let names = names.into_iter().chain((1..=N).map(|j| format!("x{j}_seen"))).collect();
@@ -131,8 +132,8 @@ fn record_and_c_give_the_bits_of_the_tick_in_f64() {
     every_shape::<f64>();
 }
 
-/// A magnetic bearing as far as its shape goes: a(x) is a quotient, b(x) depends on the gap and is not what it is where
-/// the gap is negative.
+/// A magnetic bearing as far as the configuration allows: a(x) is a quotient. b(x) depends on the gap, and has another
+/// form for a negative gap.
 #[derive(Clone, Copy)]
 struct Bearing<T> {
     stiffness: T,
@@ -177,7 +178,7 @@ macro_rules! bearing {
 bearing!(a_quotient_with_a_varying_b_records_too_in_f32, f32);
 bearing!(a_quotient_with_a_varying_b_records_too_in_f64, f64);
 
-/// A function of two words of the state, an argument and a flag, both ways.
+/// Returns the C of a function of two state words, an argument and a flag, for both values of the flag.
 fn of_two_words(f: impl Fn(Symbol, Symbol, Symbol, bool) -> (Symbol, Symbol)) -> String {
     let record = tick_record::record(|recorder| {
         let [a, b] = ["a", "b"].map(|name| recorder.number(name, Role::State));
@@ -204,7 +205,7 @@ fn words_of_the_state_that_change_places_are_not_lost() {
 
 #[test]
 fn a_comparison_with_nan_keeps_its_side() {
-    // Not greater is not less or equal.
+    // The negation of "greater" differs from "less or equal" for NaN.
     #[allow(clippy::neg_cmp_op_on_partial_ord, clippy::if_not_else)]
     let text = of_two_words(|a, b, x, _| (if a <= x { a } else { x }, if !(b > x) { x } else { b }));
     assert!(

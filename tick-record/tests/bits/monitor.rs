@@ -1,4 +1,4 @@
-//! Is the record of the monitors the monitors, and are numbers written as they are read?
+//! Compares the trace of the monitors with the monitors, and checks that numbers are written as they are read.
 
 use controller_core::drive::{
     ALARMS, BRAKING, Encoder, FENCED, Monitored, Motor, MotorDesign, MotorDrive, Mounting, Position, Sample, Target,
@@ -6,9 +6,9 @@ use controller_core::drive::{
 use controller_core::{ControlLaw as _, Health, Limits, Words as _};
 use tick_record::joined::Joined;
 use tick_record::monitor::{monitor, state, ticks, watched};
-use tick_record::{Id, Kind, Port, Role, Word, drive};
+use tick_record::{Id, Port, Role, ValueKind, Word, drive};
 
-/// The record against the monitors themselves, around a law that says what it is told.
+/// Compares the trace with the monitors themselves, around a law with given outputs.
 #[test]
 fn the_record_is_the_monitors() {
     let record = monitor::<1>(ALARMS);
@@ -17,8 +17,8 @@ fn the_record_is_the_monitors() {
             .inputs
             .iter()
             .map(|port| match given.iter().find(|(name, _)| *name == port.name) {
-                Some((_, truth)) if port.kind == Kind::Truth => Word::Truth(*truth != 0.0),
-                None if port.kind == Kind::Truth => Word::Truth(false),
+                Some((_, truth)) if port.kind == ValueKind::Truth => Word::Truth(*truth != 0.0),
+                None if port.kind == ValueKind::Truth => Word::Truth(false),
                 Some((_, number)) => Word::Number(*number),
                 None => Word::Number(0.0),
             })
@@ -26,11 +26,11 @@ fn the_record_is_the_monitors() {
         record.run(&inputs)
     };
     let at = |name: &str| record.results.iter().position(|port| port.name == name).expect(name);
-    // 5 A, and 2 rad/s² where 1 are allowed: it stops at 0.5 A.
+    // 5 A, and 2 rad/s² where 1 is allowed: the drive stops at 0.5 A.
     let beyond = [("law_u", 5.0), ("fallback", 0.5), ("d1", -2.0), ("d1_bound", 1.0), ("patience_ticks", 4.0)];
     let over = numbers(&[&beyond[..], &[("over", 4.0)]].concat());
     assert_eq!((over[at("u")].number(), over[at("stopped")].truth()), (0.5, true));
-    // One tick of it is none.
+    // One tick of it is not enough.
     let once = numbers(&[&beyond[..], &[("over", 3.0)]].concat());
     assert_eq!((once[at("u")].number(), once[at("over")].number()), (5.0, 4.0));
     assert!(!once[at("disturbance_over_bound")].truth() && !once[at("stopped")].truth());
@@ -42,12 +42,12 @@ fn the_record_is_the_monitors() {
     let stuck = [("law_saturated", 1.0), ("stuck", 2.0), ("stuck_ticks", 2.0), ("law_sigma", 1.0)];
     assert!(numbers(&stuck)[at("stuck_at_limit")].truth());
     assert_eq!(numbers(&stuck)[at("stuck")].number(), 3.0);
-    // The third change of side of d within 100 ticks of the first, where each counts for 100.
+    // The third change of sign of d within 100 ticks of the first; each counts for 100.
     let swings = [("d1", 2.0), ("side1", -2.0), ("d1_bound", 1.0), ("stuck_ticks", 100.0), ("swings", 101.0)];
     let swung = numbers(&swings);
     assert!(swung[at("oscillates")].truth() && !swung[at("wrong_way")].truth());
     assert_eq!((swung[at("swings")].number(), swung[at("side1")].number()), (200.0, 2.0));
-    // At the limit, and the shaft speeds up the other way by what u would make of it.
+    // At the limit, and the shaft speeds up in the opposite direction by the effect of u.
     let speeding = |last| {
         let law = [("law_u", 1.0), ("law_saturated", 1.0), ("gain", 5.0), ("v", -2.0), ("last_speed", last)];
         numbers(&[&law[..], &[("d1", -10.0), ("d1_bound", 1.0), ("against", 6.0), ("wrong_way_ticks", 6.0)]].concat())
@@ -60,24 +60,24 @@ fn the_record_is_the_monitors() {
     assert_eq!((bounced[at("against")].number(), bounced[at("wrong_way")].truth()), (0.0, false));
 }
 
-/// Random ticks, whatever they are told, of a motor whose thresholds are low: every alarm, and what follows it.
+/// Random ticks with any inputs, for a motor with low thresholds: every alarm and its reaction.
 #[test]
 fn a_joined_tick_is_that_of_the_drive_with_its_monitors() {
     let all = [BRAKING, ALARMS, Health::OK];
     let seen = all.map(the_joined_tick_is_that_of_the_drive).into_iter().fold(0, |all, seen| all | seen);
-    // A fence and the band at rest stand around it.
+    // Its surroundings handle a fence and the rest band.
     assert_eq!(seen | FENCED.bits() | Health::HUNTS.bits(), Health::ALL, "every alarm was raised");
 }
 
 fn of_kind(port: &Port, bits: u32) -> Word<f32> {
     match port.kind {
-        Kind::Number => Word::Number(f32::from_bits(bits)),
-        Kind::Count => Word::Count(bits as i32),
-        Kind::Truth => Word::Truth(bits == 1),
+        ValueKind::Number => Word::Number(f32::from_bits(bits)),
+        ValueKind::Count => Word::Count(bits as i32),
+        ValueKind::Truth => Word::Truth(bits == 1),
     }
 }
 
-/// What was seen of a drive that these alarms stop, beside those that stop any.
+/// Returns the flags seen for a drive that these alarms stop, besides the flags that always stop it.
 fn the_joined_tick_is_that_of_the_drive(stops_at: Health) -> u16 {
     const MOTOR: Motor = Motor { inertia_kg_m2: 2e-4, torque_n_m_per_a: 0.05, damping_n_m_s: 1e-5 };
     const DESIGN: MotorDesign = MotorDesign::by_rule(1e-3, MOTOR, Encoder::absolute(14), Limits::symmetric(10.0));

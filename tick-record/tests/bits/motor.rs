@@ -1,6 +1,6 @@
-//! Another law than the controller's: a motor with one encoder that follows a setpoint. Its counts wrap, its observer
-//! has two sets of gains, its law a feed-forward. A prototype of what a drive needs of `ControlLaw`, `Running` and the
-//! record; no design, its gains are plausible numbers.
+//! Another control law: a motor with one encoder that follows a set-point. Its counts wrap, its observer has two gain
+//! sets, and its law has a feed-forward. It is a prototype of the requirements of a drive on `ControlLaw`, `Running`
+//! and the trace. It is not a design; its gains are plausible numbers.
 
 use crate::drive::{Ask, Bits, Driven, Plan, Samples, bits, compare, number};
 use controller_core::{ControlLaw, Count, Real, RetuneError, Running, Words};
@@ -11,7 +11,7 @@ use tick_record::{Recorded, Recorder, Role, Symbol};
 const BITS: u32 = 14;
 const TURN: u32 = 1 << BITS;
 
-/// What the tick multiplies with, in the order of `NAMES`.
+/// Factors of the tick, in the order of `NAMES`.
 #[derive(Clone, Copy)]
 struct Motor<T: Real> {
     k: [T; 24],
@@ -30,7 +30,7 @@ const NUMBERS: [f64; 24] = [
     0.951, 5.75e-4, 9.6e-4, 125.0, -0.47, -0.22, -3.7, 4.0, 2e-4, 0.06,
 ];
 
-/// Count, setpoint and its rate at the end of the coming tick; `good` is false if the encoder did not answer.
+/// Count, set-point and its rate at the end of the next tick; `good` is false if the encoder did not answer.
 struct Sample<T: Real> {
     count: T::Count,
     r: T,
@@ -112,7 +112,7 @@ impl<T: Real> ControlLaw for Motor<T> {
             position = position.plus(moved);
             p -= unit * T::from_count(moved);
             let e = (-p).called("e", 0);
-            // Fast gains while the smoothed innovation leaves the noise.
+            // Fast gains while the smoothed innovation exceeds the noise.
             eps += smooth * (e - eps);
             let noisy = ((eps.abs() - calm) / alert).limited(T::ZERO, T::from_f64(1.0)).called("noisy", 0);
             level = (level * keep).called("level", 0);
@@ -143,7 +143,7 @@ impl<T: Real> ControlLaw for Motor<T> {
         let sigma_star = (w_c * (x - r) + e2 - offset).called("sigma_star", 0);
         let forward = (sample.rate - rate) * ahead + slope * v;
         let demand = (kx * e2 + kw * offset + us * sigma_star + forward - d / b).called("demand", 0);
-        // The setpoint at the end of the tick is in no demand yet: it is asked too.
+        // No demand contains the set-point at the end of the tick yet, so it is checked too.
         if !(demand.abs() <= T::from_f64(1e6) && r_next.abs() <= T::from_f64(1e3)) {
             T::section("Not with this.");
             state.resting = false;
@@ -214,7 +214,7 @@ impl Recorded for Motor<Symbol> {
     }
 }
 
-/// The motor as it is driven, and where its encoder stands.
+/// The motor under test, and the position of its encoder.
 struct Turning<T: Real> {
     running: Running<Motor<T>>,
     count: u64,

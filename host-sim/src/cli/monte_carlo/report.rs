@@ -1,4 +1,4 @@
-//! What many trials came to: percentiles, failures and their bound, the worst, as text, JSON and pictures.
+//! Result of a Monte Carlo run as text, JSON and figures: percentiles, failure rate with its bound, worst trials.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,7 +11,7 @@ use study::monte_carlo::statistics::{self, NAMES, PER_MILLE};
 use study::monte_carlo::{Outcome, vary};
 use study::number::significant;
 use terminal::table::Table;
-use whole_file::Kind;
+use whole_file::FileKind;
 
 use super::{ENDED, ReportOptions, quoted};
 use crate::cli::map::number;
@@ -21,25 +21,25 @@ use crate::report::plot::{Figure, GREY, Panel, Series};
 use crate::report::{FIGURE, write_whole};
 use crate::store::{Header, Trials};
 
-/// How sure a bound of a failure rate is.
+/// Confidence of the upper bound of the failure rate.
 const CONFIDENCE: f64 = 0.95;
-/// Has no number where a run never settled.
+/// Settling time; not a number for a run that never settled.
 const SETTLING: &str = "metrics.settling_time_s";
-/// So many of the worst trials are told.
+/// Number of worst trials in the output.
 const WORST: usize = 10;
-/// Dots of a scatter picture: more hide each other.
+/// Largest number of dots of a scatter plot: more would hide each other.
 const DOTS: usize = 800;
 const BINS: usize = 50;
-/// Panels of a picture.
+/// Largest number of panels of a figure.
 const PANELS: usize = 9;
 
-/// What is asked of the trials.
+/// Evaluation that the options request, as columns of the trials.
 pub(super) struct Question {
-    /// The column by which trials are the worst.
+    /// Column that ranks the worst trials.
     worst: usize,
-    /// Columns and what they must not exceed.
+    /// Columns with their upper limits.
     at_most: Vec<(usize, f64)>,
-    /// Columns that are drawn: histograms of figures, dots over keys.
+    /// Columns to plot: metrics as histograms, keys as x axes of scatter plots.
     draw: Vec<usize>,
 }
 
@@ -47,10 +47,10 @@ impl Question {
     pub(super) fn new(header: &Header, options: &ReportOptions) -> Result<Self, String> {
         let column = |what: &str, name: &str| {
             header.columns.iter().position(|known| known == name).ok_or_else(|| {
-                // Of a name that was cut short, what begins with it.
+                // A name that was cut short matches the column that begins with it.
                 let distance = |known: &&String| (!known.starts_with(name), strsim::damerau_levenshtein(known, name));
                 let nearest = header.columns.iter().min_by_key(distance);
-                format!("{what} {name}: a trial has no such figure; nearest is {}", nearest.map_or("", String::as_str))
+                format!("{what} {name}: no such metric or key; nearest is {}", nearest.map_or("", String::as_str))
             })
         };
         let usual = ["metrics.error_ultimate", "metrics.y_ultimate"];
@@ -60,14 +60,14 @@ impl Question {
             let pair = text.split_once('=').and_then(|(name, value)| Some((name.trim(), value.trim().parse().ok()?)));
             let pair = pair.filter(|(_, value): &(_, f64)| value.is_finite());
             let (name, value) =
-                pair.ok_or_else(|| format!("--at-most {text}: expected FIGURE=VALUE, a finite number"))?;
+                pair.ok_or_else(|| format!("--at-most {text}: expected METRIC=VALUE, a finite number"))?;
             Ok((column("--at-most", name)?, value))
         });
         let draw = options.draw.iter().map(|name| column("--draw", name)).collect::<Result<_, _>>()?;
         Ok(Self { worst, at_most: at_most.collect::<Result<_, String>>()?, draw })
     }
 
-    /// Is this column drawn, of figures if it is among `columns` of them? By default those that come first are.
+    /// Returns whether column `k` of `columns` is plotted. By default the first columns are.
     fn draws(&self, k: usize, mut columns: Range<usize>, drawn: &Drawn) -> bool {
         if columns.any(|column| self.draw.contains(&column)) {
             self.draw.contains(&k)
@@ -77,7 +77,7 @@ impl Question {
     }
 }
 
-/// Panels of a picture, and the columns that have none.
+/// Panels of a figure, and the columns without a panel.
 #[derive(Default)]
 struct Drawn {
     panels: Vec<Panel>,
@@ -90,7 +90,7 @@ impl Drawn {
         (!left_out.is_empty()).then(|| {
             let all = panels.len() + left_out.len();
             format!(
-                "{picture}: {} of {all} {what}; --draw NAME, with --resume, shows: {}",
+                "{picture}: {} of {all} {what}; --draw NAME with --resume plots the others: {}",
                 panels.len(),
                 left_out.join(", ")
             )
@@ -102,14 +102,14 @@ impl Drawn {
 struct Failures {
     count: u64,
     rate: f64,
-    /// The true rate is below this, with 95 % confidence; none of draws that are not random.
+    /// Upper bound of the true rate with 95 % confidence; `None` for draws that are not random.
     #[serde(skip_serializing_if = "Option::is_none")]
     rate_below: Option<f64>,
-    /// Of those that finished: a limit of u turns what grows into an oscillation that stays.
+    /// Number of finished trials that never settled: with a limit of u an unstable loop may oscillate forever.
     unsettled: usize,
 }
 
-/// Of a column; no number where a trial did not get as far.
+/// Percentiles of a column; not a number in trials that ended earlier.
 #[derive(Serialize)]
 struct Percentiles {
     of_file: Option<f64>,
@@ -132,7 +132,7 @@ struct Report<'a> {
     #[serde(flatten)]
     header: &'a Header,
     outcomes: BTreeMap<&'static str, usize>,
-    /// What a figure must not be above.
+    /// Upper limits of metrics.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     at_most: BTreeMap<&'a str, f64>,
     failures: Failures,
@@ -146,14 +146,15 @@ fn count_unsettled(settling: &[f64], outcomes: &[Outcome]) -> usize {
     settling.iter().zip(outcomes).filter(never).count()
 }
 
-/// `drive.tuning (1 quiet, 2 normal)`.
+/// Returns the label of a key with its words, as `drive.tuning (1 quiet, 2 normal)`.
 fn with_words(name: &str, words: Option<&Vec<String>>) -> String {
     let Some(words) = words else { return name.into() };
     let each: Vec<String> = (1..).zip(words).map(|(k, word)| format!("{k} {word}")).collect();
     format!("{name} ({})", each.join(", "))
 }
 
-/// The worst trials, the worst first: those that failed, then by their figure; what is no number is the largest.
+/// Returns the worst trials, worst first: failed trials, then by the ranking metric. A value that is not a number ranks
+/// as the largest.
 fn worst_of(figure: &[f64], outcomes: &[Outcome]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..figure.len()).collect();
     let badness =
@@ -172,12 +173,12 @@ fn worst_of(figure: &[f64], outcomes: &[Outcome]) -> Vec<usize> {
     order
 }
 
-/// Which trials did not come to their end, or are beyond what was asked for.
+/// Returns for each trial whether it did not finish or exceeds a limit.
 fn failures(trials: &Trials, question: &Question, outcomes: &[Outcome]) -> Result<Vec<bool>, Failure> {
     let mut failed: Vec<bool> = outcomes.iter().map(|outcome| *outcome != Outcome::Finished).collect();
     for (k, limit) in &question.at_most {
         for (failed, value) in failed.iter_mut().zip(trials.column(*k).map_err(bad)?) {
-            // What is no number was not kept below anything.
+            // A value that is not a number meets no limit.
             *failed |= value.is_nan() || value > *limit;
         }
     }
@@ -186,8 +187,8 @@ fn failures(trials: &Trials, question: &Question, outcomes: &[Outcome]) -> Resul
 
 fn unsettled(count: usize) -> String {
     format!(
-        "{count} of those that finished never settled within settling_band: --at-most {SETTLING}=SECONDS makes \
-         failures of them"
+        "{count} finished trials never settled within settling_band: --at-most {SETTLING}=SECONDS counts them as \
+         failures"
     )
 }
 
@@ -195,27 +196,27 @@ fn of(value: &Json) -> String {
     number(value.as_f64().unwrap_or(f64::NAN))
 }
 
-/// What one pass over the columns of the trials gives.
+/// Result of one pass over the columns of the trials.
 #[derive(Default)]
 struct Columns<'a> {
     percentiles: BTreeMap<&'a str, Percentiles>,
-    /// What was drawn for each of the worst trials.
+    /// Drawn values of each of the worst trials.
     drawn: Vec<BTreeMap<String, Json>>,
-    /// Histograms of figures.
+    /// Histograms of metrics.
     bars: Drawn,
-    /// The figure of the worst over keys.
+    /// Scatter plots of the ranking metric over the keys.
     dots: Drawn,
     unsettled: usize,
 }
 
-/// The trials by their figure: its column, and the worst of them, the worst first.
+/// Ranking of the trials: the column of the ranking metric, and the worst trials, worst first.
 struct Ranked {
     figure: Vec<f64>,
     worst: Vec<usize>,
 }
 
 impl<'a> Columns<'a> {
-    /// Reads one column at a time.
+    /// Evaluates the columns one by one, so that one column is in memory at a time.
     fn of(trials: &'a Trials, question: &Question, outcomes: &[Outcome], ranked: &Ranked) -> Result<Self, String> {
         let header = &trials.header;
         let mut columns = Self { drawn: vec![BTreeMap::new(); ranked.worst.len()], ..Self::default() };
@@ -229,7 +230,7 @@ impl<'a> Columns<'a> {
                 columns.unsettled = count_unsettled(&values, outcomes);
             }
             statistics::sort(&mut values);
-            // When it ended is a figure too, if it is asked for.
+            // The end time of a trial is plotted only if --draw names it.
             if (k > keys || (k == keys && question.draw.contains(&k)))
                 && let Some(panel) = histogram(name, header.units.get(name), &values)
             {
@@ -248,7 +249,7 @@ impl<'a> Columns<'a> {
         Ok(columns)
     }
 
-    /// A key that was drawn: its values of the worst trials, and its dots.
+    /// Adds a drawn key: its values in the worst trials, and its scatter plot.
     fn add_key(
         &mut self,
         header: &Header,
@@ -276,13 +277,13 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// So many columns, the first, are keys that were drawn.
+/// Returns the number of drawn keys; their columns are the first.
 fn keys_of(header: &Header) -> usize {
     header.columns.iter().position(|name| name == ENDED).unwrap_or(0)
 }
 
 impl<'a> Report<'a> {
-    /// What is told; `failures` are so many trials.
+    /// Builds the report; `count` is the number of failures.
     fn of(
         header: &'a Header,
         question: &Question,
@@ -320,7 +321,7 @@ impl<'a> Report<'a> {
 }
 
 impl Console<'_> {
-    /// Writes and tells it; the first trial that was refused, and whether a bar was asked for and not held by all.
+    /// Writes and prints the report. Returns the first trial without a design, and whether a limit was exceeded.
     pub(super) fn tell_trials(
         &mut self,
         trials: &Trials,
@@ -344,10 +345,10 @@ impl Console<'_> {
         let kept = write_whole(&folder.join("monte-carlo.json"), |out| writeln!(out, "{text}"))
             .map_err(|error| Failure::writing(folder.join("monte-carlo.json").display(), &error));
         let left_out = [
-            bars.remark(&format!("histograms.{FIGURE}"), "figures that vary"),
-            dots.remark(&format!("scatter.{FIGURE}"), "keys that were drawn"),
+            bars.remark(&format!("histograms.{FIGURE}"), "metrics that vary"),
+            dots.remark(&format!("scatter.{FIGURE}"), "keys drawn"),
         ];
-        // Told before anything that is written fails: the trials took a while.
+        // Printed before a failed write is reported: the trials took minutes.
         if is_json {
             self.say_json(json)?;
         } else {
@@ -359,7 +360,9 @@ impl Console<'_> {
         kept?;
         write_pictures(folder, header, report.worst_by, [bars.panels, dots.panels])?;
         if !is_json {
-            self.say(&format!("written to {}", folder.display()))?;
+            self.say(&format!("files: {}", folder.display()))?;
+            let limits = if question.at_most.is_empty() { "" } else { " or exceeded a limit" };
+            self.say(&format!("result: {count} of {} trials failed{limits}", header.trials))?;
         }
         let refused = (0..).zip(outcomes).find_map(|(i, outcome)| (outcome == Outcome::Refused).then_some(i));
         Ok((refused, count > 0 && !question.at_most.is_empty()))
@@ -370,25 +373,25 @@ impl Console<'_> {
         let outcomes: Vec<String> = outcomes.iter().map(|(word, count)| format!("{count} {word}")).collect();
         self.say(&format!("{} trials, seed {}: {}", header.trials, header.seed, outcomes.join(", ")))?;
         let below = failures.rate_below.map_or_else(
-            || "; no bound of the true rate: a Sobol sequence is no chance".into(),
+            || "; no bound of the true rate: a Sobol sequence is not random".into(),
             |below| format!("; the true rate is below {} % with 95 % confidence", significant(100.0 * below, 3)),
         );
         let Failures { count, rate, .. } = failures;
         self.say(&format!("failures: {count}, {} %{below}", significant(100.0 * rate, 3)))?;
         if !has_bar {
             self.say(
-                "a failure is a trial that did not end as `finished`, no more: --at-most FIGURE=VALUE says what else \
-                 is one",
+                "a failure is a trial that did not end as `finished`; --at-most METRIC=VALUE also counts trials above \
+                 VALUE",
             )?;
         }
         if failures.unsettled > 0 {
             self.say(&unsettled(failures.unsettled))?;
         }
-        let mut table = Table::new(["figure", "file"].into_iter().chain(NAMES));
+        let mut table = Table::new(["metric", "file"].into_iter().chain(NAMES));
         for name in &header.columns[drawn + 1..] {
             let Some(of) = percentiles.get(name.as_str()) else { continue };
             let most = of.ranks["max"];
-            // What is the same in all of them says nothing, and what none of them has.
+            // A metric that is constant or never available is left out.
             let is_told = of.no_number < header.trials as usize && of.least != most;
             if is_told || name == worst_by {
                 let values = NAMES.iter().map(|name| number(of.ranks[name]));
@@ -406,37 +409,37 @@ impl Console<'_> {
             let head = [trial.trial.to_string(), trial.outcome.to_owned(), number(trial.figure)];
             table.row(head.into_iter().chain(values));
         }
-        self.say(&format!("the worst:\n{table}"))?;
+        self.say(&format!("worst trials:\n{table}"))?;
         let words = header.sets.iter().map(|set| ("--set", set)).chain(header.vary.iter().map(|vary| ("--vary", vary)));
         let words = words.map(|(option, word)| format!(" {option} {}", quoted(word))).collect::<Vec<_>>().concat();
         let trial = worst.first().map_or(0, |worst| worst.trial);
         self.say(&format!(
-            "a trial alone, with figures: host-sim monte-carlo{file} --trials {} --seed {}{words} --replay {trial}",
+            "to rerun a trial with figures: host-sim monte-carlo{file} --trials {} --seed {}{words} --replay {trial}",
             header.trials, header.seed
         ))
     }
 }
 
-/// What a folder that was written says for a report.
+/// Result of a Monte Carlo run, read from its output folder for a report.
 pub(in crate::cli) struct Written {
     pub(in crate::cli) scenario: String,
-    /// Of the text of its file.
+    /// SHA-256 of the text of the scenario file.
     pub(in crate::cli) sha256: String,
-    /// `KEY=VALUE` of all its trials.
+    /// `KEY=VALUE` settings of all trials.
     pub(in crate::cli) sets: Vec<String>,
     pub(in crate::cli) section: Section,
 }
 
-/// The section of a report, of a folder that was written.
+/// Reads the section of a report from an output folder.
 pub(in crate::cli) fn section(folder: &Path) -> Result<Written, Failure> {
     let file = folder.join("monte-carlo.json");
-    let read = |name: &str| read_text(&folder.join(name), Kind::REPORT);
+    let read = |name: &str| read_text(&folder.join(name), FileKind::REPORT);
     let json: Json = serde_json::from_str(&read("monte-carlo.json")?)
         .map_err(|error| bad(format!("{}: {error}", file.display())))?;
-    let none = || bad(format!("{}: not what `monte-carlo` writes", file.display()));
+    let none = || bad(format!("{}: not an output of host-sim monte-carlo", file.display()));
     let scenario = json["scenario"].as_str().ok_or_else(none)?.to_owned();
     let percentiles = json["percentiles"].as_object().ok_or_else(none)?;
-    let mut table = Table::new(["figure", "file"].into_iter().chain(NAMES));
+    let mut table = Table::new(["metric", "file"].into_iter().chain(NAMES));
     for (name, of_figure) in percentiles.iter().filter(|(_, of_figure)| of_figure["least"] != of_figure["max"]) {
         let values = NAMES.iter().map(|rank| of(&of_figure[*rank]));
         let unit = json["units"][name].as_str().map_or_else(String::new, |unit| format!(" ({unit})"));
@@ -453,7 +456,7 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<Written, Failure> {
     says.push(format!("failures: {}{below}", failures["count"]));
     let bars = json["at_most"].as_object().into_iter().flatten().map(|(name, limit)| format!("{name} above {limit}"));
     let bars = bars.collect::<Vec<_>>().join(", ");
-    says.extend((!bars.is_empty()).then(|| format!("a failure is also: {bars}")));
+    says.extend((!bars.is_empty()).then(|| format!("also a failure: {bars}")));
     says.extend(failures["unsettled"].as_u64().filter(|count| *count > 0).map(|count| unsettled(count as usize)));
     let words = |of: &str| json[of].as_array().into_iter().flatten().filter_map(Json::as_str).collect::<Vec<_>>();
     says.push(format!("drawn: {}", words("vary").join("; ")));
@@ -471,20 +474,19 @@ pub(in crate::cli) fn section(folder: &Path) -> Result<Written, Failure> {
     Ok(Written { scenario, sha256, sets: sets.into_iter().map(ToOwned::to_owned).collect(), section })
 }
 
-/// Histograms and scatter pictures, as far as there is anything to draw.
+/// Writes the histograms and scatter plots that have a panel.
 fn write_pictures(folder: &Path, header: &Header, by: &str, [bars, dots]: [Vec<Panel>; 2]) -> Result<(), Failure> {
     let title = |what: &str| format!("{}: {what}, {} trials, seed {}", header.scenario, header.trials, header.seed);
-    for (stem, title, panels) in [
-        ("histograms", title("figures of merit"), bars),
-        ("scatter", title(&format!("{by} over what was drawn")), dots),
-    ] {
+    for (stem, title, panels) in
+        [("histograms", title("metrics"), bars), ("scatter", title(&format!("{by} over the drawn keys")), dots)]
+    {
         let columns = panels.len().min(3);
         if columns > 0 {
             let figure = Figure { title, panels, columns };
             let written = figure.write(folder, stem);
             written.map_err(|error| Failure::writing(folder.join(stem).display(), &error))?;
         } else {
-            // Those of an earlier plan are not of this one.
+            // A figure of an earlier plan does not belong to this one.
             for kind in ["png", "svg"] {
                 let _ = fs::remove_file(folder.join(stem).with_extension(kind));
             }
@@ -493,7 +495,7 @@ fn write_pictures(folder: &Path, header: &Header, by: &str, [bars, dots]: [Vec<P
     Ok(())
 }
 
-/// Steps over the range of sorted values; of more than two decades over their logarithms.
+/// Returns the histogram of sorted values; over their logarithms if they span more than two decades.
 fn histogram(name: &str, unit: Option<&String>, sorted: &[f64]) -> Option<Panel> {
     let finite: Vec<f64> = sorted.iter().copied().filter(|value| value.is_finite()).collect();
     let (least, most) = (*finite.first()?, *finite.last()?);
@@ -516,15 +518,15 @@ fn histogram(name: &str, unit: Option<&String>, sorted: &[f64]) -> Option<Panel>
     })
 }
 
-/// Dots: some of the trials spread over all, those that failed at the top, and the worst.
+/// Returns a scatter plot: a sample of the finished trials, the failed trials at the top, and the worst trials.
 fn scatter([name, by]: [&str; 2], x: &[f64], y: &[f64], outcomes: &[Outcome], worst: &[usize]) -> Panel {
     let stride = x.len().div_ceil(DOTS).max(1);
     let finite = || y.iter().copied().filter(|y| y.is_finite());
     let (least, top) = (finite().fold(f64::INFINITY, f64::min), finite().fold(0.0, f64::max));
-    // Over more than two decades the good ones would be one line.
+    // On a linear axis of more than two decades the good trials would form one line.
     let is_log = least > 0.0 && top > 100.0 * least;
     let height = |y: f64| if is_log { libm::log10(y) } else { y };
-    // A gap behind each keeps them apart.
+    // A gap after each point keeps the dots unconnected.
     let dotted = |label: &str, color: usize, of: &mut dyn Iterator<Item = usize>| {
         let place = |k: usize| (x[k], height(if y[k].is_finite() { y[k] } else { top }));
         let points = of.flat_map(|k| [place(k), (f64::NAN, f64::NAN)]).collect();
@@ -535,7 +537,7 @@ fn scatter([name, by]: [&str; 2], x: &[f64], y: &[f64], outcomes: &[Outcome], wo
     if outcomes.iter().any(|outcome| *outcome != Outcome::Finished) {
         series.push(dotted("failed", 1, &mut (0..x.len()).filter(failed).take(DOTS)));
     }
-    series.push(dotted("the worst", 0, &mut worst.iter().copied()));
+    series.push(dotted("worst", 0, &mut worst.iter().copied()));
     let y_label = if is_log { format!("log10 of {by}") } else { by.into() };
     Panel { x_label: name.into(), y_label, series, ..Panel::default() }
 }

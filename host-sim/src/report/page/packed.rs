@@ -1,16 +1,16 @@
-//! Points of a curve in JSON: `y` as f32, little endian, in base 64; `x` as a step if it is k times that, else as f64.
+//! Points of a curve in JSON: `y` as base 64 of little-endian f32, `x` as a step, or as base 64 of f64.
 //!
-//! A point that has no value stays one: NaN has bits.
+//! The step is used if x_k = k step for every point. NaN is kept.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// In the file.
+/// Points in the file.
 #[derive(Serialize, Deserialize)]
 struct Packed {
-    /// x = k times this.
+    /// Step of x: x_k = k step. `None` if `x` contains the values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     step: Option<f64>,
     #[serde(default, skip_serializing_if = "String::is_empty")]

@@ -29,7 +29,7 @@ fn html(accounts: &[Account]) -> String {
     Page { title: "a report", accounts }.html().expect("a page")
 }
 
-/// What stands between these for the last time.
+/// Returns the text between the last occurrences of these words.
 fn within<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
     let (_, rest) = text.rsplit_once(before).expect(before);
     rest.split_once(after).expect(after).0
@@ -56,7 +56,7 @@ fn what_is_read_back_makes_the_same_page_again() {
     assert_eq!(again[0].sections[0].files, accounts[0].sections[0].files);
 }
 
-/// A drawing comes from a file that others may have written.
+/// A drawing comes from a file that somebody else may have written.
 #[test]
 fn a_drawing_with_more_than_lines_and_text_is_left_out() {
     let curve = Series::solid("y > \"z\" & <w>", 0, [(0.0, 1.0), (1.0, 2.0)]);
@@ -111,7 +111,7 @@ fn points_are_packed_with_their_gaps_and_any_places() {
              \"has_dots\":false}}"
         );
         let read = serde_json::from_str::<Series>(&text);
-        // Less than a number is none.
+        // Fewer bytes than a number give no point.
         assert!(read.as_ref().map_or(true, |series| series.points.is_empty()), "{damaged}: {read:?}");
     }
 }
@@ -159,7 +159,7 @@ fn words_that_look_like_markup_stay_words() {
     figure.panels[0].title = evil.into();
     figure.panels[0].series[0].label = evil.into();
     let page = html(&accounts);
-    // The two of the numbers and the two that draw.
+    // Two scripts with numbers and two that draw.
     assert_eq!(page.matches("<script").count(), 4);
     assert_eq!(page.matches("</script>").count(), 4);
     assert_eq!(super::accounts(&page).expect("accounts")[0].name, evil);

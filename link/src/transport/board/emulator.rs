@@ -1,4 +1,4 @@
-//! An image in the emulator as a [`Transport`]: the talk goes over its USART1.
+//! Firmware in the emulator as a [`Transport`], over its USART1.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -10,33 +10,33 @@ use cycle_bound::qemu::{Clock, Process};
 use super::super::{Transport, TransportError};
 use super::is_silence;
 
-/// The talk with an image in the emulator.
+/// Connection to a firmware in the emulator.
 pub struct Emulator {
     line: TcpStream,
     process: Process,
 }
 
 impl Emulator {
-    /// Boots an image and connects to its USART1; if the log is wanted, its USART2 is the stream.
+    /// Boots a firmware and connects to its USART1. With `log` its USART2 is the returned stream.
     ///
     /// # Errors
-    /// Those of [`Process::start`].
+    /// Fails like [`Process::start`].
     pub fn start(image: &Path, log: bool) -> Result<(Self, Option<TcpStream>), TransportError> {
         Self::boot(image, log, Clock::Host)
     }
 
-    /// The same for an image whose timers matter: an instruction counts one, whatever this machine does meanwhile.
+    /// Boots a firmware with exact timers: emulated time counts instructions, independent of the load of this machine.
     ///
     /// # Errors
-    /// Those of [`Process::start`].
+    /// Fails like [`Process::start`].
     pub fn counting(image: &Path) -> Result<Self, TransportError> {
         Self::boot(image, false, Clock::Instructions).map(|(emulator, _)| emulator)
     }
 
-    /// The same, where whoever asks must keep up: while the chip waits no more time passes there than here.
+    /// Boots a firmware whose time does not run ahead of this program while the chip waits.
     ///
     /// # Errors
-    /// Those of [`Process::start`].
+    /// Fails like [`Process::start`].
     pub fn paced(image: &Path) -> Result<Self, TransportError> {
         Self::boot(image, false, Clock::Paced).map(|(emulator, _)| emulator)
     }
@@ -61,7 +61,7 @@ impl Transport for Emulator {
     }
 
     fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
-        // No socket waits for a time of 0.
+        // A socket rejects a timeout of 0.
         let within = within.max(Duration::from_micros(1));
         match self.line.set_read_timeout(Some(within)).and_then(|()| self.line.read(into)) {
             Ok(0) => Err(self.gone("")),

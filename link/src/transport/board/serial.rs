@@ -1,4 +1,4 @@
-//! A board at a serial port: 8 data bits, no parity, 1 stop bit, no flow control.
+//! Board on a serial port: 8 data bits, no parity, 1 stop bit, no flow control.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::Path;
@@ -11,24 +11,24 @@ use cycle_bound::log;
 use super::super::{Transport, TransportError};
 use super::is_silence;
 
-/// Longest wait for the port to take a frame.
+/// Longest wait for the port to accept a frame.
 const WRITE_WITHIN: Duration = Duration::from_secs(1);
 
-/// An open serial port.
+/// Open serial port.
 pub struct Serial {
     port: Box<dyn SerialPort>,
     name: String,
 }
 
 impl Serial {
-    /// Opens a port, for this program alone.
+    /// Opens a port for exclusive use.
     ///
     /// # Errors
-    /// When there is none of that name, it is another program's, or this user may not open it; each in words.
+    /// Fails if the port does not exist, another program has it open, or the user has no permission.
     pub fn open(device: &Path, baud: u32) -> Result<Self, TransportError> {
         let name = device.display().to_string();
         let told = |why: &dyn std::fmt::Display| TransportError(format!("{name}: {why}"));
-        // Of all that may be wrong this is the most likely, and the one the port's own error tells worst.
+        // A missing device is the most likely error, and the message of the port is least clear for it.
         if let Err(error) = std::fs::metadata(device)
             && cfg!(unix)
         {
@@ -43,7 +43,7 @@ impl Serial {
             serialport::ErrorKind::NoDevice => told(&format!("{error}; does another program have it open?")),
             _ => told(&format!("cannot be opened as a serial port: {error}")),
         })?;
-        // What the board said to someone else.
+        // Drop the bytes that the board sent before.
         port.clear(ClearBuffer::All).map_err(|error| told(&error))?;
         Ok(Self { port, name })
     }
@@ -53,7 +53,7 @@ impl Serial {
     }
 }
 
-/// Without the number of the operating system.
+/// Returns the message without the error number of the operating system.
 fn plain(error: &io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error").next().unwrap_or_default().to_lowercase()
@@ -68,7 +68,7 @@ impl Transport for Serial {
     fn receive(&mut self, into: &mut [u8], within: Duration) -> Result<usize, TransportError> {
         self.port.set_timeout(within).map_err(|error| self.broken(&error.into()))?;
         match self.port.read(into) {
-            // A port that is ready and has nothing is gone.
+            // A port that is ready without data is gone.
             Ok(0) => Err(self.broken(&ErrorKind::UnexpectedEof.into())),
             Ok(count) => Ok(count),
             Err(error) if is_silence(error.kind()) => Ok(0),
@@ -77,7 +77,7 @@ impl Transport for Serial {
     }
 }
 
-/// For the log of a board.
+/// Reads the log of a board.
 impl Read for Serial {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         self.port.set_timeout(log::GLANCE)?;

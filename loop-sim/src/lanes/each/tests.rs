@@ -15,7 +15,7 @@ use controller_core::Health;
 const PERIOD_S: f64 = 1e-3;
 const PERIODS: usize = 120;
 
-/// u = -k (x_1 - sin 20t), which breaks at one tick.
+/// Controller u = -k (x_1 - sin 20t), which fails at one tick.
 struct Proportional {
     k: f64,
     tick: usize,
@@ -43,7 +43,7 @@ impl ControllerPort for Proportional {
     }
 }
 
-/// A plant and how it is driven.
+/// Plant and the drive of its loop.
 struct Case {
     plant: Box<dyn Plant>,
     x0: Vec<f64>,
@@ -72,7 +72,7 @@ fn imperfections(off: &mut impl FnMut(f64) -> f64, kind: usize) -> Imperfections
     }
 }
 
-/// Motors and joints of every kind, so many of each, no two alike.
+/// Returns motors and joints of every kind, `of_each` of each, all different.
 fn cases(of_each: usize) -> Vec<Case> {
     let mut random = Random::new(11, 0);
     let mut off = |size: f64| size * (2.0 * random.uniform() - 1.0);
@@ -80,10 +80,10 @@ fn cases(of_each: usize) -> Vec<Case> {
     for k in 0..8 * of_each {
         let (is_joint, kind) = (k / 4 % 2 == 1, k % 4);
         let imperfections = imperfections(&mut off, kind);
-        // What no lane takes runs alone, between the others.
+        // A plant with a supply has no lane and runs alone, between the others.
         let supply = (k % 7 == 6).then_some(Supply { volt: 0.5, ohm: 0.3 });
         let mut imperfections = Imperfections { supply, ..imperfections };
-        // Two in five stick.
+        // Two in five have friction that holds.
         if k % 5 < 2 {
             imperfections.friction.smooth_rad_s = 0.0;
         }
@@ -101,7 +101,7 @@ fn cases(of_each: usize) -> Vec<Case> {
             torque_n_m_per_a: 0.05 * (1.0 + off(0.5)),
             damping_n_m_s: 1e-3 * (1.0 + off(0.5)),
         };
-        // One in seventeen is so light that it is refused.
+        // One in seventeen is so light that the solver refuses it.
         let shaft = if k % 17 == 16 { Shaft { inertia_kg_m2: 1e-12, ..shaft } } else { shaft };
         let (plant, order): (Box<dyn Plant>, _) = if is_joint {
             let body = JointBody {
@@ -118,14 +118,14 @@ fn cases(of_each: usize) -> Vec<Case> {
         };
         let mut x0 = vec![0.0; order];
         (x0[0], x0[1]) = (off(0.3), off(2.0));
-        // Where an angle is so large that its sine is another one, or becomes so; and where there is no state.
+        // Angles at or near the range of the vectorised sine, and states that are NaN.
         match k % 13 {
             3 => x0[if is_joint { 2 } else { 0 }] = 2e4,
             5 => (x0[0], x0[1]) = (sine::LARGEST - 0.01, 30.0),
             7 if k % 2 == 1 => x0[1] = f64::NAN,
             _ => {}
         }
-        // One in nine runs away; some break off or are stopped.
+        // One in nine diverges. Some break off or are stopped.
         let k_p = if k % 9 == 8 { -3e4 } else { 3.0 * (1.0 + off(0.9)) };
         let [breaks_at, stops_at] =
             [(31, 30), (47, 46)].map(|(m, at)| if k % m == at { 40 + k % 60 } else { PERIODS * 2 });
@@ -136,7 +136,7 @@ fn cases(of_each: usize) -> Vec<Case> {
 
 type Ran = (Trace, Result<Ending, LoopError>);
 
-/// What `run` makes of all cases.
+/// Returns the results of `run` for all cases.
 fn ran(cases: &[Case], run: impl FnOnce(Vec<Recorded<'_>>) -> Vec<Result<Ending, LoopError>>) -> Vec<Ran> {
     let mut stages: Vec<_> = cases
         .iter()
@@ -165,7 +165,7 @@ fn ran(cases: &[Case], run: impl FnOnce(Vec<Recorded<'_>>) -> Vec<Result<Ending,
     watched.into_iter().map(|watched| watched.trace).zip(endings).collect()
 }
 
-/// A trace that someone may stop.
+/// Trace that can stop the run.
 struct Watched {
     trace: Trace,
     stops_at: usize,
@@ -186,7 +186,7 @@ fn alone(runs: Vec<Recorded<'_>>) -> Vec<Result<Ending, LoopError>> {
     runs.into_iter().map(|(setup, recorder)| close_loop(setup, recorder)).collect()
 }
 
-/// To the bit, the sign of a zero included.
+/// Checks that both results have the same bits, including the sign of a zero.
 fn same(side_by_side: &[Ran], alone: &[Ran]) {
     assert_eq!(side_by_side.len(), alone.len());
     for (k, ((found, how), (expected, why))) in side_by_side.iter().zip(alone).enumerate() {
@@ -201,7 +201,7 @@ fn same(side_by_side: &[Ran], alone: &[Ran]) {
 
 #[test]
 fn every_run_has_its_bits_alone() {
-    // The fast tier takes a third of them.
+    // The fast tier runs a third of the cases.
     let share = if std::env::var_os("DEEP").is_some_and(|value| value == "1") { 1 } else { 3 };
     let cases = cases(30 / share);
     let expected = ran(&cases, alone);
@@ -223,15 +223,15 @@ fn every_run_has_its_bits_alone() {
     }
 }
 
-/// Plants by formulas of three kinds, no two alike.
+/// Returns plants with formulas of three kinds, all different.
 fn formulas(of_each: usize) -> Vec<Case> {
     let mut random = Random::new(5, 0);
     let mut off = |size: f64| size * (2.0 * random.uniform() - 1.0);
     let kinds: [&[&str]; 3] = [
         &["x2", "g/l*sin(x1) + (u - c*x2 - f*tanh(x2/0.01) + 0.2*cos(3*t))/(m*l^2)"],
-        // What jumps in its slope is halved again and again; what has no vector code is called lane by lane.
+        // A kink is halved again and again. Functions without vector code are called lane by lane.
         &["x2 - f*abs(x1)", "-x3", "min(u, 1) - max(c*x2, -x1) + atan2(x3, 2)^2 + exp(-x1^2) + sqrt(1 + x2^2)"],
-        // So fast a function that the step is checked, and a pole that some run into.
+        // A function so fast that the step is checked, and a pole that some plants hit.
         &["x2", "x3", "x4", "x5", "x6", "g*cos(900*t) - 1e3*x6 - m*x1 + u + c/(x1 - 0.2)"],
     ];
     let mut cases = Vec::new();

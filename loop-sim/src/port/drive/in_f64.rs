@@ -1,5 +1,5 @@
-//! The drive once more in f64, its reference too: what rounding to f32 is measured by. With one gain set, the quiet
-//! one, and without monitors; it is no drive to run a chip with.
+//! Drive in f64, including its reference, as the standard for rounding errors of f32. It has the base gains only and no
+//! monitors, and it is not meant for a chip.
 
 use controller_core::drive::{Aim, ChainModel, DriveEstimates, EncoderForm, Sample, Target};
 use controller_core::{ControlLaw, MAX_R, Output, Running};
@@ -8,7 +8,7 @@ use super::{Motion, Mounted, Played};
 use crate::MAX_ORDER;
 use crate::port::{ControllerPort, PortError, Tick};
 
-/// Counts in, current out.
+/// Drive in f64: counts in, current out.
 struct InF64<L: ControlLaw, const E: usize, const N: usize, const P: usize> {
     running: Running<L>,
     mounted: [Mounted; E],
@@ -18,7 +18,7 @@ struct InF64<L: ControlLaw, const E: usize, const N: usize, const P: usize> {
     sample: Sampled<L, E, N>,
 }
 
-/// What the law is given of counts, and of the targets at both ends of a tick.
+/// Function that builds the sample from counts and the targets at both ends of a tick.
 type Sampled<L, const E: usize, const N: usize> =
     fn([Option<i32>; E], &Target<f64, i32, N>, &Target<f64, i32, N>) -> <L as ControlLaw>::Sample;
 
@@ -56,7 +56,7 @@ where
     }
 }
 
-/// A law along a motion.
+/// Returns a controller along a motion.
 pub(super) fn boxed<M, A, const E: usize, const N: usize, const S: usize, const LATE: usize, const P: usize>(
     law: EncoderForm<f64, M, A, E, N, S, 0, LATE>,
     mounted: [Mounted; E],

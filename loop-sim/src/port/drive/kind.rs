@@ -1,8 +1,8 @@
-//! The two kinds of drives: what differs between a motor and a joint, once.
+//! Differences between the two kinds of drives, motor and joint.
 //!
-//! [`DriveDesign`] is a drive of either kind before it runs. Whoever asks it needs no match: [`Kind`] has an
-//! implementation per kind, and what the law's types are (aim, gain sets, delay, states) is chosen there from a
-//! [`Form`].
+//! [`DriveDesign`] is a drive of either kind before it runs, so callers need no match. [`DriveKind`] has an
+//! implementation per kind. It selects the types of the controller (control mode, gain sets, delay, states) from
+//! a [`Form`].
 
 use std::any::Any;
 
@@ -19,29 +19,29 @@ use crate::linear::{LawAtRest, Still};
 use crate::port::ControllerPort;
 use crate::sensor::encoder::Mounted;
 
-/// What monitors compare with in every tick.
+/// Thresholds of the monitors in every tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thresholds {
-    /// |d| in the unit of each block.
+    /// Threshold of |d| for each shaft, in the unit of its block.
     pub disturbance: Vec<f32>,
-    /// |σ*|.
+    /// Threshold of |σ*|.
     pub sigma_star: f32,
-    /// Ticks that are counted to.
+    /// Limits of the tick counters.
     pub ticks: WatchTicks<f32>,
-    /// u per unit of the driven shaft's speed, in the unit of its block, while it brakes.
+    /// Braking gain: u per speed of the driven shaft, in the unit of its block.
     pub brake: f32,
-    /// Limits of u.
+    /// Limits of u, A.
     pub limits: [f32; 2],
-    /// What one unit of u adds to the acceleration of the driven shaft, in the unit of its block.
+    /// Acceleration of the driven shaft per unit of u, in the unit of its block.
     pub gain: f32,
-    /// 1 by that, as the law has it.
+    /// Inverse of `gain`, as stored in the controller.
     pub per_gain: f32,
 }
 
-/// What is done with a law of any of the types that a drive may have.
+/// Operation on a controller whose type is selected by a [`Form`].
 trait Use<const E: usize, const N: usize> {
     type Out;
-    /// Does the law leave no offset when it takes over?
+    /// True if the switch to the controller leaves no offset.
     const AT_REST: bool = false;
 
     fn of<L>(self, law: L, bounds: &Bounds<E>) -> Self::Out
@@ -50,7 +50,7 @@ trait Use<const E: usize, const N: usize> {
         L::State: Send;
 }
 
-/// It is run in this process.
+/// Operation: run the controller in this process.
 struct Run(Reaction, Around);
 
 impl<const E: usize, const N: usize> Use<E, N> for Run {
@@ -67,7 +67,7 @@ impl<const E: usize, const N: usize> Use<E, N> for Run {
     }
 }
 
-/// It takes over from another.
+/// Operation: take over from another controller.
 struct Succeed<const AT_REST: bool>(Reaction, Around);
 
 impl<const E: usize, const N: usize, const AT_REST: bool> Use<E, N> for Succeed<AT_REST> {
@@ -83,7 +83,7 @@ impl<const E: usize, const N: usize, const AT_REST: bool> Use<E, N> for Succeed<
     }
 }
 
-/// Only what its monitors may see is asked for: also as a tick in f32 compares it.
+/// Operation: return the limits of the monitors, and the thresholds of a tick in f32.
 struct Watch;
 
 impl<const E: usize, const N: usize> Use<E, N> for Watch {
@@ -99,18 +99,18 @@ impl<const E: usize, const N: usize> Use<E, N> for Watch {
 /// Bandwidths of a drive of either kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bandwidths {
-    /// w_c of the error, rad/s.
+    /// Surface bandwidth w_c, rad/s.
     pub surface_rad_s: f64,
-    /// Of the observer on each encoder, rad/s.
+    /// Bandwidth of the observer on each encoder, rad/s.
     pub observers_rad_s: Vec<f64>,
-    /// k_l, 1/s.
+    /// Reaching gain k_l, 1/s.
     pub reaching_per_s: f64,
-    /// α of the offset W, 1/s.
+    /// Rate α of the offset W, 1/s.
     pub offset_per_s: f64,
 }
 
 impl Bandwidths {
-    /// The same with α by rule: half of the slowest of surface and observers.
+    /// Returns the bandwidths with α by rule: half of the slowest of surface and observers.
     #[must_use]
     pub fn with_offset(self) -> Self {
         let slowest = self.observers_rad_s.iter().copied().fold(self.surface_rad_s, f64::min);
@@ -118,44 +118,44 @@ impl Bandwidths {
     }
 }
 
-/// Names of a kind of drive, the state that each encoder sees, and the keys of [`Kind::KEYS`].
-type Words = ([&'static str; 2], &'static [usize], (&'static [&'static str], &'static str));
+/// Names of a kind of drive, the state of each encoder, and the keys of [`DriveKind::KEYS`].
+type KindNames = ([&'static str; 2], &'static [usize], (&'static [&'static str], &'static str));
 
-/// What a kind of drive is: `E` encoders, `N` states, plans that are continuous in `P` derivatives, r included.
-trait Kind<const E: usize, const N: usize, const P: usize>: Copy {
-    /// Its table in a scenario file, and what it is.
+/// Kind of drive with `E` encoders, `N` states and plans that are continuous in `P` derivatives, r included.
+trait DriveKind<const E: usize, const N: usize, const P: usize>: Copy {
+    /// Name of its table in a scenario, and its title.
     const NAMES: [&'static str; 2];
-    /// The state that each encoder sees, from 0.
+    /// Index of the state that each encoder measures, from 0.
     const SEEN: [usize; E];
-    /// Keys of the bandwidths of its observers, and of how many times as fast those of its fast gain set are.
+    /// Keys of the observer bandwidths, and the key of the factor for the observers with high gains.
     const KEYS: (&'static [&'static str], &'static str);
 
     fn period_s(&mut self) -> &mut f64;
     fn limits(&self) -> Limits;
-    /// K_t.
+    /// Torque constant K_t, N m per A.
     fn torque_n_m_per_a(&self) -> f64;
     fn gate_steps(&self) -> [f64; E];
     fn bandwidths(&self) -> Bandwidths;
     fn set_bandwidths(&mut self, to: &Bandwidths);
-    /// These bandwidths, and all that goes with them by rule.
+    /// Returns the design with these bandwidths and everything that follows from them by rule.
     fn redesigned(self, to: &Bandwidths, load_n_m: f64) -> Self;
     fn fast_ratios(&mut self) -> &mut [f64];
-    /// Behind encoders with so many times as many counts: thresholds mean the same angles.
+    /// Returns the design with encoders of `times` as many counts. Its thresholds keep their angles.
     fn finer(self, encoders: [Encoder; E], times: f64) -> Self;
     fn numbers(&self) -> Vec<f64>;
-    /// How it slows down, so many ticks late.
+    /// Returns the braking of the drive with this delay in ticks.
     fn slowing(&self, delay_ticks: usize) -> Slowing;
-    /// Its band at rest, if this kind of drive has one.
+    /// Returns the rest band, if this kind of drive has one.
     fn rest_band(&self, learning: RestLearning) -> Option<RestBand>;
 
-    /// Its law with its monitors, handed to whoever uses it. More than one gain set are as two; more than three ticks
-    /// of delay are refused.
+    /// Passes its controller with monitors to `user`. More than two gain sets count as two. More than three ticks of
+    /// delay are refused.
     fn law<U: Use<E, N>>(&self, form: Form, monitors: &Monitors<E>, user: U) -> Result<U::Out, DriveError>;
     fn at_rest(&self, form: Form) -> Result<DriveAtRest, DriveError>;
     fn in_f64(&self, of: (Form, [Mounted; E]), motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError>;
 }
 
-/// Hands a law and the bounds of its monitors to `$user`.
+/// Passes a controller and the bounds of its monitors to `$user`.
 macro_rules! used {
     ($drive:ident, $design:ident, $monitors:ident, $user:ident, [$($load:expr)?], $($of:tt)*) => {{
         let law = $drive::<f32, $($of)*>::try_design($design)?;
@@ -165,7 +165,7 @@ macro_rules! used {
     }};
 }
 
-impl Kind<1, 2, 3> for MotorDesign {
+impl DriveKind<1, 2, 3> for MotorDesign {
     const NAMES: [&'static str; 2] = ["motor", "a motor with one encoder"];
     const SEEN: [usize; 1] = [0];
     const KEYS: (&'static [&'static str], &'static str) = (&["observer_rad_s"], "fast_ratio");
@@ -249,8 +249,8 @@ impl Kind<1, 2, 3> for MotorDesign {
     }
 }
 
-/// It follows the position of its link with four states per encoder.
-impl Kind<2, 4, 4> for JointDesign {
+/// The drive controls the position of its link, with four states per encoder.
+impl DriveKind<2, 4, 4> for JointDesign {
     const NAMES: [&'static str; 2] = ["joint", "a flexible joint with two encoders"];
     const SEEN: [usize; 2] = [0, 2];
     const KEYS: (&'static [&'static str], &'static str) = (&["link_rad_s", "motor_rad_s"], "fast_ratios");
@@ -357,23 +357,23 @@ fn finer_switching(Switching { calm_steps, alert_steps, smoothing_s, keep_s }: S
     Switching { calm_steps: calm_steps * times, alert_steps: alert_steps * times, smoothing_s, keep_s }
 }
 
-/// A drive of one kind before it runs: numbers, types and encoders.
+/// Drive of one kind before it runs: parameters, types and encoders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveOf<D, const E: usize> {
-    /// Its numbers.
+    /// Design parameters.
     pub design: D,
-    /// Its types.
+    /// Type parameters.
     pub form: Form,
-    /// Its encoders; of a joint those of link and motor.
+    /// Encoder of the motor, or the encoders of link and motor of a joint.
     pub mounted: [Mounted; E],
-    /// What is watched.
+    /// Monitors.
     pub monitors: Monitors<E>,
 }
 
 impl<D, const E: usize> DriveOf<D, E> {
     fn live<const N: usize, const P: usize>(&self, motion: &Motion) -> Result<Box<dyn LivePort>, DriveError>
     where
-        D: Kind<E, N, P>,
+        D: DriveKind<E, N, P>,
     {
         let reaction = self.monitors.reaction;
         let around = self.around();
@@ -383,21 +383,21 @@ impl<D, const E: usize> DriveOf<D, E> {
 
     fn fence<const N: usize, const P: usize>(&self) -> Option<Fence>
     where
-        D: Kind<E, N, P>,
+        D: DriveKind<E, N, P>,
     {
         self.monitors.fence.map(|limits| Fence::new(&limits, self.design.slowing(self.form.delay_ticks)))
     }
 
     fn around<const N: usize, const P: usize>(&self) -> Around
     where
-        D: Kind<E, N, P>,
+        D: DriveKind<E, N, P>,
     {
         Around { fence: self.fence(), rest_band: self.rest_band() }
     }
 
     fn rest_band<const N: usize, const P: usize>(&self) -> Option<RestBand>
     where
-        D: Kind<E, N, P>,
+        D: DriveKind<E, N, P>,
     {
         let learning = self.monitors.rest_band.filter(|_| self.form.follows == Follows::Position);
         learning.and_then(|learning| self.design.rest_band(learning))
@@ -405,7 +405,7 @@ impl<D, const E: usize> DriveOf<D, E> {
 
     fn successor<const N: usize, const P: usize>(&self, at_rest: bool) -> Result<Box<dyn Any + Send>, DriveError>
     where
-        D: Kind<E, N, P>,
+        D: DriveKind<E, N, P>,
     {
         let Self { design, form, monitors, .. } = self;
         if at_rest {
@@ -421,7 +421,7 @@ impl<D, const E: usize> DriveOf<D, E> {
         motion: &Motion,
     ) -> Box<dyn ControllerPort + 'a>
     where
-        D: Kind<E, N, P>,
+        D: DriveKind<E, N, P>,
     {
         let of = (self.mounted, self.around());
         Box::new(Drive::<E, N, P>::new(Box::new(law), of, self.form, self.monitors.reaction, motion))
@@ -429,7 +429,7 @@ impl<D, const E: usize> DriveOf<D, E> {
 
     fn watched<const N: usize, const P: usize>(&self) -> Result<(Vec<f64>, Thresholds), DriveError>
     where
-        D: Kind<E, N, P>,
+        D: DriveKind<E, N, P>,
     {
         let (bounds, thresholds) = self.design.law(self.form, &self.monitors, Watch)?;
         Ok((bounds.to_numbers().collect(), thresholds))
@@ -437,7 +437,7 @@ impl<D, const E: usize> DriveOf<D, E> {
 
     fn finer<const N: usize, const P: usize>(self, encoder: impl Fn(Encoder) -> Encoder, times: f64) -> Self
     where
-        D: Kind<E, N, P>,
+        D: DriveKind<E, N, P>,
     {
         let mounted = self.mounted.map(|mounted| Mounted::new(encoder(mounted.encoder)));
         let design = self.design.finer(mounted.map(|mounted| mounted.encoder), times);
@@ -445,35 +445,35 @@ impl<D, const E: usize> DriveOf<D, E> {
     }
 }
 
-/// Of the kind of this drive.
-const fn words<D, const E: usize, const N: usize, const P: usize>(_: &DriveOf<D, E>) -> Words
+/// Returns the names and keys of this kind of drive.
+const fn words<D, const E: usize, const N: usize, const P: usize>(_: &DriveOf<D, E>) -> KindNames
 where
-    D: Kind<E, N, P>,
+    D: DriveKind<E, N, P>,
 {
     (D::NAMES, &D::SEEN, D::KEYS)
 }
 
-/// As the plan of a drive of this kind has them.
+/// Returns the trajectory of a motion, with the continuity of this kind of drive.
 fn jets<D, const E: usize, const N: usize, const P: usize>(
     _: &DriveOf<D, E>,
     motion: &Motion,
 ) -> Box<dyn Fn(u32) -> [f64; 4] + Send + Sync>
 where
-    D: Kind<E, N, P>,
+    D: DriveKind<E, N, P>,
 {
     Box::new(motion.jets::<P, 4>())
 }
 
-/// A drive of either kind before it runs.
+/// Drive of either kind before it runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DriveDesign {
-    /// Of a motor.
+    /// Drive of a motor.
     Motor(DriveOf<MotorDesign, 1>),
-    /// Of a joint.
+    /// Drive of a joint.
     Joint(DriveOf<JointDesign, 2>),
 }
 
-/// The same expression for a drive of either kind.
+/// Evaluates an expression for a drive of either kind.
 macro_rules! each {
     ($drive:expr, $of:ident => $answer:expr) => {
         match $drive {
@@ -484,47 +484,47 @@ macro_rules! each {
 }
 
 impl DriveDesign {
-    /// `motor` or `joint`, its table in a scenario file.
+    /// Returns `motor` or `joint`, the name of its table in a scenario.
     pub const fn name(&self) -> &'static str {
         each!(self, drive => words(drive).0[0])
     }
 
-    /// `a motor with one encoder` or `a flexible joint with two encoders`.
+    /// Returns `a motor with one encoder` or `a flexible joint with two encoders`.
     pub const fn title(&self) -> &'static str {
         each!(self, drive => words(drive).0[1])
     }
 
-    /// Is it a joint that is designed as a whole?
+    /// Returns true for a joint that is designed as a whole.
     pub const fn is_whole(&self) -> bool {
         matches!(self, Self::Joint(DriveOf { design: JointDesign { coupled: Some(_), .. }, .. }))
     }
 
-    /// Keys of the bandwidths of its observers in a scenario file.
+    /// Returns the keys of the observer bandwidths in a scenario.
     pub const fn observer_keys(&self) -> &'static [&'static str] {
         each!(self, drive => words(drive).2.0)
     }
 
-    /// Key of how many times as fast the observers of its fast gain set are.
+    /// Returns the key of the factor for the observers with high gains.
     pub const fn fast_key(&self) -> &'static str {
         each!(self, drive => words(drive).2.1)
     }
 
-    /// Of each encoder the state that it sees, from 0, and how it is mounted.
+    /// Returns for each encoder the index of its state, from 0, and its mounting.
     pub fn encoders(&self) -> Vec<(usize, Mounted)> {
         each!(self, drive => words(drive).1.iter().copied().zip(drive.mounted).collect())
     }
 
-    /// Its types.
+    /// Returns the type parameters.
     pub const fn form(&self) -> Form {
         each!(self, drive => drive.form)
     }
 
-    /// Its types, to be changed.
+    /// Returns a mutable reference to the type parameters.
     pub const fn form_mut(&mut self) -> &mut Form {
         each!(self, drive => &mut drive.form)
     }
 
-    /// The same; alarms are told and no more, for whoever asks what its law does with any load.
+    /// Returns the design with alarms that are reported only. Use it to analyse the controller under any load.
     #[must_use]
     pub const fn telling(mut self) -> Self {
         match &mut self {
@@ -534,7 +534,7 @@ impl DriveDesign {
         self
     }
 
-    /// The same without a band at rest.
+    /// Returns the design without a rest band.
     #[must_use]
     pub const fn without_rest_band(mut self) -> Self {
         if let Self::Motor(drive) = &mut self {
@@ -543,81 +543,82 @@ impl DriveDesign {
         self
     }
 
-    /// What follows an alarm.
+    /// Returns the reaction to an alarm.
     pub const fn reaction(&self) -> Reaction {
         each!(self, drive => drive.monitors.reaction)
     }
 
-    /// The fence around it.
+    /// Returns the fence.
     pub fn fence(&self) -> Option<Fence> {
         each!(self, drive => drive.fence())
     }
 
-    /// The band within which it is let be at rest.
+    /// Returns the rest band, within which the motor is left at rest.
     pub fn rest_band(&self) -> Option<RestBand> {
         each!(self, drive => drive.rest_band())
     }
 
-    /// The largest load that comes at once, N m.
+    /// Returns the largest sudden load, N m.
     pub const fn sudden_load_n_m(&self) -> f64 {
         each!(self, drive => drive.monitors.sudden_load_n_m)
     }
 
-    /// T, s.
+    /// Returns the period T, s.
     pub fn period_s(&self) -> f64 {
         let mut copy = *self;
         *copy.period_mut_s()
     }
 
-    /// T, s, to be changed.
+    /// Returns a mutable reference to the period T, s.
     pub fn period_mut_s(&mut self) -> &mut f64 {
         each!(self, drive => drive.design.period_s())
     }
 
-    /// Largest current of either sign, A.
+    /// Returns the largest current of both signs, A.
     pub fn max_current_a(&self) -> f64 {
         let limits = self.limits();
         limits.max.min(-limits.min)
     }
 
-    /// Between what its current stays, A.
+    /// Returns the limits of the current, A.
     pub fn limits(&self) -> Limits {
         each!(self, drive => drive.design.limits())
     }
 
-    /// K_t, N m per A.
+    /// Returns the torque constant K_t, N m per A.
     pub fn torque_n_m_per_a(&self) -> f64 {
         each!(self, drive => drive.design.torque_n_m_per_a())
     }
 
-    /// How many steps of its encoder a count may be off, of each encoder.
+    /// Returns the innovation gate of each encoder in counts.
     pub fn gate_steps(&self) -> Vec<f64> {
         each!(self, drive => drive.design.gate_steps().to_vec())
     }
 
-    /// Its bandwidths.
+    /// Returns the bandwidths.
     pub fn bandwidths(&self) -> Bandwidths {
         each!(self, drive => drive.design.bandwidths())
     }
 
-    /// These bandwidths, and nothing else: gates and switching stay.
+    /// Sets the bandwidths only. Gates and gain scheduling stay.
     pub fn set_bandwidths(&mut self, to: &Bandwidths) {
         each!(self, drive => drive.design.set_bandwidths(to));
     }
 
-    /// These bandwidths, and all that goes with them by rule; of a joint for this sudden load.
+    /// Returns the design with these bandwidths and everything that follows from them by rule. For a joint `load_n_m`
+    /// is the sudden load.
     #[must_use]
     pub fn redesigned(mut self, to: &Bandwidths, load_n_m: f64) -> Self {
         each!(&mut self, drive => drive.design = drive.design.redesigned(to, load_n_m));
         self
     }
 
-    /// How many times as fast its observers are in the fast gain set; to be changed.
+    /// Returns a mutable reference to the factors of the observer bandwidths with high gains.
     pub fn fast_ratios(&mut self) -> &mut [f64] {
         each!(self, drive => drive.design.fast_ratios())
     }
 
-    /// The same behind other encoders with so many times as many counts: thresholds mean the same angles.
+    /// Returns the drive with other encoders of `times` as many counts. Its thresholds keep their angles.
     #[must_use]
     pub(in crate::port) fn finer(self, encoder: impl Fn(Encoder) -> Encoder, times: f64) -> Self {
         match self {
@@ -626,38 +627,39 @@ impl DriveDesign {
         }
     }
 
-    /// r, r', .. of a motion at any tick, whole turns included, as the plan of this drive has it.
+    /// Returns a function of the tick that gives r, r', .. of a motion, with whole revolutions included, as the plan of
+    /// this drive.
     pub fn jets(&self, motion: &Motion) -> Box<dyn Fn(u32) -> [f64; 4] + Send + Sync> {
         each!(self, drive => jets(drive, motion))
     }
 
-    /// The drive along a reference, in this process.
+    /// Returns the drive along a reference, in this process.
     ///
     /// # Errors
-    /// Those of the design.
+    /// Fails with the error of the design.
     pub fn port(&self, motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
         Ok(self.live(motion)?)
     }
 
-    /// The same, to be moved and re-tuned while it runs.
+    /// Returns the drive along a reference, which accepts motions and designs while it runs.
     ///
     /// # Errors
-    /// Those of the design.
+    /// Fails with the error of the design.
     pub fn live(&self, motion: &Motion) -> Result<Box<dyn LivePort>, DriveError> {
         each!(self, drive => drive.live(motion))
     }
 
-    /// The law alone, to take over from one of the same form.
-    /// What stands around its law.
+    /// Returns the rest band and the fence around the controller.
     pub(super) fn around(&self) -> Around {
         each!(self, drive => drive.around())
     }
 
+    /// Returns the controller with monitors, to take over from a controller of the same form.
     pub(super) fn successor(&self, at_rest: bool) -> Result<Box<dyn Any + Send>, DriveError> {
         each!(self, drive => drive.successor(at_rest))
     }
 
-    /// The same with a law that runs elsewhere.
+    /// Returns the drive along a reference with a controller on a target.
     pub fn port_to<'a, X>(&self, law: X, motion: &Motion) -> Box<dyn ControllerPort + 'a>
     where
         X: Law<1, 2> + Law<2, 4> + 'a,
@@ -665,48 +667,48 @@ impl DriveDesign {
         each!(self, drive => drive.port_to(law, motion))
     }
 
-    /// The same along its reference in f64, with the quiet gain set alone and without monitors.
+    /// Returns the drive along a reference in f64, with the base gains only and without monitors.
     ///
     /// # Errors
-    /// Those of the design.
+    /// Fails with the error of the design.
     pub fn in_f64(&self, motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError> {
         each!(self, drive => drive.design.in_f64((drive.form, drive.mounted), motion))
     }
 
-    /// The law in f64 that stands still at angle 0 with its quiet gains; the link of a joint hangs down.
+    /// Returns the controller in f64 at rest at angle 0 with its base gains. The link of a joint hangs down.
     ///
     /// # Errors
-    /// Those of the design.
+    /// Fails with the error of the design.
     pub fn at_rest(&self) -> Result<DriveAtRest, DriveError> {
         each!(self, drive => drive.design.at_rest(drive.form))
     }
 
-    /// What it is designed from, what its monitors may see, and the bits of the alarms at which it stops, as the
-    /// numbers of [`drive::LAYOUT`](controller_core::drive::LAYOUT).
+    /// Returns the design parameters, the limits of the monitors, and the bits of the stopping alarms, in the order of
+    /// [`drive::LAYOUT`](controller_core::drive::LAYOUT).
     ///
     /// # Errors
-    /// Those of the design.
+    /// Fails with the error of the design.
     pub fn numbers(&self) -> Result<Vec<f64>, DriveError> {
         let stops_at = f64::from(self.reaction().stops_at().bits());
         let (bounds, _) = self.thresholds()?;
         Ok(each!(self, drive => drive.design.numbers()).into_iter().chain(bounds).chain([stops_at]).collect())
     }
 
-    /// What its monitors compare with in every tick, and the same in the units of people: |d| of each shaft in rad/s²,
-    /// |σ*|, ticks at a limit.
+    /// Returns the limits of the monitors in physical units, and the thresholds of a tick. The limits are |d| of each
+    /// shaft in rad/s², |σ*|, and ticks at a limit.
     ///
     /// # Errors
-    /// Those of the design.
+    /// Fails with the error of the design.
     pub fn thresholds(&self) -> Result<(Vec<f64>, Thresholds), DriveError> {
         each!(self, drive => drive.watched())
     }
 }
 
-/// A drive that stands still at angle 0 with its quiet gains, in f64.
+/// Drive at rest at angle 0 with its base gains, in f64.
 pub struct DriveAtRest {
-    /// Its law. The encoders are only finer, so that a step of them is a small change.
+    /// Controller of the drive. Its encoders are finer, so that a count is a small change.
     pub law: Box<dyn LawAtRest>,
-    /// λ_2, what |σ*| stays below as long as every innovation is at most one step of its encoder, in the unit of x_n.
+    /// Bound λ_2 of |σ*| while every innovation is at most one count of its encoder, in the unit of x_n.
     pub sigma_star_bound: f64,
 }
 
@@ -733,7 +735,7 @@ where
     DriveAtRest { law: Box::new(still), sigma_star_bound }
 }
 
-/// The same encoder with as many counts as a drive may have.
+/// Returns the encoder with the largest number of counts that a drive accepts.
 fn finest(encoder: Encoder) -> Encoder {
     let counts = u64::from(encoder.counts_per_turn) * u64::from(encoder.gear_num);
     let k = (0..24).rev().find(|&k| counts <= (1 << 24) >> k).unwrap_or(0);

@@ -1,17 +1,17 @@
-//! The exact closed loop of a joint that is not the data sheet's and the controller of the data sheet.
+//! Exact closed loop of a true joint and a controller by the data sheet.
 //!
-//! Everything is linear about rest at an angle θ and exact at the ticks. Units: radians behind the gear, ticks, and u
-//! by what it does to both shafts as one in a tick. Gravity is a spring -(weight/J_l) cos θ; the controller knows it as
-//! a push at the counts, the mean of both ends of a tick. The plant's current loop is a state of its own, apart from
-//! the controller's model of it.
+//! The loop is linearised about rest at an angle θ and exact at the ticks. Units: radians behind the gear, ticks, and u
+//! as the acceleration of both shafts together in a tick. Gravity is a spring -(weight/J_l) cos θ. The controller
+//! models it as a torque at the counts, the mean of both ends of a tick. The current loop of the plant is a separate
+//! state, apart from the controller's model of it.
 //!
 //! # Sensitivity
-//! With the loop broken at the plant's input, $S = 1/(1 + L)$ is a ratio of characteristic polynomials:
+//! With the loop broken at the plant input, $S = 1/(1 + L)$ is a ratio of characteristic polynomials:
 //!
 //! $$ |S(z)| = \frac{\prod |z - p_{plant}| \prod |z - p_{controller}|}{\prod |z - p_{closed}|} $$
 //!
-//! So eigenvalues give stability and every |S|. A narrow peak lies at the angle of a closed pole, and those angles
-//! are among the frequencies that are tried.
+//! So eigenvalues give stability and every |S|. A narrow peak lies at the angle of a closed-loop pole, and the tried
+//! frequencies include these angles.
 
 use std::f64::consts::PI;
 
@@ -25,20 +25,20 @@ const PLANT: usize = 5;
 /// States of a controller without its queue: i, and (q, v, d) of link and motor.
 const OWN: usize = 7;
 
-/// Most queued inputs.
+/// Largest number of queued inputs.
 const QUEUE: usize = 3;
 
-/// One tick of a true joint in the units of the module's head.
+/// One tick of a true joint, in the units of the module documentation.
 pub(super) struct Plant {
     phi: [[f64; PLANT]; PLANT],
     gamma: [f64; PLANT],
-    /// Of a torque of 1 N m on the link.
+    /// Effect of a torque of 1 N m on the link.
     load: [f64; PLANT],
     poles: Vec<Complex>,
 }
 
 impl Plant {
-    /// `unit`: what u times it is in radians per tick²; `spring`: (weight/J_l) cos θ, 1/s²; `per_torque`: 1/J_l.
+    /// Returns the plant. `unit`: radians per tick² per u; `spring`: (weight/J_l) cos θ, 1/s²; `per_torque`: 1/J_l.
     pub(super) fn of(r: &JointRatios, [spring, per_torque]: [f64; 2], period_s: f64, unit: f64) -> Option<Self> {
         const ALL: usize = PLANT + 2;
         let (t, t2) = (period_s, period_s * period_s);
@@ -67,7 +67,7 @@ impl Plant {
     }
 }
 
-/// e^A: the series of a matrix that is halved until it is small, squared as often.
+/// Returns e^A, by scaling and squaring of its series.
 fn exponential<const S: usize>(mut a: [[f64; S]; S]) -> [[f64; S]; S] {
     let product = |a: &[[f64; S]; S], b: &[[f64; S]; S]| {
         let mut out = [[0.0; S]; S];
@@ -94,11 +94,11 @@ fn exponential<const S: usize>(mut a: [[f64; S]; S]) -> [[f64; S]; S] {
     e
 }
 
-/// The joint as the controller models it, whatever its gains are.
+/// The controller's model of the joint, independent of its gains.
 pub(super) struct Model {
     phi: [[f64; PLANT]; PLANT],
     gamma: [f64; PLANT],
-    /// Of the accelerations of link and motor.
+    /// Effect of the accelerations of link and motor.
     push: [[f64; 2]; PLANT],
     keeps: f64,
     pub(super) period_s: f64,
@@ -124,10 +124,10 @@ impl Model {
         Self { phi, gamma, push, keeps: tick.keeps, period_s, unit, delay }
     }
 
-    /// Whether the regulator stays stable with any smaller gain of u, as of a u at its limit.
+    /// Returns true if the regulator is stable with any smaller gain of u, as with u at its limit.
     ///
-    /// The observer takes the u that is applied, so a limit scales the feedback alone. A loop that a smaller gain
-    /// makes unstable can swing between the limits for ever.
+    /// The observer uses the applied u, so a limit scales the feedback alone. A loop that a smaller gain makes unstable
+    /// can have a limit cycle between the limits.
     pub(super) fn bears_limits(&self, law: &Regulator) -> bool {
         let feedback = self.feedback(law);
         (1..=8).map(|k| 0.5_f64.powi(k)).all(|gain| {
@@ -139,13 +139,13 @@ impl Model {
         })
     }
 
-    /// K in the units of the module's head.
+    /// Returns K in the units of the module documentation.
     fn feedback(&self, law: &Regulator) -> [f64; PLANT] {
         let (k, t, unit) = (law.feedback, self.period_s, self.unit);
         [k[0] * unit, k[1] * unit / t, k[2] * unit, k[3] * unit / t, k[4]]
     }
 
-    /// States after a tick of the joint with x, under u and the accelerations.
+    /// Returns the states after a tick from x, with u and the accelerations.
     fn moved(&self, x: [f64; PLANT], u: f64, push: [f64; 2]) -> [f64; PLANT] {
         std::array::from_fn(|i| {
             let by_state: f64 = self.phi[i].iter().zip(x).map(|(phi, x)| phi * x).sum();
@@ -154,7 +154,7 @@ impl Model {
     }
 }
 
-/// A controller about rest at one angle: s⁺ = A s + B y, u = C s + D y, innovation y - E s - F y.
+/// Controller about rest at one angle: s⁺ = A s + B y, u = C s + D y, innovation y - E s - F y.
 pub(super) struct Controller {
     order: usize,
     a: [[f64; OWN + QUEUE]; OWN + QUEUE],
@@ -167,7 +167,7 @@ pub(super) struct Controller {
 }
 
 impl Controller {
-    /// `gains` of [`JointTick::observer_gains`]; `gravity`: (weight/J_l) cos θ, 1/s².
+    /// Returns the controller. `gains`: from [`JointTick::observer_gains`]; `gravity`: (weight/J_l) cos θ, 1/s².
     pub(super) fn of(model: &Model, gains: &[[[f64; 3]; 2]; 2], law: &Regulator, gravity: f64) -> Option<Self> {
         let order = OWN + model.delay;
         let mut out = Self {
@@ -210,7 +210,7 @@ impl Controller {
     }
 }
 
-/// The tick of the chip about rest, without limits: next states, u, and the innovation of both encoders.
+/// Computes the tick of the target about rest, without limits: next states, u, and the innovation of both encoders.
 fn ticked(
     model: &Model,
     gains: &[[[f64; 3]; 2]; 2],
@@ -221,7 +221,7 @@ fn ticked(
 ) -> ([f64; OWN + QUEUE], f64, [f64; 2]) {
     let (t, unit) = (model.period_s, model.unit);
     let pull = -gravity * t * t * y[0];
-    // The half of the last tick's pull that this count tells.
+    // Half of the gravity torque of the last tick is known from this count.
     let mut xi = [s[1], s[2], s[3], s[4], s[5], s[6]];
     for shaft in 0..2 {
         xi[3 * shaft] += 0.5 * model.push[2 * shaft][0] * pull;
@@ -264,7 +264,7 @@ pub(super) struct Loop<'a> {
 }
 
 impl<'a> Loop<'a> {
-    /// `None` if its eigenvalues are not found.
+    /// Returns the loop. `None` if its eigenvalues are not found.
     pub(super) fn of(plant: &'a Plant, controller: &'a Controller) -> Option<Self> {
         let (c, order) = (controller, PLANT + controller.order);
         let queue = (c.order > OWN).then_some(PLANT + OWN);
@@ -286,12 +286,12 @@ impl<'a> Loop<'a> {
         Some(Self { plant, controller, order, a, poles })
     }
 
-    /// Largest absolute value of an eigenvalue.
+    /// Returns the spectral radius.
     pub(super) fn radius(&self) -> f64 {
         self.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max)
     }
 
-    /// Largest |S| at the plant's input of a stable loop; `slow`: below this angle per tick |S| has no peak.
+    /// Returns the largest |S| at the plant input of a stable loop. Below the angle per tick `slow` |S| has no peak.
     pub(super) fn peak(&self, slow: f64) -> f64 {
         const GRID: usize = 48;
         let ratio = (PI / slow).powf(1.0 / GRID as f64);
@@ -300,7 +300,7 @@ impl<'a> Loop<'a> {
         angles.sort_by(f64::total_cmp);
         let sizes: Vec<f64> = angles.iter().map(|&angle| self.sensitivity(angle)).collect();
         let best = (0..sizes.len()).max_by(|&i, &j| sizes[i].total_cmp(&sizes[j])).unwrap_or(0);
-        // The golden section between its neighbours.
+        // Golden section search between the neighbours.
         let (mut low, mut high) = (angles[best.saturating_sub(1)], angles[(best + 1).min(angles.len() - 1)]);
         let mut most = sizes[best];
         for _ in 0..12 {
@@ -312,15 +312,15 @@ impl<'a> Loop<'a> {
         most
     }
 
-    /// |S| at this angle per tick.
+    /// Returns |S| at this angle per tick.
     pub(super) fn sensitivity(&self, angle: f64) -> f64 {
         let (s, c) = angle.sin_cos();
         let square = |poles: &[Complex]| poles.iter().map(|p| (c - p[0]).powi(2) + (s - p[1]).powi(2)).product::<f64>();
         (square(&self.plant.poles) * square(&self.controller.poles) / square(&self.poles)).sqrt()
     }
 
-    /// What u, and the innovation of both encoders, are in the steady state under white noise, rms: u in its own unit,
-    /// innovations in radians. `noise_rad`: rms of both encoders.
+    /// Returns the rms of u, in its unit, and of both innovations, in radians, in the steady state under white encoder
+    /// noise. `noise_rad`: rms of both encoders.
     pub(super) fn noise(&self, noise_rad: [f64; 2], unit: f64) -> (f64, [f64; 2]) {
         let (c, n) = (self.controller, self.order);
         let mut x = [[0.0; MOST]; MOST];
@@ -359,12 +359,12 @@ impl<'a> Loop<'a> {
         (rms(&c.c, c.d) / unit, [0, 1].map(|k| rms(&c.e[k], c.f[k])))
     }
 
-    /// How far a load on the link of 1 N m that comes moves it: the largest way, rad, and the area under it, rad ticks.
-    /// `horizon`: ticks until it is over.
+    /// Returns the response of the link to a load step of 1 N m: the largest deflection, rad, and its area, rad ticks.
+    /// `horizon`: simulated ticks.
     pub(super) fn dip(&self, horizon: f64) -> (f64, f64) {
         const SAMPLES: usize = 200;
         let stride = (horizon / SAMPLES as f64).max(1.0) as usize;
-        // A^stride and the sum of what comes before, by squaring.
+        // A^stride and the sum of the lower powers, by squaring.
         let (mut a, mut c) = ([[0.0; MOST]; MOST], [0.0; MOST]);
         (0..self.order).for_each(|i| a[i][i] = 1.0);
         for bit in (0..usize::BITS - stride.leading_zeros()).rev() {

@@ -6,16 +6,17 @@
 /// Largest order: five states of the plant, seven of the controller, and three queued inputs.
 pub(super) const MOST: usize = 5 + 7 + 3;
 
-/// A matrix of at most [`MOST`] rows and columns.
+/// Matrix of at most [`MOST`] rows and columns.
 pub(super) type Square = [[f64; MOST]; MOST];
 
 /// Real and imaginary part.
 pub(super) type Complex = [f64; 2];
 
-/// Rounds of the iteration for one eigenvalue; three are usual.
+/// Largest number of iterations for one eigenvalue; three are usual.
 const ROUNDS: usize = 60;
 
-/// Eigenvalues of the first `order` rows and columns. `None` if an entry is not finite or the iteration fails.
+/// Returns the eigenvalues of the first `order` rows and columns. `None` if an entry is not finite or the iteration
+/// fails.
 pub(super) fn eigenvalues(mut a: Square, order: usize) -> Option<Vec<Complex>> {
     if !a[..order].iter().all(|row| row[..order].iter().all(|entry| entry.is_finite())) {
         return None;
@@ -44,7 +45,7 @@ pub(super) fn eigenvalues(mut a: Square, order: usize) -> Option<Vec<Complex>> {
     Some(found)
 }
 
-/// Sets an entry below the diagonal that rounding could have made to 0.
+/// Sets an entry below the diagonal to 0 if it is within rounding.
 fn negligible(a: &mut Square, i: usize) -> bool {
     let small = a[i][i - 1].abs() <= f64::EPSILON * (a[i][i].abs() + a[i - 1][i - 1].abs());
     if small {
@@ -53,7 +54,7 @@ fn negligible(a: &mut Square, i: usize) -> bool {
     small
 }
 
-/// Eigenvalues of ((a, b), (c, d)).
+/// Returns the eigenvalues of ((a, b), (c, d)).
 fn pair(a: f64, b: f64, c: f64, d: f64) -> [Complex; 2] {
     let (half, middle) = (0.5 * (a - d), 0.5 * (a + d));
     let square = half * half + b * c;
@@ -61,13 +62,13 @@ fn pair(a: f64, b: f64, c: f64, d: f64) -> [Complex; 2] {
     if square < 0.0 {
         return [[middle, root], [middle, -root]];
     }
-    // The eigenvalue that does not cancel, and the other by the determinant's share.
+    // The eigenvalue without cancellation; the determinant gives the other.
     let far = half + root.copysign(half);
     let near = if far == 0.0 { 0.0 } else { -b * c / far };
     [[d + far, 0.0], [d + near, 0.0]]
 }
 
-/// Scales rows and columns by powers of two until both are of one size.
+/// Scales rows and columns by powers of two until their norms are similar.
 fn balance(a: &mut Square, order: usize) {
     for _ in 0..4 {
         let mut done = true;
@@ -103,7 +104,7 @@ fn balance(a: &mut Square, order: usize) {
     }
 }
 
-/// Hessenberg form by elimination with the largest pivot.
+/// Reduces to Hessenberg form by elimination with the largest pivot.
 fn reduce(a: &mut Square, order: usize) {
     for m in 1..order.saturating_sub(1) {
         let best = (m..order).max_by(|&i, &j| a[i][m - 1].abs().total_cmp(&a[j][m - 1].abs())).unwrap_or(m);
@@ -129,7 +130,7 @@ fn reduce(a: &mut Square, order: usize) {
     }
 }
 
-/// One implicit double step on rows low to last, of which there are at least three.
+/// Performs one implicit double step on rows low to last, at least three rows.
 fn sweep(a: &mut Square, low: usize, last: usize, exceptional: bool) {
     let before = last - 1;
     let (mut s, mut t) =

@@ -1,10 +1,10 @@
-//! The rule on data sheets that nobody tuned for, and an independent simulation of what it finds.
+//! Tests of the rule on data sheets without tuning, with an independent simulation of its designs.
 
 use std::f64::consts::TAU;
 
 use super::*;
 
-/// A data sheet: gear; J_m, K_t, B_m of the motor's own shaft; J_l, K, B_l, weight behind the gear; lag, largest u,
+/// Data sheet: gear; J_m, K_t, B_m of the motor shaft; J_l, K, B_l, weight behind the gear; lag, largest u,
 /// bits of link and motor, period, ticks of delay.
 struct Row(&'static str, f64, [f64; 3], [f64; 4], f64, f64, [u32; 2], f64, usize);
 
@@ -53,7 +53,7 @@ impl Row {
     }
 }
 
-/// Numbers from 0 to 1 by a linear congruence.
+/// Linear congruential generator of numbers from 0 to 1.
 struct Draw(u64);
 
 impl Draw {
@@ -70,7 +70,7 @@ impl Draw {
         from + (self.number() * f64::from(to - from + 1)) as u32
     }
 
-    /// A joint whose motor turns at up to 2 rad/s with 10 to 3000 rad/s² in reach.
+    /// Returns a joint with a motor of up to 2 rad/s and 10 to 3000 rad/s².
     fn sheet(&mut self) -> JointSheet {
         let link = self.logarithmic(1e-4, 10.0);
         let motor = link / self.logarithmic(0.05, 200.0);
@@ -105,20 +105,20 @@ impl Draw {
     }
 }
 
-/// What a simulation ends with.
+/// Result of a simulation.
 #[derive(Debug)]
 struct Rest {
-    /// Largest step of u, of the largest u.
+    /// Largest step of u, as a share of the largest u.
     step_share: f64,
     /// Largest error of the link, rad.
     error_rad: f64,
-    /// Largest share of the fast set under the load.
+    /// Largest share of the high gains under the load.
     loaded_level: f64,
-    /// Share of the fast set in the end.
+    /// Share of the high gains at the end.
     level: f64,
 }
 
-/// The reference of degree nine and its first three derivatives: 1 rad in `span_s`.
+/// Returns the reference of degree nine and its first three derivatives: 1 rad in `span_s`.
 fn move_at(t: f64, span_s: f64) -> [f64; 4] {
     let s = (t / span_s).clamp(0.0, 1.0);
     let p = [0.0, 0.0, 0.0, 0.0, 0.0, 126.0, -420.0, 540.0, -315.0, 70.0];
@@ -128,15 +128,15 @@ fn move_at(t: f64, span_s: f64) -> [f64; 4] {
     })
 }
 
-/// How far the fast set is in: by smoothed innovations, for a while only, and not with u at its limit.
+/// Share of the high gains: by smoothed innovations, for a limited time, and not with u at its limit.
 struct Switch {
-    /// W T.
+    /// Bandwidth times period, W T.
     rate: f64,
     smooth: [f64; 2],
     level: f64,
-    /// Ticks that the set has been in.
+    /// Ticks with high gains.
     stay: f64,
-    /// Calm ticks until it may come in again.
+    /// Calm ticks until the high gains are available again.
     locked: f64,
 }
 
@@ -166,8 +166,9 @@ impl Switch {
     }
 }
 
-/// A move of 1 rad, then a load of 14 % of the largest torque that goes away, then rest, by the tick in f64 on a joint
-/// with `truth`; Runge and Kutta's rule, gravity with its sine, rounded counts, limits. `None` if that takes too long.
+/// Simulates a move of 1 rad, a load of 14 % of the largest torque for some time, then rest. The tick runs in f64 on
+/// the joint `truth`, with a Runge-Kutta solver, the sine of gravity, quantised counts and limits. `None` if it takes
+/// too long.
 fn simulated(sheet: &JointSheet, rule: &JointRule, truth: &Joint) -> Option<Rest> {
     let (t, r) = (sheet.period_s, JointRatios::of(&sheet.joint, sheet.lag_s));
     let tick = JointTick::of(&r, t);
@@ -180,12 +181,12 @@ fn simulated(sheet: &JointSheet, rule: &JointRule, truth: &Joint) -> Option<Rest
     let (g, joint) = (sheet.joint.weight_n_m / sheet.joint.link_inertia_kg_m2, &sheet.joint);
     let inertia = joint.link_inertia_kg_m2 + joint.motor_inertia_kg_m2;
     let torque = sheet.most_a * joint.torque_n_m_per_a;
-    // Corners may die out more slowly than the bandwidths say.
+    // Corners may decay more slowly than the bandwidths suggest.
     let slowest = rule.surface_rad_s.min(rule.link_rad_s).min(8.0 * (1.0 - rule.radius) / t);
     let damping = joint.motor_damping_n_m_s + joint.link_damping_n_m_s;
     let span_s = (9.4 * inertia / (0.6 * torque - joint.weight_n_m)).sqrt().max(10.0 * damping / torque);
     let span_s = span_s.max(12.0 / r.k1.sqrt()).max(10.0 / slowest);
-    // 14 % of the torque, but no more than twists the spring by 3 degrees.
+    // 14 % of the torque, limited to a twist of the spring by 3 degrees.
     let push = (0.14 * torque).min(0.05 * joint.stiffness_n_m);
     let loaded = [span_s + 25.0 / slowest, span_s + 50.0 / slowest];
     let ticks = ((loaded[1] + 60.0 / slowest) / t) as usize;
@@ -261,7 +262,7 @@ fn simulated(sheet: &JointSheet, rule: &JointRule, truth: &Joint) -> Option<Rest
     Some(out)
 }
 
-/// The true joint one tick later.
+/// Returns the true joint one tick later.
 fn integrated(joint: &Joint, lag_s: f64, t: f64, mut x: [f64; 5], u: f64, load: f64) -> [f64; 5] {
     let (j_l, j_m) = (joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2);
     let fastest =
@@ -291,12 +292,12 @@ fn integrated(joint: &Joint, lag_s: f64, t: f64, mut x: [f64; 5], u: f64, load: 
     x
 }
 
-/// The simulation in a corner; `None` if it takes too long.
+/// Simulates a corner. `None` if it takes too long.
 fn in_corner(sheet: &JointSheet, rule: &JointRule, corner: usize) -> Option<Rest> {
     simulated(sheet, rule, &with_parameters(&sheet.joint, corner, sheet.uncertain))
 }
 
-/// Whether a joint ended at rest, where it should be, with the quiet set.
+/// Returns true if a joint ended at rest at its target with the base gains.
 fn rests(sheet: &JointSheet, end: &Rest) -> bool {
     let fine = end.step_share < 0.01
         && end.error_rad < 4.0 * sheet.steps_rad[0] + sheet.steps_rad[1] + 2e-4
@@ -307,7 +308,7 @@ fn rests(sheet: &JointSheet, end: &Rest) -> bool {
     fine
 }
 
-/// What the rule promises of the figures that it returns.
+/// Returns true if the metrics of a rule meet its constraints.
 fn within_limits(sheet: &JointSheet, rule: &JointRule) -> bool {
     let fast = rule.fast.is_none_or(|fast| {
         fast.peak <= FAST_PEAK
@@ -324,7 +325,7 @@ fn within_limits(sheet: &JointSheet, rule: &JointRule) -> bool {
         && fast
 }
 
-/// `work` on every item, on two threads.
+/// Runs `work` on every item, on two threads.
 fn on_two_threads<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let (first, second) = items.split_at(items.len() / 2);
     std::thread::scope(|scope| {
@@ -338,7 +339,7 @@ fn on_two_threads<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) 
 #[test]
 fn every_data_sheet_has_gains_or_a_first_remedy_that_helps() {
     let all: Vec<(usize, f64)> = (0..ROWS.len()).flat_map(|k| [(k, 2.4), (k, 1.7)]).collect();
-    // Both peaks of the first three, then every other one.
+    // Both peaks for the first three sheets, then for every other one.
     let all: Vec<_> = all.into_iter().filter(|&(k, peak)| k < 3 || (k % 2 == 0) == (peak == 2.4)).collect();
     let refused = on_two_threads(&all, |&(number, peak)| {
         let (row, sheet) = (&ROWS[number], ROWS[number].sheet(peak));
@@ -352,7 +353,7 @@ fn every_data_sheet_has_gains_or_a_first_remedy_that_helps() {
             }
             Err(why) => {
                 println!("{} {peak}, {took:.2} s: {why}", row.0);
-                // None of a joint that is to be driven as a motor.
+                // A joint that is driven as a motor has no changed sheet.
                 if let Some(changed) = why.remedies[0].applied(&sheet) {
                     let rule = joint_rule(&changed).expect("the first remedy helps");
                     assert!(within_limits(&changed, &rule), "{}: {rule:?}", row.0);
@@ -373,7 +374,7 @@ fn joints_in_corners_come_to_rest() {
     let all = on_two_threads(&[0, 1, 2, 3, 9, 10, 11], |&number| {
         let sheet = ROWS[number].sheet(if number % 2 == 0 { 2.4 } else { 1.7 });
         let rule = joint_rule(&sheet).expect("gains");
-        // Of weight, K_t, K, J_m, J_l.
+        // Bits: weight, K_t, K, J_m, J_l.
         [0b00000, 0b00011, 0b00100, 0b01100, 0b10010, 0b11011, 0b11101, 0b11111].map(|corner| {
             let end = in_corner(&sheet, &rule, corner).expect("a short simulation");
             assert!(rests(&sheet, &end), "{} in {corner:05b}: {rule:?}", ROWS[number].0);
@@ -384,7 +385,7 @@ fn joints_in_corners_come_to_rest() {
     assert!(most > 0.5, "no load brings a fast set in: {most}");
 }
 
-/// A soft spring under a fast regulator: linear and stable, and swinging between the limits after one load.
+/// A soft spring with a fast regulator: stable when linear, with a limit cycle between the limits after one load.
 #[test]
 fn a_load_that_takes_u_to_its_limit_leaves_no_swinging() {
     let joint = Joint {
@@ -421,7 +422,7 @@ fn random_data_sheets_have_gains_that_hold_or_are_refused() {
     let verdicts = on_two_threads(&sheets, |(number, sheet)| {
         let Some(mut search) = Search::of(sheet) else { return "failure" };
         let Some(rule) = search.best() else {
-            // They take longest: a few show it.
+            // They take longest, so only a few are tested.
             if count < 100 && *number >= 12 {
                 return "refusal";
             }

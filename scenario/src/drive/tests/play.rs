@@ -1,4 +1,4 @@
-//! What a file says of play, and what comes of it.
+//! Tests of the backlash of a file.
 
 use super::*;
 
@@ -34,8 +34,8 @@ fn deviation(trace: &Trace) -> f64 {
     (rows().map(|u| (u - mean).powi(2)).sum::<f64>() / rows().count() as f64).sqrt()
 }
 
-/// Behind the gear the rule gives less bandwidth the more play there is, says so, and then the shaft rests. Typed
-/// bandwidths stay, with a warning that tells how much they swing.
+/// With the encoder behind the gear the rule lowers the bandwidth with the backlash, with a warning, and the shaft
+/// rests. Bandwidths of the file stay, with a warning about the limit cycle.
 #[test]
 fn a_rule_that_knows_of_the_play_does_not_swing_in_it() {
     let [off, free] = ["drive.rest_band=\"off\"", "friction={}"];
@@ -45,18 +45,19 @@ fn a_rule_that_knows_of_the_play_does_not_swing_in_it() {
         let (experiment, trace) = ran(MOTOR, &gripper(&[&play, off, free]));
         let [w_c, varies] = [surface(&experiment), deviation(&trace)];
         assert!((w_c - expected).abs() < 0.01 && w_c < last && varies <= 0.02, "{play}: {w_c} rad/s, {varies} A");
-        let is_told = experiment.warnings.iter().any(|warning| warning.contains("behind the gear allows w_c = "));
+        let limits = "behind the gear limits the position bandwidth to ";
+        let is_told = experiment.warnings.iter().any(|warning| warning.contains(limits));
         assert_eq!(is_told, w_c < 39.0, "{play}: {:?}", experiment.warnings);
         last = w_c;
     }
     let (experiment, trace) = ran(MOTOR, &gripper(&["drive.surface_rad_s=40", "drive.gain_sets=2", off, free]));
     let varies = deviation(&trace);
     assert!(varies > 0.3, "{varies} A");
-    let warning = experiment.warnings.iter().find(|warning| warning.contains("swings at rest, with "));
+    let warning = experiment.warnings.iter().find(|warning| warning.contains("limit-cycles at rest, with "));
     assert!(warning.is_some_and(|it| it.contains("encoder.behind_gear = false")), "{:?}", experiment.warnings);
 }
 
-/// On the motor the encoder does not see the play: all of the bandwidth, rest, and a load that is known to the play.
+/// An encoder on the motor does not measure the backlash: full bandwidth, rest, and a load known to the backlash.
 #[test]
 fn an_encoder_on_the_motor_does_not_see_the_play() {
     let (experiment, trace) = ran(MOTOR, &gripper(&["encoder.behind_gear=false"]));

@@ -1,9 +1,9 @@
-//! Remedies of messages, tried: what a message says to write is accepted, and does what the message says.
+//! Tests the remedies of messages: the proposed values are accepted and have the stated effect.
 
 use super::build;
 use crate::{JOINT, MOTOR};
 
-/// What follows a number that a message only repeats.
+/// Texts after a number that a message only repeats.
 const SAID: [&str; 12] = [
     " says more",
     " allows",
@@ -19,7 +19,7 @@ const SAID: [&str; 12] = [
     " a joint is stable",
 ];
 
-/// What a message says to write: each `TABLE.KEY = VALUE` in it, in groups that are joined by ` with `.
+/// Returns the remedies of a message: each `TABLE.KEY = VALUE` in it, in groups that are joined by ` with `.
 pub(super) fn remedies(message: &str) -> Vec<Vec<String>> {
     let mut groups: Vec<Vec<String>> = Vec::new();
     let mut last_end = 0;
@@ -45,7 +45,7 @@ pub(super) fn remedies(message: &str) -> Vec<Vec<String>> {
     groups
 }
 
-/// The value that a range of numbers ends with, or the two numbers that are expected: ``KEY`: .., expected at most V`.
+/// Returns the upper end of an expected range, or the two expected numbers: ``KEY`: .., expected at most V`.
 fn expected(message: &str) -> Option<String> {
     let key = message.split('`').nth(1)?;
     let text = message.split_once("expected ")?.1;
@@ -70,7 +70,7 @@ fn value_length(value: &str) -> usize {
     value[..length].trim_end_matches('.').len()
 }
 
-/// Gear boxes of catalogues: planetary stages, products of stages, whole ratios, an increaser.
+/// Gear ratios of catalogues: planetary stages, products of stages, whole ratios, an increaser.
 const GEARS: [[u64; 2]; 16] = [
     [20_000, 1],
     [30_000, 1],
@@ -97,7 +97,7 @@ fn every_gear_is_taken_or_refused_with_the_nearest_and_its_cost() {
     for (plant, key) in encoders {
         let (text, table) = if plant == "MOTOR" { (MOTOR, "motor") } else { (JOINT, "joint") };
         for [a, b] in GEARS {
-            // A data sheet whose output is that of the plain file, as far as whole numbers of the gear go.
+            // A data sheet with the output of the template, within whole numbers of the gear.
             let ratio = a as f64 / b as f64;
             let inertia = if plant == "MOTOR" { "inertia_kg_m2" } else { "motor_inertia_kg_m2" };
             let (inertia_0, torque_0) = if plant == "MOTOR" { (2e-4, 0.05) } else { (0.0628, 1.0) };
@@ -127,7 +127,7 @@ fn every_gear_is_taken_or_refused_with_the_nearest_and_its_cost() {
                     taken += 1;
                     continue;
                 };
-                // The drive may be refused for another reason: what a gear makes of counter or design.
+                // The drive may be rejected for another reason.
                 let Some(message) = messages.lines().find(|line| line.contains("behind a gear of")) else { continue };
                 let remedies = remedies(message);
                 assert!(!remedies.is_empty() || message.contains("behind the gear"), "{sets:?}: {message}");
@@ -150,7 +150,7 @@ fn every_gear_is_taken_or_refused_with_the_nearest_and_its_cost() {
                     );
                     mended += 1;
                 }
-                // Behind the gear any ratio is taken.
+                // Behind the gear any ratio is accepted.
                 let behind = format!("{key}.behind_gear=true");
                 sets.push(&behind);
                 assert!(build(text, &sets).err().is_none_or(|error| !error.contains("gear of")), "{sets:?}");
@@ -160,7 +160,7 @@ fn every_gear_is_taken_or_refused_with_the_nearest_and_its_cost() {
     assert!(taken > 40 && mended > 40, "{taken} {mended}");
 }
 
-/// The cost in the message is the angle that the drive gains in a turn.
+/// The error in the message is the angle error of the drive per revolution.
 #[test]
 fn the_nearest_gear_is_off_by_as_much_as_the_message_says() {
     let sets = ["motor.inertia_kg_m2=1e-8", "motor.torque_n_m_per_a=5e-4", "motor.gear=[10301, 100]"];
@@ -168,14 +168,14 @@ fn the_nearest_gear_is_off_by_as_much_as_the_message_says() {
     assert!(
         error.contains(
             "the nearest that fits is motor.gear = [10126295, 98304], off by 2.48e-8 rad in a turn of the output, \
-             0.00667 counts of the encoder; or shift the lowest 2 bits of its counts away and say encoder.bits = 12"
+             0.00667 counts of the encoder; or shift the lowest 2 bits of its counts away and set encoder.bits = 12"
         ),
         "{error}"
     );
-    // All keys of the counter follow its bits, and only where whole numbers are left of them.
+    // All keys of the counter change with its bits, and only if they stay whole numbers.
     let sets = ["encoder={states = 10000, counts_per_turn = 10000, offset_counts = -48}", "motor.gear=[20000, 1]"];
     let error = build(MOTOR, &sets).err().expect("2e8 counts");
-    let said = "shift the lowest 4 bits of its counts away and say encoder.states = 625 with encoder.counts_per_turn = \
+    let said = "shift the lowest 4 bits of its counts away and set encoder.states = 625 with encoder.counts_per_turn = \
                 625 with encoder.offset_counts = -3";
     assert!(error.contains(said), "{error}");
     for (set, said) in [
@@ -197,14 +197,14 @@ fn the_nearest_gear_is_off_by_as_much_as_the_message_says() {
     let nearest = ["motor.gear=[10126295, 98304]"];
     let experiment = build(MOTOR, &[&sets[..], &nearest].concat()).expect("fits");
     let mounted = experiment.drive.expect("a drive").designed.encoders()[0].1;
-    // A turn of the true gear, in counts, and the angle that the drive makes of them.
+    // A revolution of the true gear in counts, and the angle that the drive computes from them.
     let angle_rad = 16_384.0 * 103.01 * mounted.encoder.unit_rad();
     let off_rad = (angle_rad - std::f64::consts::TAU).abs();
     assert!((off_rad / 2.48e-8 - 1.0).abs() < 0.01, "{off_rad}");
     assert!((off_rad / mounted.encoder.unit_rad() / 0.00667 - 1.0).abs() < 0.01, "{off_rad}");
 }
 
-/// All that is said of a file: mistakes, or warnings.
+/// Returns the errors or the warnings of a file.
 fn said(text: &str, sets: &[String]) -> Vec<String> {
     let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
     match build(text, &sets) {
@@ -213,7 +213,7 @@ fn said(text: &str, sets: &[String]) -> Vec<String> {
     }
 }
 
-/// Numbers of a linear congruential generator.
+/// Linear congruential generator.
 struct Random(u64);
 
 impl Random {
@@ -222,14 +222,14 @@ impl Random {
         (self.0 >> 33) as usize % n
     }
 
-    /// Evenly by its logarithm, in three digits.
+    /// Returns a number with a uniform logarithm, in three digits.
     fn between(&mut self, low: f64, high: f64) -> f64 {
         let share = self.below(1 << 30) as f64 / f64::from(1 << 30);
         format!("{:.2e}", low * (high / low).powf(share)).parse().expect("a number")
     }
 }
 
-/// A key with a value that may be wrong.
+/// Returns a key with a value that may be wrong.
 fn bad_set(random: &mut Random, plant: &str) -> String {
     let encoder = if plant == "motor" { "encoder" } else { ["encoder.link", "encoder.motor"][random.below(2)] };
     let mut number = |low: f64, high: f64| random.between(low, high);
@@ -293,8 +293,7 @@ fn bad_set(random: &mut Random, plant: &str) -> String {
     }
 }
 
-/// Files with one to three wrong values at random: what a message says to write is taken where it is written, and the
-/// message does not come again.
+/// Files with one to three wrong values at random: after each remedy its message does not occur again.
 #[test]
 fn a_remedy_that_names_a_key_and_a_value_is_one() {
     let trials = if std::env::var("DEEP").is_ok() { 30_000 } else { 1500 };
@@ -308,7 +307,7 @@ fn a_remedy_that_names_a_key_and_a_value_is_one() {
         let before = said(text, &sets);
         for message in &before {
             for remedy in remedies(message) {
-                // "instead of supply_v" is for the line that is written.
+                // "instead of supply_v" replaces that key.
                 let is_kept = |set: &&String| !(set.contains("supply_v") && message.contains("instead of supply_v"));
                 let kept: Vec<String> = sets.iter().filter(is_kept).cloned().collect();
                 let after = said(text, &[&kept[..], &remedy].concat());
@@ -331,33 +330,35 @@ fn a_remedy_that_names_a_key_and_a_value_is_one() {
     assert!(tried.len() > 10, "{tried:?}");
 }
 
-/// 24 V drive 6 A through 4 ohm: no larger current is proposed, and what is proposed is followed.
+/// 24 V drive 6 A through 4 ohm: no larger current is proposed, and the drive follows the proposed reference.
 #[test]
 fn a_supply_is_asked_for_no_more_current_than_it_drives() {
     let sine = "reference={kind = \"sine\", amplitude_rad = 8.0, frequency_hz = 20.0}";
     let supply = ["motor.supply_v=24", "motor.resistance_ohm=4", "motor.max_current_a=5"];
     let [told] = &said(MOTOR, &[&[sine][..], &supply].concat().map_owned())[..] else { panic!("one warning") };
-    assert!(told.contains("even in 100 s it takes ") && told.contains(" of the 24 V of the supply: "), "{told}");
+    assert!(told.contains("of up to 100 s needs ") && told.contains(" of the 24 V of the supply: "), "{told}");
     let remedies = remedies(told);
     let [[remedy]] = &remedies.iter().map(Vec::as_slice).collect::<Vec<_>>()[..] else { panic!("{told}") };
     assert!(remedy.starts_with("reference.amplitude_rad="), "{told}");
     assert_eq!(said(MOTOR, &[&[sine][..], &supply, &[remedy]].concat().map_owned()), Vec::<String>::new());
-    // 26.46 A are driven, 26.55 A would be enough: the current is no remedy. Nor is one of another motor.
+    // The supply drives 26.46 A and 26.55 A are necessary, so the current is not a remedy. Nor is 1000 times the
+    // current.
     let driven = ["reference.frequency_hz=10", "motor.supply_v=1000", "motor.resistance_ohm=37.8"];
     let far = ["reference={kind = \"sine\", amplitude_rad = 90.0, frequency_hz = 79.0}"];
     for (text, sets) in [(MOTOR, &driven[..]), (JOINT, &far)] {
         let told = said(text, &sets.to_vec().map_owned());
-        let is_jump = told[0].starts_with("the reference begins with a jump");
-        assert!(is_jump && !told[0].contains("max_current_a = ") && told[0].contains("it takes "), "{told:?}");
+        let is_jump = told[0].starts_with("the reference starts with a step");
+        let has_least = told[0].contains("of up to 100 s needs ");
+        assert!(is_jump && !told[0].contains("max_current_a = ") && has_least, "{told:?}");
     }
-    // Without a resistance the one is taken at which the current flows at rest: of it more flows.
+    // Without a resistance, its default follows from the current limit, so a larger limit is a remedy.
     let no_load = ["motor.no_load_rad_s=20000", "motor.max_current_a=5"];
     let sine = "reference={kind = \"sine\", amplitude_rad = 0.5, frequency_hz = 20.0}";
     let [told] = &said(MOTOR, &[&[sine][..], &no_load].concat().map_owned())[..] else { panic!("one warning") };
     assert!(told.contains("motor.max_current_a = ") && told.contains("reference.amplitude_rad = "), "{told}");
 }
 
-/// Of set-points the limit that is too much is lowered, and not the other.
+/// For set-points only the limit that is too high is lowered.
 #[test]
 fn set_points_are_slowed_where_they_are_too_fast() {
     let with = |keys: &str, supply: &[&str]| {
@@ -380,7 +381,7 @@ fn set_points_are_slowed_where_they_are_too_fast() {
     );
 }
 
-/// A period of five digits: a time of four of them is no whole number of ticks.
+/// With a period of five digits, a time of four digits is not a whole number of ticks.
 #[test]
 fn points_are_slowed_to_whole_ticks() {
     let reference = "reference={kind = \"points\", points_rad = [0.0, 400.0, 0.0, 300.0], every_s = 0.12345}";
@@ -390,7 +391,7 @@ fn points_are_slowed_to_whole_ticks() {
     assert_eq!(said(MOTOR, &[&sets[..], remedy].concat()), Vec::<String>::new(), "{remedy:?}");
 }
 
-/// Every percentage is answered with a range that is taken, with the inertia of the data sheet within it.
+/// For every percentage the error proposes a valid range that contains the inertia of the data sheet.
 #[test]
 fn every_uncertainty_is_answered_with_a_range_about_the_inertia() {
     for percent in [50.01, 60.0, 90.0, 98.0, 98.1, 99.0, 99.99, 100.0, 101.0, 125.0, 150.0, 400.0, 899.0, 901.0, 1e6] {
@@ -411,13 +412,13 @@ fn every_uncertainty_is_answered_with_a_range_about_the_inertia() {
             assert!(after.is_ok(), "{remedy:?}: {:?}", after.err());
         }
     }
-    // Without an inertia there is no range.
+    // Without an inertia no range is proposed.
     let unknown = MOTOR.replace("inertia_kg_m2 = ", "# inertia_kg_m2 = ");
     let told = said(&unknown, &["drive.uncertain_percent=80".to_owned()]);
     assert!(told.len() == 2 && told.iter().all(|it| !it.contains("for an inertia between")), "{told:?}");
 }
 
-/// Points and set-points are held to whole ticks in the same words.
+/// Points and set-points give the same message for times that are not whole ticks.
 #[test]
 fn times_of_a_reference_are_whole_ticks_for_every_kind() {
     let limits = "max_speed_rad_s = 9.0, max_acceleration_rad_s2 = 90.0";

@@ -1,8 +1,8 @@
-//! What the functions of the archive for C are to compute, `edo_smc_*`, a text for each.
+//! Expected results of the functions `edo_smc_*` of the C library, one text each.
 //!
-//! A call gets addresses that are good, a design that is one, and a state that `init` has made with it: it waits for
-//! its first good sample, or runs. What the interface answers to others is a matter of `tests`. The numbers of the
-//! design may be any.
+//! A call has valid addresses, a valid design, and a state that `init` has made with the design. The state waits for
+//! its first valid sample, or runs. Other calls are covered by `tests`. The numbers of the design may be
+//! any.
 //!
 //! ```text
 //! design:  version, instance, design's words ..       state:  address of the design, tag, state's words ..
@@ -13,43 +13,43 @@ use std::fmt::Write as _;
 use controller_core::{Controller, Linear, VERSION_NUMBER};
 use tick_record::drive::JET;
 use tick_record::joined::Joined;
-use tick_record::{Kind, Op, Port, Record, Recorder, Role, Symbol, Whole, coefficients, monitor, text, whole};
+use tick_record::{Op, Port, Record, Recorder, Role, Symbol, ValueKind, Whole, coefficients, monitor, text, whole};
 
 use crate::watched::Watched;
 
-/// In the order of `edo_smc.h`.
+/// Status values, in the order of `edo_smc.h`.
 const REJECTED: u32 = 1;
 const NOT_FINITE: u32 = (-6_i32).cast_unsigned();
 const NOT_STARTED: u32 = (-12_i32).cast_unsigned();
 
-/// Where an instance has its words, and what its functions do.
+/// Memory layout of an instance, and its functions.
 struct Layout {
     name: String,
-    /// Numbers of the design and how far behind its address they lie; all its bytes.
+    /// Numbers of the design with their offsets from its address, and its size in bytes.
     design: Vec<(String, usize)>,
     design_size: usize,
     /// Other words of the design: `known` lines.
     known: Vec<(usize, u32)>,
-    /// The same of the state, and bytes of it that mean nothing.
+    /// Words of the state with their offsets, its size, and its padding bytes.
     state: Vec<(String, usize)>,
     state_size: usize,
     pads: Vec<(usize, usize)>,
-    /// Where behind the sample an input of it lies, with its kind where that is not the record's.
+    /// Location of each input in the sample, with its kind where it differs from the trace.
     sample: Vec<(String, String)>,
-    /// What a drive knows, in its order.
+    /// Names of the estimates of a drive, in order.
     known_by: Vec<String>,
-    /// Tag of a state that waits; its complement if it runs.
+    /// Tag of a waiting state; a running state has the complement.
     waiting: u32,
     functions: Vec<(&'static str, Record)>,
 }
 
-/// The tag, as the archive makes it of its version and the instance: FNV-1a.
+/// Returns the tag as the library computes it from its version and the instance: FNV-1a.
 fn waiting(instance: [u8; 4]) -> u32 {
     let bytes = [VERSION_NUMBER.to_le_bytes(), instance].concat();
     bytes.iter().fold(0x811c_9dc5, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }
 
-/// Which register holds the address of each.
+/// Registers that hold the addresses.
 #[derive(Default)]
 struct Registers {
     design: Option<usize>,
@@ -68,7 +68,7 @@ impl Registers {
     }
 }
 impl Layout {
-    /// The functions, each with its text.
+    /// Returns the functions with their texts.
     fn texts(&self) -> Vec<(String, String)> {
         self.functions.iter().map(|(function, record)| self.text(function, record)).collect()
     }
@@ -95,10 +95,10 @@ impl Layout {
         let behind = |offset: usize| output.map_or(String::new(), |output| format!("r{output}+{offset}"));
         let columns = record.results.iter().filter(|port| matches!(port.role, Role::Estimate(0, _))).count();
         let result = |port: &Port| match (function, port.role) {
-            // What does not wait any more has no answer but OK.
+            // A state that no longer waits has no answer except OK.
             ("reset", Role::State) if port.name == "started" => vec![tag.clone(), "either r0 1 0".into()],
             ("estimates" | "reset", Role::State) => vec![],
-            // Of a state that has not started both make NOT_STARTED.
+            // Both return NOT_STARTED for a state that has not started.
             ("report_applied", Role::State) if port.name == "started" => vec![tag.clone(), not_finite.clone()],
             ("estimates", Role::Answer) => vec!["either r0 0 1".into()],
             ("report_applied", Role::Answer) => vec![not_finite.clone()],
@@ -154,10 +154,10 @@ fn chain<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &
         let model = Linear::from_row(named(recorder, "drift"));
         (Controller::<Symbol, Linear<Symbol, N>, N, R, MASK, O>::from_parts(coefficients, model), guess)
     });
-    // Guess, coefficients, row, in the order in which they were asked for.
+    // Guess, coefficients, row, in the order of their requests.
     let numbers = whole.tick.inputs.iter().filter(|port| port.role == Role::Argument);
     let design: Vec<String> = numbers.map(|port| port.name.clone()).collect();
-    // In memory the flag is the last one.
+    // In memory the flag is last.
     let mut state: Vec<String> = whole.state.iter().map(|port| port.name.clone()).collect();
     state.pop();
     state.rotate_left(1);
@@ -178,7 +178,7 @@ fn chain<const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &
     }
 }
 
-/// A drive, whose functions are joined of the records of its parts.
+/// Returns the layout of a drive; its functions are joined from the traces of its parts.
 fn drive(drive: &Watched) -> Layout {
     let Watched { name, functions, shafts, places, forms: [fast, late], .. } = drive;
     let order: Vec<&str> = ["turn"].into_iter().chain(JET.into_iter().take(2 * shafts.len())).collect();
@@ -187,7 +187,7 @@ fn drive(drive: &Watched) -> Layout {
     let words = counts.chain(["bits of the lost ones".into()]).chain(targets.into_iter().flatten());
     let lost = shafts.iter().zip(0..);
     let quantities = ["position", "speed", "disturbance", "load"];
-    let flags = places.state.iter().filter(|(port, _)| port.kind == Kind::Truth);
+    let flags = places.state.iter().filter(|(port, _)| port.kind == ValueKind::Truth);
     Layout {
         name: (*name).into(),
         design: places.numbers.clone(),
@@ -214,25 +214,25 @@ fn drive(drive: &Watched) -> Layout {
     }
 }
 
-/// A tick that starts with the first good sample, or waits until something else has started it: until then the fallback
-/// goes out.
+/// Returns a tick that starts with the first valid sample, or one that waits until another call has started it. Until
+/// then the fallback is put out.
 fn ticked(drive: &Watched, starts: bool) -> Record {
     let mut joined = Joined::default();
-    let started = joined.input("started", Role::State, Kind::Truth);
+    let started = joined.input("started", Role::State, ValueKind::Truth);
     let was = drive.state(&mut joined);
     let (mut before, mut runs) = (was.clone(), started);
     if starts {
         let shafts = drive.shafts.len();
         let start = joined.call(&drive.functions.start, &|_| None);
         let zeros = [joined.constant(Op::Truth(false)), joined.constant(Op::Constant(0.0))];
-        // What has just started waits for counts that agree.
-        let waits = joined.input("start_ticks", Role::Argument, Kind::Number);
+        // A drive that has just started waits for agreeing counts.
+        let waits = joined.input("start_ticks", Role::Argument, ValueKind::Number);
         for (port, word) in &mut before {
             let first = match port.name.as_str() {
                 "doubt" => Some(waits),
                 name => start.get(name, Role::State).filter(|_| !monitor::state(shafts).contains(port)),
             };
-            let zero = zeros[usize::from(port.kind != Kind::Truth)];
+            let zero = zeros[usize::from(port.kind != ValueKind::Truth)];
             *word = joined.select(started, *word, first.unwrap_or(zero));
         }
         let begins = start.get("answer", Role::Answer).expect("an answer");
@@ -249,21 +249,21 @@ fn ticked(drive: &Watched, starts: bool) -> Record {
         };
         let id = joined.select(runs, id, other);
         if !starts && port.role == Role::Flag(0) {
-            // Of what has not started the answer is another.
+            // The answer differs for a state that has not started.
             let rejects = joined.op(Op::And(runs, id));
-            results.push((Port { name: "rejects".into(), role: Role::Between, kind: Kind::Truth }, rejects));
+            results.push((Port { name: "rejects".into(), role: Role::Between, kind: ValueKind::Truth }, rejects));
         }
         results.push((port, id));
     }
-    results.push((Port { name: "started".into(), role: Role::State, kind: Kind::Truth }, runs));
+    results.push((Port { name: "started".into(), role: Role::State, kind: ValueKind::Truth }, runs));
     if !starts {
-        results.push((Port { name: "answer".into(), role: Role::Answer, kind: Kind::Truth }, runs));
+        results.push((Port { name: "answer".into(), role: Role::Answer, kind: ValueKind::Truth }, runs));
     }
     joined.record(results)
 }
 
-/// A function that asks whether all words of the state are sound, those of the monitors too; or one that is only called
-/// of what has started.
+/// Returns a function that checks all words of the state, including the words of the monitors; or one that is only
+/// called for a started state.
 fn of_all_words(drive: &Watched, record: &Record, has_started: bool) -> Record {
     let mut joined = Joined::default();
     drive.state(&mut joined);
@@ -278,7 +278,7 @@ macro_rules! chains {
     };
 }
 
-/// Every function of the instances that are wanted, with its text.
+/// Returns every function of the requested instances with its text.
 pub(crate) fn texts(drives: &[Watched], is_wanted: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
     let chains = controller_core::shapes!(archive => chains);
     let chains = chains.into_iter().filter(|(name, _)| is_wanted(name)).map(|(name, chain)| chain(name));

@@ -1,5 +1,5 @@
-//! What the instances of the image `budget` are designed from: one file for the image, for the texts that it is held
-//! to, and for the proofs. Of a drive the text knows the widths of the counters from here, its numbers may be any.
+//! Designs of the instances in the image `budget`: one file for the image, for the texts with which it is compared, and
+//! for the proofs. The texts of a drive use its counter widths; its other numbers may be any.
 
 use controller_core::drive::{Coupled, Encoder, Joint as JointData, JointBandwidths, JointDesign, Motor, MotorDesign};
 use controller_core::{Exp, FlexibleJoint, Limits, NominalModel, Real};
@@ -12,7 +12,7 @@ pub(crate) const MOTOR: MotorDesign = MotorDesign::by_rule(
 );
 pub(crate) const JOINT_DRIVE: JointDesign =
     JointDesign::new(1e-3, JointData::TABLE_I, [Encoder::absolute(20); 2], Limits::symmetric(30.0), 1.3);
-/// The same joint as a whole, with the gains of `scenario/scenarios/joint.toml` by rule.
+/// The joint as a whole, with the gains of `scenario/scenarios/joint.toml` by rule.
 pub(crate) const JOINT_WHOLE: JointDesign = {
     let bandwidths = JointBandwidths {
         surface_rad_s: 27.0,
@@ -24,7 +24,7 @@ pub(crate) const JOINT_WHOLE: JointDesign = {
     JOINT_DRIVE.coupled_by(Coupled::behind(&JOINT_DRIVE.encoders, 2e-4), bandwidths, 1.3)
 };
 
-/// The joint with b(x) = b_0 (1 + x_1²/2): what a varying gain costs.
+/// The joint with b(x) = b_0 (1 + x_1²/2), to measure the cost of a varying gain.
 #[derive(Clone, Copy)]
 pub(crate) struct VaryingGain<T>(pub(crate) FlexibleJoint<T>);
 
@@ -40,7 +40,7 @@ impl<T: Real> NominalModel<T, 4> for VaryingGain<T> {
     }
 }
 
-/// In place of an exponential: the benchmark with it, less the benchmark without it, is what the exponential costs.
+/// Replacement of an exponential. Its cost is the benchmark with it minus the benchmark without it.
 #[derive(Clone, Copy)]
 pub(crate) struct Nothing;
 

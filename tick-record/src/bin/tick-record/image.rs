@@ -1,7 +1,7 @@
-//! What the ticks in the image `budget` of the firmware are to compute, a text for each instance.
+//! Expected results of the ticks in the image `budget` of the firmware, one text per instance.
 //!
-//! The design is not in them: whatever numbers a controller of this shape holds, the tick is the same function of them.
-//! Places are those of the types, whose fields lie in their order (`repr(C)`).
+//! The texts do not contain a design: the tick is one function of the numbers of a controller of the configuration.
+//! Locations follow from the types, whose fields are in declaration order (`repr(C)`).
 
 use controller_core::drive::{
     FullState, Hold, Joint as JointData, JointDrive, JointModel, MotorDrive, Position, Speed,
@@ -11,13 +11,13 @@ use controller_core::{
     Output, ReachingLaw, Surface,
 };
 use tick_record::joined::Joined;
-use tick_record::{Kind, Port, Record, Recorded, Recorder, Role, Symbol, coefficients, drive, text, tick};
+use tick_record::{Port, Record, Recorded, Recorder, Role, Symbol, ValueKind, coefficients, drive, text, tick};
 
 use crate::designs::{JOINT_DRIVE, MOTOR, Nothing, VaryingGain};
 use crate::memory::{Marked, Places, state_words};
 use crate::watched::Watched;
 
-/// A model over the recording scalar, of numbers that follow the coefficients in memory.
+/// A model over the recording scalar; its numbers follow the coefficients in memory.
 trait Model<const N: usize>: NominalModel<Symbol, N> + 'static {
     const NUMBERS: usize;
     fn of(numbers: &[Symbol]) -> Self;
@@ -44,7 +44,7 @@ impl Model<2> for Benchmark<Nothing> {
     }
 }
 
-/// Where a tick has its arguments and its answer.
+/// Arguments and return value of a tick.
 #[derive(Clone, Copy)]
 enum Call {
     /// (law, state, sample) -> u.
@@ -53,7 +53,7 @@ enum Call {
     Output,
 }
 
-/// The text of a tick. `law` are the numbers of the law and `state` those of its state, in the order of the memory.
+/// Returns the text of a tick. `law` and `state` are the names of the numbers of the law and its state in memory order.
 fn written(name: &str, record: &Record, call: Call, law: &[String], state: &[String]) -> String {
     let first = match call {
         Call::U => 0,
@@ -86,19 +86,19 @@ type Tick<D> = fn(&D, &mut <D as ControlLaw>::State, &<D as ControlLaw>::Sample)
 fn made<M: Model<N>, const N: usize, const R: usize, const MASK: u8, const O: usize>(
     recorder: &Recorder,
 ) -> Chain<M, N, R, MASK, O> {
-    // In memory the model follows.
+    // The model follows in memory.
     let coefficients = coefficients(recorder, MASK);
     let numbers: Vec<Symbol> =
         (0..M::NUMBERS).map(|k| recorder.number(&format!("model_{}", k + 1), Role::Argument)).collect();
     Controller::from_parts(coefficients, M::of(&numbers))
 }
 
-/// The numbers of a law in the order of its record's inputs, which is that in memory.
+/// Returns the numbers of a law in the order of the inputs of its trace, which is the memory order.
 fn law_of(record: &Record) -> Vec<String> {
     record.inputs.iter().filter(|port| port.role == Role::Argument).map(|port| port.name.clone()).collect()
 }
 
-/// The words of a state in memory: what a gate has seen, the numbers of the core's `State`, its flag.
+/// Returns the state words in memory order: the words of the gate, the numbers of `State` of the core, and its flag.
 fn state_of<D: Recorded>() -> Vec<String> {
     let (seen, mut names): (Vec<String>, Vec<String>) =
         D::state_names().into_iter().partition(|name| name.ends_with("_seen"));
@@ -118,7 +118,7 @@ fn chain<M: Model<N>, const N: usize, const R: usize, const MASK: u8, const O: u
 fn gated<M: Model<N>, const N: usize, const R: usize, const MASK: u8, const O: usize>(name: &str) -> String {
     let record = tick(
         &|recorder: &Recorder| {
-            // The compiler lays the rows first.
+            // The compiler places the rows first.
             let [min, max, jump] = ["x_min", "x_max", "x_jump"]
                 .map(|row| std::array::from_fn(|j| recorder.number(&format!("{row}_{}", j + 1), Role::Argument)));
             Gated::new(made::<M, N, R, MASK, O>(recorder), Gate::from_rows(min, max, jump))
@@ -133,7 +133,7 @@ const BOTH: u8 = 0b1010;
 const ALL: u8 = 0b1111;
 type Joint = FlexibleJoint<Symbol>;
 
-/// The text of a tick that is given what it reads by reference; `sample` says where behind the sample a port lies.
+/// Returns the text of a tick with arguments by reference; `sample` returns the location of a port in the sample.
 fn driven(name: &str, record: &Record, places: &Places, sample: &dyn Fn(&Port) -> Option<String>) -> String {
     let known: Vec<String> = places.known.iter().map(|(at, word)| format!("known r0+{at} {word}\n")).collect();
     let memory = |port: &Port| match port.role {
@@ -150,7 +150,7 @@ fn driven(name: &str, record: &Record, places: &Places, sample: &dyn Fn(&Port) -
     text::text(&format!("budget::{name}::tick"), record, &memory, &result, &known.concat())
 }
 
-/// Where the targets lie behind the sample: behind what is measured, each with its turn last.
+/// Returns the location of the targets in the sample: after the measurements, each with its revolutions last.
 fn target(record: &Record, port: &Port, behind: usize) -> Option<String> {
     let order = ["r", "r_dot", "r_ddot", "r_dddot", "speed", "turn"];
     let (when, of) = port.name.split_once('_')?;
@@ -160,9 +160,9 @@ fn target(record: &Record, port: &Port, behind: usize) -> Option<String> {
     Some(format!("r2+{}", 4 * (behind + at)))
 }
 
-/// Where counts and targets lie: each count is an `Option`, a tag and the count.
+/// Returns the location of counts and targets: each count is an `Option`, a tag and the count.
 fn counted(record: &Record, port: &Port) -> Option<String> {
-    let lost = || record.inputs.iter().filter(|port| port.role == Role::Argument && port.kind == Kind::Truth);
+    let lost = || record.inputs.iter().filter(|port| port.role == Role::Argument && port.kind == ValueKind::Truth);
     match port.role {
         Role::Sample(i) => Some(format!("r2+{}", 8 * i + 4)),
         _ => match lost().position(|one| one == port) {
@@ -172,7 +172,7 @@ fn counted(record: &Record, port: &Port) -> Option<String> {
     }
 }
 
-/// Where a measured state and targets lie.
+/// Returns the location of a measured state and targets.
 fn measured(record: &Record, port: &Port) -> Option<String> {
     match port.role {
         Role::Sample(j) => Some(format!("r2+{}", 4 * j)),
@@ -180,12 +180,12 @@ fn measured(record: &Record, port: &Port) -> Option<String> {
     }
 }
 
-/// A joint's law over four measured states, which observes the channels 2, 3 and 4.
+/// A joint's law on four measured states, which observes the channels 2, 3 and 4.
 type Measuring<T, A> = FullState<T, JointModel<T>, A, 2, 4, 2, UPPER, 3, 0>;
 
 const UPPER: u8 = 0b1110;
 
-/// Of this shape; no number of it is in a text.
+/// Returns a law of this configuration; the texts contain none of its numbers.
 fn measuring<A>() -> Measuring<f32, A> {
     let gains = Some(ObserverGains::from_bandwidth::<2>(100.0));
     let config = Config {
@@ -199,7 +199,7 @@ fn measuring<A>() -> Measuring<f32, A> {
     Measuring::<f32, A>::try_design(&config, JointData::TABLE_I.model().in_f32()).expect("a good design")
 }
 
-/// The texts of the instances that are wanted.
+/// The texts of the requested instances.
 struct Texts<'a> {
     is_wanted: &'a dyn Fn(&str) -> bool,
     all: Vec<(String, String)>,
@@ -213,7 +213,7 @@ impl Texts<'_> {
     }
 }
 
-/// Every instance that is wanted with its text; a drive that the archive has is recorded there.
+/// Returns every requested instance with its text. Drives of the C library are already recorded there.
 pub(crate) fn texts(drives: &[Watched], is_wanted: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
     let mut texts = Texts { is_wanted, all: Vec::new() };
     chains(&mut texts);
@@ -264,7 +264,7 @@ fn chains(texts: &mut Texts<'_>) {
     }
 }
 
-/// Drives that observe on counts. Those that the archive has too are recorded already.
+/// Adds drives on encoder counts. Drives of the C library are already recorded.
 fn on_counts(texts: &mut Texts<'_>, recorded: &[Watched]) {
     macro_rules! drives {
         ($($name:ident: $drive:ty, $symbols:ident, $design:expr, $record:expr;)*) => {$(
@@ -294,7 +294,7 @@ fn on_counts(texts: &mut Texts<'_>, recorded: &[Watched]) {
     }
 }
 
-/// Laws whose whole state is measured.
+/// Adds laws on a measured state.
 fn on_states(texts: &mut Texts<'_>) {
     macro_rules! measured_laws {
         ($($name:ident: $aim:ty;)*) => {$(texts.add(stringify!($name), |name| {

@@ -1,6 +1,6 @@
-//! `tick-record FOLDER [INSTANCE ..]`: what the ticks of the firmware's image `budget` and the functions of the archive
-//! for C are to compute, a text for each in the folders `image` and `archive`, for `cycle-bound --means`; for these
-//! instances, or for all.
+//! `tick-record FOLDER [INSTANCE ..]` writes expected results for `cycle-bound --means`, one text per function. The
+//! texts of the ticks of the image `budget` go to the folder `image`, the texts of the C library to `archive`. Without
+//! instances it writes all.
 
 mod archive;
 #[allow(dead_code, reason = "a joint as a whole has more ways than one record takes")]

@@ -1,42 +1,42 @@
-//! Where in memory the numbers of a value lie whose fields the compiler has laid.
+//! Memory locations of the numbers of a value with a compiler-defined layout.
 
 use std::mem::MaybeUninit;
 use std::slice;
 
 use controller_core::{ControlLaw, Words as _};
-use tick_record::{Kind, Port, Record, Role};
+use tick_record::{Port, Record, Role, ValueKind};
 
-/// The words of a value in memory.
+/// Returns the words of a value in memory.
 fn words<T: Clone>(value: &T) -> Vec<u32> {
     let mut place = Box::new(MaybeUninit::<T>::zeroed());
     place.write(value.clone());
-    // SAFETY: as many words as the type has, of numbers and flags. What lies between its fields was made zero, and
-    // nothing but what is looked for by its bits is taken from here.
+    // SAFETY: the slice has the size of the type, which consists of numbers and flags. The padding between its fields
+    // was zeroed, and only words with marked bits are used.
     unsafe { slice::from_raw_parts(place.as_ptr().cast::<u32>(), size_of::<T>() / 4).to_vec() }
 }
 
-/// The k-th number of those that are looked for in memory: a float that no design holds.
+/// Returns the k-th mark to find in memory: a float that no design contains.
 fn mark(k: usize) -> f32 {
     f32::from_bits(0x4a5e_0000 + k as u32)
 }
 
-/// The names of numbers that have marks in their place.
+/// Names of the numbers that are replaced by marks.
 #[derive(Default)]
 pub(crate) struct Marked(Vec<String>);
 
 impl Marked {
-    /// The mark of one more number.
+    /// Returns the mark of another number.
     pub(crate) fn number(&mut self, name: &str) -> f32 {
         self.0.push(name.to_owned());
         mark(self.0.len() - 1)
     }
 }
 
-/// How far behind the address of a law and of its state their words lie.
+/// Offsets of the words of a law and of its state from their addresses.
 pub(crate) struct Places {
     /// Numbers of the law, by name.
     pub(crate) numbers: Vec<(String, usize)>,
-    /// What else the law has: these words.
+    /// Other words of the law, with their values.
     pub(crate) known: Vec<(usize, u32)>,
     pub(crate) law_size: usize,
     /// Words of the state, by name, in the order of its words.
@@ -45,8 +45,8 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    /// Those of a law with these marks; `parts` is where in it a word has only some bits, `state` what the words of its
-    /// state are.
+    /// Returns the offsets for a law with these marks. `parts` are words of the law of which only some bits are used;
+    /// `state` describes the words of its state.
     pub(crate) fn of<L: ControlLaw + Clone>(
         law: &L,
         Marked(names): &Marked,
@@ -60,20 +60,20 @@ impl Places {
             4 * words.iter().position(|word| *word == wanted).expect("a mark has its place")
         };
         let mut of_law = words(law);
-        // What lies behind them is not the law's.
+        // The other bits are not part of the law.
         for (at, bits) in parts {
             of_law[at / 4] &= bits;
         }
         let is_mark = |word: u32| (0..names.len()).any(|k| mark(k).to_bits() == word);
         let known = of_law.iter().zip(0..).filter(|(word, _)| !is_mark(**word)).map(|(word, k)| (4 * k, *word));
-        let is_flag = |k: usize| state[k].kind == Kind::Truth;
+        let is_flag = |k: usize| state[k].kind == ValueKind::Truth;
         let made = |word: &dyn Fn(usize) -> u32| {
             words(&L::State::from_words(&mut (0..state.len()).map(word)).expect("the words of a state"))
         };
         let of_state = made(&|k| if is_flag(k) { 0 } else { mark(k).to_bits() });
         let place = |k: usize| {
             if is_flag(k) {
-                // The only word with a bit, when this flag alone is set.
+                // The only word with a bit when this flag alone is set.
                 let alone = made(&|other| u32::from(other == k));
                 found(&alone.iter().map(|word| word & 0xff).collect::<Vec<_>>(), 1)
             } else {
@@ -89,18 +89,18 @@ impl Places {
         }
     }
 
-    /// Where in the law this number lies.
+    /// Returns the offset of this number in the law.
     pub(crate) fn number(&self, name: &str) -> Option<usize> {
         self.numbers.iter().find(|(number, _)| number == name).map(|(_, at)| *at)
     }
 
-    /// Where in the state this word lies.
+    /// Returns the offset of this word in the state.
     pub(crate) fn word(&self, port: &Port) -> Option<usize> {
         self.state.iter().find(|(word, _)| word == port).map(|(_, at)| *at)
     }
 }
 
-/// The words of the state that a record begins with.
+/// Returns the state words among the inputs of a trace.
 pub(crate) fn state_words(record: &Record) -> Vec<Port> {
     record.inputs.iter().filter(|port| port.role == Role::State).cloned().collect()
 }

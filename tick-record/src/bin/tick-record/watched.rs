@@ -1,4 +1,4 @@
-//! Drives with their monitors, of any design: the records of their parts, and where their numbers lie.
+//! Drives with their monitors, for any design: the traces of their parts, and the locations of their numbers.
 
 use controller_core::drive::{BRAKING, JointDrive, Monitored, MotorDrive, Mounting, Position};
 use tick_record::drive::DriveFunctions;
@@ -10,14 +10,14 @@ use crate::memory::{Marked, Places, state_words};
 
 /// A drive with monitors that brake and stop it at every alarm.
 pub(crate) struct Watched {
-    /// As the archive names it.
+    /// Name in the C library.
     pub(crate) name: &'static str,
-    /// Gain sets beside the quiet one, ticks of delay.
+    /// Number of additional gain sets, ticks of delay.
     pub(crate) forms: [u8; 2],
     pub(crate) functions: DriveFunctions,
     /// The tick of the drive without monitors.
     pub(crate) tick: Record,
-    /// What the names that belong to each shaft end with.
+    /// Suffixes of the names that belong to each shaft.
     pub(crate) shafts: Vec<&'static str>,
     pub(crate) places: Places,
 }
@@ -55,7 +55,7 @@ macro_rules! watched {
     }};
 }
 
-/// The drives of the archive that are wanted.
+/// Returns the requested drives of the C library.
 pub(crate) fn all(is_wanted: &dyn Fn(&str) -> bool) -> Vec<Watched> {
     const SHAFTS: [&str; 2] = ["_link", "_motor"];
     watched! {
@@ -72,7 +72,7 @@ pub(crate) fn all(is_wanted: &dyn Fn(&str) -> bool) -> Vec<Watched> {
 }
 
 impl Watched {
-    /// The tick with its monitors, joined: of these words of the state, what becomes of all.
+    /// Returns the new state after the monitored tick, joined from its parts, for this state.
     pub(crate) fn ticked(&self, joined: &mut Joined, before: &[(Port, Id)]) -> Vec<(Port, Id)> {
         let one = self.shafts.len() == 1;
         let monitors = if one { monitor::monitor::<1>(BRAKING) } else { monitor::monitor::<2>(BRAKING) };
@@ -80,7 +80,7 @@ impl Watched {
         monitor::watched(joined, [&self.tick, not_started, limits, &monitors], before, &self.shafts)
     }
 
-    /// The words of the state as inputs.
+    /// Returns the state words as inputs.
     pub(crate) fn state(&self, joined: &mut Joined) -> Vec<(Port, Id)> {
         let input = |(port, _): &(Port, usize)| (port.clone(), joined.input(&port.name, port.role, port.kind));
         self.places.state.iter().map(input).collect()

@@ -1,22 +1,22 @@
-//! From what is asked of a map to the question: axes, presets, corners.
+//! Request of a map: axes, presets, corners.
 
 use loop_sim::port::drive::DriveDesign;
 use scenario::Experiment;
 
-use super::{Axis, MayBeOff, Question, Subject, Told, Uncertain, corners};
+use super::{Axis, Deviation, MayBeOff, Question, Subject, Uncertain, corners};
 use crate::Error;
 use crate::figures::known_numbers;
 use crate::number::typed;
 
-/// Axes that many ask for.
+/// Predefined axes.
 struct Preset {
     name: &'static str,
-    /// Of what has no encoder, of a motor, of a joint.
+    /// Axes without an encoder, for a motor, for a joint.
     axes: [[&'static str; 2]; 3],
     figure: Option<&'static str>,
 }
 
-/// k_l: of what has no encoder a key with a range that serves all; of a drive what its own rules leave.
+/// Placeholder for k_l: a key with a fixed range without encoders, or the range of the design rules for a drive.
 const K_L: &str = "k_l";
 
 const PRESETS: [Preset; 5] = [
@@ -62,7 +62,7 @@ const PRESETS: [Preset; 5] = [
         figure: None,
     },
 ];
-/// The preset that has no axes, and what it takes if nothing is said.
+/// Preset without axes, and its default deviation, percent.
 pub const CORNERS: &str = "corners";
 const CORNERS_PERCENT: f64 = 50.0;
 
@@ -71,41 +71,41 @@ pub fn presets() -> impl Iterator<Item = &'static str> {
     PRESETS.iter().map(|preset| preset.name)
 }
 
-/// What is asked of a map.
+/// Request of a map.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Asked<'a> {
-    /// The first axis, as [`Axis::parse`] reads it.
+pub struct MapRequest<'a> {
+    /// First axis, parsed by [`Axis::parse`].
     pub x: Option<&'a str>,
-    /// The second axis.
+    /// Second axis.
     pub y: Option<&'a str>,
-    /// Name of a preset instead of axes.
+    /// Name of a preset that replaces the axes.
     pub preset: Option<&'a str>,
-    /// How far every number of the plant may be off, percent.
+    /// Deviation of every plant parameter in the corners, percent.
     pub corners: Option<f64>,
     /// Path of a number of run.json.
     pub figure: Option<&'a str>,
-    /// Largest figure of a good point.
+    /// Largest metric of a good point.
     pub at_most: Option<f64>,
-    /// Least figure of a good point.
+    /// Smallest metric of a good point.
     pub at_least: Option<f64>,
-    /// Is every point simulated too?
+    /// Whether every point is also simulated.
     pub simulate: bool,
 }
 
-/// What k_l of a drive may be, 1/s: of a motor around its own, one per tick at most; of a joint 2 to 8 times its w_c,
-/// which is what its design takes.
+/// Returns the range of k_l of a drive, 1/s: for a motor around its present value, at most one per tick; for a joint 2
+/// to 8 times w_c, the limits of its design.
 fn reaching_per_s(designed: &DriveDesign, period_s: f64) -> [f64; 2] {
     match designed {
         DriveDesign::Motor(_) => {
             let own = designed.bandwidths().reaching_per_s;
             [0.05 * own, (10.0 * own).min(1.0 / period_s).max(own)]
         }
-        // Four digits of it are still within.
+        // With four digits the values stay within the limits.
         DriveDesign::Joint(_) => [2.001, 7.999].map(|times| times * designed.bandwidths().surface_rad_s),
     }
 }
 
-/// The axes of a preset, and its figure.
+/// Returns the axes of a preset, and its metric.
 fn axes_of(
     preset: &str,
     subject: &Subject<'_>,
@@ -118,7 +118,7 @@ fn axes_of(
     let points = if *name == "jitter" { 17 } else { 48 };
     let mut parsed = Vec::new();
     for axis in axes[kind] {
-        // Of a chain and of equations no key tells how far b is off.
+        // Chains and equations have no key for the error of b.
         if let Some(range) = axis.strip_prefix("plant.error.b=")
             && *name == "gain"
             && let Some(axis) = Axis::of_input_gain(subject, range)
@@ -141,15 +141,15 @@ fn axes_of(
         if let Err(why) = subject.with(&axis.sets(axis.values.len() / 2)) {
             let why = why.to_string();
             let why = why.lines().next().unwrap_or_default();
-            let what = format!("it sweeps {}, and {why}: {}", axis.key, instead(subject));
+            let what = format!("the preset sweeps {}, and {why}: {}", axis.key, instead(subject));
             return Err(Error::input(what).at(format!("--preset {preset}")));
         }
     }
     Ok((parsed, *figure))
 }
 
-/// What a preset holds as the file has it: the lag of the current is off, and not known to be another, for which the
-/// rule of a motor would make another drive.
+/// Returns the settings that a preset keeps constant. In the preset `delay` the current lag is an error of the plant;
+/// otherwise the rule of a motor would change the drive with it.
 fn held(preset: Option<&str>, experiment: &Experiment) -> Vec<String> {
     match (preset, experiment.drive.as_ref().map(|drive| drive.designed)) {
         (Some("delay"), Some(designed)) if designed.name() == "motor" => {
@@ -162,15 +162,15 @@ fn held(preset: Option<&str>, experiment: &Experiment) -> Vec<String> {
     }
 }
 
-/// What to do where a preset has no axes for a plant: two of its own numbers, if they are known.
+/// Returns the remedy if a preset has no axes for a plant: two of its own parameters, if they are known.
 fn instead(subject: &Subject<'_>) -> String {
     let numbers = MayBeOff::of(subject).map(|it| it.numbers).unwrap_or_default();
-    let axis = |number: &Uncertain| match number.told {
-        Told::Number(value) => {
+    let axis = |number: &Uncertain| match number.deviation {
+        Deviation::Number(value) => {
             let [one, other] = [0.5 * value, 2.0 * value];
             Some(format!("{}={}..{}", number.keys[0], typed(one.min(other), 4), typed(one.max(other), 4)))
         }
-        Told::Error(_) => None,
+        Deviation::Error(_) => None,
     };
     let axes: Vec<String> = numbers.iter().filter_map(axis).collect();
     match &axes[..] {
@@ -180,7 +180,7 @@ fn instead(subject: &Subject<'_>) -> String {
 }
 
 impl<'a> Question<'a> {
-    /// The scenario as it is, to be asked for its poles.
+    /// Returns the question for the poles of the unchanged scenario.
     pub fn of(subject: Subject<'a>, experiment: &Experiment) -> Self {
         Self {
             subject,
@@ -197,21 +197,21 @@ impl<'a> Question<'a> {
         }
     }
 
-    /// Reads what is asked of a scenario.
+    /// Reads the request for a scenario.
     ///
     /// # Errors
-    /// The scenario's own mistakes; an axis, a preset, a percentage or a figure that it does not have.
-    pub fn new(subject: Subject<'a>, asked: &Asked<'_>) -> Result<Self, Error> {
+    /// The scenario is invalid, or it lacks a requested axis, preset, percentage or metric.
+    pub fn new(subject: Subject<'a>, request: &MapRequest<'_>) -> Result<Self, Error> {
         let mut experiment = subject.with(&[])?;
-        let held = held(asked.preset, &experiment);
+        let held = held(request.preset, &experiment);
         let sets: Vec<String> = subject.sets.iter().chain(&held).cloned().collect();
         let with_held = Subject { sets: &sets, ..subject };
-        let (axes, of_preset) = match (asked.preset, asked.x, asked.y) {
+        let (axes, of_preset) = match (request.preset, request.x, request.y) {
             (Some(preset), ..) => axes_of(preset, &with_held, &experiment)?,
             (None, Some(x), Some(y)) => (vec![Axis::parse(x)?, Axis::parse(y)?], None),
-            _ if asked.corners.is_some() => (Vec::new(), None),
+            _ if request.corners.is_some() => (Vec::new(), None),
             _ => {
-                return Err(Error::input("what is to be swept? Give --x and --y, --preset NAME, or --corners PERCENT"));
+                return Err(Error::input("nothing to sweep: give --x and --y, --preset NAME, or --corners PERCENT"));
             }
         };
         if let [x, y] = &axes[..]
@@ -219,7 +219,7 @@ impl<'a> Question<'a> {
         {
             return Err(Error::input(format!("--x and --y both sweep {}", x.key)));
         }
-        let percent = match asked.corners {
+        let percent = match request.corners {
             Some(percent) if !(percent > 0.0 && percent < 100.0) => {
                 let what = "expected a number above 0 and below 100";
                 return Err(Error::input(what).at(format!("--corners {percent}")));
@@ -228,19 +228,19 @@ impl<'a> Question<'a> {
             percent => percent,
         };
         let corners = percent.map_or(Ok(Vec::new()), |percent| corners(&with_held, percent, &axes))?;
-        asked.check(&axes, &mut experiment)?;
-        let Asked { at_most, at_least, simulate, .. } = *asked;
-        let figure = asked.figure.or(of_preset).map(ToOwned::to_owned);
+        request.check(&axes, &mut experiment)?;
+        let MapRequest { at_most, at_least, simulate, .. } = *request;
+        let figure = request.figure.or(of_preset).map(ToOwned::to_owned);
         let plain = Self::of(subject, &experiment);
         Ok(Self { held, axes, corners, percent, figure, at_most, at_least, simulate, ..plain })
     }
 
-    /// `KEY=VALUE` of all points.
+    /// Returns the settings `KEY=VALUE` of all points.
     pub fn sets(&self) -> Vec<String> {
         self.subject.sets.iter().chain(&self.held).cloned().collect()
     }
 
-    /// The number that the file has at a key, or the design for it by its rules.
+    /// Returns the number of the file at a key, or the number from the design rules.
     pub fn own_number(&self, axis: &Axis) -> Option<f64> {
         let key = axis.key.as_str();
         let by_rule = || {
@@ -259,7 +259,7 @@ impl<'a> Question<'a> {
         axis.own_number(&Subject { sets: &sets, ..self.subject }).or_else(by_rule)
     }
 
-    /// The word that it has there: the value of the axis with which the scenario is what it is.
+    /// Returns the index of the word that the file has on this axis.
     fn own_word(&self, axis: &Axis) -> Option<usize> {
         let designed = self.designed.as_ref()?;
         (0..axis.values.len()).find(|k| {
@@ -268,7 +268,7 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// Where on an axis the file itself is; none beyond its ends.
+    /// Returns the position of the file on an axis; `None` beyond its ends.
     pub(super) fn home(&self, axis: &Axis) -> Option<usize> {
         match &axis.numbers {
             Some(_) => axis.at(self.own_number(axis)?),
@@ -277,15 +277,15 @@ impl<'a> Question<'a> {
     }
 }
 
-impl Asked<'_> {
-    /// The bars, and the figure among those that the scenario has.
+impl MapRequest<'_> {
+    /// Checks the limits and the metric.
     fn check(&self, axes: &[Axis], experiment: &mut Experiment) -> Result<(), Error> {
         for (name, bar) in [("--at-most", self.at_most), ("--at-least", self.at_least)] {
             if let Some(bar) = bar.filter(|bar| !bar.is_finite()) {
                 return Err(Error::input("expected a finite number").at(format!("{name} {bar}")));
             }
             if bar.is_some() && axes.is_empty() {
-                return Err(Error::input(format!("{name} is for a map: corners are listed as they are")));
+                return Err(Error::input(format!("{name} needs a map: a list of corners has no limit")));
             }
         }
         let Some(figure) = self.figure else { return Ok(()) };
@@ -295,7 +295,7 @@ impl Asked<'_> {
         }
         let nearest = known.iter().min_by_key(|known| strsim::damerau_levenshtein(known, figure));
         let nearest = nearest.map_or("", String::as_str);
-        let what = format!("run.json has no such number; nearest is {nearest}");
+        let what = format!("run.json has no such number; did you mean {nearest}?");
         Err(Error::input(what).at(format!("--figure {figure}")))
     }
 }
