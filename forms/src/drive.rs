@@ -1,5 +1,5 @@
 //! The drive of a motor or of a joint as a source file: C99 of its recorded parts, the same as assembly with a header,
-//! or Rust of its design.
+//! Rust of its design, or the configuration from which the archive for C designs it (module `config`).
 //!
 //! In C every part of the tick is recorded ([`tick_record::drive`]); what stands here is types, what is said of each
 //! function, and who calls whom: `tick`, `tick_or_start` and `lost` have no operation on numbers.
@@ -15,7 +15,7 @@ use tick_record::{Kind, Port, Record, Role, c};
 
 use super::arm::{DriveAssembly, DriveLayout, Effort, drive_assembly};
 use super::c99::{File, Meanings, filled};
-use super::{About, Files, Form, assembly, plan, rust};
+use super::{About, Files, Form, assembly, config, plan, rust};
 
 pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<String, String> {
     match form {
@@ -27,11 +27,7 @@ pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<S
         Form::Means(prefix, function) => means_of_c(drive, &functions(drive)?, prefix, function),
         Form::MeansOfAssembly(..) if let Some(why) = too_late_for_assembly(drive) => Err(why),
         Form::MeansOfAssembly(prefix, function) => means(drive, &functions(drive)?, prefix, function),
-        Form::Archive(_) => {
-            Err("the archive for C takes no exported design of a drive (its own are designed where they \
-                 run): take --lang c --standalone, one file that needs no library, or --lang rust"
-                .into())
-        }
+        Form::Archive(prefix) => config::text(drive, about, prefix),
         Form::Rust => Ok(rust::drive(&Exported::of(drive, about)?)),
     }
 }

@@ -13,6 +13,7 @@ mod archive;
 mod arm;
 mod assembly;
 mod c99;
+mod config;
 mod drive;
 mod plan;
 mod rust;
@@ -33,7 +34,8 @@ pub enum Form<'a> {
     Means(&'a str, &'a str),
     /// The same of the assembly.
     MeansOfAssembly(&'a str, &'a str),
-    /// C on the archive of `controller-capi`; the name of the design begins with this prefix.
+    /// C on the archive of `controller-capi`: the design of a controller, of a drive its configuration; the name of
+    /// either begins with this prefix.
     Archive(&'a str),
     /// Rust on `controller-core`.
     Rust,

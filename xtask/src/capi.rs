@@ -21,7 +21,8 @@ const ARCHIVE: &str = "libedo_smc.a";
 const HEADER: &str = "controller-capi/include/edo_smc.h";
 const PREFIX: &str = "edo_smc_";
 /// What a line of the header declares functions with: macros, whose bodies say which.
-const DECLARING: [&str; 4] = ["EDO_SMC_INSTANCE(", "EDO_SMC_DRIVE(", "EDO_SMC_PLANS(", "EDO_SMC_PROFILES("];
+const DECLARING: [&str; 5] =
+    ["EDO_SMC_INSTANCE(", "EDO_SMC_DRIVE(", "EDO_SMC_BY_RULE(", "EDO_SMC_PLANS(", "EDO_SMC_PROFILES("];
 
 /// Format and lints of the C interface.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {
