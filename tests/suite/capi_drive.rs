@@ -242,10 +242,9 @@ where
             end: target(turns[1], jets[1]),
         };
         let said = match what {
-            REPORT if running.estimates().is_none() => NOT_STARTED,
+            REPORT | MISSED if running.estimates().is_none() => NOT_STARTED,
             REPORT if running.report_applied(held) => 0,
             REPORT => NOT_FINITE,
-            MISSED if running.estimates().is_none() => NOT_STARTED,
             MISSED => {
                 running.missed(which as u32);
                 0
