@@ -23,8 +23,9 @@
  *     edo_smc_report_applied_n4_r2_c24(&state, held);           only if the actuator holds something else
  *
  * DRIVES. A motor with one encoder, a flexible joint with two: counts in, current out, along a reference, with
- * monitors. What a drive has is a part of its name too: _fast, a second gain set that comes in under a load; _late, a
- * tick between computing the current and holding it. They and an example stand before the chains, from "Drives" on.
+ * monitors. A joint has one observer per encoder (joint), or is designed as a whole (coupled). What a drive has is a
+ * part of its name too: _fast, a second gain set that comes in under a load; _late, a tick between computing the
+ * current and holding it. They and an example stand before the chains, from "Drives" on.
  *
  * STATUS. Below 0 a call refused, and wrote nothing. NULL or misaligned memory, another size, version or instance,
  * numbers that are not finite, a state that init did not make: all of them are refusals, and so is memory that two
@@ -214,6 +215,13 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
  * wraps at another number of states than 2^bits (a timer that is reloaded at 9999 has 10000).
  *
  * A _late drive holds its current in the tick after the one that computed it; begin and end are those of that tick.
+ *
+ * A joint as a whole has its numbers from the host, `host-sim export FILE --lang c --prefix my -o my_config.h`:
+ *
+ *     #include "my_config.h"                                    my_config, an edo_smc_config_coupled_t
+ *     static edo_smc_design_coupled_fast_t design;
+ *
+ *     status = edo_smc_design_coupled_fast(&my_config, sizeof my_config, &design, sizeof design, &refusal);
  */
 typedef struct edo_smc_encoder {
     double bits;               /* of the counter, 2 .. 32 */
@@ -233,7 +241,7 @@ typedef struct edo_smc_switching {
 } edo_smc_switching_t;
 
 /* What a motor's drive is designed from. Write the data sheet, let edo_smc_by_rule_* fill the rest, change what you
- * know better. */
+ * know better. Or let the host fill it: `host-sim export FILE --lang c`. */
 typedef struct edo_smc_config_motor {
     double period_s; /* 2e-5 .. 1e-2 */
     struct {
@@ -284,6 +292,38 @@ typedef struct edo_smc_config_joint {
     double uncertain;
     double stops_at;
 } edo_smc_config_joint_t;
+
+/* The same of a joint that is designed as a whole. Take it for a stiff spring: gears, harmonic drives, belts. Its
+ * gains come from a search of the host: `host-sim export FILE --lang c` writes them all, a constant of this type. */
+typedef struct edo_smc_config_coupled {
+    double period_s;
+    struct {
+        double link_inertia_kg_m2, link_damping_n_m_s;
+        double weight_n_m;
+        double stiffness_n_m;
+        double motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a;
+    } joint;
+    edo_smc_encoder_t encoders[2]; /* on the link, on the motor */
+    edo_smc_limits_t limits;
+    struct {
+        double surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s; /* poles of a rigid shaft: surface, reaching */
+        double offset_per_s;                                           /* half of surface */
+    } bandwidths;
+    double fast_ratios[2];
+    edo_smc_switching_t switching; /* of it smoothing_s and keep_s are read */
+    double gate_steps[2];
+    double lost_ticks;
+    double hold;
+    double safe_u;
+    struct {
+        double lag_s;             /* of the current loop */
+        double resolution_rad[2]; /* behind the gear: one step of the encoder, or with noise more */
+        double calm_steps[2];     /* smoothed innovation at which the fast set comes in; all in at 2.67 times as many */
+    } coupled;
+    double load_n_m; /* largest sudden load on the link */
+    double uncertain;
+    double stops_at;
+} edo_smc_config_coupled_t;
 
 /* Limits of position, speed and following error of the shaft, of a joint's link: INFINITY, and -INFINITY for low_rad,
  * where there is none. The range is from low_rad to high_rad, counted from angle 0 over whole turns. */
@@ -436,13 +476,18 @@ EDO_SMC_PLANS(joint, 4)
 EDO_SMC_PROFILES(motor, 2)
 EDO_SMC_PROFILES(joint, 3)
 
-/* All of one drive: its plant, and how many words law and state have.
+/* All of one drive: its configuration, its plant, and how many words law and state have. Samples, estimates, plans and
+ * profiles of a joint as a whole are those of a joint.
  *
  * edo_smc_by_rule_NAME    fills a configuration: all but period, data sheet, encoders, limits, and lag_s or load_n_m.
+ *                         Not of a joint as a whole: the search for its gains takes a host.
  * edo_smc_tune_NAME       another surface, all bandwidths in the same proportions, and the gates for them: then design
- *                         and retune. For bandwidths of your own write them, and tune to the surface that they have.
+ *                         and retune. For bandwidths of your own write them, and tune to the surface that they have. Of
+ *                         a joint as a whole the host has made sure of its own gains only, in the corners of the data
+ *                         sheet; ask it for others (`host-sim design FILE --set drive.surface_rad_s=..`).
  * edo_smc_design_NAME     designs on the spot, to the same bits as on the host. Double precision in software: for the
- *                         main loop. Of what is refused, `refusal` (which may be NULL) says which number it was.
+ *                         main loop. Of what is refused, `refusal` (which may be NULL) says which number it was. On a
+ *                         Cortex-M4F that of a joint as a whole takes 9 kB of stack and some 80 kB of flash.
  * edo_smc_init_NAME       looks at a design and makes a state that waits for its first good sample: all counts there,
  *                         at most half a counter from angle 0. No current flows before the counts have agreed with
  *                         each other for 10 ms, three ticks at least (EDO_SMC_WAITS).
@@ -469,7 +514,7 @@ EDO_SMC_PROFILES(joint, 3)
  * edo_smc_retune_NAME     another design, checked here once more, takes over before the coming tick, of which this is
  *                         the sample: the estimates go on, u does not jump. Then tick with it and the same sample.
  */
-#define EDO_SMC_DRIVE(name, plant, law_words, state_words)                                                             \
+#define EDO_SMC_DRIVE(name, config_of, plant, law_words, state_words)                                                  \
     typedef struct edo_smc_design_##name {                                                                             \
         uint32_t version, instance;                                                                                    \
         uint32_t words[law_words];                                                                                     \
@@ -482,10 +527,9 @@ EDO_SMC_PROFILES(joint, 3)
     } edo_smc_state_##name##_t;                                                                                        \
     size_t edo_smc_design_size_##name(void);                                                                           \
     size_t edo_smc_state_size_##name(void);                                                                            \
-    edo_smc_status_t edo_smc_by_rule_##name(edo_smc_config_##plant##_t *config, size_t config_size);                   \
-    edo_smc_status_t edo_smc_tune_##name(edo_smc_config_##plant##_t *config, size_t config_size,                       \
+    edo_smc_status_t edo_smc_tune_##name(edo_smc_config_##config_of##_t *config, size_t config_size,                   \
                                          double surface_rad_s);                                                        \
-    edo_smc_status_t edo_smc_design_##name(const edo_smc_config_##plant##_t *config, size_t config_size,               \
+    edo_smc_status_t edo_smc_design_##name(const edo_smc_config_##config_of##_t *config, size_t config_size,           \
                                            edo_smc_design_##name##_t *design, size_t design_size,                      \
                                            edo_smc_refusal_t *refusal);                                                \
     edo_smc_status_t edo_smc_init_##name(const edo_smc_design_##name##_t *design, size_t design_size,                  \
@@ -497,7 +541,7 @@ EDO_SMC_PROFILES(joint, 3)
     edo_smc_status_t edo_smc_missed_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,   \
                                            uint32_t periods);                                                          \
     edo_smc_status_t edo_smc_trip_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state);    \
-    edo_smc_status_t edo_smc_fence_##name(const edo_smc_config_##plant##_t *config, size_t config_size,                \
+    edo_smc_status_t edo_smc_fence_##name(const edo_smc_config_##config_of##_t *config, size_t config_size,            \
                                           const edo_smc_fence_limits_t *limits, edo_smc_fence_t *fence,                \
                                           size_t fence_size, edo_smc_refusal_t *refusal);                              \
     edo_smc_status_t edo_smc_guard_##name(const edo_smc_design_##name##_t *design, edo_smc_state_##name##_t *state,    \
@@ -513,17 +557,36 @@ EDO_SMC_PROFILES(joint, 3)
                                            size_t design_size, edo_smc_state_##name##_t *state,                        \
                                            const edo_smc_sample_##plant##_t *sample);
 
-EDO_SMC_DRIVE(motor, motor, 63, 26)
-EDO_SMC_DRIVE(motor_fast, motor, 70, 28)
-EDO_SMC_DRIVE(motor_late, motor, 63, 27)
-EDO_SMC_DRIVE(motor_fast_late, motor, 70, 29)
-EDO_SMC_DRIVE(joint, joint, 105, 38)
-EDO_SMC_DRIVE(joint_fast, joint, 121, 42)
-EDO_SMC_DRIVE(joint_late, joint, 105, 39)
-EDO_SMC_DRIVE(joint_fast_late, joint, 121, 43)
+EDO_SMC_DRIVE(motor, motor, motor, 63, 26)
+EDO_SMC_DRIVE(motor_fast, motor, motor, 70, 28)
+EDO_SMC_DRIVE(motor_late, motor, motor, 63, 27)
+EDO_SMC_DRIVE(motor_fast_late, motor, motor, 70, 29)
+EDO_SMC_DRIVE(joint, joint, joint, 105, 38)
+EDO_SMC_DRIVE(joint_fast, joint, joint, 121, 42)
+EDO_SMC_DRIVE(joint_late, joint, joint, 105, 39)
+EDO_SMC_DRIVE(joint_fast_late, joint, joint, 121, 43)
+EDO_SMC_DRIVE(coupled, coupled, joint, 137, 37)
+EDO_SMC_DRIVE(coupled_fast, coupled, joint, 151, 41)
+EDO_SMC_DRIVE(coupled_late, coupled, joint, 137, 38)
+EDO_SMC_DRIVE(coupled_fast_late, coupled, joint, 151, 42)
+
+/* The drives whose gains have a rule. */
+#define EDO_SMC_BY_RULE(name, plant)                                                                                   \
+    edo_smc_status_t edo_smc_by_rule_##name(edo_smc_config_##plant##_t *config, size_t config_size);
+
+EDO_SMC_BY_RULE(motor, motor)
+EDO_SMC_BY_RULE(motor_fast, motor)
+EDO_SMC_BY_RULE(motor_late, motor)
+EDO_SMC_BY_RULE(motor_fast_late, motor)
+EDO_SMC_BY_RULE(joint, joint)
+EDO_SMC_BY_RULE(joint_fast, joint)
+EDO_SMC_BY_RULE(joint_late, joint)
+EDO_SMC_BY_RULE(joint_fast_late, joint)
 
 EDO_SMC_ASSERT(config_motor, sizeof(edo_smc_config_motor_t) == 8 * 27)
 EDO_SMC_ASSERT(config_joint, sizeof(edo_smc_config_joint_t) == 8 * 39)
+EDO_SMC_ASSERT(config_coupled, sizeof(edo_smc_config_coupled_t) == 8 * 44)
+EDO_SMC_ASSERT(config_coupled_1, offsetof(edo_smc_config_coupled_t, coupled) == 8 * 36)
 EDO_SMC_ASSERT(sample_motor, sizeof(edo_smc_sample_motor_t) == 4 * 8)
 EDO_SMC_ASSERT(sample_joint, sizeof(edo_smc_sample_joint_t) == 4 * 13)
 EDO_SMC_ASSERT(estimates_motor, sizeof(edo_smc_estimates_motor_t) == 4 * 5)

@@ -3,12 +3,15 @@
 //! What a drive is designed from is a struct of doubles in C, in the order of
 //! [`LAYOUT`](controller_core::drive::LAYOUT), three more behind it. A design is opaque: words of a law with its
 //! monitors, made where it runs, with a check over all of them.
+//!
+//! A joint as a whole has no rule here: the search for its gains takes a host (`scenario::drive::joint_rule`). It is
+//! designed from a configuration that `host-sim export --lang c` writes.
 
 use core::mem::MaybeUninit;
 
 use controller_core::drive::{
-    BRAKING, DriveError, DriveEstimates, DriveLaw, Fence, JointBandwidths, JointDesign, JointDrive, Monitored,
-    MotorDesign, MotorDrive, Position, Sample, Slowing, Target,
+    BRAKING, CoupledDrive, DriveError, DriveEstimates, DriveLaw, Fence, JointBandwidths, JointDesign, JointDrive,
+    Monitored, MotorDesign, MotorDrive, Position, Sample, Slowing, Target,
 };
 use controller_core::{Health, Output};
 
@@ -16,7 +19,7 @@ use crate::VERSION;
 use crate::instance::Instance;
 use crate::status::{Status, overlap, place, sized_place};
 
-/// A configuration: `edo_smc_config_motor_t`, `edo_smc_config_joint_t`.
+/// A configuration: `edo_smc_config_motor_t`, `edo_smc_config_joint_t`, `edo_smc_config_coupled_t`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct CConfig<const NUMBERS: usize> {
@@ -51,8 +54,6 @@ pub trait Form<const E: usize, const N: usize, const NUMBERS: usize>:
     /// Name of `lag_or_load`, and the most it may be.
     const LAG_OR_LOAD: (&'static str, f64);
 
-    /// All that is not on the data sheet.
-    fn by_rule(config: &mut CConfig<NUMBERS>);
     /// Bandwidths in the same proportions for another surface, and the gates for them.
     fn tune(config: &mut CConfig<NUMBERS>, surface_rad_s: f64);
     /// What this configuration makes, with the monitors that belong to it.
@@ -63,31 +64,37 @@ pub trait Form<const E: usize, const N: usize, const NUMBERS: usize>:
     fn guard(&self, fence: &Fence, state: &mut Self::State, output: &mut Output<f32>, begin: &Target<f32, i32, N>);
 }
 
+/// A law whose gains follow from its data sheet without a search.
+pub trait Ruled<const E: usize, const N: usize, const NUMBERS: usize>: Form<E, N, NUMBERS> {
+    /// All that is not on the data sheet.
+    fn by_rule(config: &mut CConfig<NUMBERS>);
+}
+
 /// Share to which a data sheet is known, where nobody says another.
 const UNCERTAIN: f64 = 0.2;
 
-/// Encoders, gain sets beside the quiet one, ticks of delay; the 1 tells a drive from a chain.
-const fn word(encoders: u8, fast: usize, late: usize) -> u32 {
-    u32::from_le_bytes([encoders, fast as u8, late as u8, 1])
+/// What tells a drive from a chain, and a joint as a whole from both.
+const DRIVE: u8 = 1;
+const AS_A_WHOLE: u8 = 2;
+
+/// Encoders, gain sets beside the quiet one, ticks of delay, which kind.
+const fn word(encoders: u8, fast: usize, late: usize, kind: u8) -> u32 {
+    u32::from_le_bytes([encoders, fast as u8, late as u8, kind])
 }
 
 type MotorLaw<const FAST: usize, const LATE: usize> = Monitored<MotorDrive<f32, Position, FAST, LATE>, 1>;
 type JointLaw<const FAST: usize, const LATE: usize> = Monitored<JointDrive<f32, Position, FAST, LATE>, 2>;
+type CoupledLaw<const FAST: usize, const LATE: usize> = Monitored<CoupledDrive<f32, Position, FAST, LATE>, 2>;
 
 const MOTOR: usize = MotorDesign::NUMBERS;
 const JOINT: usize = JointDesign::NUMBERS;
+const COUPLED: usize = JointDesign::COUPLED_NUMBERS;
 
 impl<const FAST: usize, const LATE: usize> Form<1, 2, MOTOR> for MotorLaw<FAST, LATE> {
-    const WORD: u32 = word(1, FAST, LATE);
+    const WORD: u32 = word(1, FAST, LATE, DRIVE);
     const PARTS: [(usize, u32); 2] = Self::PARTS_AT;
     const FLAGS: &'static [usize] = &Self::FLAGS_AT;
     const LAG_OR_LOAD: (&'static str, f64) = ("lag_s", 1.0);
-
-    fn by_rule(config: &mut CConfig<MOTOR>) {
-        let MotorDesign { period_s, motor, encoder, limits, .. } = MotorDesign::from_numbers(&config.numbers);
-        let design = MotorDesign::by_rule(period_s, motor, encoder, limits);
-        config.numbers = design.with_lag(config.lag_or_load, LATE as u32).to_numbers();
-    }
 
     fn tune(config: &mut CConfig<MOTOR>, surface_rad_s: f64) {
         config.numbers = MotorDesign::from_numbers(&config.numbers).with_surface(surface_rad_s).to_numbers();
@@ -110,18 +117,19 @@ impl<const FAST: usize, const LATE: usize> Form<1, 2, MOTOR> for MotorLaw<FAST, 
     }
 }
 
+impl<const FAST: usize, const LATE: usize> Ruled<1, 2, MOTOR> for MotorLaw<FAST, LATE> {
+    fn by_rule(config: &mut CConfig<MOTOR>) {
+        let MotorDesign { period_s, motor, encoder, limits, .. } = MotorDesign::from_numbers(&config.numbers);
+        let design = MotorDesign::by_rule(period_s, motor, encoder, limits);
+        config.numbers = design.with_lag(config.lag_or_load, LATE as u32).to_numbers();
+    }
+}
+
 impl<const FAST: usize, const LATE: usize> Form<2, 4, JOINT> for JointLaw<FAST, LATE> {
-    const WORD: u32 = word(2, FAST, LATE);
+    const WORD: u32 = word(2, FAST, LATE, DRIVE);
     const PARTS: [(usize, u32); 2] = Self::PARTS_AT;
     const FLAGS: &'static [usize] = &Self::FLAGS_AT;
     const LAG_OR_LOAD: (&'static str, f64) = ("load_n_m", 1e9);
-
-    fn by_rule(config: &mut CConfig<JOINT>) {
-        let JointDesign { period_s, joint, encoders, limits, .. } = JointDesign::from_numbers(&config.numbers);
-        let bandwidths = JointBandwidths::DEFAULT.within(period_s, LATE);
-        let design = JointDesign::new(period_s, joint, encoders, limits, config.lag_or_load);
-        config.numbers = design.with_bandwidths(bandwidths, config.lag_or_load).to_numbers();
-    }
 
     fn tune(config: &mut CConfig<JOINT>, surface_rad_s: f64) {
         let design = JointDesign::from_numbers(&config.numbers);
@@ -138,6 +146,46 @@ impl<const FAST: usize, const LATE: usize> Form<2, 4, JOINT> for JointLaw<FAST, 
 
     fn slowing(config: &CConfig<JOINT>) -> Slowing {
         JointDesign::from_numbers(&config.numbers).slowing(LATE)
+    }
+
+    #[inline(always)]
+    fn guard(&self, fence: &Fence, state: &mut Self::State, output: &mut Output<f32>, begin: &Target<f32, i32, 4>) {
+        fence.guard_state(self, state, output, begin);
+    }
+}
+
+impl<const FAST: usize, const LATE: usize> Ruled<2, 4, JOINT> for JointLaw<FAST, LATE> {
+    fn by_rule(config: &mut CConfig<JOINT>) {
+        let JointDesign { period_s, joint, encoders, limits, .. } = JointDesign::from_numbers(&config.numbers);
+        let bandwidths = JointBandwidths::DEFAULT.within(period_s, LATE);
+        let design = JointDesign::new(period_s, joint, encoders, limits, config.lag_or_load);
+        config.numbers = design.with_bandwidths(bandwidths, config.lag_or_load).to_numbers();
+    }
+}
+
+impl<const FAST: usize, const LATE: usize> Form<2, 4, COUPLED> for CoupledLaw<FAST, LATE> {
+    const WORD: u32 = word(2, FAST, LATE, AS_A_WHOLE);
+    const PARTS: [(usize, u32); 2] = Self::PARTS_AT;
+    const FLAGS: &'static [usize] = &Self::FLAGS_AT;
+    const LAG_OR_LOAD: (&'static str, f64) = ("load_n_m", 1e9);
+
+    fn tune(config: &mut CConfig<COUPLED>, surface_rad_s: f64) {
+        let design = JointDesign::from_coupled_numbers(&config.numbers);
+        let tuned = design.with_bandwidths(design.bandwidths.with_surface(surface_rad_s), config.lag_or_load);
+        if let Some(numbers) = tuned.to_coupled_numbers() {
+            config.numbers = numbers;
+        }
+    }
+
+    fn of(config: &CConfig<COUPLED>, stops_at: Health) -> Result<Self, DriveError> {
+        let design = JointDesign::from_coupled_numbers(&config.numbers);
+        let law = CoupledDrive::<f32, Position, FAST, LATE>::try_design(&design)?;
+        let bounds = design.bounds(&law, config.lag_or_load, config.uncertain);
+        Ok(Self::new(law, &bounds).stopping_at(stops_at))
+    }
+
+    fn slowing(config: &CConfig<COUPLED>) -> Slowing {
+        JointDesign::from_coupled_numbers(&config.numbers).slowing(LATE)
     }
 
     #[inline(always)]
@@ -263,7 +311,7 @@ pub struct CKnown<const E: usize> {
     load: [f32; E],
 }
 
-impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize> Design<L, E, N, NUMBERS> {
+impl<L: Ruled<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize> Design<L, E, N, NUMBERS> {
     /// # Safety
     /// A pointer that is not NULL points to memory of the size given.
     pub(crate) unsafe fn by_rule(config: *mut CConfig<NUMBERS>, config_size: usize) -> Status {
@@ -276,7 +324,9 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
         (config.uncertain, config.stops_at) = (UNCERTAIN, BRAKING.bits().into());
         Status::OK
     }
+}
 
+impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize> Design<L, E, N, NUMBERS> {
     /// # Safety
     /// A pointer that is not NULL points to memory of the size given.
     pub(crate) unsafe fn tune(config: *mut CConfig<NUMBERS>, config_size: usize, surface_rad_s: f64) -> Status {
@@ -383,5 +433,7 @@ impl CRefusal {
 /// The laws of the archive by encoders; gain sets beside the quiet one, ticks of delay.
 pub(crate) type Motor<const FAST: usize, const LATE: usize> = Design<MotorLaw<FAST, LATE>, 1, 2, MOTOR>;
 pub(crate) type Joint<const FAST: usize, const LATE: usize> = Design<JointLaw<FAST, LATE>, 2, 4, JOINT>;
+pub(crate) type Coupled<const FAST: usize, const LATE: usize> = Design<CoupledLaw<FAST, LATE>, 2, 4, COUPLED>;
 pub(crate) type MotorConfig = CConfig<MOTOR>;
 pub(crate) type JointConfig = CConfig<JOINT>;
+pub(crate) type CoupledConfig = CConfig<COUPLED>;

@@ -6,9 +6,9 @@
 //! every set of channels that holds the driven one and that Eq. (44) allows (channel i < n needs an order of n - i).
 //! a(x) is linear, a row of the design; what it does not say, the observers estimate.
 //!
-//! A drive is a type too: a motor with one encoder or a joint with two, gain sets and delay in the name,
-//! `edo_smc_tick_joint_fast_late`; what it remembers and what it multiplies with are opaque words of C. Where it should
-//! be is a plan or a profile of set-points, within what limits a fence: opaque words too.
+//! A drive is a type too: a motor with one encoder, a joint with two, or a joint as a whole, gain sets and delay in the
+//! name, `edo_smc_tick_joint_fast_late`; what it remembers and what it multiplies with are opaque words of C. Where it
+//! should be is a plan or a profile of set-points, within what limits a fence: opaque words too.
 //!
 //! The caller owns all storage. Nothing here allocates, locks, or has a variable of its own, so calls with different
 //! states may interrupt each other. What a caller may get wrong and can be seen (NULL, misaligned, another size,
@@ -204,9 +204,10 @@ macro_rules! chains {
 // Beside each other in edo_smc.h; the suite holds the two lists together.
 controller_core::shapes!(archive => chains);
 
-/// One module of functions per drive: its design and its configuration, and how many words law and state have.
+/// One module of functions per drive: its design and its configuration, how many words law and state have, and whether
+/// its gains have a rule.
 macro_rules! drives {
-    ($($name:ident: $design:ty, $config:ty, $law_words:literal, $state_words:literal;)*) => {$(
+    ($($name:ident: $design:ty, $config:ty, $law_words:literal, $state_words:literal $(, $by_rule:ident)?;)*) => {$(
         instance! {
             $name: $design, $config, CRefusal, drive::design;
             // As edo_smc.h has them.
@@ -306,15 +307,17 @@ macro_rules! drives {
                 unsafe { instance::go_on(design, state, sample, output) }
             }
 
-            /// All that is not on the data sheet.
-            ///
-            /// # Safety
-            /// A pointer that is not NULL points to memory of the size that is given beside it.
-            #[unsafe(export_name = concat!("edo_smc_by_rule_", stringify!($name)))]
-            pub unsafe extern "C" fn by_rule(config: *mut ThisConfig, config_size: usize) -> Status {
-                // SAFETY: the caller's word.
-                unsafe { <$design>::by_rule(config, config_size) }
-            }
+            $(
+                /// All that is not on the data sheet.
+                ///
+                /// # Safety
+                /// A pointer that is not NULL points to memory of the size that is given beside it.
+                #[unsafe(export_name = concat!("edo_smc_", stringify!($by_rule), "_", stringify!($name)))]
+                pub unsafe extern "C" fn $by_rule(config: *mut ThisConfig, config_size: usize) -> Status {
+                    // SAFETY: the caller's word.
+                    unsafe { <$design>::$by_rule(config, config_size) }
+                }
+            )?
 
             /// Bandwidths in the same proportions for another surface, and the gates for them.
             ///
@@ -330,14 +333,18 @@ macro_rules! drives {
 }
 
 drives! {
-    motor: drive::Motor<0, 0>, drive::MotorConfig, 63, 26;
-    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 70, 28;
-    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 63, 27;
-    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 70, 29;
-    joint: drive::Joint<0, 0>, drive::JointConfig, 105, 38;
-    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 121, 42;
-    joint_late: drive::Joint<0, 1>, drive::JointConfig, 105, 39;
-    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 121, 43;
+    motor: drive::Motor<0, 0>, drive::MotorConfig, 63, 26, by_rule;
+    motor_fast: drive::Motor<1, 0>, drive::MotorConfig, 70, 28, by_rule;
+    motor_late: drive::Motor<0, 1>, drive::MotorConfig, 63, 27, by_rule;
+    motor_fast_late: drive::Motor<1, 1>, drive::MotorConfig, 70, 29, by_rule;
+    joint: drive::Joint<0, 0>, drive::JointConfig, 105, 38, by_rule;
+    joint_fast: drive::Joint<1, 0>, drive::JointConfig, 121, 42, by_rule;
+    joint_late: drive::Joint<0, 1>, drive::JointConfig, 105, 39, by_rule;
+    joint_fast_late: drive::Joint<1, 1>, drive::JointConfig, 121, 43, by_rule;
+    coupled: drive::Coupled<0, 0>, drive::CoupledConfig, 137, 37;
+    coupled_fast: drive::Coupled<1, 0>, drive::CoupledConfig, 151, 41;
+    coupled_late: drive::Coupled<0, 1>, drive::CoupledConfig, 137, 38;
+    coupled_fast_late: drive::Coupled<1, 1>, drive::CoupledConfig, 151, 42;
 }
 
 /// Plans of a plant: derivatives that a plan takes over, r included, and those of a target.

@@ -1,5 +1,5 @@
-//! Drive of a motor or of a joint as a source file: C99 or assembly with a header from its operation traces, or Rust
-//! from its design.
+//! Drive of a motor or of a joint as a source file: C99 or assembly with a header from its operation traces, Rust from
+//! its design, or the configuration from which the static library designs it (module `config`).
 //!
 //! In C every part of the tick is generated from an operation trace ([`tick_record::drive`]). This file adds types,
 //! comments of the functions, and the calls between the functions. The functions `tick`, `tick_or_start` and `lost`
@@ -17,7 +17,7 @@ use tick_record::{Port, Record, Role, ValueKind, c};
 use super::arm::{DriveAssembly, DriveLayout, Effort, drive_assembly};
 use super::c99::{File, Meanings, filled};
 use super::standalone::FUNCTIONS;
-use super::{About, Error, Files, Form, assembly, plan, rust};
+use super::{About, Error, Files, Form, assembly, config, plan, rust};
 
 pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<String, Error> {
     match form {
@@ -31,7 +31,7 @@ pub(super) fn text(drive: &Drive, about: &About<'_>, form: Form<'_>) -> Result<S
             supports_assembly(drive)?;
             means(drive, &functions(drive)?, prefix, function)
         }
-        Form::Archive(_) => Err(Error::ArchiveDrive),
+        Form::Archive(prefix) => config::text(drive, about, prefix),
         Form::Rust => Ok(rust::drive(&Exported::of(drive, about)?)),
     }
 }

@@ -34,8 +34,10 @@ pub enum Error {
         /// Names of the configurations of the library.
         library: &'static [&'static str],
     },
-    /// The static library takes no exported design of a drive.
-    ArchiveDrive,
+    /// The static library lacks this kind of drive.
+    ArchiveDrive(&'static str),
+    /// The static library takes the thresholds of its monitors from its rule only.
+    ArchiveMonitors,
     /// Assembly has no limits of samples.
     AssemblySamples,
     /// Assembly has at most one tick of delay.
@@ -59,6 +61,7 @@ pub enum Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const OTHERS: &str = "take --lang c --standalone, one file that needs no library, or --lang rust";
         const MODEL: &str = "a(x) of the benchmark is not linear; take --lang rust, or set plant.kind";
         match self {
             Self::Feature(name) => write!(f, "this program was built without the feature {name}"),
@@ -73,9 +76,11 @@ impl fmt::Display for Error {
                 let (shape, library) = (shape_text(*shape), library.join(", "));
                 write!(f, "the archive for C has no {name} ({shape}); it has {library}. Take --standalone instead")
             }
-            Self::ArchiveDrive => f.write_str(
-                "the archive for C takes no exported design of a drive (its own are designed where they run): take \
-                 --lang c --standalone, one file that needs no library, or --lang rust",
+            Self::ArchiveDrive(missing) => write!(f, "the archive for C has no {missing}: {OTHERS}"),
+            Self::ArchiveMonitors => write!(
+                f,
+                "the archive for C makes the thresholds of its monitors by rule: leave load_n_m, motor_n_m, sigma_star \
+                 and saturated_s out of [monitor], or {OTHERS}"
             ),
             Self::AssemblySamples => {
                 f.write_str("assembly has no limits of samples: leave out controller.samples, or take --standalone")

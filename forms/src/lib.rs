@@ -13,6 +13,7 @@ mod archive;
 mod arm;
 mod assembly;
 mod c99;
+mod config;
 mod drive;
 mod error;
 mod plan;
@@ -35,7 +36,8 @@ pub enum Form<'a> {
     Means(&'a str, &'a str),
     /// Specification of an assembly function for `cycle-bound --means`: prefix and name.
     MeansOfAssembly(&'a str, &'a str),
-    /// C for the static library of `controller-capi`; the name of the design begins with this prefix.
+    /// C for the static library of `controller-capi`: the design of a controller, or the configuration of a drive. Its name
+    /// begins with this prefix.
     Archive(&'a str),
     /// Rust for `controller-core`.
     Rust,

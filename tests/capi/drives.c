@@ -1,6 +1,6 @@
-/* One drive of the static library (NAME, and MOTOR or JOINT), driven by requests: retunes in motion between four
- * designs, ticks with counts and targets, applied currents, restarts. Each answer has statuses, output and estimates;
- * the configurations by rule precede the first answer. */
+/* One drive of the static library (NAME, and MOTOR, JOINT or COUPLED), driven by requests: retunes in motion between
+ * four designs, ticks with counts and targets, applied currents, missed ticks, restarts. Each answer has statuses, output
+ * and estimates. The configurations precede the first answer: by rule, for COUPLED from exported_config. */
 #include "edo_smc.h"
 
 #define JOIN3(a, b, c) a##b##c
@@ -18,12 +18,16 @@ typedef edo_smc_estimates_motor_t estimates_t;
 #else
 #define ENCODERS 2
 #define OTHER_PERIOD_S 8e-4
+#ifdef COUPLED
+typedef edo_smc_config_coupled_t config_t;
+#else
 typedef edo_smc_config_joint_t config_t;
+#endif
 typedef edo_smc_sample_joint_t sample_t;
 typedef edo_smc_estimates_joint_t estimates_t;
 #endif
 
-enum { TICK, REPORT, RESET, RETUNE };
+enum { TICK, REPORT, RESET, RETUNE, MISSED };
 
 static struct {
     uint32_t what, which, lost, counts[2];
@@ -62,6 +66,8 @@ static edo_smc_status_t configure(int which) {
         .limits = {.min = -10.0, .max = 8.0},
         .lag_s = 3e-4,
     };
+#elif defined COUPLED
+    const config_t data_sheet = exported_config;
 #else
     static const config_t data_sheet = {
         .period_s = 1e-3,
@@ -85,10 +91,15 @@ static edo_smc_status_t configure(int which) {
 #ifdef MOTOR
         config.encoder.counts_per_turn = 8192;
 #else
-        config.encoders[1].counts_per_turn = 131072;
+        config.encoders[1].counts_per_turn *= 0.5;
 #endif
     }
+#ifdef COUPLED
+    /* The gates for what has changed. */
+    status = CALL(tune)(&config, sizeof config, config.bandwidths.surface_rad_s);
+#else
     status = CALL(by_rule)(&config, sizeof config);
+#endif
     if (which == 1 && status == EDO_SMC_OK) {
         status = CALL(tune)(&config, sizeof config, 0.7 * config.bandwidths.surface_rad_s);
         config.hold = 0;
@@ -175,6 +186,9 @@ int main(void) {
                 if (reply[0] == 0) {
                     running = other;
                 }
+            }
+            if (asks[k].what == MISSED) {
+                reply[0] = (uint32_t)CALL(missed)(&designs[running], &state, asks[k].which);
             }
             reply[1] = 0;
             if (asks[k].what == TICK || asks[k].what == RETUNE) {

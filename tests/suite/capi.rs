@@ -226,7 +226,7 @@ fn the_header_is_clean_c99_and_c_plus_plus_and_so_is_every_misuse_of_it_answered
         [("cc", &["-std=c99"][..]), ("c++", &["-x", "c++", "-std=c++11"]), ("c++", &["-x", "c++", "-std=c++20"])]
     {
         let args = [&STRICT[..], options, &["-O1", "-fsanitize=undefined", "-fno-sanitize-recover", "-c", &include()]];
-        for (file, fewest) in [("misuse.c", 200), ("misuse_drive.c", 4000)] {
+        for (file, fewest) in [("misuse.c", 200), ("misuse_drive.c", 4000), ("misuse_coupled.c", 2000)] {
             let object = folder.path("misuse.o");
             run(compiler, &[&args.concat()[..], &[&source(file), "-o", &object]].concat());
             run("c++", &["-fsanitize=undefined", &object, &archive("host"), "-o", &program]);
@@ -297,17 +297,20 @@ fn the_archives_show_only_their_own_names_need_no_others_and_cannot_panic() {
         };
         let mut declared = vec!["edo_smc_version".to_string(), "edo_smc_modes_ok".to_string()];
         declared.extend(instances().iter().flat_map(|(name, _)| named(name, &functions)));
-        for plant in ["motor", "joint"] {
-            declared
-                .extend(named(plant, &["plan_rest", "plan_move", "plan_stop", "plan_sine", "plan_play", "plan_at"]));
-            let of_profiles = ["new", "limit", "keep_within", "go_to", "stop", "start", "has_arrived", "next"];
-            declared.extend(of_profiles.map(|function| format!("edo_smc_profile_{function}_{plant}")));
+        for kind in ["motor", "joint", "coupled"] {
+            let has_rule = kind != "coupled";
+            if has_rule {
+                declared
+                    .extend(named(kind, &["plan_rest", "plan_move", "plan_stop", "plan_sine", "plan_play", "plan_at"]));
+                let of_profiles = ["new", "limit", "keep_within", "go_to", "stop", "start", "has_arrived", "next"];
+                declared.extend(of_profiles.map(|function| format!("edo_smc_profile_{function}_{kind}")));
+            }
             for form in ["", "_fast", "_late", "_fast_late"] {
-                declared.extend(named(&format!("{plant}{form}"), &functions));
-                declared.extend(named(
-                    &format!("{plant}{form}"),
-                    &["by_rule", "tune", "go_on", "missed", "trip", "limit", "fence", "guard"],
-                ));
+                let name = format!("{kind}{form}");
+                declared.extend(named(&name, &functions));
+                declared.extend(named(&name, &["tune", "go_on", "missed", "trip", "limit", "fence", "guard"]));
+                // The gains of a joint as a whole come from the host.
+                declared.extend(named(&name, if has_rule { &["by_rule"] } else { &[] }));
             }
         }
         declared.sort();

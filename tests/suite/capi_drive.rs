@@ -7,22 +7,26 @@
 //! more designs and must reject a third. The tests need the output of `cargo xtask capi`.
 
 use controller_core::drive::{
-    BEYOND_CONTROL, BRAKING, Bounds, ChainModel, Encoder, EncoderForm, Fence, FenceLimits, Joint, JointBandwidths,
-    JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position, Reference, Rest, Sample, Sine,
-    Target, stop,
+    BEYOND_CONTROL, BRAKING, Bounds, ChainModel, CoupledDrive, Encoder, EncoderForm, Fence, FenceLimits, Joint,
+    JointBandwidths, JointDesign, JointDrive, Monitored, Motor, MotorDesign, MotorDrive, Position, Reference, Rest,
+    Sample, Sine, Target, stop,
 };
-use controller_core::{Fallback, Health, Limits, Output, RetuneError, Running};
+use controller_core::{ControlLaw as _, Fallback, Health, Limits, Output, RetuneError, Running};
+use forms::Form;
 use integration_tests::data::path;
 use integration_tests::strategy::Rng;
+use loop_sim::port::drive::{DriveDesign, DriveOf};
+use scenario::{Experiment, Source};
 use std::f64::consts::TAU;
 use std::fs;
+use std::process::Command;
 
 use super::capi::{archive, emulated, include, source};
 use super::export::{
     Board, CORTEX_M4F, EDGES, ON_THE_CHIP, ON_THE_HOST, Place, STM32F405, STRICT, answers, compile, folder,
     other_boards,
 };
-use super::export_drive::{Counters, HEALTHS, MovingGoal, Plant, assert_exercised, target};
+use super::export_drive::{Counters, HEALTHS, MovingGoal, Plant, STIFF, assert_exercised, target};
 use super::export_plan::{Goal, Plan, any, is_number, onto};
 use super::export_profile;
 
@@ -30,6 +34,7 @@ const TICK: u32 = 0;
 const REPORT: u32 = 1;
 const RESET: u32 = 2;
 const RETUNE: u32 = 3;
+const MISSED: u32 = 4;
 
 const REJECTED: u32 = 1;
 const NOT_FINITE: u32 = -6_i32 as u32;
@@ -115,17 +120,79 @@ fn joint<const FAST: usize, const LATE: usize>(ticks: usize, within: Option<Fenc
         Monitored::new(law, &bounds).stopping_at(STOPS_AT[k])
     });
     let configurations = (0..4).flat_map(|k| configuration(&designs[k].to_numbers(), load, UNCERTAIN[k], STOPS_AT[k]));
+    let plant = joint_plant(&joint);
+    let units = first.encoders.map(|encoder| encoder.unit_rad());
+    let fence = within.map(|within| Fence::new(&within, first.slowing(LATE)));
+    run(&format!("joint {FAST} {LATE}"), (&laws, configurations.collect(), fence), units, plant, ticks)
+}
+
+/// A harmonic drive designed as a whole, by the rule of the host; the second gain set as given.
+fn stiff(fast: usize, late: usize) -> String {
+    let fast_ratios = if fast > 0 { "fast_ratios = [1.6, 1.4]," } else { "" };
+    format!(
+        "{STIFF}
+         encoder = {{ link = {{ bits = 19 }}, motor = {{ bits = 32, states = 4294967296, counts_per_turn = 16384 }} }}
+         drive = {{ tuning = 'coupled', gain_sets = {}, {fast_ratios} delay_ticks = {late} }}
+         monitor = {{ reaction = 'brake' }}",
+        fast + 1
+    )
+}
+
+const IT: &str = "it";
+
+fn parsed(text: &str) -> (Experiment, Source<'_>) {
+    let source = Source { file: IT, text, sets: &[] };
+    (scenario::parse(&source, IT).unwrap_or_else(|error| panic!("{error}")), source)
+}
+
+/// The C file of a scenario for the archive: `exported_config`.
+fn exported_config(text: &str) -> String {
+    let (experiment, source) = parsed(text);
+    forms::export(&experiment, &source, Form::Archive("exported")).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn coupled<const FAST: usize, const LATE: usize>(ticks: usize, within: Option<FenceLimits>) -> Run {
+    let text = stiff(FAST, LATE);
+    let (experiment, _) = parsed(&text);
+    let designed = experiment.drive.as_ref().expect("a drive").designed;
+    let DriveDesign::Joint(DriveOf { design: first, monitors, .. }) = designed else { panic!("a joint") };
+    let load = monitors.sudden_load_n_m;
+    let scaled = |design: JointDesign, by: f64| {
+        let surface_rad_s = by * design.bandwidths.surface_rad_s;
+        design.with_bandwidths(design.bandwidths.with_surface(surface_rad_s), load)
+    };
+    let mut coarse = first.encoders;
+    coarse[1].counts_per_turn = 8192;
+    let designs = [
+        first,
+        JointDesign { fallback: Fallback::Safe(-0.25), ..scaled(first, 0.7) },
+        scaled(JointDesign { period_s: 8e-4, ..first }, 1.0),
+        scaled(JointDesign { encoders: coarse, ..first }, 1.0),
+    ];
+    let laws: [_; 4] = core::array::from_fn(|k| {
+        let law = CoupledDrive::<f32, Position, FAST, LATE>::try_design(&designs[k]).expect("a good design");
+        let bounds = designs[k].bounds(&law, load, UNCERTAIN[k]);
+        Monitored::new(law, &bounds).stopping_at(STOPS_AT[k])
+    });
+    // The first is the law that `host-sim run` ticks.
+    assert_eq!(Some(laws[0].fingerprint()), experiment.port.fingerprint());
+    let numbers = designs.map(|design| design.to_coupled_numbers().expect("a joint as a whole"));
+    let configurations = (0..4).flat_map(|k| configuration(&numbers[k], load, UNCERTAIN[k], STOPS_AT[k]));
+    let plant = joint_plant(&first.joint);
+    let units = first.encoders.map(|encoder| encoder.unit_rad());
+    let fence = within.map(|within| Fence::new(&within, first.slowing(LATE)));
+    run(&format!("coupled {FAST} {LATE}"), (&laws, configurations.collect(), fence), units, plant, ticks)
+}
+
+fn joint_plant(joint: &Joint) -> Plant {
     let (link, rotor) = (joint.link_inertia_kg_m2, joint.motor_inertia_kg_m2);
-    let plant = Plant {
+    Plant {
         gain: [0.0, joint.torque_n_m_per_a / rotor],
         spring: [joint.stiffness_n_m / link, joint.stiffness_n_m / rotor],
         drag: [joint.link_damping_n_m_s / link, joint.motor_damping_n_m_s / rotor],
         weight: joint.weight_n_m / link,
         ..Plant::default()
-    };
-    let units = first.encoders.map(|encoder| encoder.unit_rad());
-    let fence = within.map(|within| Fence::new(&within, first.slowing(LATE)));
-    run(&format!("joint {FAST} {LATE}"), (&laws, configurations.collect(), fence), units, plant, ticks)
+    }
 }
 
 type Law<M, const E: usize, const N: usize, const S: usize, const FAST: usize, const LATE: usize> =
@@ -157,6 +224,7 @@ where
             0 if rng.chance(0.2) => RESET,
             5..=24 => REPORT,
             40..=49 => RETUNE,
+            30..=31 => MISSED,
             _ => TICK,
         };
         if what == RESET {
@@ -167,16 +235,20 @@ where
         let (counts, lost) = counters.next(&mut rng, plant.steps(unit_rad), &mounting);
         let held =
             if rng.chance(0.03) { EDGES[rng.integer(0, EDGES.len() - 1)] } else { rng.within(-10.0, 10.0) as f32 };
-        let which = *rng.one_of(&[0, 1, 1, 2, 3]);
+        let which = if what == MISSED { rng.integer(0, 63) } else { *rng.one_of(&[0, 1, 1, 2, 3]) };
         let sample = Sample {
             counts: core::array::from_fn(|i| (!lost[i]).then_some(counts[i])),
             begin: target(turns[0], jets[0]),
             end: target(turns[1], jets[1]),
         };
         let said = match what {
-            REPORT if running.estimates().is_none() => NOT_STARTED,
+            REPORT | MISSED if running.estimates().is_none() => NOT_STARTED,
             REPORT if running.report_applied(held) => 0,
             REPORT => NOT_FINITE,
+            MISSED => {
+                running.missed(which as u32);
+                0
+            }
             RESET => {
                 running.reset();
                 0
@@ -245,7 +317,7 @@ fn assert_fenced(name: &str, seen: &[usize]) {
 /// Drive of the library: its name, and a run of this many ticks with or without limits.
 type Drive = (&'static str, fn(usize, Option<FenceLimits>) -> Run);
 
-const DRIVES: [Drive; 8] = [
+const DRIVES: [Drive; 12] = [
     ("motor", motor::<0, 0>),
     ("motor_fast", motor::<1, 0>),
     ("motor_late", motor::<0, 1>),
@@ -254,7 +326,17 @@ const DRIVES: [Drive; 8] = [
     ("joint_fast", joint::<1, 0>),
     ("joint_late", joint::<0, 1>),
     ("joint_fast_late", joint::<1, 1>),
+    ("coupled", coupled::<0, 0>),
+    ("coupled_fast", coupled::<1, 0>),
+    ("coupled_late", coupled::<0, 1>),
+    ("coupled_fast_late", coupled::<1, 1>),
 ];
+
+/// Returns the configuration file of a drive that is designed from an exported one.
+fn config_of(name: &str) -> Option<String> {
+    let form = name.strip_prefix("coupled")?;
+    Some(exported_config(&stiff(usize::from(form.contains("_fast")), usize::from(form.contains("_late")))))
+}
 
 /// Runs a program of `tests/capi` with the library for a place; returns the words of its answers.
 fn said(kind: &str, name: &str, program: &str, options: &[&str], asked: &[u8], place: Place) -> Vec<u32> {
@@ -314,8 +396,12 @@ fn compare_fenced(drives: &[Drive], ticks: usize, options: &[&str], place: Place
 
 fn compare_one((kind, name): (&str, &str), run: Run, defines: &str, options: &[&str], place: Place) {
     let Run { asked, expected, words, configurations } = run;
-    let plant = if name.starts_with("motor") { "MOTOR" } else { "JOINT" };
-    let program = format!("{defines}#define NAME {name}\n#define {plant}\n#include \"{}\"\n", source("drives.c"));
+    let (config, plant) = match config_of(name) {
+        Some(config) => (config, "COUPLED"),
+        None => (String::new(), if name.starts_with("motor") { "MOTOR" } else { "JOINT" }),
+    };
+    let (drives, head) = (source("drives.c"), format!("{defines}{config}"));
+    let program = format!("{head}#define NAME {name}\n#define {plant}\n#include \"{drives}\"\n");
     let answered = said(kind, name, &program, options, &asked, place);
     assert_eq!(answered.get(..configurations), expected.get(..configurations), "{name}: by rule");
     held_together(name, &answered[configurations..], &expected[configurations..], words);
@@ -339,13 +425,13 @@ fn every_drive_of_the_archive_is_tripped_by_its_fence_as_in_rust() {
 
 #[test]
 fn a_fence_of_the_archive_gives_its_bits_on_the_emulated_chip() {
-    compare_fenced(&DRIVES, 20_000, &["-O2", "-lgcc"], Place::On(&STM32F405));
+    compare_fenced(&DRIVES, 30_000, &["-O2", "-lgcc"], Place::On(&STM32F405));
 }
 
 #[test]
 fn a_drive_of_the_archive_gives_its_bits_on_other_cores() {
     for board in other_boards() {
-        compare(&[DRIVES[1], DRIVES[7]], 20_000, &["-O2"], Place::On(board));
+        compare(&[DRIVES[1], DRIVES[7], DRIVES[11]], 20_000, &["-O2"], Place::On(board));
     }
 }
 
@@ -591,3 +677,69 @@ fn the_drive_of_the_docs_compiles_here_and_for_the_chip_without_a_warning() {
         compile(compiler, &[&STRICT, options, &["-Wconversion", "-O2", "-c", &*include]].concat(), &source, &object);
     }
 }
+
+/// The words of an exported configuration are those of the scenario's design, and the archive takes it.
+#[test]
+fn an_exported_configuration_is_the_drive_of_its_scenario() {
+    let motor = "motor = { inertia_kg_m2 = 2e-4, torque_n_m_per_a = 0.05, max_current_a = 10 }
+        encoder = { bits = 12, reversed = true, offset_counts = -700 }
+        drive = { fallback = -0.25, delay_ticks = 1 }
+        limits = { low_rad = -3 }
+        monitor = { reaction = 'joined_stop', stop_s = 0.05 }";
+    let joint =
+        "joint = { link_inertia_kg_m2 = 0.23, link_damping_n_m_s = 0.07, weight_n_m = 0.23, stiffness_n_m = 9.0,
+        motor_inertia_kg_m2 = 9.31e-4, motor_damping_n_m_s = 0.07, torque_n_m_per_a = 0.119, max_current_a = 30 }
+        encoder = { link = { bits = 20 }, motor = { bits = 20 } }";
+    for (name, text) in [("motor_fast_late", motor.into()), ("joint_fast", joint.into()), ("coupled", stiff(0, 0))] {
+        let (experiment, _) = parsed(&text);
+        let drive = experiment.drive.as_ref().expect("a drive");
+        let stops_at = drive.designed.reaction().stops_at();
+        let expected = match drive.designed {
+            DriveDesign::Motor(DriveOf { design, monitors, .. }) => {
+                configuration(&design.to_numbers(), drive.current_lag_s, monitors.uncertain, stops_at)
+            }
+            DriveDesign::Joint(DriveOf { design, monitors, .. }) => {
+                let numbers = design.to_coupled_numbers().map_or_else(|| design.to_numbers().to_vec(), Vec::from);
+                configuration(&numbers, monitors.sudden_load_n_m, monitors.uncertain, stops_at)
+            }
+        };
+        let header = exported_config(&text);
+        assert!(header.lines().all(|line| line.len() <= 120 || line.starts_with("#error ")), "{header}");
+        assert_eq!(name == "motor_fast_late", header.contains("hand in (uint32_t)-700 - register"), "{header}");
+        assert_eq!(name == "motor_fast_late", header.contains("exported_limits"), "{header}");
+        let program = PRINTS.replace("NAME", name);
+        let folder = folder("capi-config").join(name);
+        fs::create_dir_all(&folder).expect("a folder");
+        fs::write(folder.join("config.h"), header).expect("a header");
+        let (include, archive) = (include(), archive("host"));
+        for (compiler, language, file) in [("cc", "-std=c99", "main.c"), ("c++", "-std=c++20", "main.cpp")] {
+            let (file, made) = (folder.join(file), folder.join("main"));
+            fs::write(&file, &program).expect("a program");
+            let options = [language, "-Wall", "-Wextra", "-Werror", "-pedantic", &*include, &*archive];
+            compile(compiler, &options, &file, &made);
+            let ran = Command::new(&made).output().expect("it runs");
+            let said = String::from_utf8(ran.stdout).expect("a text");
+            let words: Vec<u32> = said.lines().map(|line| line.parse().expect("a word")).collect();
+            assert_eq!(words, expected, "{name} by {compiler}");
+            assert!(ran.status.success(), "{name} by {compiler}: {}", ran.status);
+        }
+    }
+}
+
+/// Prints a configuration word by word, and designs the drive and a fence from it.
+const PRINTS: &str = "#include <stdio.h>
+#include <string.h>
+#include \"config.h\"
+static edo_smc_design_NAME_t design;
+static edo_smc_fence_t fence;
+int main(void) {
+    static const edo_smc_fence_limits_t limits = {-1.0, 1.0, 10.0, 1.0};
+    uint32_t words[sizeof exported_config / 4];
+    size_t i;
+    memcpy(words, &exported_config, sizeof words);
+    for (i = 0; i < sizeof words / 4; i++) printf(\"%lu\\n\", (unsigned long)words[i]);
+    return edo_smc_design_NAME(&exported_config, sizeof exported_config, &design, sizeof design, NULL) != EDO_SMC_OK ||
+           edo_smc_fence_NAME(&exported_config, sizeof exported_config, &limits, &fence, sizeof fence, NULL) !=
+               EDO_SMC_OK;
+}
+";

@@ -39,7 +39,7 @@ const JOINT: &str = "joint = { link_inertia_kg_m2 = 0.23, link_damping_n_m_s = 0
     max_current_a = 30 }";
 
 /// A harmonic drive.
-const STIFF: &str = "joint = { link_inertia_kg_m2 = 0.4, link_damping_n_m_s = 0.5, weight_n_m = 10,
+pub(super) const STIFF: &str = "joint = { link_inertia_kg_m2 = 0.4, link_damping_n_m_s = 0.5, weight_n_m = 10,
     stiffness_n_m = 8000.0, motor_inertia_kg_m2 = 1.2e-4, motor_damping_n_m_s = 2e-4, torque_n_m_per_a = 0.08,
     max_current_a = 8, gear = [100, 1] }";
 

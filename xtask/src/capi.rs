@@ -20,7 +20,8 @@ const ARCHIVE: &str = "libedo_smc.a";
 const HEADER: &str = "controller-capi/include/edo_smc.h";
 const PREFIX: &str = "edo_smc_";
 /// Macros whose lines declare functions in the header; their bodies contain the functions.
-const DECLARING: [&str; 4] = ["EDO_SMC_INSTANCE(", "EDO_SMC_DRIVE(", "EDO_SMC_PLANS(", "EDO_SMC_PROFILES("];
+const DECLARING: [&str; 5] =
+    ["EDO_SMC_INSTANCE(", "EDO_SMC_DRIVE(", "EDO_SMC_BY_RULE(", "EDO_SMC_PLANS(", "EDO_SMC_PROFILES("];
 
 /// Checks format and lints of the C interface.
 pub(crate) fn lint(gate: &mut Gate) -> Outcome {

@@ -129,7 +129,7 @@ const WITHOUT: [(&str, &str); 6] = [
 ];
 const WAYS: &str = "as one record it has more ways than the recorder takes";
 /// Functions of the static library without validation, by a part of their names, with the reason.
-const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 16] = [
+const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 17] = [
     ("edo_smc_version", SIZE),
     ("edo_smc_modes_ok", "asks for the modes of the machine"),
     ("edo_smc_design_size_", SIZE),
@@ -146,6 +146,7 @@ const WITHOUT_IN_THE_ARCHIVE: [(&str, &str); 16] = [
     ("edo_smc_limit_", "two words of the law"),
     ("edo_smc_fence_", "designs, in f64"),
     ("edo_smc_guard_", "compares estimates with limits, which is not recorded"),
+    ("_coupled", WAYS),
 ];
 /// Instances of image and library that the fast tier validates: chains and a motor. The paths of a joint take minutes.
 const QUICK: [&str; 9] = [

@@ -694,16 +694,49 @@ fn a_motor_of_one_s_own_runs_from_its_file_and_says_how_the_reference_was_follow
     assert!(json["noise"]["moving"].as_f64().is_some_and(|noise| noise > 0.01) && json["noise"]["at_rest"].is_null());
 }
 
+/// What the archive designs a drive from is a constant with a name for each number, of a joint as a whole too, whose
+/// gains no rule on the target finds.
 #[test]
-fn a_drive_goes_into_no_archive_yet_and_says_so() {
-    let folder = Folder::new("no-target");
-    for (name, text) in [("motor", scenario::MOTOR), ("joint", scenario::JOINT)] {
+fn a_drive_is_exported_as_a_configuration_for_the_archive() {
+    let folder = Folder::new("config");
+    // A harmonic drive.
+    let stiff: Vec<&str> = [
+        "joint.stiffness_n_m=8000",
+        "joint.gear=[100, 1]",
+        "joint.motor_inertia_kg_m2=1.2e-4",
+        "encoder.motor.bits=14",
+    ]
+    .iter()
+    .flat_map(|set| ["--set", set])
+    .collect();
+    for (name, text, sets, kind, line) in [
+        ("motor", scenario::MOTOR, &[][..], "motor", "        .inertia_kg_m2 = "),
+        ("joint", scenario::JOINT, &[], "joint", "        .stiffness_n_m = 9.0,"),
+        ("whole", scenario::JOINT, &stiff, "coupled", "        .resolution_rad = {"),
+    ] {
         let file = folder.file(&format!("{name}.toml"), text);
-        let told = format!(
-            "error: {file}: the archive for C takes no exported design of a drive (its own are designed where they \
-             run): take --lang c --standalone, one file that needs no library, or --lang rust\n"
-        );
-        assert_eq!(spoken(&["export", &file, "--lang", "c"]), (status::BAD_INPUT, String::new(), told));
+        let export = [&["export", &file, "--lang", "c", "--prefix", "mine"][..], sets].concat();
+        let (status, out, err) = spoken(&export);
+        assert_eq!(status, status::DONE, "{err}");
+        assert!(out.contains(&format!("static const edo_smc_config_{kind}_t mine_config = {{\n")), "{out}");
+        assert!(out.lines().any(|of| of.starts_with(line)) && out.contains("    .stops_at = "), "{out}");
+    }
+}
+
+/// What no configuration of the archive holds is refused, with what does hold it.
+#[test]
+fn a_drive_that_the_archive_does_not_carry_is_refused() {
+    let folder = Folder::new("no-config");
+    let file = folder.file("motor.toml", scenario::MOTOR);
+    for (set, told) in [
+        (&["drive.mode=speed", "reference={kind=\"speed\", speed_rad_s=20}"][..], "has no drive of a speed"),
+        (&["drive.delay_ticks=2"], "has no drive of more than one tick of delay"),
+        (&["drive.observer_states=4"], "has no motor with four states of its observer"),
+        (&["monitor.load_n_m=0.1"], "makes the thresholds of its monitors by rule"),
+    ] {
+        let sets: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
+        let (status, _, err) = spoken(&[&["export", &file, "--lang", "c"][..], &sets].concat());
+        assert!(status == status::BAD_INPUT && err.contains(told) && err.contains("--standalone"), "{err}");
     }
 }
 
