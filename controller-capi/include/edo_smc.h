@@ -1,57 +1,59 @@
-/* Sliding mode control with an extended disturbance observer, for firmware in C: C99, and C++.
+/* Sliding mode control with an extended disturbance observer, for firmware in C99 and C++.
  *
- * The plant is a chain of integrators of order n with a disturbance in every channel, driven in the last one:
+ * DRIVES. A drive controls a motor with one encoder or a flexible joint with two. Its input is encoder counts and a
+ * target; its output is a current in A. Monitors check each tick. A name is `motor`, `joint` (one observer per
+ * encoder) or `coupled` (one observer for both shafts of a joint). `_fast` adds high gains under a load. `_late` adds
+ * one tick between the computation of the current and its output. See "Drives" below, with an example.
+ *
+ * CHAINS. A chain is a plant of n integrators with a disturbance in every channel. The input acts on the last channel:
  *
  *     x_i' = x_(i+1) + d_i (i < n),      x_n' = a(x) + b u + d_n,      y = x_1
  *
- * An INSTANCE is a plant order n, an observer order r and the channels that carry an observer. It is a part of every
- * name: edo_smc_tick_n4_r2_c24 is the tick of order 4 with observers of order 2 in channels 2 and 4. A channel that is
- * not observed has no memory and costs no instruction. The list is at the end of this file. a(x) is linear; what it
- * does not say, the observers estimate.
+ * a(x) is linear. The observers estimate the rest of the dynamics. An INSTANCE is a plant order n, an observer order r
+ * and the set of observed channels. It is a part of every name: edo_smc_tick_n4_r2_c24 is the tick of order 4 with
+ * observers of order 2 in channels 2 and 4. A channel without an observer needs no memory and no instruction. The end
+ * of this file lists all instances.
  *
  *     #include "edo_smc.h"
  *     #include "my_design.h"                              my_design, an edo_smc_design_n4_r2_c24_t
- *     static edo_smc_state_n4_r2_c24_t state;             yours, wherever you like; one for each controller
+ *     static edo_smc_state_n4_r2_c24_t state;             one per controller, in any memory
  *
- *     once, at start-up: looks at the whole design
+ *     once, at start-up; checks the whole design:
  *     status = edo_smc_init_n4_r2_c24(&my_design, sizeof my_design, &state, sizeof state);
  *
  *     in the timer interrupt, every period:
  *     edo_smc_output_t output = {0};
  *     edo_smc_tick_n4_r2_c24(&my_design, &state, x, &output);   x: the newest sample, float[4]
  *     pwm_set(output.u);
- *     edo_smc_report_applied_n4_r2_c24(&state, held);           only if the actuator holds something else
+ *     edo_smc_report_applied_n4_r2_c24(&state, held);           only if the actuator holds another u
  *
- * DRIVES. A motor with one encoder, a flexible joint with two: counts in, current out, along a reference, with
- * monitors. A joint has one observer per encoder (joint), or is designed as a whole (coupled). What a drive has is a
- * part of its name too: _fast, a second gain set that comes in under a load; _late, a tick between computing the
- * current and holding it. They and an example stand before the chains, from "Drives" on.
+ * STATUS. 0 is success. A positive status is a success with a remark. A negative status means that the call was
+ * rejected and wrote nothing. Rejected are NULL and misaligned pointers, a wrong size, version or instance, numbers
+ * that are not finite, and a state that init did not make. A call also rejects arguments that share memory if it would
+ * write there (EDO_SMC_OVERLAP). A tick checks this only until the state has started, because the check costs 8
+ * instructions per tick. Later it writes an output that lies inside the state or the design.
  *
- * STATUS. Below 0 a call refused, and wrote nothing. NULL or misaligned memory, another size, version or instance,
- * numbers that are not finite, a state that init did not make: all of them are refusals, and so is memory that two
- * arguments share where something would be written (EDO_SMC_OVERLAP). A tick looks for that until the state has
- * started, for every tick would pay some 8 instructions; later an output inside the state or the design is written there.
+ * A call rejects a state with another design, another tag or a flag byte above 1. The numbers of a damaged state may
+ * have any value. A tick accepts them, and u stays within its limits. At most two valid samples then bring the
+ * estimates back to values that the design can have. reset does so at once.
  *
- * Of a state that something wrote over, a call refuses another design, another tag and a flag byte above 1. Its numbers
- * may be anything: a tick takes them, its u stays within the limits, and from any of them at most two good samples lead
- * back to estimates that the design can have. reset does it at once.
+ * The caller guarantees two facts that no call can check: each pointer points to memory of its type, and the design
+ * does not change while a state belongs to it.
  *
- * What no call can see is your word: that a pointer points to memory of its type, and that the design stays as it was
- * while a state belongs to it.
+ * CORES. There is an archive for each of: Cortex-M4F and M7 (-mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard);
+ * M33 with FPU (-mfloat-abi=hard); M3, and larger cores, with -mfloat-abi=soft; M0 and M0+. If the linker reports "uses
+ * VFP register arguments, .. does not", your code has another -mfloat-abi. For any other core, ABI or compiler use
+ * the self-contained file of `host-sim export --standalone` (C99, no archive).
  *
- * WHICH CORES. There is an archive for each of these: Cortex-M4F and M7 (-mcpu=cortex-m4 -mfpu=fpv4-sp-d16
- * -mfloat-abi=hard), M33 with floats (-mfloat-abi=hard), M3 and whatever is as large with -mfloat-abi=soft, M0 and M0+.
- * A linker that says "uses VFP register arguments, .. does not" was given code of yours with another -mfloat-abi. For
- * any other core, ABI or compiler take the self-contained file instead: `host-sim export --standalone` (C99, no archive).
+ * INTERRUPTS. No function allocates memory, locks, or has static variables. Calls with different states may interrupt
+ * each other. Calls with the same state must not.
  *
- * INTERRUPTS. Nothing here allocates, locks, or has a variable of its own. Calls with different states may interrupt
- * each other; calls with the same state may not.
- *
- * NUMBERS. The same bits as the Rust library on any machine, under these floating-point modes wherever a call runs, be it
- * main, an interrupt or a host program: rounding to nearest, subnormal numbers kept. Of a Cortex-M: FPSCR with RMode = 00
- * and FZ = 0. An interrupt begins with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after
- * reset). Of x86: MXCSR without FTZ and DAZ, which linking with -ffast-math sets. edo_smc_modes_ok checks it. Under other
- * modes u still stays within its limits and is a number; its bits are others.
+ * FLOATING-POINT MODES. The results are bit-identical to the Rust library on any machine under these modes: rounding to
+ * nearest, subnormal numbers kept. They must hold wherever a call runs: in main, in an interrupt or in a host program.
+ * On a Cortex-M, FPSCR has RMode = 00 and FZ = 0. An interrupt starts with FPDSCR instead of the FPSCR of main, and it
+ * needs FPCCR.ASPEN = 1. All three are correct after reset. On x86, MXCSR has neither FTZ nor DAZ; linking with
+ * -ffast-math sets them. edo_smc_modes_ok checks the modes. Under other modes u is still a number within its limits,
+ * but its bits differ.
  */
 #ifndef EDO_SMC_H
 #define EDO_SMC_H
@@ -63,100 +65,101 @@
 extern "C" {
 #endif
 
-/* 0.1.0: a byte each of major, minor and patch. Header, archive and designs must agree on it. */
+/* Version 0.1.0: one byte each for major, minor and patch. Header, archive and designs must have the same version. */
 #define EDO_SMC_VERSION 0x000100u
 
-/* Version of the archive. */
+/* Returns the version of the archive, in the format of EDO_SMC_VERSION. */
 uint32_t edo_smc_version(void);
 
-/* Are the floating-point modes here and now those of NUMBERS above? 1, or 0. Call it once at start-up, where the tick
- * runs: an interrupt of a Cortex-M has modes of its own. */
+/* Returns 1 if the floating-point modes of this context are the assumed ones, else 0. Call it once at start-up in the
+ * context of the tick: an interrupt of a Cortex-M has its own modes. */
 uint32_t edo_smc_modes_ok(void);
 
 typedef int32_t edo_smc_status_t;
 
 enum {
     EDO_SMC_OK = 0,
-    /* tick: the sample was not finite, or asked for more than 1e12. output.u is the fallback of the design (hold the
-     * last u, or the safe one); the estimates wait, and the next good sample resumes. */
+    /* tick: the sample was not finite, or demanded more than 1e12. output.u is the fallback of the design: the last u
+     * or the safe one. The estimates are kept, and the next valid sample resumes. */
     EDO_SMC_REJECTED = 1,
-    EDO_SMC_PROFILE_END = 2,       /* profile_go_to: the goal is beyond the range, the end of the range is taken */
+    EDO_SMC_PROFILE_END = 2,       /* profile_go_to: the goal is beyond the range and was set to the end of the range */
 
     EDO_SMC_NULL = -1,
     EDO_SMC_MISALIGNED = -2,
-    EDO_SMC_SIZE = -3,             /* not the size of this instance in this version */
-    EDO_SMC_WRONG_VERSION = -4,    /* the design belongs to another version: export it again */
-    EDO_SMC_WRONG_INSTANCE = -5,   /* the design is of another instance */
-    EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (report_applied: or beyond 1e12; an angle or a speed
-                                    * of a profile: or beyond 6e9) */
-    EDO_SMC_BAD_COEFFICIENTS = -7, /* no design has such numbers: was the file edited? */
-    EDO_SMC_OVERLAP = -8,          /* two arguments share memory (tick: seen until the state has started) */
-    EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make this state, or profile_new this profile */
-    EDO_SMC_OTHER_DESIGN = -10,    /* init made this state for another design */
-    EDO_SMC_DAMAGED = -11,         /* something wrote over the flag of this state: init it; or over a profile: make it
-                                    * anew */
-    EDO_SMC_NOT_STARTED = -12,     /* report_applied, estimates, go_on: no good sample yet, so there is nothing to correct,
-                                    * to tell, to go on with */
+    EDO_SMC_SIZE = -3,             /* the size is not the size of this instance in this version */
+    EDO_SMC_WRONG_VERSION = -4,    /* the design has another version: export it again */
+    EDO_SMC_WRONG_INSTANCE = -5,   /* the design belongs to another instance */
+    EDO_SMC_NOT_FINITE = -6,       /* a number is NaN or infinite (report_applied: or above 1e12; an angle or a speed
+                                    * of a profile: or above 6e9) */
+    EDO_SMC_BAD_COEFFICIENTS = -7, /* no design has these numbers: check whether the file was edited */
+    EDO_SMC_OVERLAP = -8,          /* two arguments share memory (tick: checked only until the state has started) */
+    EDO_SMC_NOT_INITIALISED = -9,  /* init of this instance did not make the state, or profile_new the profile */
+    EDO_SMC_OTHER_DESIGN = -10,    /* the state belongs to another design */
+    EDO_SMC_DAMAGED = -11,         /* a flag of the state was overwritten: call init; or a profile was overwritten: call
+                                    * profile_new */
+    EDO_SMC_NOT_STARTED = -12,     /* there was no valid sample yet: report_applied, estimates and go_on need a started
+                                    * state */
 
-    /* retune: the other design cannot take over now; the running one goes on. */
-    EDO_SMC_RETUNE_SAMPLE = -13,   /* a tick would reject this sample: try with the next */
-    EDO_SMC_RETUNE_DECAY = -14,    /* alpha lies within a tenth of k_l: u would jump; move one of them */
-    EDO_SMC_RETUNE_OFFSET = -15,   /* no offset makes the other law ask for the same u: take a nearer one, or reset */
-    EDO_SMC_RETUNE_ENCODER = -16,  /* it counts by another encoder or gear: reset */
+    /* retune: the new design cannot be switched in now. The running design continues. */
+    EDO_SMC_RETUNE_SAMPLE = -13,   /* a tick would reject this sample: retry with the next one */
+    EDO_SMC_RETUNE_DECAY = -14,    /* alpha is within a tenth of k_l, so u would step: change one of them */
+    EDO_SMC_RETUNE_OFFSET = -15,   /* no offset gives the same u under the new design: choose a closer one, or reset */
+    EDO_SMC_RETUNE_ENCODER = -16,  /* the new design has another encoder or gear: reset */
 
     /* Plans. */
-    EDO_SMC_PLAN_TICKS = -17,      /* a way takes 1 to 2^24 ticks */
-    EDO_SMC_PLAN_FREQUENCY = -18,  /* a sine moves on by 2^-32 turns per tick, and less than half a turn */
+    EDO_SMC_PLAN_TICKS = -17,      /* the duration is not 1 to 2^24 ticks */
+    EDO_SMC_PLAN_FREQUENCY = -18,  /* a sine must advance by at least 2^-32 and less than half a revolution per tick */
 
     /* Profiles. */
-    EDO_SMC_PROFILE_RANGE = -19,   /* keep_within: the lower end lies above the upper one */
-    EDO_SMC_PROFILE_SPEED = -42,   /* start: more than a quarter of a turn per tick */
+    EDO_SMC_PROFILE_RANGE = -19,   /* keep_within: the lower end is above the upper end */
+    EDO_SMC_PROFILE_SPEED = -42,   /* start: the speed exceeds a quarter of a revolution per tick */
 
-    /* Of edo_smc_design_*; the number of the channel goes out beside it where there is one. */
+    /* edo_smc_design_*. If one channel is the cause, the call also returns its number. */
     EDO_SMC_FALLBACK_UNKNOWN = -20,         /* fallback is neither EDO_SMC_HOLD_LAST nor EDO_SMC_SAFE_U */
     EDO_SMC_CONFIG_NOT_FINITE = -21,        /* a number is NaN or infinite */
     EDO_SMC_PERIOD_NOT_POSITIVE = -22,      /* period_s <= 0 */
-    EDO_SMC_INPUT_GAIN_ZERO = -23,          /* b = 0: the law divides by it */
-    EDO_SMC_SURFACE_LEAD = -24,             /* c_n must be 1: divide all c by it */
+    EDO_SMC_INPUT_GAIN_ZERO = -23,          /* b = 0: the law divides by b */
+    EDO_SMC_SURFACE_LEAD = -24,             /* c_n must be 1: divide all c by c_n */
     EDO_SMC_SURFACE_NOT_HURWITZ = -25,      /* the sliding motion would diverge */
     EDO_SMC_OFFSET_DECAY_NOT_POSITIVE = -26, /* alpha_per_s <= 0 */
-    EDO_SMC_OFFSET_DECAY_TOO_SLOW = -27,    /* alpha times period below 1e-7: would not decay in float */
-    EDO_SMC_NEGATIVE = -28,                 /* k_l, k_s, sigma_star_bound or observer_pole_limit below 0 */
-    EDO_SMC_BOUNDARY_LAYER_EMPTY = -29,     /* k_s > 0 with epsilon < 0, or 0 and k_s times period 0 */
-    EDO_SMC_LIMITS_TOO_WIDE = -30,          /* beyond 1e12; give +-1e12 for no limit */
+    EDO_SMC_OFFSET_DECAY_TOO_SLOW = -27,    /* alpha_per_s times period_s is below 1e-7: no decay in float */
+    EDO_SMC_NEGATIVE = -28,                 /* k_l, k_s, sigma_star_bound or observer_pole_limit is below 0 */
+    EDO_SMC_BOUNDARY_LAYER_EMPTY = -29,     /* k_s > 0 with epsilon < 0, or with epsilon = 0 and k_s times period 0 */
+    EDO_SMC_LIMITS_TOO_WIDE = -30,          /* a limit exceeds 1e12: give +-1e12 for no limit */
     EDO_SMC_LIMITS_REVERSED = -31,          /* u_min > u_max */
-    EDO_SMC_FALLBACK_OUTSIDE_LIMITS = -32,  /* safe_u is not within the limits */
-    EDO_SMC_CHANNEL_MISMATCH = -33,         /* reserved: the instance names the channels */
-    EDO_SMC_OBSERVER_ORDER = -34,           /* an order must be 1 .. r */
-    EDO_SMC_ORDER_TOO_LOW = -35,            /* channel i < n needs an order of at least n - i */
-    EDO_SMC_OBSERVER_NOT_FINITE = -36,      /* a gain is NaN or infinite */
+    EDO_SMC_FALLBACK_OUTSIDE_LIMITS = -32,  /* safe_u is outside of the limits */
+    EDO_SMC_CHANNEL_MISMATCH = -33,         /* reserved: the name of the instance fixes the channels */
+    EDO_SMC_OBSERVER_ORDER = -34,           /* an observer order must be 1 .. r */
+    EDO_SMC_ORDER_TOO_LOW = -35,            /* channel i < n needs an observer order of at least n - i */
+    EDO_SMC_OBSERVER_NOT_FINITE = -36,      /* an observer gain is NaN or infinite */
     EDO_SMC_OBSERVER_NOT_HURWITZ = -37,     /* the observer would diverge */
-    EDO_SMC_OBSERVER_TOO_FAST = -38,        /* fastest pole times period above observer_pole_limit */
-    EDO_SMC_COEFFICIENT_RANGE = -39,        /* a coefficient overflows or vanishes in float: check the units */
+    EDO_SMC_OBSERVER_TOO_FAST = -38,        /* the fastest pole times period_s exceeds observer_pole_limit */
+    EDO_SMC_COEFFICIENT_RANGE = -39,        /* a coefficient overflows or underflows in float: check the units */
     EDO_SMC_OTHER_RULE = -40,               /* a rule of the library that this header does not name */
-    EDO_SMC_OUT_OF_RANGE = -41              /* a drive: the refusal names the number and its range */
+    EDO_SMC_OUT_OF_RANGE = -41              /* a drive: the refusal contains the number and its range */
 };
 
-/* Bits of output.health; from the fourth on of drives only. */
+/* Flags of output.health. Chains set only the first three. */
 enum {
-    EDO_SMC_INPUT_REJECTED = 1,
-    EDO_SMC_SATURATED = 2,
-    EDO_SMC_SIGMA_STAR_OVER_BOUND = 4,
-    EDO_SMC_SAMPLE_LOST = 8,             /* a count did not come, or moved as no shaft can: the observers predict */
-    EDO_SMC_DISTURBANCE_OVER_BOUND = 16, /* load, friction, or a count that sticks */
-    EDO_SMC_STUCK_AT_LIMIT = 32,         /* u at a limit for too long while sigma did not fall */
-    EDO_SMC_STOPPED = 64,                /* an alarm has stopped the drive: reset starts it anew */
-    EDO_SMC_POSITION_STEPPED = 128,      /* a missed tick or a slip: the position was taken from the counts anew */
-    EDO_SMC_WAITS = 256,                 /* counts do not agree with each other yet: no current until they do */
-    EDO_SMC_WRONG_WAY = 512,             /* it speeds up against its current: encoder or phases are reversed */
-    EDO_SMC_OSCILLATES = 1024,           /* the disturbance is over its bound to and fro: a limit cycle */
-    EDO_SMC_BRAKES = 2048,               /* after an alarm: the current opposes the speed, no target is followed */
-    EDO_SMC_OVERSPEED = 4096,            /* guard: it is faster than its fence allows */
-    EDO_SMC_FOLLOWING_ERROR = 8192,      /* guard: it is further from its target than its fence allows */
-    EDO_SMC_END_OF_RANGE = 16384         /* guard: less is left to an end of its range than it needs to brake */
+    EDO_SMC_INPUT_REJECTED = 1,          /* no valid sample, too many missing, or a target that is not a number */
+    EDO_SMC_SATURATED = 2,               /* the demanded u exceeds the limits */
+    EDO_SMC_SIGMA_STAR_OVER_BOUND = 4,   /* sigma_star exceeds its bound: the plant differs from the design */
+    EDO_SMC_SAMPLE_LOST = 8,             /* a count was missing or physically impossible: the observers predict */
+    EDO_SMC_DISTURBANCE_OVER_BOUND = 16, /* a load, friction, or a frozen encoder */
+    EDO_SMC_STUCK_AT_LIMIT = 32,         /* u was at a limit for too long while sigma did not fall */
+    EDO_SMC_STOPPED = 64,                /* an alarm has stopped the drive: reset restarts it */
+    EDO_SMC_POSITION_STEPPED = 128,      /* missed tick or slip: the position was set from the counts again */
+    EDO_SMC_WAITS = 256,                 /* the counts are not consistent yet: the current is 0 until they are */
+    EDO_SMC_WRONG_WAY = 512,             /* the shaft accelerates against its current: encoder or phases are reversed */
+    EDO_SMC_OSCILLATES = 1024,           /* the disturbance exceeds its bound in both directions: a limit cycle */
+    EDO_SMC_BRAKES = 2048,               /* after an alarm: the current opposes the speed, the target is ignored */
+    EDO_SMC_OVERSPEED = 4096,            /* guard: the speed exceeds the limit of the fence */
+    EDO_SMC_FOLLOWING_ERROR = 8192,      /* guard: the distance to the target exceeds the limit of the fence */
+    EDO_SMC_END_OF_RANGE = 16384         /* guard: the distance to an end of the range is below the braking distance */
 };
-/* For config.stops_at: what monitors raise an alarm with; those of them that no planned stop answers; all of them, and
- * the drive brakes before it stops, as long as its counts can be believed. The last ones stop any drive. */
+/* Values of config.stops_at. ALARMS: all alarms of the monitors. BEYOND_CONTROL: the alarms that a planned stop cannot
+ * handle. BRAKING: all alarms, and the drive brakes before it stops while its counts are valid. RUNAWAY: the alarms
+ * that stop every drive. */
 enum {
     EDO_SMC_ALARMS = 1 + 4 + 16 + 32 + 512 + 1024,
     EDO_SMC_BEYOND_CONTROL = 1 + 32 + 512 + 1024,
@@ -164,21 +167,21 @@ enum {
     EDO_SMC_RUNAWAY = 512 + 1024
 };
 
-/* What a tick answers. */
+/* Output of a tick. */
 typedef struct edo_smc_output {
-    float u;          /* hold this until the next tick; within the limits, in the plant's input unit */
-    float sigma;      /* the sliding variable, in the unit of x_n */
-    float sigma_star; /* the same without its offset at the start */
-    uint16_t health;  /* 0, or some of the bits above */
+    float u;          /* hold until the next tick; within the limits; unit of the input, A for a drive */
+    float sigma;      /* sliding variable, unit of x_n */
+    float sigma_star; /* sliding variable without its offset at the start, unit of x_n */
+    uint16_t health;  /* status flags, 0 for none */
 } edo_smc_output_t;
 
-/* config.fallback: what goes out when a sample is rejected. */
+/* Values of config.fallback: the output for a rejected sample. */
 enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
 
-/* design.instance */
+/* Value of design.instance. */
 #define EDO_SMC_ID(n, r, mask) ((uint32_t)(n) | (uint32_t)(r) << 8 | (uint32_t)(mask) << 16)
 
-/* An assertion of the compiler that C99 has too. */
+/* Static assertion that C99 supports. */
 #define EDO_SMC_ASSERT(name, holds) typedef char edo_smc_assert_##name[(holds) ? 1 : -1];
 #define EDO_SMC_ROUND_UP(bytes, to) (((bytes) + (to) - 1) / (to) * (to))
 
@@ -198,87 +201,89 @@ enum { EDO_SMC_HOLD_LAST = 0, EDO_SMC_SAFE_U = 1 };
  *
  *     once, at start-up:
  *     edo_smc_refusal_t refusal;
- *     edo_smc_by_rule_motor_fast(&config, sizeof config);       all that is not on the data sheet
+ *     edo_smc_by_rule_motor_fast(&config, sizeof config);       fills the values that are not on the data sheet
  *     status = edo_smc_design_motor_fast(&config, sizeof config, &design, sizeof design, &refusal);
  *     status = edo_smc_init_motor_fast(&design, sizeof design, &state, sizeof state);
  *
  *     in the timer interrupt, every period:
  *     edo_smc_output_t output = {0};
- *     sample.count = encoder_register();                        as it stands: it may wrap
- *     sample.begin = sample.end;                                a tick begins where the last one ended
+ *     sample.count = encoder_register();                        the register itself; it may wrap
+ *     sample.begin = sample.end;                                a tick begins where the previous one ended
  *     edo_smc_plan_play_motor(&plan, ++tick, &sample.end);
  *     edo_smc_tick_motor_fast(&design, &state, &sample, &output);
  *     pwm_set(output.u);
  *
- * The count grows with the angle and is 0 at angle 0: of an encoder that counts down, or stands elsewhere there, hand
- * in what it should have been (0u - register, register - offset); only `bits` of it are read, and all of a counter that
- * wraps at another number of states than 2^bits (a timer that is reloaded at 9999 has 10000).
+ * The count must increase with the angle and be 0 at angle 0. For a reversed encoder pass 0u - register, for an encoder
+ * with an offset pass register - offset. Only the low `bits` are read. For a counter that does not wrap at 2^bits, such
+ * as a timer with the reload value 9999 and 10000 states, all bits are read.
  *
- * A _late drive holds its current in the tick after the one that computed it; begin and end are those of that tick.
+ * A _late drive holds its current in the tick after the computation. For it, `begin` and `end` belong to that tick.
  *
- * A joint as a whole has its numbers from the host, `host-sim export FILE --lang c --prefix my -o my_config.h`:
+ * The configuration of a coupled joint comes from `host-sim export FILE --lang c --prefix my -o my_config.h`:
  *
  *     #include "my_config.h"                                    my_config, an edo_smc_config_coupled_t
  *     static edo_smc_design_coupled_fast_t design;
  *
  *     status = edo_smc_design_coupled_fast(&my_config, sizeof my_config, &design, sizeof design, &refusal);
+ *
+ * The command also writes configurations for motors and for joints with one observer per encoder.
  */
 typedef struct edo_smc_encoder {
-    double bits;               /* of the counter, 2 .. 32 */
-    double counts_per_turn;    /* of the encoder */
-    double gear_num, gear_den; /* the encoder makes num turns while the shaft that is meant makes den */
-    double states;             /* before the counter wraps, where that is not 2^bits; else 0 */
+    double bits;               /* width of the counter, 2 .. 32 */
+    double counts_per_turn;    /* counts per revolution of the encoder */
+    double gear_num, gear_den; /* gear_num revolutions of the encoder are gear_den of the controlled shaft, 1 .. 1000 */
+    double states;             /* number of counts before the counter wraps, if not 2^bits; else 0 */
 } edo_smc_encoder_t;
 
 typedef struct edo_smc_limits {
-    double min, max; /* of u */
+    double min, max; /* limits of u, A */
 } edo_smc_limits_t;
 
-/* When the fast gain set of a _fast drive comes in. Not read by others. */
+/* Gain scheduling: when the high gains of a _fast drive act. Other drives do not read it. */
 typedef struct edo_smc_switching {
-    double calm_steps, alert_steps; /* smoothed innovation at which it begins to, and at which it is all in */
-    double smoothing_s, keep_s;
+    double calm_steps, alert_steps; /* smoothed innovation, counts: high gains begin at calm, act fully at alert */
+    double smoothing_s, keep_s;     /* time constants of the smoothing and of the fade-out, s */
 } edo_smc_switching_t;
 
-/* What a motor's drive is designed from. Write the data sheet, let edo_smc_by_rule_* fill the rest, change what you
- * know better. Or let the host fill it: `host-sim export FILE --lang c`. */
+/* Configuration of a motor drive. Write the data sheet, call edo_smc_by_rule_* for the other values, then change single
+ * values if needed. `host-sim export FILE --lang c` writes a complete configuration instead. */
 typedef struct edo_smc_config_motor {
     double period_s; /* 2e-5 .. 1e-2 */
     struct {
-        double inertia_kg_m2, torque_n_m_per_a, damping_n_m_s; /* at the shaft whose angle is meant, load included */
+        double inertia_kg_m2, torque_n_m_per_a, damping_n_m_s; /* at the controlled shaft, load included */
     } motor;
     edo_smc_encoder_t encoder;
     edo_smc_limits_t limits;
-    /* From here on by rule, but for lag_s. */
+    /* by_rule fills all further members except lag_s. */
     struct {
-        double surface_rad_s;  /* the error obeys e' = -w_c e */
-        double observer_rad_s; /* 1.5 w_c */
-        double reaching_per_s; /* 8 w_c, at most 1/period */
-        double offset_per_s;   /* w_c/2 */
+        double surface_rad_s;  /* position bandwidth w_c: the error obeys e' = -w_c e */
+        double observer_rad_s; /* observer bandwidth; by rule 1.5 w_c */
+        double reaching_per_s; /* reaching gain; by rule 8 w_c, at most 1/period */
+        double offset_per_s;   /* decay rate of the offset; by rule w_c/2 */
     } bandwidths;
-    double fast_ratio; /* bandwidth of the fast gain set over that of the quiet one */
+    double fast_ratio; /* ratio of the high observer bandwidth to the base one, 1 .. 4 */
     edo_smc_switching_t switching;
-    double gate_steps; /* a count further from its prediction is not believed */
-    double lost_ticks; /* so many counts in a row are bridged */
-    double hold;       /* 1: when nobody may ask for u the last one is held; else safe_u goes out */
-    double safe_u;
-    double lag_s;     /* of the current loop, yours to write before the rule: 2e-4 if nobody knows */
-    double uncertain; /* share to which inertia and torque are known: the monitors allow for it */
-    double stops_at;  /* what follows an alarm: EDO_SMC_BRAKING by rule, or the alarms that stop it */
+    double gate_steps; /* innovation gate, counts, at least 2: a count with a larger innovation is rejected */
+    double lost_ticks; /* consecutive missing counts that the observer bridges, 1 .. 1e6 */
+    double hold;       /* 1: the fallback is the last u; 0: the fallback is safe_u */
+    double safe_u;     /* A, within the limits */
+    double lag_s;     /* time constant of the current loop, 0 .. 1; write it before by_rule: 2e-4 if unknown */
+    double uncertain; /* tolerance of inertia and torque constant, 0 .. 0.9, for the monitors; by rule 0.2 */
+    double stops_at;  /* reaction to alarms: EDO_SMC_BRAKING by rule, or the alarm bits that stop the drive */
 } edo_smc_config_motor_t;
 
-/* The same of a flexible joint, everything on the link's side of a gear. */
+/* Configuration of a joint with one observer per encoder. All values apply on the side of the link of a gear. */
 typedef struct edo_smc_config_joint {
     double period_s;
     struct {
         double link_inertia_kg_m2, link_damping_n_m_s;
-        double weight_n_m; /* torque of the link's weight when it is level */
+        double weight_n_m; /* torque of the link's weight when the link is level */
         double stiffness_n_m;
         double motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a;
     } joint;
-    edo_smc_encoder_t encoders[2]; /* on the link, on the motor */
+    edo_smc_encoder_t encoders[2]; /* link, motor */
     edo_smc_limits_t limits;
-    /* From here on by rule, but for load_n_m. */
+    /* by_rule fills all further members except load_n_m. */
     struct {
         double surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s, offset_per_s;
     } bandwidths;
@@ -288,13 +293,13 @@ typedef struct edo_smc_config_joint {
     double lost_ticks;
     double hold;
     double safe_u;
-    double load_n_m; /* largest sudden load on the link, yours to write before the rule */
+    double load_n_m; /* largest sudden load on the link, 0 .. 1e9; write it before by_rule */
     double uncertain;
     double stops_at;
 } edo_smc_config_joint_t;
 
-/* The same of a joint that is designed as a whole. Take it for a stiff spring: gears, harmonic drives, belts. Its
- * gains come from a search of the host: `host-sim export FILE --lang c` writes them all, a constant of this type. */
+/* Configuration of a coupled joint: one observer for both shafts. Use it for a stiff spring: gears, harmonic drives,
+ * belts. A search on the host finds its gains: `host-sim export FILE --lang c` writes a constant of this type. */
 typedef struct edo_smc_config_coupled {
     double period_s;
     struct {
@@ -303,49 +308,49 @@ typedef struct edo_smc_config_coupled {
         double stiffness_n_m;
         double motor_inertia_kg_m2, motor_damping_n_m_s, torque_n_m_per_a;
     } joint;
-    edo_smc_encoder_t encoders[2]; /* on the link, on the motor */
+    edo_smc_encoder_t encoders[2]; /* link, motor */
     edo_smc_limits_t limits;
     struct {
-        double surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s; /* poles of a rigid shaft: surface, reaching */
-        double offset_per_s;                                           /* half of surface */
+        double surface_rad_s, link_rad_s, motor_rad_s, reaching_per_s; /* surface, reaching: poles of a rigid shaft */
+        double offset_per_s;                                           /* half of surface_rad_s */
     } bandwidths;
     double fast_ratios[2];
-    edo_smc_switching_t switching; /* of it smoothing_s and keep_s are read */
+    edo_smc_switching_t switching; /* only smoothing_s and keep_s are read */
     double gate_steps[2];
     double lost_ticks;
     double hold;
     double safe_u;
     struct {
-        double lag_s;             /* of the current loop */
-        double resolution_rad[2]; /* behind the gear: one step of the encoder, or with noise more */
-        double calm_steps[2];     /* smoothed innovation at which the fast set comes in; all in at 2.67 times as many */
+        double lag_s;             /* time constant of the current loop */
+        double resolution_rad[2]; /* behind the gear: one count of link and motor encoder, or more with noise */
+        double calm_steps[2];     /* smoothed innovation, counts: high gains begin; they act fully at 2.67 times it */
     } coupled;
-    double load_n_m; /* largest sudden load on the link */
+    double load_n_m; /* largest sudden load on the link, 0 .. 1e9 */
     double uncertain;
     double stops_at;
 } edo_smc_config_coupled_t;
 
-/* Limits of position, speed and following error of the shaft, of a joint's link: INFINITY, and -INFINITY for low_rad,
- * where there is none. The range is from low_rad to high_rad, counted from angle 0 over whole turns. */
+/* Limits of position, speed and following error, of the motor's shaft or the joint's link. INFINITY (-INFINITY for
+ * low_rad) is no limit. The range is from low_rad to high_rad, from angle 0 on and over any number of revolutions. */
 typedef struct edo_smc_fence_limits {
     double low_rad, high_rad;
     double max_speed_rad_s;
-    double following_rad; /* largest distance from the target */
+    double following_rad; /* largest distance to the target */
 } edo_smc_fence_limits_t;
 
-/* The same as a tick compares them. Zeros are a fence that every motion breaks. */
+/* Limits in the form that guard compares. Zeros are a fence that every motion violates. */
 typedef struct edo_smc_fence {
     uint32_t words[9];
 } edo_smc_fence_t;
 
-/* Which number of a configuration was refused. */
+/* Rejected number of a configuration. */
 typedef struct edo_smc_refusal {
-    char field[32]; /* as C writes it behind `config.` or `limits.`; "fallback": hold and safe_u */
-    double given;   /* or what it makes, such as a bandwidth times the period, in the unit of the next two */
-    double low, high;
+    char field[32]; /* C name behind `config.` or `limits.`; "fallback": hold and safe_u; empty if none is rejected */
+    double given;   /* the number or a result of it, such as bandwidth times period, in the unit of low and high */
+    double low, high; /* permitted range */
 } edo_smc_refusal_t;
 
-/* Where the shaft should be: 2 pi turn + r, and its derivatives, in rad and s. */
+/* Target: position 2 pi turn + r in rad, and its derivatives in rad/s, rad/s^2, rad/s^3. */
 typedef struct edo_smc_target_motor {
     int32_t turn;
     float r, r_dot;
@@ -356,47 +361,53 @@ typedef struct edo_smc_target_joint {
     float r, r_dot, r_ddot, r_dddot;
 } edo_smc_target_joint_t;
 
-/* What a tick is given: counts, and where the shaft should be at both ends of the tick in which u is held. */
+/* Input of a tick: counts, and the targets at the begin and the end of the tick in which u is held. */
 typedef struct edo_smc_sample_motor {
-    uint32_t count;
-    uint32_t lost; /* 1: the count did not come, or its checksum was wrong */
+    uint32_t count; /* register of the counter */
+    uint32_t lost; /* 1: no count arrived, or its checksum is wrong */
     edo_smc_target_motor_t begin, end;
 } edo_smc_sample_motor_t;
 
 typedef struct edo_smc_sample_joint {
-    uint32_t link, motor; /* counts */
-    uint32_t lost;        /* 1 for that of the link, 2 for that of the motor, 3 for both */
+    uint32_t link, motor; /* registers of the counters */
+    uint32_t lost;        /* missing counts: 1 for the link, 2 for the motor, 3 for both */
     edo_smc_target_joint_t begin, end;
 } edo_smc_sample_joint_t;
 
-/* What a drive knows, in rad and s of each shaft. */
+/* Estimates of a drive at the instant of the last tick, in rad and s of the shaft. */
 typedef struct edo_smc_estimates_motor {
-    int32_t turn;   /* to which the position is to be added */
-    float position; /* with a gear it may be some turns */
-    float speed;
-    float disturbance; /* acceleration that the model does not explain */
-    float load;        /* the same as a torque against the shaft, N m: load and friction */
+    int32_t turn;   /* revolutions to add to the position */
+    float position; /* rad; several revolutions are possible with a gear */
+    float speed;       /* rad/s */
+    float disturbance; /* acceleration that the model does not explain, rad/s^2 */
+    float load;        /* torque that acts against the shaft, N m: load and friction */
 } edo_smc_estimates_motor_t;
 
 typedef struct edo_smc_estimates_joint {
     int32_t turn;
-    float position[2], speed[2], disturbance[2], load[2]; /* of the link, of the motor */
+    float position[2], speed[2], disturbance[2], load[2]; /* link, motor */
 } edo_smc_estimates_joint_t;
 
-/* Plans: where the shaft should be at every tick. Ticks are counted by you, from anywhere; they may wrap. A plan begins
- * with what another one, the one that is played, has at the tick `start`, and takes `ticks` from there: so a new goal
- * in flight is no jump. Asked before its start it gives its beginning; its end is ahead for less than 2^31 ticks. They are made in double, in software on most cores: outside of the interrupt, and not in the
- * plan that is played; hand it over between two ticks, at `start`. Whether the current suffices is not asked: a move of
- * D rad in t s takes up to 5.8 D/t^2 rad/s^2 of a motor.
+/* Plans: the target of every tick. The caller counts the ticks from any number; the count may wrap. A new plan begins
+ * with the target of the plan `from` at tick `start`, and takes `ticks` from there (1 .. 2^24). So a new goal during a
+ * motion causes no step. Before its start a plan returns its first target. Its end must be less than 2^31 ticks ahead.
  *
- * edo_smc_plan_rest_*  rest at 2 pi turn + angle, always: for a start, of the angle in the estimates
- * edo_smc_plan_move_*  from where the other plan is to rest there
- * edo_smc_plan_stop_*  to rest, and never back: at an even speed at half of the way that would have been gone. Of a
- *                      shaft that slows down already it takes fewer ticks where a longer stop would go back
- * edo_smc_plan_sine_*  onto amplitude sin(omega t) about angle 0, whose phase is 0 at tick 0
- * edo_smc_plan_play_*  the target at a tick: in the interrupt, once per tick, for its end. A plan that is over stays so
- *                      when ticks have wrapped (2^32 of them are five days at 10 kHz)
- * edo_smc_plan_at_*    the same of any tick, to look ahead; the plan stays as it is
+ * Make a plan outside of the interrupt: the calculation uses double, which most cores compute in software. Never make
+ * it in the plan that is played. Switch to it between two ticks, at `start`. The planner does not check the current. A
+ * move of D rad in t s takes up to 5.8 D/t^2 rad/s^2 for a motor.
+ *
+ * A plan call returns EDO_SMC_OK or a negative status, and a rejected call leaves the plan unchanged. The statuses are
+ * EDO_SMC_PLAN_TICKS, EDO_SMC_PLAN_FREQUENCY, and EDO_SMC_NOT_FINITE for a number that is not usable.
+ *
+ * edo_smc_plan_rest_*  makes a permanent rest at 2 pi turn + angle (rad): for a start, at the angle of the estimates.
+ * edo_smc_plan_move_*  makes a move from the plan `from` to rest at 2 pi turn + angle. period_s: period of a tick, s.
+ * edo_smc_plan_stop_*  makes a stop that never moves back. From a constant speed the shaft stops after half of the
+ *                      distance that it would have moved. If the shaft decelerates already and a longer stop would
+ *                      move back, the stop takes fewer ticks.
+ * edo_smc_plan_sine_*  makes a transition to amplitude_rad sin(omega_rad_s t) about angle 0. The phase is 0 at tick 0.
+ * edo_smc_plan_play_*  writes the target at a tick. Call it in the interrupt once per tick, for the end of the tick. A
+ *                      completed plan stays completed when the ticks wrap (2^32 ticks are five days at 10 kHz).
+ * edo_smc_plan_at_*    writes the target at any tick, to look ahead. The plan does not change.
  */
 #define EDO_SMC_PLANS(name, derivatives)                                                                               \
     typedef struct edo_smc_plan_##name {                                                                               \
@@ -419,10 +430,10 @@ typedef struct edo_smc_estimates_joint {
 EDO_SMC_PLANS(motor, 3)
 EDO_SMC_PLANS(joint, 4)
 
-/* Profiles: set-points that come at any time become a path within limits of speed, acceleration and jerk, without
- * overshoot. In place of a plan: `next` gives the target of each tick, `go_to` takes a goal whenever there is one. The
- * path is the mean of the fastest way within speed and acceleration over windows of ticks, taken two times for a motor
- * and three times for a joint: |r_dddot| <= 2 acceleration/(window period).
+/* Profiles: a path to set-points that arrive at any time, within limits of speed, acceleration and jerk, without
+ * overshoot. Use a profile instead of a plan: `next` returns the target of each tick, `go_to` accepts a goal at any
+ * time. The path is the time-optimal path within speed and acceleration, averaged over a window of ticks. A motor
+ * averages twice, a joint three times, so |r_dddot| <= 2 acceleration/(window period).
  *
  *     static edo_smc_profile_motor_t profile;
  *
@@ -435,25 +446,34 @@ EDO_SMC_PLANS(joint, 4)
  *     between two ticks, with the control interrupt masked:
  *     status = edo_smc_profile_go_to_motor(&profile, turn, rad);
  *
- * A profile is changed between two ticks, not while the interrupt is in `next`: a goal is two words. It holds no
- * address, so it may be copied. Speeds and accelerations are rounded down to whole units of 2^-32 turns per tick and
- * per tick squared. All functions but `next` and `has_arrived` compute in double, in software on most cores.
+ * Change a profile between two ticks, never while the interrupt is in `next`: a goal has two words. A profile contains
+ * no address, so it may be copied. Speed and acceleration are rounded down to multiples of 2^-32 revolutions per tick
+ * and per tick squared. All functions except `next` and `has_arrived` use double, in software on most cores.
  *
- * edo_smc_profile_new_*   at rest at angle 0. EDO_SMC_OUT_OF_RANGE for a period outside of 1 us to 1 s, a window outside
- *                         of 1 to EDO_SMC_PROFILE_WINDOW ticks, a speed or an acceleration outside of 2^-32 turns to a
- *                         quarter of a turn per tick or per tick squared; `refusal` (which may be NULL) names it
- * edo_smc_profile_limit_* another speed and acceleration, in motion too: above a lower speed it brakes as the
- *                         acceleration has it. Refused as by `new`; then the old ones stay
- * edo_smc_profile_keep_within_*  goals are taken between 2 pi turn + rad of both, and so is the present one
- * edo_smc_profile_go_to_* to 2 pi turn + rad, from where it is. EDO_SMC_PROFILE_END where that is beyond the range
- * edo_smc_profile_stop_*  to rest as soon as the acceleration allows it. A stop that ends beyond the range goes back to
- *                         its end
- * edo_smc_profile_start_* anew at 2 pi turn + rad with this speed, and to rest from there: to take over a shaft that
- *                         turns, from its estimates
- * edo_smc_profile_has_arrived_*  1 if it is at rest at its goal; 0 if not, and for what is no profile
- * edo_smc_profile_next_*  the target at the end of the next tick: in the interrupt, once per tick
+ * A function returns EDO_SMC_OK or a negative status unless stated otherwise. A rejected call leaves the profile
+ * unchanged. An angle or a
+ * speed above 6e9 or NaN gives EDO_SMC_NOT_FINITE.
+ *
+ * edo_smc_profile_new_*   makes a profile at rest at angle 0. It returns EDO_SMC_OUT_OF_RANGE if a number is outside of
+ *                         its range: period 1e-6 .. 1 s, window 1 .. EDO_SMC_PROFILE_WINDOW ticks, speed and
+ *                         acceleration 2^-32 .. 1/4 revolution per tick and per tick squared. `refusal` (may be NULL)
+ *                         then contains the number.
+ * edo_smc_profile_limit_* sets speed (rad/s) and acceleration (rad/s^2), also in motion. Above a lower speed the path
+ *                         brakes with the acceleration. It rejects the same ranges as `new` and then keeps the limits.
+ * edo_smc_profile_keep_within_*  limits the present and all later goals to the range between the two angles,
+ *                         2 pi turn + rad. It returns EDO_SMC_PROFILE_RANGE if the lower end is above the upper end.
+ * edo_smc_profile_go_to_* sets the goal 2 pi turn + rad. It returns EDO_SMC_PROFILE_END if the goal is beyond the
+ *                         range; the goal is then the end of the range.
+ * edo_smc_profile_stop_*  stops as soon as the acceleration permits. A stop that ends beyond the range returns to the
+ *                         end of the range.
+ * edo_smc_profile_start_* restarts at 2 pi turn + rad with a speed (rad/s) and brakes to rest. Use it with the
+ *                         estimates of a moving shaft. It returns EDO_SMC_PROFILE_SPEED above a quarter of a revolution
+ *                         per tick.
+ * edo_smc_profile_has_arrived_*  returns 1 if the path rests at its goal, else 0. For memory without a profile it
+ *                         returns 0.
+ * edo_smc_profile_next_*  writes the target at the end of the next tick. Call it in the interrupt, once per tick.
  */
-#define EDO_SMC_PROFILE_WINDOW 128 /* ticks of a window at most */
+#define EDO_SMC_PROFILE_WINDOW 128 /* largest window, ticks */
 #define EDO_SMC_PROFILES(name, averages)                                                                               \
     typedef struct edo_smc_profile_##name {                                                                            \
         uint32_t words[26 + (2 + EDO_SMC_PROFILE_WINDOW) * (averages)];                                                \
@@ -476,43 +496,52 @@ EDO_SMC_PLANS(joint, 4)
 EDO_SMC_PROFILES(motor, 2)
 EDO_SMC_PROFILES(joint, 3)
 
-/* All of one drive: its configuration, its plant, and how many words law and state have. Samples, estimates, plans and
- * profiles of a joint as a whole are those of a joint.
+/* Types and functions of one drive. Arguments of the macro: name, configuration, plant, words of design and state. A
+ * coupled joint uses the samples, estimates, plans and profiles of a joint.
  *
- * edo_smc_by_rule_NAME    fills a configuration: all but period, data sheet, encoders, limits, and lag_s or load_n_m.
- *                         Not of a joint as a whole: the search for its gains takes a host.
- * edo_smc_tune_NAME       another surface, all bandwidths in the same proportions, and the gates for them: then design
- *                         and retune. For bandwidths of your own write them, and tune to the surface that they have. Of
- *                         a joint as a whole the host has made sure of its own gains only, in the corners of the data
- *                         sheet; ask it for others (`host-sim design FILE --set drive.surface_rad_s=..`).
- * edo_smc_design_NAME     designs on the spot, to the same bits as on the host. Double precision in software: for the
- *                         main loop. Of what is refused, `refusal` (which may be NULL) says which number it was. On a
- *                         Cortex-M4F that of a joint as a whole takes 9 kB of stack and some 80 kB of flash.
- * edo_smc_init_NAME       looks at a design and makes a state that waits for its first good sample: all counts there,
- *                         at most half a counter from angle 0. No current flows before the counts have agreed with
- *                         each other for 10 ms, three ticks at least (EDO_SMC_WAITS).
- * edo_smc_tick_NAME       one tick. After an alarm of stops_at the safe u goes out, 0 without one, until reset.
- * edo_smc_go_on_NAME      the same but for a start, which is left to a caller that has the time: its bound is shorter.
- *                         Until `tick` has started, the fallback goes out.
- * edo_smc_missed_NAME     so many periods have passed without a tick, the current held all the while: a missed timer
- *                         interrupt that its overflow flag or a time stamp tells of. Before the coming tick.
- * edo_smc_report_applied_NAME  what the power stage held since the last tick, where that is another u: the only
- *                         anti-windup. Before the next tick. Twice the same and clearly less than was put out is taken
- *                         for the limit of the stage, until some ticks have passed.
- * edo_smc_limit_NAME      from now on the power stage gives at most this u of either sign. A start forgets it: call it
- *                         before each tick. EDO_SMC_NOT_FINITE for a number below 0 or none.
- * edo_smc_trip_NAME       what follows an alarm, from the next tick on, for a reason of yours: a switch, a door.
- * edo_smc_fence_NAME      limits of position, speed and following error, for the drive of this configuration. Braking
- *                         takes v^2/(2 a) + |v| (1/k_v + 2 T), with 60 % of the current; another current, inertia,
- *                         surface or period needs another fence. It designs once more: for the main loop.
- * edo_smc_guard_NAME      after a tick, with its sample and its output: where the estimates break a limit, its bit is
- *                         set in output.health, and from the next tick on follows what follows an alarm (trip). u stays.
- *                         The target is sample.begin. A drive that waits or has stopped is left as it is; before the
- *                         start the answer is EDO_SMC_NOT_STARTED.
- * edo_smc_estimates_NAME  what is known at the instant of the last tick.
- * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again.
- * edo_smc_retune_NAME     another design, checked here once more, takes over before the coming tick, of which this is
- *                         the sample: the estimates go on, u does not jump. Then tick with it and the same sample.
+ * A function returns EDO_SMC_OK or a negative status unless stated otherwise. `refusal` may be NULL.
+ * EDO_SMC_OUT_OF_RANGE writes the rejected number and its range to it.
+ *
+ * edo_smc_by_rule_NAME    fills a configuration. It keeps period, data sheet, encoders, limits, and lag_s or load_n_m.
+ *                         A coupled joint has no rule here: the search for its gains runs on the host.
+ * edo_smc_tune_NAME       scales all bandwidths to another surface_rad_s and sets the innovation gates. Then call
+ *                         design and retune. For your own bandwidths write them, then tune to their surface_rad_s. For
+ *                         a coupled joint the host has checked only its own gains in the corners of the data sheet.
+ *                         Check other gains with `host-sim design FILE --set drive.surface_rad_s=..`.
+ * edo_smc_design_NAME     computes the design, bit-identical to the host. It uses double precision in software: call it
+ *                         in the main loop. For a coupled joint it needs 9 kB of stack and some 80 kB of flash on a
+ *                         Cortex-M4F.
+ * edo_smc_init_NAME       checks a design and makes a state that waits for its first valid sample. That sample has all
+ *                         counts and is at most half a counter from angle 0. The current is 0 until the counts have
+ *                         been consistent for 10 ms, at least three ticks (EDO_SMC_WAITS).
+ * edo_smc_tick_NAME       computes one tick: call it every period. It returns EDO_SMC_REJECTED for an unusable sample.
+ *                         After an alarm of stops_at the output is safe_u until reset, or 0 if the drive has none.
+ * edo_smc_go_on_NAME      computes one tick but never starts the drive, so its cycle bound is lower. Before the start
+ *                         it returns EDO_SMC_NOT_STARTED with the fallback as output; then call tick where there is
+ *                         time.
+ * edo_smc_missed_NAME     reports the number of periods that passed without a tick while the current was held. The
+ *                         overflow flag of the timer or a time stamp shows them. Call it before the next tick.
+ * edo_smc_report_applied_NAME  reports the current (A) that the power stage has held since the last tick, if it is not
+ *                         u. This is the only anti-windup. Call it before the next tick. Two equal reports well below
+ *                         the output are taken as the limit of the stage for some ticks.
+ * edo_smc_limit_NAME      sets the largest current of either sign (A) that the power stage can hold from now on. A
+ *                         start clears it: call it before each tick. EDO_SMC_NOT_FINITE: the number is NaN or below 0.
+ * edo_smc_trip_NAME       starts the reaction to an alarm at the next tick, for an external cause such as a door
+ *                         switch.
+ * edo_smc_fence_NAME      makes the limits of position, speed and following error for a drive with this configuration.
+ *                         The braking distance is v^2/(2 a) + |v| (1/k_v + 2 T), with 60 % of the current. Another
+ *                         current, inertia, surface or period needs a new fence. It computes a design: call it in the
+ *                         main loop.
+ * edo_smc_guard_NAME      checks the estimates against the fence, after a tick, with its sample and its output. If a
+ *                         limit is violated, it sets the flag in output.health and trips the drive at the next tick. u
+ *                         does not change. The target is sample.begin. A drive that waits or has stopped is not
+ *                         checked. Before the start it returns EDO_SMC_NOT_STARTED.
+ * edo_smc_estimates_NAME  writes the estimates at the instant of the last tick.
+ * edo_smc_reset_NAME      clears everything except the design. The next valid sample starts the drive again.
+ * edo_smc_retune_NAME     checks another design and switches to it before the next tick. The estimates continue, and u
+ *                         has no step. `sample` is the sample of that tick: then call tick with the new design and this
+ *                         sample.
+ * edo_smc_design_size_NAME, edo_smc_state_size_NAME   return the sizes in the archive, bytes.
  */
 #define EDO_SMC_DRIVE(name, config_of, plant, law_words, state_words)                                                  \
     typedef struct edo_smc_design_##name {                                                                             \
@@ -570,7 +599,7 @@ EDO_SMC_DRIVE(coupled_fast, coupled, joint, 151, 41)
 EDO_SMC_DRIVE(coupled_late, coupled, joint, 137, 38)
 EDO_SMC_DRIVE(coupled_fast_late, coupled, joint, 151, 42)
 
-/* The drives whose gains have a rule. */
+/* Drives whose gains follow from a rule. */
 #define EDO_SMC_BY_RULE(name, plant)                                                                                   \
     edo_smc_status_t edo_smc_by_rule_##name(edo_smc_config_##plant##_t *config, size_t config_size);
 
@@ -592,31 +621,35 @@ EDO_SMC_ASSERT(sample_joint, sizeof(edo_smc_sample_joint_t) == 4 * 13)
 EDO_SMC_ASSERT(estimates_motor, sizeof(edo_smc_estimates_motor_t) == 4 * 5)
 EDO_SMC_ASSERT(estimates_joint, sizeof(edo_smc_estimates_joint_t) == 4 * 9)
 
-/* All of one chain: n, r, the observed channels as a mask (bit i - 1 for channel i), and how many they are.
+/* Types and functions of one chain. Arguments of the macro: name, n, r, the mask of the observed channels (bit i - 1
+ * for channel i), and their number.
  *
- * edo_smc_design_NAME_t   what the tick multiplies with, in flash; made by `host-sim export` or by edo_smc_design_NAME.
- *                         Numbers in the order that controller_core::LAYOUT declares, with the row of a(x)/b
- *                         before their check.
- * edo_smc_config_NAME_t   what a design is made of. Of each observed channel, the lowest first: gains l_1 .. l_r and the
- *                         order that is used of them (1 .. r). Poles all at -w: order 1 {w}, order 2 {2w, w^2}, order
- *                         3 {3w, 3w^2, w^3}. observer_pole_limit: 1 unless you know why. d_hat: guess of the
- *                         disturbances to start with, read where there is an observer.
- * edo_smc_state_NAME_t    what the controller remembers. Its words are its own.
+ * edo_smc_design_NAME_t   coefficients of the tick, in flash. `host-sim export` or edo_smc_design_NAME makes them.
+ *                         Their order is controller_core::LAYOUT, with the row of a(x)/b before the check.
+ * edo_smc_config_NAME_t   configuration of a design. For each observed channel, the lowest first: gains l_1 .. l_r and
+ *                         the order in use (1 .. r). Gains for all poles at -w: order 1 {w}, order 2 {2w, w^2}, order
+ *                         3 {3w, 3w^2, w^3}. observer_pole_limit: normally 1. d_hat: initial estimates of the
+ *                         disturbances, read for observed channels.
+ * edo_smc_state_NAME_t    state of the controller; its words are private.
  *
- * edo_smc_init_NAME       looks at a design and makes a state that waits for its first good sample.
- * edo_smc_tick_NAME       one tick. The first good sample starts it; until then the fallback goes out.
- * edo_smc_report_applied_NAME  tells what the actuator really holds since the last tick, where that is not the u that
- *                         it answered: the observers live on it, and it is the only anti-windup. Before the next tick.
- *                         For limits and brakes; a u that is right and only late is better not told.
- * edo_smc_estimates_NAME  what the observers know at the instant of the last tick: of each channel the disturbance and
- *                         its derivatives, in physical units, 0 where there is no observer.
- * edo_smc_reset_NAME      forgets all but the design: the next good sample starts again. For the end of a fault.
- * edo_smc_retune_NAME     another design takes over before the coming tick, of which x is the sample: the estimates go
- *                         on, u does not jump. Then tick with it and the same x. It looks at the whole design.
- * edo_smc_design_NAME     designs on the spot, to the same bits as on the host. Arithmetic of double precision in
- *                         software: for a start-up, not for an interrupt. `channel` may be NULL; else the number of the
- *                         channel that a refusal is about (0: none) is written to it.
- * .._design_size_NAME, .._state_size_NAME   sizes as the archive has them.
+ * A function returns EDO_SMC_OK or a negative status unless stated otherwise.
+ *
+ * edo_smc_init_NAME       checks a design and makes a state that waits for its first valid sample.
+ * edo_smc_tick_NAME       computes one tick: call it every period. The first valid sample starts the state. Until then,
+ *                         and for an invalid sample, the output is the fallback and the status EDO_SMC_REJECTED.
+ * edo_smc_report_applied_NAME  reports the u that the actuator has held since the last tick, if it is not output.u. The
+ *                         observers need it, and it is the only anti-windup. Call it before the next tick. Report
+ *                         limits and brakes; never report a correct u that is only late.
+ * edo_smc_estimates_NAME  writes the estimates at the instant of the last tick: for each channel the disturbance and
+ *                         its derivatives, in physical units; 0 without an observer.
+ * edo_smc_reset_NAME      clears everything except the design: the next valid sample starts again. Use it after a
+ *                         fault.
+ * edo_smc_retune_NAME     checks another design and switches to it before the next tick, whose sample is x. The
+ *                         estimates continue, and u has no step. Then call tick with the new design and the same x.
+ * edo_smc_design_NAME     computes the design, bit-identical to the host. It uses double precision in software: call it
+ *                         at start-up, not in an interrupt. If `channel` is not NULL, it receives the number of the
+ *                         channel that a rejection is about (0: none).
+ * edo_smc_design_size_NAME, edo_smc_state_size_NAME   return the sizes in the archive, bytes.
  */
 #define EDO_SMC_INSTANCE(name, n, r, mask, o)                                                                           \
     typedef struct edo_smc_design_##name {                                                                             \
@@ -633,18 +666,18 @@ EDO_SMC_ASSERT(estimates_joint, sizeof(edo_smc_estimates_joint_t) == 4 * 9)
         float satk, lim, unit, decay, u_min, u_max, plausible, ko, sigma_star_bound, hold, fallback;                   \
         float period, input_gain, mu2_n;                                                                               \
         float a_row[n];                                                                                                \
-        float check; /* of every number before it: what was changed afterwards is refused */                           \
+        float check; /* checksum of all numbers before it: a changed design is rejected */                             \
     } edo_smc_design_##name##_t;                                                                                       \
     typedef struct edo_smc_config_##name {                                                                             \
         double period_s;                                                                                               \
-        double c[n]; /* c_1 .. c_n of the surface, c_n = 1; all roots at -w: the powers of (p + w)^(n-1) */            \
+        double c[n]; /* surface c_1 .. c_n, c_n = 1; all roots at -w: coefficients of (p + w)^(n-1) */                 \
         double alpha_per_s;                                                                                            \
         double gains[o][r];                                                                                            \
         double k_l, k_s, epsilon;                                                                                      \
-        double gradient[n]; /* of a(x) to x_1 .. x_n */                                                                \
-        double input_gain;  /* b */                                                                                    \
+        double gradient[n]; /* derivatives of a(x) by x_1 .. x_n */                                                    \
+        double input_gain;  /* b, not 0 */                                                                             \
         double u_min, u_max;                                                                                           \
-        double safe_u; /* read if fallback is EDO_SMC_SAFE_U */                                                        \
+        double safe_u; /* used if fallback is EDO_SMC_SAFE_U */                                                        \
         double sigma_star_bound;                                                                                       \
         double observer_pole_limit;                                                                                    \
         double d_hat[n];                                                                                               \
@@ -685,7 +718,7 @@ EDO_SMC_ASSERT(estimates_joint, sizeof(edo_smc_estimates_joint_t) == 4 * 9)
 
 EDO_SMC_ASSERT(output, sizeof(edo_smc_output_t) == 16 && offsetof(edo_smc_output_t, health) == 12)
 
-/* Every set of channels that holds the driven one and that Eq. (44) of the paper allows. */
+/* Every channel set that contains the last channel and that Eq. (44) of the paper permits. */
 EDO_SMC_INSTANCE(n2_r1_c2, 2, 1, 0x2, 1)
 EDO_SMC_INSTANCE(n2_r1_c12, 2, 1, 0x3, 2)
 EDO_SMC_INSTANCE(n2_r2_c2, 2, 2, 0x2, 1)

@@ -1,4 +1,4 @@
-//! A chain of integrators with a linear a(x), as C holds its design.
+//! Design of a chain of integrators with a linear a(x), in the memory layout of C.
 
 use core::mem::offset_of;
 
@@ -8,14 +8,14 @@ use crate::VERSION;
 use crate::instance::{self, Instance};
 use crate::status::Status;
 
-/// A design: `edo_smc_design_*_t`. Guess, numbers in the order of [`controller_core::LAYOUT`] up to its check, the row
-/// of a(x)/b_0, the check over all of these.
+/// Design of a chain, `edo_smc_design_*_t`. The order is: initial estimates, numbers in the order of
+/// [`controller_core::LAYOUT`] without its check, the row of a(x)/b_0, and a check over all of these.
 #[repr(C)]
 pub struct Design<const N: usize, const R: usize, const MASK: u8, const O: usize> {
     pub(crate) version: u32,
-    /// n, r, channels.
+    /// Plant order n, observer order r and mask of the observed channels, one byte each.
     pub(crate) instance: u32,
-    /// Guess of the disturbances to start with, in their physical units.
+    /// Initial estimates of the disturbances, in their physical units.
     pub(crate) d_hat: [f32; N],
     pub(crate) controller: Law<N, R, MASK, O>,
     pub(crate) check: f32,
@@ -26,7 +26,7 @@ type Law<const N: usize, const R: usize, const MASK: u8, const O: usize> =
 type StateOf<const N: usize, const R: usize, const MASK: u8, const O: usize> =
     State<f32, Linear<f32, N>, N, R, MASK, O>;
 
-/// The layout that `edo_smc.h` declares and asserts too.
+/// Asserts the layout that `edo_smc.h` also declares and asserts.
 pub(crate) const fn assert_layout<const N: usize, const R: usize, const MASK: u8, const O: usize>() {
     let coefficients = size_of::<Coefficients<f32, N, R, O>>();
     assert!(coefficients == 4 * (19 + 2 * N + 3 * O * R));
@@ -39,7 +39,7 @@ pub(crate) const fn assert_layout<const N: usize, const R: usize, const MASK: u8
 }
 
 impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Design<N, R, MASK, O> {
-    /// The check over every number before it.
+    /// Returns the check over all numbers of the design.
     pub(crate) fn check_of_numbers(&self) -> f32 {
         let coefficients = self.controller.coefficients().unchecked();
         design::check(self.d_hat.into_iter().chain(coefficients).chain(*self.controller.model().row()))
@@ -74,10 +74,10 @@ impl<const N: usize, const R: usize, const MASK: u8, const O: usize> Instance fo
         &self.controller
     }
 
-    /// Number by number, which go to registers of the FPU.
+    /// Reads the sample number by number: the compiler keeps the numbers in registers of the FPU.
     #[inline(always)]
     unsafe fn read(x: *const [f32; N]) -> [f32; N] {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         core::array::from_fn(|i| unsafe { x.cast::<f32>().add(i).read() })
     }
 

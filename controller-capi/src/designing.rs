@@ -1,6 +1,6 @@
-//! A design made where it runs, from the same numbers as on the host and to the same bits.
+//! Design of a chain on the target, bit-identical to the design on the host.
 //!
-//! It is arithmetic of 64 bits, in software on a Cortex-M4F: for a start-up, not for an interrupt.
+//! It uses 64-bit arithmetic, in software on a Cortex-M4F. So it belongs to the start-up, not to an interrupt.
 
 use controller_core::{
     Config, Controller, Fallback, Field, Limits, Linear, MAX_N, Nominal, ObserverGains, Options, ReachingLaw, Surface,
@@ -11,7 +11,8 @@ use crate::chain::Design;
 use crate::instance::Instance as _;
 use crate::status::{Status, overlap, place, sized_place};
 
-/// A configuration: `edo_smc_config_*_t`. Fields as in [`Config`], observers by observed channel.
+/// Configuration of a chain, `edo_smc_config_*_t`. The fields are those in [`Config`]. Observer gains exist only for
+/// the observed channels.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct CConfig<const N: usize, const R: usize, const O: usize> {
@@ -37,7 +38,7 @@ pub struct CConfig<const N: usize, const R: usize, const O: usize> {
 const HOLD_LAST: u32 = 0;
 const SAFE_U: u32 = 1;
 
-/// The layout that `edo_smc.h` declares and asserts too.
+/// Asserts the layout that `edo_smc.h` also declares and asserts.
 pub(crate) const fn assert_layout<const N: usize, const R: usize, const O: usize>() {
     let doubles = 11 + 3 * N + O * R;
     assert!(core::mem::offset_of!(CConfig<N, R, O>, order) == 8 * doubles);
@@ -45,6 +46,8 @@ pub(crate) const fn assert_layout<const N: usize, const R: usize, const O: usize
     assert!(align_of::<CConfig<N, R, O>>() == 8);
 }
 
+/// Computes the design. If a rule rejects the configuration, `channel` receives the number of its channel, 0 for none.
+///
 /// # Safety
 /// Pointers that are not NULL point to memory of the sizes given, `channel` to a word.
 pub(crate) unsafe fn design<const N: usize, const R: usize, const MASK: u8, const O: usize>(
@@ -82,7 +85,7 @@ pub(crate) unsafe fn design<const N: usize, const R: usize, const MASK: u8, cons
     status
 }
 
-/// The design, or the status and the channel (from 1; 0 for none) it is about.
+/// Returns the design, or the status with the number of the channel that caused it (from 1; 0 for none).
 fn designed<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     from: &CConfig<N, R, O>,
 ) -> Result<Design<N, R, MASK, O>, (Status, u32)> {

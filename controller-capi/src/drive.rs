@@ -1,11 +1,11 @@
-//! A motor with one encoder, a flexible joint with two, as C holds their designs.
+//! Designs of drives in the memory layout of C: a motor with one encoder, a flexible joint with two.
 //!
-//! What a drive is designed from is a struct of doubles in C, in the order of
-//! [`LAYOUT`](controller_core::drive::LAYOUT), three more behind it. A design is opaque: words of a law with its
-//! monitors, made where it runs, with a check over all of them.
+//! The configuration of a drive is a struct of doubles in C. Its order is
+//! [`LAYOUT`](controller_core::drive::LAYOUT), followed by three further numbers. A design is opaque to C: the words of
+//! a controller with its monitors, computed on the target, and a check over all words.
 //!
-//! A joint as a whole has no rule here: the search for its gains takes a host (`scenario::drive::joint_rule`). It is
-//! designed from a configuration that `host-sim export --lang c` writes.
+//! A coupled joint has no rule here, because the search for its gains runs on the host (`scenario::drive::joint_rule`).
+//! Its configuration comes from `host-sim export --lang c`.
 
 use core::mem::MaybeUninit;
 
@@ -19,65 +19,68 @@ use crate::VERSION;
 use crate::instance::Instance;
 use crate::status::{Status, overlap, place, sized_place};
 
-/// A configuration: `edo_smc_config_motor_t`, `edo_smc_config_joint_t`, `edo_smc_config_coupled_t`.
+/// Configuration of a drive: `edo_smc_config_motor_t`, `edo_smc_config_joint_t`, `edo_smc_config_coupled_t`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct CConfig<const NUMBERS: usize> {
     numbers: [f64; NUMBERS],
-    /// Lag of the current loop of a motor, s; largest sudden load on a joint's link, N m.
+    /// Motor: time constant of the current loop, s. Joint: largest sudden load on the link, N m.
     lag_or_load: f64,
-    /// Share to which the data sheet is known.
+    /// Tolerance of the data sheet, 0 to 0.9.
     uncertain: f64,
-    /// Bits of the alarms that stop the drive.
+    /// Bits of the alarms that stop the drive, as a number.
     stops_at: f64,
 }
 
-/// A refused number: `edo_smc_refusal_t`.
+/// Rejected number of a configuration, `edo_smc_refusal_t`.
 #[repr(C)]
 pub struct CRefusal {
-    /// Its name in the configuration, with zeros behind it.
+    /// Name of the number in the configuration, padded with zeros.
     field: [u8; 32],
     given: f64,
     low: f64,
     high: f64,
 }
 
-/// A law of the archive, with its monitors.
+/// Controller of the archive, with its monitors.
 pub trait Form<const E: usize, const N: usize, const NUMBERS: usize>:
     DriveLaw<E, N, Sample = Sample<i32, Target<f32, i32, N>, E>> + Sized
 {
     const WORD: u32;
-    /// Where its words begin that are one byte; the first must be 0 or 1.
+    /// Offsets in bytes of the words that are narrower than a word. The byte at the first must be 0 or 1.
     const PARTS: [(usize, u32); 2];
-    /// Where in a state the bytes lie that must be 0 or 1.
+    /// Offsets of the bytes of a state that must be 0 or 1.
     const FLAGS: &'static [usize];
-    /// Name of `lag_or_load`, and the most it may be.
+    /// Name of `lag_or_load` in the configuration, and its maximum.
     const LAG_OR_LOAD: (&'static str, f64);
 
-    /// Bandwidths in the same proportions for another surface, and the gates for them.
+    /// Scales the bandwidths to another surface bandwidth, rad/s, and sets the innovation gates.
     fn tune(config: &mut CConfig<NUMBERS>, surface_rad_s: f64);
-    /// What this configuration makes, with the monitors that belong to it.
+    /// Returns the controller of a configuration, with the monitors of the configuration.
+    ///
+    /// # Errors
+    /// A number of the configuration is outside of its range.
     fn of(config: &CConfig<NUMBERS>, stops_at: Health) -> Result<Self, DriveError>;
-    /// How it slows down, for its limits.
+    /// Returns the deceleration and the gain of the brake, for a fence.
     fn slowing(config: &CConfig<NUMBERS>) -> Slowing;
-    /// [`Fence::guard`], with the target of the tick's beginning.
+    /// Calls [`Fence::guard`] with the target at the beginning of the tick.
     fn guard(&self, fence: &Fence, state: &mut Self::State, output: &mut Output<f32>, begin: &Target<f32, i32, N>);
 }
 
-/// A law whose gains follow from its data sheet without a search.
+/// Controller whose gains follow from the data sheet by a rule, without a search.
 pub trait Ruled<const E: usize, const N: usize, const NUMBERS: usize>: Form<E, N, NUMBERS> {
-    /// All that is not on the data sheet.
+    /// Fills the values that are not on the data sheet.
     fn by_rule(config: &mut CConfig<NUMBERS>);
 }
 
-/// Share to which a data sheet is known, where nobody says another.
+/// Default tolerance of a data sheet.
 const UNCERTAIN: f64 = 0.2;
 
-/// What tells a drive from a chain, and a joint as a whole from both.
+/// Kinds in the instance word: a drive, and a coupled joint. A chain has 0.
 const DRIVE: u8 = 1;
 const AS_A_WHOLE: u8 = 2;
 
-/// Encoders, gain sets beside the quiet one, ticks of delay, which kind.
+/// Returns the instance word: encoders, high gain sets, ticks of delay, kind.
 const fn word(encoders: u8, fast: usize, late: usize, kind: u8) -> u32 {
     u32::from_le_bytes([encoders, fast as u8, late as u8, kind])
 }
@@ -194,7 +197,7 @@ impl<const FAST: usize, const LATE: usize> Form<2, 4, COUPLED> for CoupledLaw<FA
     }
 }
 
-/// A design: `edo_smc_design_*_t`.
+/// Design of a drive, `edo_smc_design_*_t`.
 #[repr(C)]
 pub struct Design<L, const E: usize, const N: usize, const NUMBERS: usize> {
     version: u32,
@@ -204,19 +207,20 @@ pub struct Design<L, const E: usize, const N: usize, const NUMBERS: usize> {
 }
 
 impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize> Design<L, E, N, NUMBERS> {
-    /// Words of a law; every one is written, or a byte of it that the law names.
+    /// Number of words of a controller. Each word is written, or a byte of it that [`Form::PARTS`] names.
     pub(crate) const WORDS: usize = {
         assert!(align_of::<L>() == 4 && size_of::<Self>() == 12 + size_of::<L>());
         assert!(L::PARTS[0].0.is_multiple_of(4) && L::PARTS[1].0.is_multiple_of(4));
         size_of::<L>() / 4
     };
 
-    /// FNV-1a, a word at a time: another word anywhere gives another sum.
+    /// Returns the FNV-1a hash over all words. A change of one word changes the hash.
     fn sum(&self) -> u32 {
         let law = self.law.as_ptr().cast::<u32>();
         let word = |i: usize| {
             let [(flag, _), (alarms, _)] = L::PARTS;
-            // SAFETY: within the law, aligned as it is; padding is only behind byte and half that are read alone.
+            // SAFETY: within the law and aligned; padding only follows the byte and the half-word, which are read
+            // alone.
             unsafe {
                 match 4 * i {
                     at if at == flag => law.add(i).cast::<u8>().read().into(),
@@ -252,13 +256,13 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
 
     #[inline(always)]
     unsafe fn law(&self) -> &L {
-        // SAFETY: as the caller promises; any bit pattern is a law whose flag is 0 or 1.
+        // SAFETY: guaranteed by the caller; every bit pattern with a flag of 0 or 1 is a law.
         unsafe { self.law.assume_init_ref() }
     }
 
     #[inline(always)]
     unsafe fn read(sample: *const CSample<E, N>) -> L::Sample {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let CSample { counts, lost, begin, end } = unsafe { sample.read() };
         let counts = core::array::from_fn(|i| (lost >> i & 1 == 0).then_some(counts[i]));
         Sample { counts, begin: begin.target(), end: end.target() }
@@ -266,7 +270,7 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
 
     #[inline(always)]
     unsafe fn start(&self, sample: &L::Sample) -> Option<L::State> {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { self.law() }.start(sample)
     }
 
@@ -276,7 +280,7 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
     }
 }
 
-/// Where the shaft should be: `edo_smc_target_*_t`.
+/// Target position and its derivatives, `edo_smc_target_*_t`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct CTarget<const N: usize> {
@@ -291,17 +295,17 @@ impl<const N: usize> CTarget<N> {
     }
 }
 
-/// What a tick is given: `edo_smc_sample_*_t`.
+/// Input of a tick, `edo_smc_sample_*_t`.
 #[repr(C)]
 pub struct CSample<const E: usize, const N: usize> {
     counts: [i32; E],
-    /// Bit i for the count of encoder i.
+    /// Missing counts: bit i for encoder i.
     lost: u32,
     pub(crate) begin: CTarget<N>,
     end: CTarget<N>,
 }
 
-/// What a drive knows: `edo_smc_estimates_*_t`.
+/// Estimates of a drive, `edo_smc_estimates_*_t`.
 #[repr(C)]
 pub struct CKnown<const E: usize> {
     turn: i32,
@@ -312,6 +316,8 @@ pub struct CKnown<const E: usize> {
 }
 
 impl<L: Ruled<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize> Design<L, E, N, NUMBERS> {
+    /// Fills the configuration by rule, with the default tolerance and the reaction `BRAKING`.
+    ///
     /// # Safety
     /// A pointer that is not NULL points to memory of the size given.
     pub(crate) unsafe fn by_rule(config: *mut CConfig<NUMBERS>, config_size: usize) -> Status {
@@ -327,6 +333,8 @@ impl<L: Ruled<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usi
 }
 
 impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize> Design<L, E, N, NUMBERS> {
+    /// Scales the bandwidths of the configuration to another surface bandwidth, rad/s.
+    ///
     /// # Safety
     /// A pointer that is not NULL points to memory of the size given.
     pub(crate) unsafe fn tune(config: *mut CConfig<NUMBERS>, config_size: usize, surface_rad_s: f64) -> Status {
@@ -339,6 +347,8 @@ impl<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usiz
     }
 }
 
+/// Computes the design of a configuration. `refusal` receives the rejected number.
+///
 /// # Safety
 /// Pointers that are not NULL point to memory of the sizes given, `refusal` to memory of its type.
 pub(crate) unsafe fn design<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
@@ -371,23 +381,23 @@ pub(crate) unsafe fn design<L: Form<E, N, NUMBERS>, const E: usize, const N: usi
     unsafe { tell(refusal, made) }
 }
 
-/// Writes which number was refused, or that none was.
+/// Writes the rejected number, or an empty name, and returns the status.
 ///
 /// # Safety
-/// The place is NULL, or aligned and memory of its type.
+/// `refusal` is NULL, or aligned and memory of its type.
 pub(crate) unsafe fn tell(refusal: *mut CRefusal, made: Result<(), impl Into<CRefusal>>) -> Status {
     let (status, said) = match made {
         Ok(()) => (Status::OK, CRefusal::NONE),
         Err(said) => (Status::OUT_OF_RANGE, said.into()),
     };
     if !refusal.is_null() {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { refusal.write(said) };
     }
     status
 }
 
-/// The law of a configuration, or the number that is refused.
+/// Returns the controller of a configuration, or the rejected number.
 pub(crate) fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
     config: &CConfig<NUMBERS>,
 ) -> Result<L, CRefusal> {
@@ -407,7 +417,7 @@ pub(crate) fn designed<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, c
     L::of(config, alarms).map_err(CRefusal::from)
 }
 
-/// Every bit of [`Health`] that this archive tells.
+/// All bits of [`Health`] that this archive reports.
 const EVERY_ALARM: u16 = Health::ALL & !Health::HUNTS.bits();
 
 impl From<DriveError> for CRefusal {
@@ -417,12 +427,12 @@ impl From<DriveError> for CRefusal {
 }
 
 impl CRefusal {
-    /// Nothing was refused.
+    /// Value for a configuration without a rejected number.
     pub(crate) const NONE: Self = Self { field: [0; 32], given: 0.0, low: 0.0, high: 0.0 };
 
     pub(crate) fn of(name: &str, given: f64, low: f64, high: f64) -> Self {
         let mut field = [0; 32];
-        // One zero at least stays behind it.
+        // At least one zero ends the name.
         for (to, from) in field.iter_mut().take(31).zip(name.bytes()) {
             *to = from;
         }
@@ -430,9 +440,11 @@ impl CRefusal {
     }
 }
 
-/// The laws of the archive by encoders; gain sets beside the quiet one, ticks of delay.
+/// Drive of a motor, with high gain sets (0 or 1) and ticks of delay.
 pub(crate) type Motor<const FAST: usize, const LATE: usize> = Design<MotorLaw<FAST, LATE>, 1, 2, MOTOR>;
+/// Drive of a joint with one observer per encoder, with high gain sets (0 or 1) and ticks of delay.
 pub(crate) type Joint<const FAST: usize, const LATE: usize> = Design<JointLaw<FAST, LATE>, 2, 4, JOINT>;
+/// Drive of a coupled joint, with high gain sets (0 or 1) and ticks of delay.
 pub(crate) type Coupled<const FAST: usize, const LATE: usize> = Design<CoupledLaw<FAST, LATE>, 2, 4, COUPLED>;
 pub(crate) type MotorConfig = CConfig<MOTOR>;
 pub(crate) type JointConfig = CConfig<JOINT>;

@@ -1,7 +1,8 @@
-//! Limits of position, speed and following error: what C holds of a fence, how it is made, and the look at a tick.
+//! Limits of position, speed and following error for C: the types of a fence, its construction, and the check of a
+//! tick.
 //!
-//! All arithmetic is that of [`Fence`]. It is made of the configuration of a drive, outside of the interrupt, and is
-//! asked after a tick, with the sample and the output of that tick.
+//! [`Fence`] contains all arithmetic. The fence is made from the configuration of a drive, outside of the interrupt.
+//! The interrupt checks it after a tick, with the sample and the output of this tick.
 
 use controller_core::Output;
 use controller_core::drive::{Fence, FenceLimits};
@@ -10,7 +11,7 @@ use crate::drive::{CConfig, CRefusal, CSample, Design, Form, designed, tell};
 use crate::instance::{CState, between};
 use crate::status::{Status, overlap, place, sized_place};
 
-/// Where a shaft may be and how fast: `edo_smc_fence_limits_t`.
+/// Limits of a shaft in rad and rad/s, `edo_smc_fence_limits_t`. Infinite for no limit.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct CLimits {
@@ -20,18 +21,21 @@ pub struct CLimits {
     following_rad: f64,
 }
 
-/// The limits as a tick compares them: `edo_smc_fence_t`. Any bit pattern is one; zeros are broken by every motion.
+/// Limits in the form that a tick compares, `edo_smc_fence_t`. Every bit pattern is valid; every motion violates zeros.
 #[repr(transparent)]
 pub struct CFence(Fence);
 
-/// Words of a fence.
+/// Number of words of a fence.
 pub(crate) const WORDS: usize = {
     assert!(align_of::<CFence>() == 4);
     size_of::<CFence>() / 4
 };
 
 impl CLimits {
-    /// As the core takes them; a number that is none is refused, and so are ends in the wrong order.
+    /// Returns the limits for the core.
+    ///
+    /// # Errors
+    /// A limit is NaN, a speed or distance is negative, or the upper end is below the lower end.
     fn check(&self) -> Result<FenceLimits, CRefusal> {
         let Self { low_rad, high_rad, max_speed_rad_s, following_rad } = *self;
         let ranges = [
@@ -49,6 +53,8 @@ impl CLimits {
     }
 }
 
+/// Makes the fence of a configuration. `refusal` receives the rejected number.
+///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type, `config` and `fence` to memory of the sizes given.
 pub(crate) unsafe fn fence<L: Form<E, N, NUMBERS>, const E: usize, const N: usize, const NUMBERS: usize>(
@@ -72,9 +78,9 @@ pub(crate) unsafe fn fence<L: Form<E, N, NUMBERS>, const E: usize, const N: usiz
     if let Err(status) = places() {
         return status;
     }
-    // SAFETY: not NULL, aligned, of the right size; any bit pattern is a configuration, and limits.
+    // SAFETY: not NULL, aligned, of the right size; any bit pattern is a configuration, or limits.
     let (config, limits) = unsafe { (&*config, &*limits) };
-    // A configuration that makes no drive has no deceleration.
+    // An invalid configuration has no deceleration, so it is rejected first.
     let made = designed::<L, E, N, NUMBERS>(config).and_then(|_| limits.check()).map(|limits| {
         // SAFETY: not NULL, aligned, of the right size.
         unsafe { fence.write(CFence(Fence::new(&limits, L::slowing(config)))) };
@@ -83,6 +89,8 @@ pub(crate) unsafe fn fence<L: Form<E, N, NUMBERS>, const E: usize, const N: usiz
     unsafe { tell(refusal, made) }
 }
 
+/// Checks the estimates against the fence after a tick; a violation sets its flag and trips the drive.
+///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
 #[inline(always)]
@@ -105,8 +113,8 @@ pub(crate) unsafe fn guard<L: Form<E, N, NUMBERS>, const E: usize, const N: usiz
     if let Err(status) = places() {
         return status;
     }
-    // SAFETY: not NULL, aligned, apart from each other; any bit pattern is one of them.
+    // SAFETY: not NULL, aligned, without overlap; any bit pattern is valid.
     let (fence, target, output) = unsafe { (&(*fence).0, (*sample).begin.target(), &mut *output) };
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { between(design, state, |law, state| law.guard(fence, state, output, &target)) }
 }

@@ -1,10 +1,11 @@
-//! An instance of the archive: a law with the memory it has in C, and what can be done with the two.
+//! Functions that chains and drives share, on a controller in the memory layout of C.
 //!
-//! # What a tick trusts
-//! `init` looks at the whole design once and keeps its *address* in the state, never to follow it, only to compare: a
-//! tick with a design at that address needs not ask again whether it is NULL, aligned, of this version and instance,
-//! finite. The state's tag says that `init` of this instance made it, and whether it has started. Every bit pattern of
-//! both is a value of them, but for one or two bytes of the state, which are looked at.
+//! # Assumptions of a tick
+//! `init` checks the whole design once and stores its *address* in the state. The address is only compared, never
+//! dereferenced. A tick with a design at that address does not repeat the checks: not NULL, aligned, of this version
+//! and instance, finite. The tag of the state shows that `init` of this instance made the state, and whether it has
+//! started. Every bit pattern of design and state is a valid value, except for one or two bytes of the state. Every
+//! call checks these bytes.
 
 use core::mem::MaybeUninit;
 
@@ -13,53 +14,57 @@ use controller_core::{ControlLaw, Health, Output};
 use crate::VERSION;
 use crate::status::{Status, answer, is_place, overlap, place, sized_place};
 
-/// A design as C holds it; any bit pattern is one.
+/// Design in the memory layout of C; every bit pattern is valid.
 pub trait Instance {
-    /// What it is the design of.
+    /// Controller of this design.
     type Law: ControlLaw<Scalar = f32, Output = Output<f32>>;
-    /// What comes in once per tick, as C has it; any bit pattern is one.
+    /// Input of a tick in the memory layout of C; every bit pattern is valid.
     type Sample;
-    /// What the law knows, as C has it.
+    /// Estimates in the memory layout of C.
     type Estimates;
-    /// Tells the instance from the others.
+    /// Word that identifies the instance.
     const WORD: u32;
-    /// Where the bytes of a state lie that must be 0 or 1; all others may be anything.
+    /// Offsets of the bytes of a state that must be 0 or 1. All other bytes may have any value.
     const FLAGS_AT: &'static [usize];
 
-    /// Is it what a design call of this version and instance made?
+    /// Checks that a design call of this version and instance made the design.
     ///
     /// # Errors
-    /// What it is instead.
+    /// The status of the first difference: version, instance, a number that is not finite, or changed coefficients.
     fn check(&self) -> Result<(), Status>;
 
-    /// # Safety
-    /// It has been checked, and is as it was then.
-    unsafe fn law(&self) -> &Self::Law;
-
-    /// # Safety
-    /// The place is not NULL, aligned, and memory of its type.
-    unsafe fn read(sample: *const Self::Sample) -> <Self::Law as ControlLaw>::Sample;
-
-    /// The state before the first tick, if this sample is good enough to start with.
+    /// Returns the controller.
     ///
     /// # Safety
-    /// It has been checked, and is as it was then.
+    /// The design has passed [`check`](Self::check) and has not changed since.
+    unsafe fn law(&self) -> &Self::Law;
+
+    /// Reads a sample.
+    ///
+    /// # Safety
+    /// The pointer is not NULL, aligned, and points to memory of its type.
+    unsafe fn read(sample: *const Self::Sample) -> <Self::Law as ControlLaw>::Sample;
+
+    /// Returns the state before the first tick if the sample is valid for a start.
+    ///
+    /// # Safety
+    /// The design has passed [`check`](Self::check) and has not changed since.
     unsafe fn start(&self, sample: &<Self::Law as ControlLaw>::Sample) -> Option<<Self::Law as ControlLaw>::State>;
 
-    /// What the law knows, for C.
+    /// Converts estimates to their type in C.
     fn c_estimates(known: <Self::Law as ControlLaw>::Estimates) -> Self::Estimates;
 }
 
-/// A state: `edo_smc_state_*_t`.
+/// State of a controller, `edo_smc_state_*_t`.
 #[repr(C)]
 pub struct CState<D: Instance> {
-    /// Address of the design it belongs to.
+    /// Address of the design of this state.
     design: usize,
     tag: u32,
     state: MaybeUninit<<D::Law as ControlLaw>::State>,
 }
 
-/// Words of a state, behind its address.
+/// Returns the number of words of a state, without address and tag.
 pub(crate) const fn words_of_state<D: Instance>() -> usize {
     let size = size_of::<<D::Law as ControlLaw>::State>();
     assert!(size.is_multiple_of(4) && align_of::<<D::Law as ControlLaw>::State>() == 4);
@@ -70,8 +75,8 @@ pub(crate) const fn words_of_state<D: Instance>() -> usize {
     size / 4
 }
 
-/// Tag of a state of this version and instance that waits for its first good sample; its complement, once it runs. A
-/// hash (FNV-1a), so that no likely content of memory is one.
+/// Returns the tag of a state of this version and instance that waits for its first valid sample. A running state has
+/// the complement. The tag is an FNV-1a hash, so arbitrary memory is unlikely to contain it.
 pub(crate) const fn waiting(instance: u32) -> u32 {
     let mut hash = 0x811c_9dc5_u32;
     let bytes = [VERSION.to_le_bytes(), instance.to_le_bytes()];
@@ -87,14 +92,14 @@ impl<D: Instance> CState<D> {
     const WAITING: u32 = waiting(D::WORD);
     const RUNNING: u32 = !Self::WAITING;
 
-    /// Are the bytes 0 or 1 that must be?
+    /// Returns whether the flag bytes are 0 or 1.
     #[inline(always)]
     fn is_sound(&self) -> bool {
         // SAFETY: the bytes lie within the state.
         D::FLAGS_AT.iter().all(|&at| unsafe { self.state.as_ptr().cast::<u8>().add(at).read() <= 1 })
     }
 
-    /// Has it started, and is it whole?
+    /// Checks that the state has started and that its flags are valid.
     fn is_running(&self) -> Result<(), Status> {
         if self.tag == Self::WAITING {
             Err(Status::NOT_STARTED)
@@ -108,6 +113,8 @@ impl<D: Instance> CState<D> {
     }
 }
 
+/// Checks a design and makes a state that waits for its first valid sample.
+///
 /// # Safety
 /// Pointers that are not NULL point to memory of the sizes given.
 pub(crate) unsafe fn init<D: Instance>(
@@ -134,6 +141,8 @@ pub(crate) unsafe fn init<D: Instance>(
     Status::OK
 }
 
+/// Computes one tick; the first valid sample starts the state.
+///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
 #[inline(always)]
@@ -143,11 +152,11 @@ pub(crate) unsafe fn tick<D: Instance>(
     sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
-    // SAFETY: as the caller promises, and as `ticked` does.
+    // SAFETY: guaranteed by the caller, and as `ticked` does.
     unsafe { ticked(design, state, sample, output, start) }
 }
 
-/// The same, but for a start.
+/// Computes one tick of a started state; otherwise the fallback is the output.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -158,15 +167,15 @@ pub(crate) unsafe fn go_on<D: Instance>(
     sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
-    // SAFETY: as the caller promises, and as `ticked` does.
+    // SAFETY: guaranteed by the caller, and as `ticked` does.
     unsafe { ticked(design, state, sample, output, wait) }
 }
 
-/// A tick; what does not run is first given to `begin`, and goes no further unless that is `OK`.
+/// Computes one tick. A state that has not started is passed to `begin`; the tick continues only if it returns `OK`.
 ///
 /// # Safety
-/// Pointers that are not NULL point to memory of their type. For `begin` they are not NULL and aligned, but for the
-/// design, which is one if its address is the state's.
+/// Pointers that are not NULL point to memory of their type. `begin` gets pointers that are not NULL and aligned,
+/// except for the design. The design is valid if its address is the address in the state.
 #[inline(always)]
 unsafe fn ticked<D: Instance>(
     design: *const D,
@@ -186,7 +195,7 @@ unsafe fn ticked<D: Instance>(
             return status;
         }
     }
-    // Before the state is borrowed, for it may lie anywhere.
+    // Read before the state is borrowed: the two may share memory.
     // SAFETY: not NULL, aligned.
     let sample = unsafe { D::read(sample) };
     // SAFETY: as above.
@@ -197,7 +206,7 @@ unsafe fn ticked<D: Instance>(
     if !held.is_sound() {
         return Status::DAMAGED;
     }
-    // SAFETY: `init` has looked at the design of this address, which does not overlap with the state.
+    // SAFETY: `init` has checked the design at this address; design and state do not overlap.
     let law = unsafe { (*design).law() };
     // SAFETY: any bit pattern is a state whose flags are 0 or 1.
     let answer = law.tick(unsafe { held.state.assume_init_mut() }, &sample);
@@ -206,11 +215,12 @@ unsafe fn ticked<D: Instance>(
     if answer.health.contains(Health::INPUT_REJECTED) { Status::REJECTED } else { Status::OK }
 }
 
-/// The first good sample starts a state; until then the fallback goes out. Apart, so that a tick keeps its registers.
+/// Starts a state with its first valid sample; until then the fallback is the output. A separate function, so that a
+/// tick keeps its registers.
 ///
 /// # Safety
-/// `state`, `sample` and `output` are not NULL, aligned and of their type; the design is one, if its address is the
-/// state's.
+/// `state`, `sample` and `output` are not NULL, aligned and of their type. The design is valid if its address is the
+/// address in the state.
 #[cold]
 #[inline(never)]
 unsafe fn start<D: Instance>(
@@ -219,15 +229,15 @@ unsafe fn start<D: Instance>(
     sample: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     if let Err(status) = unsafe { is_waiting(design, state, output) } {
         return status;
     }
-    // SAFETY: as the caller promises; taken out before the state is borrowed.
+    // SAFETY: guaranteed by the caller; read before the state is borrowed.
     let sample = unsafe { D::read(sample) };
-    // SAFETY: as the caller promises; any bit pattern is a `CState`.
+    // SAFETY: guaranteed by the caller; any bit pattern is a `CState`.
     let held = unsafe { &mut *state };
-    // SAFETY: `init` has looked at the design of this address.
+    // SAFETY: `init` has checked the design at this address.
     if let Some(mut started) = unsafe { (*design).start(&sample) } {
         // SAFETY: as above.
         unsafe { (*design).law().wait(&mut started) };
@@ -235,15 +245,15 @@ unsafe fn start<D: Instance>(
         held.tag = CState::<D>::RUNNING;
         return Status::OK;
     }
-    // SAFETY: as the caller promises, and as above.
+    // SAFETY: guaranteed by the caller, and as above.
     unsafe { output.write((*design).law().not_started()) };
     Status::REJECTED
 }
 
-/// What does not run stays as it is, and the fallback goes out.
+/// Leaves a state that has not started unchanged; the fallback is the output.
 ///
 /// # Safety
-/// As of `start`.
+/// The conditions of `start`.
 #[cold]
 #[inline(never)]
 unsafe fn wait<D: Instance>(
@@ -252,29 +262,32 @@ unsafe fn wait<D: Instance>(
     _: *const D::Sample,
     output: *mut Output<f32>,
 ) -> Status {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     if let Err(status) = unsafe { is_waiting(design, state, output) } {
         return status;
     }
-    // SAFETY: as the caller promises; `init` has looked at the design of this address.
+    // SAFETY: guaranteed by the caller; `init` has looked at the design of this address.
     unsafe { output.write((*design).law().not_started()) };
     Status::NOT_STARTED
 }
 
-/// Is it what `init` of this instance and design has made, and apart from where the answer goes?
+/// Checks that `init` of this instance and design made the state, and that the output overlaps with neither.
+///
+/// # Errors
+/// Overlap, a state without `init`, or another design.
 ///
 /// # Safety
-/// As of `start`.
+/// The conditions of `start`.
 unsafe fn is_waiting<D: Instance>(
     design: *const D,
     state: *const CState<D>,
     output: *mut Output<f32>,
 ) -> Result<(), Status> {
-    // Here and not in every tick: what is static stays as it is, and every tick would pay 8 instructions for the rest.
+    // Only before the start: static memory does not move, and the check would cost 8 instructions in every tick.
     if overlap(output, state) || overlap(output, design) {
         return Err(Status::OVERLAP);
     }
-    // SAFETY: as the caller promises; any bit pattern is a `CState`.
+    // SAFETY: guaranteed by the caller; any bit pattern is a `CState`.
     let held = unsafe { &*state };
     if held.tag != CState::<D>::WAITING {
         return Err(Status::NOT_INITIALISED);
@@ -285,7 +298,7 @@ unsafe fn is_waiting<D: Instance>(
     Ok(())
 }
 
-/// What the power stage holds or gives, for a running state.
+/// Passes a number of the power stage, its held u or its limit, to a running state.
 ///
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
@@ -307,7 +320,7 @@ pub(crate) unsafe fn of_the_stage<D: Instance>(
     if taken { Status::OK } else { Status::NOT_FINITE }
 }
 
-/// What happens between two ticks.
+/// Applies an operation between two ticks to a running state.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -327,11 +340,13 @@ pub(crate) unsafe fn between<D: Instance>(
     if held.design != design.addr() {
         return if design.is_null() { Status::NULL } else { Status::OTHER_DESIGN };
     }
-    // SAFETY: `init` has looked at the design of this address; any bit pattern is a state whose flags are 0 or 1.
+    // SAFETY: `init` has checked the design at this address; any bit pattern is a state whose flags are 0 or 1.
     unsafe { happens((*design).law(), held.state.assume_init_mut()) };
     Status::OK
 }
 
+/// Returns a state to waiting for its first valid sample.
+///
 /// # Safety
 /// A pointer that is not NULL points to memory of a state.
 pub(crate) unsafe fn reset<D: Instance>(state: *mut CState<D>) -> Status {
@@ -347,6 +362,8 @@ pub(crate) unsafe fn reset<D: Instance>(state: *mut CState<D>) -> Status {
     Status::OK
 }
 
+/// Writes the estimates at the instant of the last tick.
+///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
 pub(crate) unsafe fn estimates<D: Instance>(
@@ -370,13 +387,15 @@ pub(crate) unsafe fn estimates<D: Instance>(
     if held.design != design.addr() {
         return Status::OTHER_DESIGN;
     }
-    // SAFETY: `init` has looked at the design of this address; the flags of the state are 0 or 1.
+    // SAFETY: `init` has checked the design at this address; the flags of the state are 0 or 1.
     let estimates = unsafe { (*design).law().estimates(held.state.assume_init_ref()) };
     // SAFETY: not NULL, aligned.
     unsafe { known.write(D::c_estimates(estimates)) };
     Status::OK
 }
 
+/// Checks another design and switches to it before the next tick; a waiting state changes only its design.
+///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type, `to` to memory of the size given.
 pub(crate) unsafe fn retune<D: Instance>(
@@ -400,7 +419,7 @@ pub(crate) unsafe fn retune<D: Instance>(
     if let Err(status) = other.check() {
         return status;
     }
-    // SAFETY: not NULL, aligned; taken out before the state is borrowed.
+    // SAFETY: not NULL, aligned; read before the state is borrowed.
     let sample = unsafe { D::read(sample) };
     // SAFETY: not NULL, aligned; any bit pattern is a `CState`.
     let held = unsafe { &mut *state };
@@ -413,7 +432,7 @@ pub(crate) unsafe fn retune<D: Instance>(
         return Status::OTHER_DESIGN;
     }
     if running {
-        // SAFETY: both designs have been looked at; the flags of the state are 0 or 1.
+        // SAFETY: both designs have been checked; the flags of the state are 0 or 1.
         match unsafe { other.law().take_over((*from).law(), held.state.assume_init_ref(), &sample) } {
             Ok(state) => held.state.write(state),
             Err(error) => return Status::of_retune(error),

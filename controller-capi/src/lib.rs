@@ -1,23 +1,24 @@
-//! The controller for firmware in C: `libedo_smc.a`, to which [`edo_smc.h`](../include/edo_smc.h) is the way in.
+//! Static library `libedo_smc.a` for firmware in C. Its interface is [`edo_smc.h`](../include/edo_smc.h).
 //!
-//! A tick is a type in Rust: plant order n, observer order r and the set of observed channels. For C each of them is a
-//! handful of functions with that set in their names, `edo_smc_tick_n4_r2_c24`; so an absent channel costs nothing here
-//! either. `controller_core::shapes!(archive)` is all there is: the orders (2,1), (2,2), (3,2), (4,2), (4,3), each with
-//! every set of channels that holds the driven one and that Eq. (44) allows (channel i < n needs an order of n - i).
-//! a(x) is linear, a row of the design; what it does not say, the observers estimate.
+//! In Rust a controller is a type: plant order n, observer order r and the set of observed channels. In C each type is
+//! a group of functions with these numbers in their names, such as `edo_smc_tick_n4_r2_c24`. So a channel without an
+//! observer costs nothing in C either. `controller_core::shapes!(archive)` lists the orders: (2,1), (2,2), (3,2),
+//! (4,2), (4,3). Each has every channel set that contains the last channel and that Eq. (44) permits: channel i < n
+//! needs an order of n - i. a(x) is linear, a row of the design. The observers estimate the rest of the dynamics.
 //!
-//! A drive is a type too: a motor with one encoder, a joint with two, or a joint as a whole, gain sets and delay in the
-//! name, `edo_smc_tick_joint_fast_late`; what it remembers and what it multiplies with are opaque words of C. Where it
-//! should be is a plan or a profile of set-points, within what limits a fence: opaque words too.
+//! A drive is a type, too: a motor with one encoder, a joint with two, or a coupled joint. Gain sets and delay are in
+//! the name, such as `edo_smc_tick_joint_fast_late`. State and design are opaque words in C. So are plans and profiles,
+//! which give the target, and fences, which limit the motion.
 //!
-//! The caller owns all storage. Nothing here allocates, locks, or has a variable of its own, so calls with different
-//! states may interrupt each other. What a caller may get wrong and can be seen (NULL, misaligned, another size,
-//! version, instance or design, numbers that are not finite, a state of another make) is answered with a status,
-//! and then nothing has been written. What cannot be seen is his word: that pointers point to memory of their type.
+//! The caller owns all storage. No function allocates, locks, or has static variables, so calls with different states
+//! may interrupt each other. A call checks its arguments: NULL, misaligned, another size, version, instance or design,
+//! numbers that are not finite, a state without `init`. It then returns a status and writes nothing. The caller
+//! guarantees that each pointer points to memory of its type, which no call can check.
 //!
-//! # Hiding
-//! The build (`cargo xtask capi`) links this into one object and keeps nothing visible but `edo_smc_*`: its arithmetic
-//! of 64 bits, `memcpy` and the panic handler, which nothing calls, cannot clash with those of the program.
+//! # Hidden symbols
+//! The build (`cargo xtask capi`) links the library into one object in which only `edo_smc_*` stays visible. So its
+//! 64-bit arithmetic, its `memcpy` and its panic handler, which is never called, cannot clash with symbols of the
+//! program.
 #![no_std]
 
 mod chain;
@@ -37,33 +38,33 @@ use instance::{CState, Instance};
 use plan::{Plan, Span};
 use status::Status;
 
-/// Version of header, archive and designs, a byte each of major, minor and patch.
+/// Version of header, archive and designs: one byte each for major, minor and patch.
 const VERSION: u32 = controller_core::VERSION_NUMBER;
 
-/// Nothing here can panic; the compiler asks all the same.
+/// Panic handler, which the compiler requires. No function of the library can panic.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     loop {}
 }
 
-/// Version of the archive; compare it with `EDO_SMC_VERSION` of the header.
-// SAFETY: the prefix is ours.
+/// Returns the version of the archive, to compare with `EDO_SMC_VERSION` of the header.
+// SAFETY: the prefix belongs to this library.
 #[unsafe(no_mangle)]
 pub extern "C" fn edo_smc_version() -> u32 {
     VERSION
 }
 
-/// Are the floating-point modes here and now the assumed ones? 1, or 0.
-// SAFETY: the prefix is ours.
+/// Returns 1 if the floating-point modes of this context are the assumed ones, else 0.
+// SAFETY: the prefix belongs to this library.
 #[unsafe(no_mangle)]
 pub extern "C" fn edo_smc_modes_ok() -> u32 {
     controller_core::modes_ok().into()
 }
 
-/// The functions that chains and drives have alike, of this design, in a module of its name.
+/// Defines the functions that chains and drives share, for one design, in a module with its name.
 macro_rules! instance {
     ($name:ident: $design:ty, $config:ty, $refused:ty, $designing:path; $($more:tt)*) => {
-        #[doc = concat!("The functions `edo_smc_*_", stringify!($name), "`; edo_smc.h says what each does.")]
+        #[doc = concat!("The functions `edo_smc_*_", stringify!($name), "`; edo_smc.h describes each.")]
         pub mod $name {
             use super::*;
 
@@ -73,23 +74,23 @@ macro_rules! instance {
             type ThisKnown = <ThisDesign as Instance>::Estimates;
             pub(super) type ThisConfig = $config;
 
-            /// Size of a design in bytes.
-            // SAFETY: the prefix is ours, and so for every name below.
+            /// Returns the size of a design in bytes.
+            // SAFETY: the prefix belongs to this library; so for every name below.
             #[unsafe(export_name = concat!("edo_smc_design_size_", stringify!($name)))]
             pub extern "C" fn design_size() -> usize {
                 size_of::<ThisDesign>()
             }
 
-            /// Size of a state in bytes.
+            /// Returns the size of a state in bytes.
             #[unsafe(export_name = concat!("edo_smc_state_size_", stringify!($name)))]
             pub extern "C" fn state_size() -> usize {
                 size_of::<ThisState>()
             }
 
-            /// Checks a design and makes a state that waits for its first good sample.
+            /// Checks a design and makes a state that waits for its first valid sample.
             ///
             /// # Safety
-            /// A pointer that is not NULL points to memory of the size that is given beside it.
+            /// A pointer that is not NULL points to memory of the size that is given with it.
             #[unsafe(export_name = concat!("edo_smc_init_", stringify!($name)))]
             pub unsafe extern "C" fn init(
                 design: *const ThisDesign,
@@ -97,11 +98,11 @@ macro_rules! instance {
                 state: *mut ThisState,
                 state_size: usize,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::init(design, design_size, state, state_size) }
             }
 
-            /// One tick: a sample in, u and health out.
+            /// Computes one tick: writes u and the status flags for a sample.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
@@ -112,21 +113,21 @@ macro_rules! instance {
                 sample: *const ThisSample,
                 output: *mut Output<f32>,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::tick(design, state, sample, output) }
             }
 
-            /// What the actuator really holds.
+            /// Reports the u that the actuator has held since the last tick.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a state.
             #[unsafe(export_name = concat!("edo_smc_report_applied_", stringify!($name)))]
             pub unsafe extern "C" fn report_applied(state: *mut ThisState, u: f32) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::of_the_stage(state, u, <ThisDesign as Instance>::Law::report_applied) }
             }
 
-            /// What is known at the instant of the last tick.
+            /// Writes the estimates at the instant of the last tick.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
@@ -136,21 +137,21 @@ macro_rules! instance {
                 state: *const ThisState,
                 known: *mut ThisKnown,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::estimates(design, state, known) }
             }
 
-            /// Forgets all but the design: the next good sample starts again.
+            /// Clears everything except the design: the next valid sample starts again.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a state.
             #[unsafe(export_name = concat!("edo_smc_reset_", stringify!($name)))]
             pub unsafe extern "C" fn reset(state: *mut ThisState) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::reset(state) }
             }
 
-            /// Another design takes over before the coming tick, of which this is the sample.
+            /// Switches to another design before the next tick; `sample` is the sample of that tick.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type, `to` to memory of the size given.
@@ -162,14 +163,14 @@ macro_rules! instance {
                 state: *mut ThisState,
                 sample: *const ThisSample,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::retune(from, to, design_size, state, sample) }
             }
 
-            /// Designs: the same numbers as on any other machine.
+            /// Computes a design, bit-identical on every machine.
             ///
             /// # Safety
-            /// A pointer that is not NULL points to memory of the size that is given beside it, `refused` to memory of
+            /// A pointer that is not NULL points to memory of the size that is given with it, `refused` to memory of
             /// its type.
             #[unsafe(export_name = concat!("edo_smc_design_", stringify!($name)))]
             pub unsafe extern "C" fn design(
@@ -179,7 +180,7 @@ macro_rules! instance {
                 design_size: usize,
                 refused: *mut $refused,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { $designing(config, config_size, design, design_size, refused) }
             }
 
@@ -188,7 +189,7 @@ macro_rules! instance {
     };
 }
 
-/// One module of functions per chain: n, r, the channels as a mask, how many they are.
+/// Defines one module of functions per chain: name, n, r, mask and number of the observed channels.
 macro_rules! chains {
     ($($name:ident: $n:literal $r:literal $mask:literal $o:literal,)*) => {$(
         instance! {
@@ -201,21 +202,21 @@ macro_rules! chains {
     )*};
 }
 
-// Beside each other in edo_smc.h; the suite holds the two lists together.
+// edo_smc.h lists the same names; the test suite compares the two lists.
 controller_core::shapes!(archive => chains);
 
-/// One module of functions per drive: its design and its configuration, how many words law and state have, and whether
-/// its gains have a rule.
+/// Defines one module of functions per drive: design, configuration, words of law and state, and `by_rule` if its gains
+/// have a rule.
 macro_rules! drives {
     ($($name:ident: $design:ty, $config:ty, $law_words:literal, $state_words:literal $(, $by_rule:ident)?;)*) => {$(
         instance! {
             $name: $design, $config, CRefusal, drive::design;
-            // As edo_smc.h has them.
+            // Numbers of words in edo_smc.h.
             const _: [(); $law_words] = [(); <$design>::WORDS];
             const _: [(); $state_words] = [(); instance::words_of_state::<$design>()];
             const _: [(); 9] = [(); fence::WORDS];
 
-            /// Periods have passed without a tick.
+            /// Reports the number of periods that passed without a tick.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
@@ -225,31 +226,31 @@ macro_rules! drives {
                 state: *mut ThisState,
                 periods: u32,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::between(design, state, |law, state| ControlLaw::missed(law, state, periods)) }
             }
 
-            /// What the power stage gives at most.
+            /// Sets the largest current, A, that the power stage can hold.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a state.
             #[unsafe(export_name = concat!("edo_smc_limit_", stringify!($name)))]
             pub unsafe extern "C" fn limit(state: *mut ThisState, u: f32) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::of_the_stage(state, u, <ThisDesign as Instance>::Law::limit) }
             }
 
-            /// What follows an alarm, from the next tick on.
+            /// Starts the reaction to an alarm at the next tick.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
             #[unsafe(export_name = concat!("edo_smc_trip_", stringify!($name)))]
             pub unsafe extern "C" fn trip(design: *const ThisDesign, state: *mut ThisState) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::between(design, state, |law, state| law.trip(state)) }
             }
 
-            /// Limits of position, speed and following error, for the drive of a configuration.
+            /// Makes the limits of position, speed and following error for the drive of a configuration.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type, `config` and `fence` to memory of the sizes
@@ -263,7 +264,7 @@ macro_rules! drives {
                 fence_size: usize,
                 refusal: *mut CRefusal,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe {
                     fence::fence::<<ThisDesign as Instance>::Law, _, _, _>(
                         config,
@@ -276,7 +277,7 @@ macro_rules! drives {
                 }
             }
 
-            /// Looks at a tick that was made, and trips the drive where a limit is broken.
+            /// Checks the fence after a tick and trips the drive if a limit is violated.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
@@ -288,11 +289,11 @@ macro_rules! drives {
                 sample: *const ThisSample,
                 output: *mut Output<f32>,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { fence::guard(design, state, fence, sample, output) }
             }
 
-            /// A tick that does not start.
+            /// Computes one tick but never starts the state.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
@@ -303,29 +304,29 @@ macro_rules! drives {
                 sample: *const ThisSample,
                 output: *mut Output<f32>,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { instance::go_on(design, state, sample, output) }
             }
 
             $(
-                /// All that is not on the data sheet.
+                /// Fills the values of a configuration that are not on the data sheet.
                 ///
                 /// # Safety
-                /// A pointer that is not NULL points to memory of the size that is given beside it.
+                /// A pointer that is not NULL points to memory of the size that is given with it.
                 #[unsafe(export_name = concat!("edo_smc_", stringify!($by_rule), "_", stringify!($name)))]
                 pub unsafe extern "C" fn $by_rule(config: *mut ThisConfig, config_size: usize) -> Status {
-                    // SAFETY: the caller's word.
+                    // SAFETY: guaranteed by the caller.
                     unsafe { <$design>::$by_rule(config, config_size) }
                 }
             )?
 
-            /// Bandwidths in the same proportions for another surface, and the gates for them.
+            /// Scales all bandwidths to another surface bandwidth, rad/s, and sets the innovation gates.
             ///
             /// # Safety
-            /// A pointer that is not NULL points to memory of the size that is given beside it.
+            /// A pointer that is not NULL points to memory of the size that is given with it.
             #[unsafe(export_name = concat!("edo_smc_tune_", stringify!($name)))]
             pub unsafe extern "C" fn tune(config: *mut ThisConfig, config_size: usize, surface_rad_s: f64) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { <$design>::tune(config, config_size, surface_rad_s) }
             }
         }
@@ -347,27 +348,27 @@ drives! {
     coupled_fast_late: drive::Coupled<1, 1>, drive::CoupledConfig, 151, 42;
 }
 
-/// Plans of a plant: derivatives that a plan takes over, r included, and those of a target.
+/// Defines the plans of a plant: number of derivatives, r included, that a plan continues, and of a target.
 macro_rules! plans {
     ($($module:ident $name:ident: $m:literal, $n:literal;)*) => {$(
         #[doc = concat!("Plans of a ", stringify!($name), ", `edo_smc_plan_*_", stringify!($name), "`.")]
         pub mod $module {
             use super::*;
 
-            // As edo_smc.h has them: goal, end, ticks, three rates and their share of a tick, two halves twice.
+            // Words in edo_smc.h: goal, end, ticks, three rates and their share of a tick, two halves twice.
             const _: [(); 13 + 12 * $m] = [(); Plan::<$m>::WORDS];
 
-            /// Rest at this angle, always.
+            /// Makes a permanent rest at an angle.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a plan.
             #[unsafe(export_name = concat!("edo_smc_plan_rest_", stringify!($name)))]
             pub unsafe extern "C" fn rest(plan: *mut Plan<$m>, turn: i32, angle: f32) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { plan::rest(plan, Rest { turn, angle }) }
             }
 
-            /// From another plan to rest at this angle.
+            /// Makes a move from another plan to rest at an angle.
             ///
             /// # Safety
             /// Pointers that are not NULL point to plans.
@@ -381,11 +382,11 @@ macro_rules! plans {
                 turn: i32,
                 angle: f32,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { plan::to_rest(plan, from, Span { start, ticks, period_s }, Rest { turn, angle }) }
             }
 
-            /// From another plan to rest, in so many ticks or fewer, and never back.
+            /// Makes a stop from another plan, in at most `ticks` ticks, that never moves back.
             ///
             /// # Safety
             /// Pointers that are not NULL point to plans.
@@ -397,11 +398,11 @@ macro_rules! plans {
                 ticks: u32,
                 period_s: f64,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { plan::to_stop(plan, from, Span { start, ticks, period_s }) }
             }
 
-            /// From another plan onto a sine about angle 0.
+            /// Makes a transition from another plan to a sine about angle 0.
             ///
             /// # Safety
             /// Pointers that are not NULL point to plans.
@@ -416,27 +417,27 @@ macro_rules! plans {
                 omega_rad_s: f64,
             ) -> Status {
                 let span = Span { start, ticks, period_s };
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { plan::to_sine(plan, from, span, amplitude_rad, omega_rad_s) }
             }
 
-            /// The target at a tick.
+            /// Writes the target at a tick.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
             #[unsafe(export_name = concat!("edo_smc_plan_at_", stringify!($name)))]
             pub unsafe extern "C" fn at(plan: *const Plan<$m>, tick: u32, target: *mut CTarget<$n>) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { plan::at(plan, tick, target) }
             }
 
-            /// The same of a plan that is gone along.
+            /// Writes the target at a tick and marks a completed plan.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
             #[unsafe(export_name = concat!("edo_smc_plan_play_", stringify!($name)))]
             pub unsafe extern "C" fn play(plan: *mut Plan<$m>, tick: u32, target: *mut CTarget<$n>) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { plan::play(plan, tick, target) }
             }
         }
@@ -448,7 +449,7 @@ plans! {
     plan_joint joint: 4, 4;
 }
 
-/// Profiles of a plant: averages, steps that they remember, derivatives of a target.
+/// Defines the profiles of a plant: number of averages, and of derivatives of a target, r included.
 macro_rules! profiles {
     ($($module:ident $name:ident: $m:literal, $n:literal;)*) => {$(
         #[doc = concat!("Profiles of a ", stringify!($name), ", `edo_smc_profile_*_", stringify!($name), "`.")]
@@ -457,10 +458,10 @@ macro_rules! profiles {
 
             type ThisProfile = profile::CProfile<$m, { $m * profile::WINDOW }>;
 
-            // As edo_smc.h has them: 26 words, and two and a window of each average.
+            // Words in edo_smc.h: 26, and two and a window for each average.
             const _: [(); 26 + (2 + profile::WINDOW) * $m] = [(); ThisProfile::WORDS];
 
-            /// At rest at angle 0, with limits.
+            /// Makes a profile with limits, at rest at angle 0.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type, `profile` to memory of the size given.
@@ -475,11 +476,11 @@ macro_rules! profiles {
                 refusal: *mut CRefusal,
             ) -> Status {
                 let limits = ProfileLimits { speed_rad_s, acceleration_rad_s2, window };
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { profile::new(profile, profile_size, &limits, period_s, refusal) }
             }
 
-            /// Other limits of speed and acceleration, in motion too.
+            /// Sets the limits of speed and acceleration, also in motion.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
@@ -490,11 +491,11 @@ macro_rules! profiles {
                 acceleration_rad_s2: f64,
                 refusal: *mut CRefusal,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { profile::limit(profile, [speed_rad_s, acceleration_rad_s2], refusal) }
             }
 
-            /// Goals are taken between these two angles.
+            /// Limits all goals to the range between two angles.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a profile.
@@ -506,31 +507,31 @@ macro_rules! profiles {
                 high_turn: i32,
                 high_rad: f64,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { profile::keep_within(profile, (low_turn, low_rad), (high_turn, high_rad)) }
             }
 
-            /// To this angle, from where it is.
+            /// Sets the goal.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a profile.
             #[unsafe(export_name = concat!("edo_smc_profile_go_to_", stringify!($name)))]
             pub unsafe extern "C" fn go_to(profile: *mut ThisProfile, turn: i32, rad: f64) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { profile::go_to(profile, turn, rad) }
             }
 
-            /// To rest as soon as it may.
+            /// Stops as soon as the acceleration permits.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a profile.
             #[unsafe(export_name = concat!("edo_smc_profile_stop_", stringify!($name)))]
             pub unsafe extern "C" fn stop(profile: *mut ThisProfile) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { profile::stop(profile) }
             }
 
-            /// Anew at this angle with a speed, and to rest from there.
+            /// Restarts at an angle with a speed, and brakes to rest.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a profile.
@@ -541,27 +542,27 @@ macro_rules! profiles {
                 rad: f64,
                 speed_rad_s: f64,
             ) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { profile::start(profile, turn, rad, speed_rad_s) }
             }
 
-            /// Is it at rest at its goal? 1, or 0.
+            /// Returns 1 if the path rests at its goal, else 0.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a profile.
             #[unsafe(export_name = concat!("edo_smc_profile_has_arrived_", stringify!($name)))]
             pub unsafe extern "C" fn has_arrived(profile: *const ThisProfile) -> u32 {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { profile::has_arrived(profile) }.into()
             }
 
-            /// The target at the end of the next tick.
+            /// Writes the target at the end of the next tick.
             ///
             /// # Safety
             /// Pointers that are not NULL point to memory of their type.
             #[unsafe(export_name = concat!("edo_smc_profile_next_", stringify!($name)))]
             pub unsafe extern "C" fn next(profile: *mut ThisProfile, target: *mut CTarget<$n>) -> Status {
-                // SAFETY: the caller's word.
+                // SAFETY: guaranteed by the caller.
                 unsafe { profile::next(profile, target) }
             }
         }

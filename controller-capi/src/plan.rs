@@ -1,7 +1,8 @@
-//! Plans of a drive: what C holds of one, how it is made, and where it is at a tick.
+//! Plans of a drive for C: their type, their construction, and their target at a tick.
 //!
-//! A plan is a way of so many ticks onto a goal ([`Joined`]), which is rest at an angle or a sine. It is made of the
-//! one that is played, in 64 bits, outside of the interrupt; the interrupt asks for targets, in f32.
+//! A plan is a polynomial transition ([`Joined`]) to a goal in a number of ticks. The goal is rest at an angle, or a
+//! sine. A new plan continues the plan that is played. It is computed in f64 outside of the interrupt; the interrupt
+//! computes targets in f32.
 
 use controller_core::INPUT_LIMIT;
 use controller_core::drive::{FARTHEST_RAD, Joined, Reference, Rest, Sine, Target, gap, powers_of_join, stop};
@@ -9,7 +10,7 @@ use controller_core::drive::{FARTHEST_RAD, Joined, Reference, Rest, Sine, Target
 use crate::drive::CTarget;
 use crate::status::{Status, overlap, place};
 
-/// Where a plan leads. Any bit pattern is one, zeros are rest at angle 0.
+/// Goal of a plan. Every bit pattern is valid; zeros are rest at angle 0.
 #[repr(C)]
 #[derive(Clone, Copy)]
 struct Goal {
@@ -30,20 +31,20 @@ impl Goal {
     }
 }
 
-/// A plan that takes over M derivatives, r included: `edo_smc_plan_*_t`.
+/// Plan that continues M derivatives, r included, `edo_smc_plan_*_t`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Plan<const M: usize>(Joined<f32, Goal, M>);
 
 impl<const M: usize> Plan<M> {
-    /// Words of a plan.
+    /// Number of words of a plan.
     pub(crate) const WORDS: usize = {
         assert!(align_of::<Self>() == 4);
         size_of::<Self>() / 4
     };
 }
 
-/// When a plan begins and how long it takes.
+/// First tick and duration of a plan, in ticks of `period_s`.
 #[derive(Clone, Copy)]
 pub(crate) struct Span {
     pub(crate) start: u32,
@@ -64,7 +65,7 @@ fn is_number(number: f64) -> bool {
     number.abs() <= INPUT_LIMIT
 }
 
-/// Rest at this angle, always.
+/// Makes a permanent rest at an angle.
 ///
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
@@ -76,14 +77,14 @@ pub(crate) unsafe fn rest<const M: usize>(plan: *mut Plan<M>, rest: Rest<f32>) -
         return Status::NOT_FINITE;
     }
     let mut way = Joined::new(Goal::rest(rest), [0.0; M], 0, 1, 1.0);
-    // It is over, at any tick.
+    // The plan is complete at every tick.
     Reference::<f32, 1>::settle(&mut way, 1);
     // SAFETY: not NULL, aligned.
     unsafe { plan.write(Plan(way)) };
     Status::OK
 }
 
-/// Onto the goal that is made of what is present, in the ticks that it says.
+/// Makes the transition to a goal. `goal` returns the goal and the duration for the present target.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -126,7 +127,7 @@ fn at_rest(rest: Rest<f32>, ticks: u32) -> Result<(Goal, u32), Status> {
     if is_number(rest.angle.into()) { Ok((Goal::rest(rest), ticks)) } else { Err(Status::NOT_FINITE) }
 }
 
-/// To rest at this angle.
+/// Makes a move to rest at an angle.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -137,11 +138,11 @@ pub(crate) unsafe fn to_rest<const M: usize>(
     rest: Rest<f32>,
 ) -> Status {
     let goal = |_: &_| at_rest(rest, span.ticks);
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { onto(plan, from, span, goal) }
 }
 
-/// To rest, in so many ticks or fewer, and never back.
+/// Makes a stop in at most `span.ticks` ticks that never moves back.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -150,11 +151,11 @@ pub(crate) unsafe fn to_stop<const M: usize>(plan: *mut Plan<M>, from: *const Pl
         let (rest, ticks) = stop(present, span.ticks, span.period_s);
         at_rest(rest, ticks)
     };
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { onto(plan, from, span, goal) }
 }
 
-/// Onto A sin ωt.
+/// Makes a transition to $A \sin \omega t$.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -166,7 +167,7 @@ pub(crate) unsafe fn to_sine<const M: usize>(
     omega_rad_s: f64,
 ) -> Status {
     let goal = |_: &_| {
-        // As it is rounded, in 2^-32 turns per tick: one at least, and less than half a turn.
+        // Rounded to 2^-32 revolutions per tick: at least one, less than half a revolution.
         let phase = omega_rad_s * span.period_s / core::f64::consts::TAU * 4_294_967_296.0 + 0.5;
         if !is_number(amplitude_rad) {
             return Err(Status::NOT_FINITE);
@@ -177,11 +178,11 @@ pub(crate) unsafe fn to_sine<const M: usize>(
         let sine = Sine::new(amplitude_rad, omega_rad_s, span.period_s);
         Ok((Goal { rest: Rest { turn: 0, angle: 0.0 }, sine, is_sine: 1 }, span.ticks))
     };
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { onto(plan, from, span, goal) }
 }
 
-/// The target at a tick.
+/// Writes the target at a tick.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -191,11 +192,11 @@ pub(crate) unsafe fn at<const M: usize, const N: usize>(
     tick: u32,
     target: *mut CTarget<N>,
 ) -> Status {
-    // SAFETY: as the caller promises; any bit pattern is a plan.
+    // SAFETY: guaranteed by the caller; any bit pattern is a plan.
     unsafe { told(plan, target, || (*plan).0.at(tick)) }
 }
 
-/// The same of a plan that is gone along.
+/// Writes the target at a tick and marks a completed plan, which then stays completed when the ticks wrap.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -205,7 +206,7 @@ pub(crate) unsafe fn play<const M: usize, const N: usize>(
     tick: u32,
     target: *mut CTarget<N>,
 ) -> Status {
-    // SAFETY: as the caller promises; any bit pattern is a plan.
+    // SAFETY: guaranteed by the caller; any bit pattern is a plan.
     unsafe {
         told(plan, target, || {
             Reference::<f32, N>::settle(&mut (*plan).0, tick);
@@ -214,8 +215,10 @@ pub(crate) unsafe fn play<const M: usize, const N: usize>(
     }
 }
 
+/// Writes the target that `ask` returns.
+///
 /// # Safety
-/// Pointers that are not NULL point to memory of their type; the plan is one for `ask`.
+/// Pointers that are not NULL point to memory of their type; `ask` may read the plan.
 #[inline(always)]
 unsafe fn told<const M: usize, const N: usize>(
     plan: *const Plan<M>,

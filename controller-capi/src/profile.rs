@@ -1,7 +1,7 @@
-//! Set-points that come at any time: what C holds of a profile, how it is made, and its target of every tick.
+//! Profiles for C, for set-points at arbitrary times: their type, their construction, and the target of every tick.
 //!
-//! All arithmetic is that of [`Profile`]. A tag stands before it, as before a state, and the period, so that limits
-//! that change in motion are counted in the ticks of the first ones.
+//! [`Profile`] contains all arithmetic. A tag precedes it, as in a state, and the period, so that new limits in motion
+//! use the period of the first ones.
 
 use controller_core::drive::{FARTHEST_RAD, Profile, ProfileLimits, Target};
 
@@ -9,33 +9,33 @@ use crate::drive::{CRefusal, CTarget, tell};
 use crate::instance::waiting;
 use crate::status::{Status, answer, overlap, place, sized_place};
 
-/// Ticks of each average that a profile of the archive has memory for: `EDO_SMC_PROFILE_WINDOW`.
+/// Largest window of an average in ticks, `EDO_SMC_PROFILE_WINDOW`.
 pub(crate) const WINDOW: usize = 128;
 
-/// A profile of M averages with its steps: `edo_smc_profile_*_t`. Any bit pattern is one; what is used as a divisor or
-/// an index is looked at.
+/// Profile of M averages, `edo_smc_profile_*_t`. Every bit pattern is valid; divisors and indices are checked before
+/// use.
 #[repr(C)]
 pub struct CProfile<const M: usize, const LEN: usize> {
     tag: u32,
-    /// Bits of the period in s, the lower ones first: a number of 64 bits would have another alignment.
+    /// Bits of the period in s, the lower word first: an f64 would have another alignment.
     period: [u32; 2],
     profile: Profile<f32, M, LEN>,
 }
 
 impl<const M: usize, const LEN: usize> CProfile<M, LEN> {
-    /// Words of a profile.
+    /// Number of words of a profile.
     pub(crate) const WORDS: usize = {
         assert!(align_of::<Self>() == 4 && size_of::<Self>() == 12 + size_of::<Profile<f32, M, LEN>>());
         size_of::<Self>() / 4
     };
-    /// The 2 tells it from a chain and a drive.
+    /// Tag of a profile. The 2 distinguishes it from a chain and a drive.
     const TAG: u32 = waiting(u32::from_le_bytes([M as u8, 0, 0, 2]));
 
     fn period_s(&self) -> f64 {
         f64::from_bits(u64::from(self.period[1]) << 32 | u64::from(self.period[0]))
     }
 
-    /// Has `new` of this version made it, and can it be used?
+    /// Checks that `new` of this version made the profile, and that its divisors and indices are valid.
     #[inline(always)]
     fn check(&self) -> Result<(), Status> {
         if self.tag != Self::TAG {
@@ -48,8 +48,10 @@ impl<const M: usize, const LEN: usize> CProfile<M, LEN> {
     }
 }
 
+/// Returns the profile after a check.
+///
 /// # Safety
-/// A pointer that is not NULL points to memory of its type, which nobody else uses for as long as the answer lives.
+/// A pointer that is not NULL points to memory of its type, without another user during the lifetime of the result.
 #[inline(always)]
 unsafe fn held<'a, const M: usize, const LEN: usize>(
     profile: *mut CProfile<M, LEN>,
@@ -61,7 +63,7 @@ unsafe fn held<'a, const M: usize, const LEN: usize>(
     Ok(held)
 }
 
-/// A place for a refusal, which may be NULL, apart from the profile.
+/// Checks that `refusal` is NULL, or aligned and outside of the profile.
 fn apart<const M: usize, const LEN: usize>(
     profile: *mut CProfile<M, LEN>,
     refusal: *mut CRefusal,
@@ -73,7 +75,7 @@ fn apart<const M: usize, const LEN: usize>(
     if overlap(refusal, profile) { Err(Status::OVERLAP) } else { Ok(()) }
 }
 
-/// At rest at angle 0.
+/// Makes a profile at rest at angle 0.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type, `profile` to memory of the size given.
@@ -98,7 +100,7 @@ pub(crate) unsafe fn new<const M: usize, const LEN: usize>(
     unsafe { tell(refusal, made) }
 }
 
-/// Other limits, in motion too.
+/// Sets the limits, also in motion.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -110,12 +112,12 @@ pub(crate) unsafe fn limit<const M: usize, const LEN: usize>(
     if let Err(status) = place(profile).and_then(|()| apart(profile, refusal)) {
         return status;
     }
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     let held = match unsafe { held(profile) } {
         Ok(held) => held,
         Err(status) => return status,
     };
-    // The window stays.
+    // The window does not change.
     let limits = ProfileLimits { speed_rad_s, acceleration_rad_s2, window: 1 };
     let (period_s, profile) = (held.period_s(), &mut held.profile);
     // SAFETY: NULL, or aligned.
@@ -126,7 +128,7 @@ fn are_near(angles_rad: &[f64]) -> Result<(), Status> {
     if angles_rad.iter().all(|rad| rad.abs() <= FARTHEST_RAD) { Ok(()) } else { Err(Status::NOT_FINITE) }
 }
 
-/// Keeps goals between two angles.
+/// Limits all goals to the range between two angles.
 ///
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
@@ -136,7 +138,7 @@ pub(crate) unsafe fn keep_within<const M: usize, const LEN: usize>(
     high: (i32, f64),
 ) -> Status {
     let kept = || {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let held = unsafe { held(profile) }?;
         are_near(&[low.1, high.1])?;
         if held.profile.keep_within(low, high) { Ok(()) } else { Err(Status::PROFILE_RANGE) }
@@ -144,7 +146,7 @@ pub(crate) unsafe fn keep_within<const M: usize, const LEN: usize>(
     answer(kept())
 }
 
-/// To an angle, from where it is.
+/// Sets the goal.
 ///
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
@@ -154,7 +156,7 @@ pub(crate) unsafe fn go_to<const M: usize, const LEN: usize>(
     rad: f64,
 ) -> Status {
     let goes = || {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let held = unsafe { held(profile) }?;
         are_near(&[rad])?;
         Ok(held.profile.go_to(turn, rad))
@@ -166,16 +168,16 @@ pub(crate) unsafe fn go_to<const M: usize, const LEN: usize>(
     }
 }
 
-/// To rest as soon as it may.
+/// Stops as soon as the acceleration permits.
 ///
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
 pub(crate) unsafe fn stop<const M: usize, const LEN: usize>(profile: *mut CProfile<M, LEN>) -> Status {
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     answer(unsafe { held(profile) }.map(|held| held.profile.stop()))
 }
 
-/// Anew at an angle with a speed, and to rest from there.
+/// Restarts at an angle with a speed, and brakes to rest.
 ///
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
@@ -186,7 +188,7 @@ pub(crate) unsafe fn start<const M: usize, const LEN: usize>(
     speed_rad_s: f64,
 ) -> Status {
     let started = || {
-        // SAFETY: as the caller promises.
+        // SAFETY: guaranteed by the caller.
         let held = unsafe { held(profile) }?;
         are_near(&[rad, speed_rad_s])?;
         if held.profile.start(turn, rad, speed_rad_s) { Ok(()) } else { Err(Status::PROFILE_SPEED) }
@@ -194,7 +196,7 @@ pub(crate) unsafe fn start<const M: usize, const LEN: usize>(
     answer(started())
 }
 
-/// Is it at rest at its goal? What is no profile is not.
+/// Returns whether the path rests at its goal; false for memory without a profile.
 ///
 /// # Safety
 /// A pointer that is not NULL points to memory of its type.
@@ -207,7 +209,7 @@ pub(crate) unsafe fn has_arrived<const M: usize, const LEN: usize>(profile: *con
     held.check().is_ok() && held.profile.has_arrived()
 }
 
-/// The target at the end of the next tick.
+/// Writes the target at the end of the next tick.
 ///
 /// # Safety
 /// Pointers that are not NULL point to memory of their type.
@@ -222,7 +224,7 @@ pub(crate) unsafe fn next<const M: usize, const LEN: usize, const N: usize>(
     if overlap(profile, target) {
         return Status::OVERLAP;
     }
-    // SAFETY: as the caller promises.
+    // SAFETY: guaranteed by the caller.
     match unsafe { held(profile) } {
         Ok(held) => {
             let Target { turn, jet } = held.profile.next_tick();

@@ -1,19 +1,19 @@
-//! What a call answers: 0 for good; above 0 it did its work with a remark; below 0 it refused and wrote nothing.
+//! Status of a call: 0 for success, above 0 for success with a remark, below 0 for a rejected call that wrote nothing.
 //!
-//! The numbers are those of `edo_smc.h`. They never change; a new one gets a new number.
+//! `edo_smc.h` lists the numbers. A number never changes; a new status gets a new number.
 
 use controller_core::{Cause, RetuneError};
 
-/// A status as C sees it.
+/// Status of a call, `edo_smc_status_t`.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
 pub struct Status(i32);
 
 impl Status {
     pub(crate) const OK: Self = Self(0);
-    /// The sample was not finite, or asked for too much: the fallback goes out.
+    /// The sample was not finite, or its demand was too large: the fallback is the output.
     pub(crate) const REJECTED: Self = Self(1);
-    /// A goal of a profile lies beyond its range: it goes to the end.
+    /// The goal of a profile is beyond the range and was set to the end of the range.
     pub(crate) const PROFILE_END: Self = Self(2);
     pub(crate) const NULL: Self = Self(-1);
     pub(crate) const MISALIGNED: Self = Self(-2);
@@ -21,31 +21,31 @@ impl Status {
     pub(crate) const VERSION: Self = Self(-4);
     pub(crate) const INSTANCE: Self = Self(-5);
     pub(crate) const NOT_FINITE: Self = Self(-6);
-    /// The coefficients cannot come from a design.
+    /// No design has these coefficients.
     pub(crate) const COEFFICIENTS: Self = Self(-7);
     pub(crate) const OVERLAP: Self = Self(-8);
-    /// The state was not made by `init` of this instance.
+    /// `init` of this instance did not make the state.
     pub(crate) const NOT_INITIALISED: Self = Self(-9);
     /// The state belongs to another design.
     pub(crate) const OTHER_DESIGN: Self = Self(-10);
     /// The state was overwritten.
     pub(crate) const DAMAGED: Self = Self(-11);
-    /// No good sample yet, and so nothing to correct or to tell.
+    /// There was no valid sample yet.
     pub(crate) const NOT_STARTED: Self = Self(-12);
-    /// A plan takes 1 to 2^24 ticks.
+    /// The duration of a plan is not 1 to 2^24 ticks.
     pub(crate) const TICKS: Self = Self(-17);
-    /// A sine takes more than two ticks, and less than 2^32.
+    /// The period of a sine is not more than two and at most 2^32 ticks.
     pub(crate) const FREQUENCY: Self = Self(-18);
-    /// The lower end of a profile's range lies above the upper one.
+    /// The lower end of a profile's range is above the upper end.
     pub(crate) const PROFILE_RANGE: Self = Self(-19);
-    /// Neither of the two fallbacks.
+    /// The fallback is neither of the two values.
     pub(crate) const FALLBACK: Self = Self(-20);
-    /// A number of a drive; the refusal names it.
+    /// A number of a drive is outside of its range; the refusal contains its name.
     pub(crate) const OUT_OF_RANGE: Self = Self(-41);
-    /// More than a quarter of a turn per tick.
+    /// The speed exceeds a quarter of a revolution per tick.
     pub(crate) const PROFILE_SPEED: Self = Self(-42);
 
-    /// Why a design cannot take over.
+    /// Returns the status for a design that cannot be switched in.
     pub(crate) const fn of_retune(error: RetuneError) -> Self {
         Self(match error {
             RetuneError::Sample => -13,
@@ -56,7 +56,7 @@ impl Status {
         })
     }
 
-    /// Why a configuration is refused.
+    /// Returns the status for a rejected configuration.
     pub(crate) const fn of(cause: &Cause) -> Self {
         Self(match cause {
             Cause::NotFinite => -21,
@@ -83,13 +83,16 @@ impl Status {
     }
 }
 
-/// Can something be read or written there? An address of 0 is NULL.
+/// Returns whether the pointer is neither NULL nor misaligned. An address of 0 is NULL.
 #[inline(always)]
 pub(crate) fn is_place<P>(pointer: *const P) -> bool {
     !pointer.is_null() && pointer.is_aligned()
 }
 
-/// What is wrong with it, if something is.
+/// Checks a pointer.
+///
+/// # Errors
+/// The pointer is NULL or misaligned.
 pub(crate) fn place<P>(pointer: *const P) -> Result<(), Status> {
     if pointer.is_null() {
         Err(Status::NULL)
@@ -100,7 +103,10 @@ pub(crate) fn place<P>(pointer: *const P) -> Result<(), Status> {
     }
 }
 
-/// The same where a size is given too.
+/// Checks a pointer and the size that the caller gives.
+///
+/// # Errors
+/// The pointer is NULL or misaligned, or the size differs from the size of the type.
 pub(crate) fn sized_place<P>(pointer: *const P, size: usize) -> Result<(), Status> {
     if size == size_of::<P>() {
         place(pointer)
@@ -109,13 +115,13 @@ pub(crate) fn sized_place<P>(pointer: *const P, size: usize) -> Result<(), Statu
     }
 }
 
-/// Do the two have a byte in common?
+/// Returns whether two objects share a byte.
 pub(crate) fn overlap<P, Q>(one: *const P, other: *const Q) -> bool {
     let (one, other) = (one.addr(), other.addr());
     if one <= other { other - one < size_of::<P>() } else { one - other < size_of::<Q>() }
 }
 
-/// A refusal as the status it is.
+/// Converts a result to a status.
 pub(crate) fn answer(result: Result<(), Status>) -> Status {
     match result {
         Ok(()) => Status::OK,

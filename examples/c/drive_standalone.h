@@ -1,31 +1,32 @@
-/* Drive of a flexible joint with two encoders, along a position, 4 states per encoder, 2 gain sets, no delay, f32, T = 0.00025 s.
- * Exported by version 0.1.0 of the library; do not edit, export it again. C99 and C++11, no library.
+/* Drive of a flexible joint with two encoders, f32, T = 0.00025 s.
+ * Position control, 4 observer states per encoder, 2 gain sets, no delay.
+ * Exported by version 0.1.0 of the library. Do not edit; export again. C99 and C++11, no library needed.
  *
  *     #include "this file"
- *     static drive_state state;                              once; zeros are right
+ *     static drive_state state;                              once; zeros before the start
  *     drive_sample sample = {0};                             in the timer interrupt, every T:
  *     drive_output output;
  *     sample.count_link = encoder_link();               the low 20 bits are read; or sample.lost_link = true;
  *     sample.count_motor = encoder_motor();             the low 20 bits are read; or sample.lost_motor = true;
- *     sample.begin = where;  sample.end = where_next;    where it should be at both ends of the tick
+ *     sample.begin = where;  sample.end = where_next;    targets at begin and end of the tick
  *     unsigned health = drive_tick_or_start(&state, &sample, &output);
  *     set_current(output.u);                             A
- *     drive_report_applied(&state, held);                    only if it holds another current, not a late one
- *     drive_limit(&state, most);                             only if the stage gives less than the design supposes
+ *     drive_report_applied(&state, held);                    only if the stage holds another current
+ *     drive_limit(&state, most);                             only if the stage gives less than the design assumes
  *
- * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
- * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
- * itself where it can; with GCC that keeps drive_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math and its parts) and more digits than f32 (x87) change bits as well.
- * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
- * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
- * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
+ * COMPILER OPTIONS. The bits equal the bits of the Rust tick only if every operation is rounded on its own. A fused
+ * multiply-add rounds a * b + c once, which is another number and takes longer on a Cortex-M4F. So compile with
+ * -ffp-contract=off. This file also switches fusing off by itself where the compiler permits it. GCC then inlines
+ * drive_tick only if the option is given, too. Reordering (-ffast-math and its parts) and the precision of x87 change
+ * bits as well: if the compiler reports them, this file does not compile. clang reports only -ffast-math and
+ * -ffinite-math-only; with clang the file switches reordering off. No check detects -fno-signed-zeros (also part of
+ * -funsafe-math-optimizations), -fno-honor-nans and -fno-honor-infinities: never use them.
  *
- * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or a host program: rounding to nearest,
- * subnormal numbers kept, float computed as float. Of a Cortex-M: FPSCR with RMode = 00 and FZ = 0. An interrupt begins
- * with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after reset). Of x86: MXCSR without FTZ and
- * DAZ, which linking with -ffast-math sets. Call drive_modes_ok once at start-up, where the tick runs. Under other modes u
- * still stays within its limits and is a number; its bits are others.
+ * FLOATING-POINT MODES. The tick assumes rounding to nearest, subnormal numbers, and float computed as float. They must
+ * hold wherever it runs: in main, in an interrupt or in a host program. On a Cortex-M, FPSCR has RMode = 00 and FZ = 0.
+ * An interrupt starts with FPDSCR instead of the FPSCR of main, and it needs FPCCR.ASPEN = 1. All three are correct
+ * after reset. On x86, MXCSR has neither FTZ nor DAZ; linking with -ffast-math sets them. Call drive_modes_ok once
+ * at start-up in the context of the tick. Under other modes u is still a number within its limits; its bits differ.
  *
  * Design 0x279da2b5 (FNV-1a; `design_hash` in the run.json of a run).
  * Scenario drive.toml (CRC-32 0xef05000e):
@@ -59,12 +60,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0xd20d2638u
-#error "two designs with the prefix drive, 0xd20d2638u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0xd20d2638u
+#if DRIVE_STANDALONE != 0x280e126eu
+#error "two designs with the prefix drive, 0x280e126eu here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x280e126eu
 #endif
 #else
-#define DRIVE_STANDALONE 0xd20d2638u
+#define DRIVE_STANDALONE 0x280e126eu
 
 #include <float.h>
 #include <stdbool.h>
@@ -90,120 +91,120 @@
 #endif
 
 #define DRIVE_VERSION "0.1.0"
-#define DRIVE_DESIGN 0x279da2b5u /* log it: it tells designs apart */
+#define DRIVE_DESIGN 0x279da2b5u /* identifies the design: log it */
 #define DRIVE_PERIOD_S 0.00025
 #define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
-#define DRIVE_DELAY_TICKS 0 /* from the tick that computes a current to the one that holds it */
-#define DRIVE_ENCODER_LINK_BITS 20 /* on the shaft itself; counts up while the angle grows, 0 at angle 0 */
-#define DRIVE_ENCODER_LINK_STATES 1048576u /* of the counter; 0 for 2^32 */
+#define DRIVE_DELAY_TICKS 0 /* from the computation of a current to its output */
+#define DRIVE_ENCODER_LINK_BITS 20 /* on the shaft itself; counts up with the angle, 0 at angle 0 */
+#define DRIVE_ENCODER_LINK_STATES 1048576u /* number of counts before it wraps; 0 for 2^32 */
 #define DRIVE_ENCODER_LINK_COUNTS_PER_TURN 1048576
-#define DRIVE_ENCODER_LINK_UNIT_RAD 5.992112452678286e-6 /* of the shaft, one count */
+#define DRIVE_ENCODER_LINK_UNIT_RAD 5.992112452678286e-6 /* angle of the shaft per count */
 #define DRIVE_ENCODER_LINK_REVERSED 0
 #define DRIVE_ENCODER_LINK_OFFSET_COUNTS 0
-#define DRIVE_ENCODER_MOTOR_BITS 20 /* on the shaft itself; counts up while the angle grows, 0 at angle 0 */
-#define DRIVE_ENCODER_MOTOR_STATES 1048576u /* of the counter; 0 for 2^32 */
+#define DRIVE_ENCODER_MOTOR_BITS 20 /* on the shaft itself; counts up with the angle, 0 at angle 0 */
+#define DRIVE_ENCODER_MOTOR_STATES 1048576u /* number of counts before it wraps; 0 for 2^32 */
 #define DRIVE_ENCODER_MOTOR_COUNTS_PER_TURN 1048576
-#define DRIVE_ENCODER_MOTOR_UNIT_RAD 5.992112452678286e-6 /* of the shaft, one count */
+#define DRIVE_ENCODER_MOTOR_UNIT_RAD 5.992112452678286e-6 /* angle of the shaft per count */
 #define DRIVE_ENCODER_MOTOR_REVERSED 0
 #define DRIVE_ENCODER_MOTOR_OFFSET_COUNTS 0
 
-/* What a tick has to say about itself, as a set of bits. */
+/* Status flags of a tick. */
 enum {
     DRIVE_OK = 0,
-    DRIVE_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
-    DRIVE_SATURATED = 2, /* the law asked for more than the limits allow */
-    DRIVE_SAMPLE_LOST = 8, /* a count was not there, or moved as no shaft can: the observer predicts */
-    DRIVE_POSITION_STEPPED = 128, /* a missed tick or a slip: the position was taken from the counts anew */
-    DRIVE_WAITS = 256, /* the counts do not agree with each other yet: no current until they do */
-    /* what the monitors say of it */
+    DRIVE_INPUT_REJECTED = 1, /* no valid sample yet, too many missing, or an invalid target: fallback */
+    DRIVE_SATURATED = 2, /* the demanded u exceeds the limits */
+    DRIVE_SAMPLE_LOST = 8, /* a count was missing or physically impossible: the observer predicts */
+    DRIVE_POSITION_STEPPED = 128, /* missed tick or slip: the position was set from the counts again */
+    DRIVE_WAITS = 256, /* the counts are not consistent yet: the current is 0 until they are */
+    /* set by the monitors */
     DRIVE_SIGMA_STAR_OVER_BOUND = 4,
     DRIVE_DISTURBANCE_OVER_BOUND = 16,
     DRIVE_STUCK_AT_LIMIT = 32,
-    DRIVE_WRONG_WAY = 512, /* it speeds up against its current: an encoder or the phase order is reversed */
-    DRIVE_OSCILLATES = 1024, /* the disturbance is over its bound to and fro: a limit cycle */
-    DRIVE_BRAKES = 2048, /* after an alarm: the current opposes the speed, no target is followed */
-    /* what its limits say */
+    DRIVE_WRONG_WAY = 512, /* the shaft accelerates against its current: encoder or phases are reversed */
+    DRIVE_OSCILLATES = 1024, /* the disturbance exceeds its bound in both directions: a limit cycle */
+    DRIVE_BRAKES = 2048, /* after an alarm: the current opposes the speed, the target is ignored */
+    /* set by the limits of motion */
     DRIVE_OVERSPEED = 4096,
     DRIVE_FOLLOWING_ERROR = 8192,
-    DRIVE_END_OF_RANGE = 16384, /* beyond an end, or it must brake now */
-    DRIVE_HUNTS = 32768, /* at rest it slips or swings from side to side: it is held in a wider band, or by lower gains */
-    DRIVE_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
+    DRIVE_END_OF_RANGE = 16384, /* beyond an end of the range, or braking must begin now */
+    DRIVE_HUNTS = 32768, /* the shaft hunts at rest: a wider rest band or lower gains are in use */
+    DRIVE_STOPPED = 64 /* the output is the safe current until the monitor is reset */
 };
 
-/* Where the shaft should be at an instant: 2 pi turn + r. Its derivatives must fit. */
+/* Target at an instant: position 2 pi turn + r, and its derivatives, which must match. */
 typedef struct {
-    int32_t turn; /* whole turns; it may wrap */
-    float r; /* rad, best within a turn or two */
+    int32_t turn; /* revolutions; may wrap */
+    float r; /* rad; keep it within two revolutions */
     float r_dot; /* rad/s */
     float r_ddot; /* rad/s^2 */
     float r_dddot; /* rad/s^3 */
 } drive_target;
 
-/* What a tick is given. */
+/* Input of a tick. */
 typedef struct {
-    uint32_t count_link; /* as the counter's register has it */
-    uint32_t count_motor; /* as the counter's register has it */
-    bool lost_link; /* there is no count this time */
-    bool lost_motor; /* there is no count this time */
-    drive_target begin; /* at the beginning of the tick in which u is held */
-    drive_target end; /* and at its end */
+    uint32_t count_link; /* register of the counter */
+    uint32_t count_motor; /* register of the counter */
+    bool lost_link; /* true: no count in this tick */
+    bool lost_motor; /* true: no count in this tick */
+    drive_target begin; /* target at the begin of the tick in which u is held */
+    drive_target end; /* target at the end of that tick */
 } drive_sample;
 
 typedef struct {
-    float u; /* A, to hold until the next tick, within the limits */
-    float sigma; /* how far from the reference, in the unit of its last derivative */
-    float sigma_star; /* the same less what fades from the start */
+    float u; /* A; hold until the next tick; within the limits */
+    float sigma; /* sliding variable, unit of the last derivative of the target */
+    float sigma_star; /* sliding variable without its initial offset */
 } drive_output;
 
-/* What the drive knows, of each shaft. */
+/* Estimates of each shaft. */
 typedef struct {
-    int32_t turn; /* whole turns, to be added to the positions */
+    int32_t turn; /* revolutions to add to the positions */
     float position_link; /* rad */
     float speed_link; /* rad/s */
-    float disturbance_link; /* rad/s^2, what the model does not explain */
-    float load_link; /* N m against the shaft: the same as a torque */
+    float disturbance_link; /* rad/s^2, acceleration that the model does not explain */
+    float load_link; /* N m, torque against the shaft: load and friction */
     float position_motor; /* rad */
     float speed_motor; /* rad/s */
-    float disturbance_motor; /* rad/s^2, what the model does not explain */
-    float load_motor; /* N m against the shaft: the same as a torque */
+    float disturbance_motor; /* rad/s^2, acceleration that the model does not explain */
+    float load_motor; /* N m, torque against the shaft: load and friction */
 } drive_estimates_of;
 
-/* What the drive remembers between two ticks. Zeros before the start. */
+/* State between two ticks; zeros before the start. */
 typedef struct {
     bool fresh; /* no tick has passed since the start */
-    uint32_t last_link; /* count of the last good sample */
-    uint32_t last_motor; /* count of the last good sample */
-    uint32_t at_link; /* the same since the base */
-    uint32_t at_motor; /* the same since the base */
-    uint32_t turn; /* turn of the base */
-    float push_link; /* half the coupling at the last tick */
-    float push_motor; /* half the coupling at the last tick */
-    float p_link; /* estimated position less that of its count */
+    uint32_t last_link; /* last valid count */
+    uint32_t last_motor; /* last valid count */
+    uint32_t at_link; /* last valid count, relative to the base */
+    uint32_t at_motor; /* last valid count, relative to the base */
+    uint32_t turn; /* revolution of the base */
+    float push_link; /* half of the spring coupling at the last tick */
+    float push_motor; /* half of the spring coupling at the last tick */
+    float p_link; /* estimated position minus the position of its count */
     float v_link; /* estimated speed */
     float d_link; /* estimated disturbance, an acceleration */
-    float d_dot_link; /* its rate */
-    float p_motor; /* estimated position less that of its count */
+    float d_dot_link; /* rate of the estimated disturbance */
+    float p_motor; /* estimated position minus the position of its count */
     float v_motor; /* estimated speed */
     float d_motor; /* estimated disturbance, an acceleration */
-    float d_dot_motor; /* its rate */
+    float d_dot_motor; /* rate of the estimated disturbance */
     float smoothed_link; /* smoothed innovation */
-    float level_link; /* how far the fast gains are in, 0 to 1 */
+    float level_link; /* share of the high gains, 0 to 1 */
     float smoothed_motor; /* smoothed innovation */
-    float level_motor; /* how far the fast gains are in, 0 to 1 */
-    float reach; /* a sample is believed that is so much further off than the gate */
-    float missed_link; /* counts that were not used, in a row */
-    float missed_motor; /* counts that were not used, in a row */
-    float off_link; /* how far the last of them was from its prediction */
-    float off_motor; /* how far the last of them was from its prediction */
-    float doubt; /* steps of the position lately, by their price; while it is fresh, agreements that are wanted */
+    float level_motor; /* share of the high gains, 0 to 1 */
+    float reach; /* temporary widening of the innovation gate */
+    float missed_link; /* consecutive counts that were not used */
+    float missed_motor; /* consecutive counts that were not used */
+    float off_link; /* innovation of the last unused count */
+    float off_motor; /* innovation of the last unused count */
+    float doubt; /* cost of recent position steps; while fresh: consistent counts still needed */
     float offset; /* W = sigma(0) e^(-alpha t) */
-    float held; /* what the actuator held since the last tick, A */
-    float limit; /* what the power stage gives at most, A */
-    float reported; /* the last report that was clearly less than was put out, A; below 0 where the limit was set */
+    float held; /* current that the actuator held since the last tick, A */
+    float limit; /* largest current of the power stage, A */
+    float reported; /* last report well below the output, A; below 0: the limit was set */
     bool started;
 } drive_state;
 
-/* What one part of a tick tells the next. */
+/* Values that one part of a tick passes to the next. */
 typedef struct {
     bool begins;
     float g_sin; /* g sin, g cos of the link */
@@ -212,27 +213,27 @@ typedef struct {
     bool stepped;
 } drive_between;
 
-/* A count as the number with a sign that it is; a conversion would be for the compiler to define. */
+/* Converts a count to a signed number; the result of a cast would depend on the compiler. */
 static inline int32_t drive_signed(uint32_t count)
 {
     const uint32_t below = 0xffffffffu - count;
     return (count < 0x80000000u) ? (int32_t)count : (-(int32_t)below - 1);
 }
 
-/* Part of the first tick after a start: the estimates are those of the sample already. False as long as
- * the drive waits for counts that agree with each other. */
+/* First part of the first tick after a start, whose estimates are from its sample. Returns false while
+ * the drive waits for consistent counts. */
 static inline bool drive_begin(drive_state *state, const drive_sample *sample, drive_between *between)
 {
     DRIVE_AS_WRITTEN
     static const float unit_link = 5.99211262e-6f; /* one count */
     static const float period = 2.50000012e-4f; /* T, s */
-    static const float agreement_link = 1.52106313e-5f; /* from tick to tick two counts of one motion agree to this */
+    static const float agreement_link = 1.52106313e-5f; /* tolerance of consistent counts per tick */
     static const float unit_motor = 2.34473962e-4f; /* one count */
-    static const float agreement_motor = 1.18231634e-2f; /* from tick to tick two counts of one motion agree to this */
-    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    static const float agreement_motor = 1.18231634e-2f; /* tolerance of consistent counts per tick */
+    static const float gravity = 1.0f; /* weight of the link divided by its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
-    static const float start_ticks = 40.0f; /* for which counts must agree before a current flows */
-    static const float fallback = 0.0f; /* A */
+    static const float start_ticks = 40.0f; /* ticks of consistent counts before a current flows */
+    static const float fallback = 0.0f; /* fallback, A */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
     const bool holds = state->doubt > 0.0f;
@@ -381,61 +382,61 @@ static inline bool drive_begin(drive_state *state, const drive_sample *sample, d
     return answer;
 }
 
-/* Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
- * where more samples are missing in a row than can be bridged. */
+/* Part of a tick: predicts the counts, accepts or rejects them, and updates the observers. Returns
+ * false if more consecutive samples are missing than the observers can bridge. */
 static inline bool drive_observe(drive_state *state, const drive_sample *sample, drive_between *between)
 {
     DRIVE_AS_WRITTEN
     static const float unit_link = 5.99211262e-6f; /* one count */
-    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    static const float g2_link = 2.49990379e-4f; /* the block's model of a tick */
-    static const float g1_link = 3.12492006e-8f; /* the block's model of a tick */
-    static const float phi_link = 9.99922633e-1f; /* the block's model of a tick */
-    static const float h1_link = 2.60411679e-12f; /* the block's model of a tick */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the coupled model, 1/s^2 */
+    static const float g2_link = 2.49990379e-4f; /* coupled model of a tick */
+    static const float g1_link = 3.12492006e-8f; /* coupled model of a tick */
+    static const float phi_link = 9.99922633e-1f; /* coupled model of a tick */
+    static const float h1_link = 2.60411679e-12f; /* coupled model of a tick */
     static const float period = 2.50000012e-4f; /* T, s */
     static const float half_span_motor = 1.22931885e2f; /* half a counter */
-    static const float gate_link = 1.21685051e-4f; /* where the gate closes to */
-    static const float step_price_link = 1.90985930e0f; /* of a step of the position, beside 1 for any; 4 in 0.1 s are too much */
-    static const float agreement_link = 1.52106313e-5f; /* from tick to tick two counts of one motion agree to this */
-    static const float lost_ticks = 50.0f; /* samples in a row that may be missing */
+    static const float gate_link = 1.21685051e-4f; /* innovation gate */
+    static const float step_price_link = 1.90985930e0f; /* cost of a position step, plus 1 each; 4 in 0.1 s are too many */
+    static const float agreement_link = 1.52106313e-5f; /* tolerance of consistent counts per tick */
+    static const float lost_ticks = 50.0f; /* largest number of consecutive missing samples */
     static const float unit_motor = 2.34473962e-4f; /* one count */
-    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the coupled model, 1/s^2 */
     static const float b = 5.00163428e3f;
-    static const float g2_motor = 2.47640099e-4f; /* the block's model of a tick */
-    static const float g1_motor = 3.10535526e-8f; /* the block's model of a tick */
-    static const float phi_motor = 9.81080234e-1f; /* the block's model of a tick */
-    static const float h1_motor = 2.59189675e-12f; /* the block's model of a tick */
-    static const float gate_motor = 9.45853069e-2f; /* where the gate closes to */
-    static const float step_price_motor = 4.88075167e-2f; /* of a step of the position, beside 1 for any; 4 in 0.1 s are too much */
-    static const float agreement_motor = 1.18231634e-2f; /* from tick to tick two counts of one motion agree to this */
-    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    static const float g2_motor = 2.47640099e-4f; /* coupled model of a tick */
+    static const float g1_motor = 3.10535526e-8f; /* coupled model of a tick */
+    static const float phi_motor = 9.81080234e-1f; /* coupled model of a tick */
+    static const float h1_motor = 2.59189675e-12f; /* coupled model of a tick */
+    static const float gate_motor = 9.45853069e-2f; /* innovation gate */
+    static const float step_price_motor = 4.88075167e-2f; /* cost of a position step, plus 1 each; 4 in 0.1 s are too many */
+    static const float agreement_motor = 1.18231634e-2f; /* tolerance of consistent counts per tick */
+    static const float gravity = 1.0f; /* weight of the link divided by its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
     static const float smoothing_link = 7.99555853e-2f; /* 1 - e^(-T/3 ms), by default */
-    static const float calm_link = 8.98816870e-6f; /* smoothed innovation at which the fast set begins to come in */
-    static const float rate_link = 6.67544219e4f; /* how fast it does */
+    static const float calm_link = 8.98816870e-6f; /* smoothed innovation at which the high gains begin */
+    static const float rate_link = 6.67544219e4f; /* slope of the high gains over the innovation */
     static const float keep_link = 9.87577796e-1f; /* e^(-T/20 ms), by default */
-    static const float more_link_1 = 1.10361390e-1f; /* the fast gain set less the quiet one */
-    static const float gain_link_1 = 6.04966693e-2f; /* of the observer */
-    static const float more_link_2 = 5.07886696e1f; /* the fast gain set less the quiet one */
-    static const float gain_link_2 = 6.78339624e0f; /* of the observer */
-    static const float more_link_3 = 9.68161816e3f; /* the fast gain set less the quiet one */
-    static const float gain_link_3 = 3.97201752e2f; /* of the observer */
-    static const float more_link_4 = 7.45536875e5f; /* the fast gain set less the quiet one */
-    static const float gain_link_4 = 9.92674219e3f; /* of the observer */
+    static const float more_link_1 = 1.10361390e-1f; /* observer gain, high minus base */
+    static const float gain_link_1 = 6.04966693e-2f; /* observer gain */
+    static const float more_link_2 = 5.07886696e1f; /* observer gain, high minus base */
+    static const float gain_link_2 = 6.78339624e0f; /* observer gain */
+    static const float more_link_3 = 9.68161816e3f; /* observer gain, high minus base */
+    static const float gain_link_3 = 3.97201752e2f; /* observer gain */
+    static const float more_link_4 = 7.45536875e5f; /* observer gain, high minus base */
+    static const float gain_link_4 = 9.92674219e3f; /* observer gain */
     static const float smoothing_motor = 7.99555853e-2f; /* 1 - e^(-T/3 ms), by default */
-    static const float calm_motor = 3.51710944e-4f; /* smoothed innovation at which the fast set begins to come in */
-    static const float rate_motor = 1.70594629e3f; /* how fast it does */
+    static const float calm_motor = 3.51710944e-4f; /* smoothed innovation at which the high gains begin */
+    static const float rate_motor = 1.70594629e3f; /* slope of the high gains over the innovation */
     static const float keep_motor = 9.87577796e-1f; /* e^(-T/20 ms), by default */
-    static const float more_motor_1 = 1.22307785e-1f; /* the fast gain set less the quiet one */
-    static const float gain_motor_1 = 3.10440987e-1f; /* of the observer */
-    static const float more_motor_2 = 2.31073593e2f; /* the fast gain set less the quiet one */
-    static const float gain_motor_2 = 2.03354401e2f; /* of the observer */
-    static const float more_motor_3 = 172145.0f; /* the fast gain set less the quiet one */
-    static const float gain_motor_3 = 8.32306016e4f; /* of the observer */
-    static const float more_motor_4 = 46685356.0f; /* the fast gain set less the quiet one */
-    static const float gain_motor_4 = 12985171.0f; /* of the observer */
-    static const float closing = 9.96007979e-1f; /* and how fast, after a re-tune */
-    static const float forgetting = 9.97503102e-1f; /* e^(-T/0.1 s), of these */
+    static const float more_motor_1 = 1.22307785e-1f; /* observer gain, high minus base */
+    static const float gain_motor_1 = 3.10440987e-1f; /* observer gain */
+    static const float more_motor_2 = 2.31073593e2f; /* observer gain, high minus base */
+    static const float gain_motor_2 = 2.03354401e2f; /* observer gain */
+    static const float more_motor_3 = 172145.0f; /* observer gain, high minus base */
+    static const float gain_motor_3 = 8.32306016e4f; /* observer gain */
+    static const float more_motor_4 = 46685356.0f; /* observer gain, high minus base */
+    static const float gain_motor_4 = 12985171.0f; /* observer gain */
+    static const float closing = 9.96007979e-1f; /* closing rate of the innovation gate after a re-tune */
+    static const float forgetting = 9.97503102e-1f; /* e^(-T/0.1 s), for the cost of position steps */
     const uint32_t count_link = sample->count_link;
     const uint32_t count_motor = sample->count_motor;
 
@@ -623,7 +624,7 @@ static inline bool drive_observe(drive_state *state, const drive_sample *sample,
             : (sample->lost_motor ? (holds_9 && holds_17) : (holds_9 && holds_20));
 }
 
-/* Part of a tick: the law, and the memory. */
+/* Part of a tick: the control law and the update of the state. */
 static inline unsigned drive_law(drive_state *state, const drive_sample *sample, const drive_between *between,
     drive_output *output)
 {
@@ -632,15 +633,15 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float unit_motor = 2.34473962e-4f; /* one count */
     static const float k1 = 3.91304359e1f; /* K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle */
     static const float b1 = 3.04347813e-1f; /* damping of the link, 1/s */
-    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the coupled model, 1/s^2 */
     static const float b2 = 7.51879730e1f; /* damping of the motor, 1/s */
     static const float full_turn = 6.28318548e0f; /* 2 pi */
     static const float u_min = -30.0f; /* limit, A */
     static const float u_max = 30.0f; /* limit, A */
     static const float most = 30.0f;
-    static const float far_per_u = 8.01729225e-3f; /* of e_1 no more counts */
-    static const float far = 2.40518764e-1f; /* of e_1 no more counts */
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float far_per_u = 8.01729225e-3f; /* limit of e_1 */
+    static const float far = 2.40518764e-1f; /* limit of e_1 */
+    static const float input_limit = 9.99999996e11f; /* largest valid number */
     static const float c_1 = 8000.0f; /* surface */
     static const float c_2 = 1200.0f; /* surface */
     static const float c_3 = 60.0f; /* surface */
@@ -654,17 +655,17 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     static const float k_d_link = -2.36839205e-1f; /* law, on d */
     static const float k_growth_link = -2.96063299e-5f; /* law, on d' */
     static const float k_last = -2.50076866e-8f; /* law, on d' in the last channel */
-    static const float feed_4 = 8.07309091e-1f; /* feed-forward, on the reference's change in the tick */
-    static const float feed_1 = 9.69426334e-1f; /* feed-forward, on the reference's change in the tick */
-    static const float feed_2 = 5.97625554e-1f; /* feed-forward, on the reference's change in the tick */
-    static const float feed_3 = 9.75745440e-1f; /* feed-forward, on the reference's change in the tick */
+    static const float feed_4 = 8.07309091e-1f; /* feed-forward, on the change of the reference in the tick */
+    static const float feed_1 = 9.69426334e-1f; /* feed-forward, on the change of the reference in the tick */
+    static const float feed_2 = 5.97625554e-1f; /* feed-forward, on the change of the reference in the tick */
+    static const float feed_3 = 9.75745440e-1f; /* feed-forward, on the change of the reference in the tick */
     static const float kw = -2.00067461e-3f; /* law, on the offset W */
-    static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
-    static const float fallback = 0.0f; /* A */
+    static const float hold = 0.0f; /* output of a rejected tick: hold u + fallback */
+    static const float fallback = 0.0f; /* fallback, A */
     static const float decay = 2.49687769e-3f; /* 1 - e^(-alpha T) */
-    static const float k_offset = 1.80310905e-2f; /* law, on W where us is on sigma */
+    static const float k_offset = 1.80310905e-2f; /* law, on W if us acts on sigma */
     static const float us = -2.00317632e-2f; /* law, on sigma* */
-    static const float plausible = 15360.0f; /* a demand beyond is looked at, A */
+    static const float plausible = 15360.0f; /* a demand above it is checked, A */
     const float part = (unit_link * (float)drive_signed(state->at_link)) + state->p_link;
 
     /* 4. The chain. */
@@ -1016,17 +1017,17 @@ static inline unsigned drive_law(drive_state *state, const drive_sample *sample,
     return saturated ? (unsigned)DRIVE_SATURATED : 0u;
 }
 
-/* Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again
- * where the counts are. */
+/* Part of a tick without valid estimates: the output is the fallback, and the observers restart at the
+ * counts. */
 static inline unsigned drive_give_up(drive_state *state, const drive_sample *sample, drive_output *output)
 {
     DRIVE_AS_WRITTEN
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float input_limit = 9.99999996e11f; /* largest valid number */
     static const float u_min = -30.0f; /* limit, A */
     static const float u_max = 30.0f; /* limit, A */
-    static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
-    static const float fallback = 0.0f; /* A */
-    static const float start_ticks = 40.0f; /* for which counts must agree before a current flows */
+    static const float hold = 0.0f; /* output of a rejected tick: hold u + fallback */
+    static const float fallback = 0.0f; /* fallback, A */
+    static const float start_ticks = 40.0f; /* ticks of consistent counts before a current flows */
     const float part = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
     const float part_2 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
@@ -1052,15 +1053,15 @@ static inline unsigned drive_give_up(drive_state *state, const drive_sample *sam
     return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST) | (waits ? (unsigned)DRIVE_WAITS : 0u);
 }
 
-/* Part of a tick, where nobody says what to do: the fallback goes out. */
+/* Part of a tick without a target: the output is the fallback. */
 static inline unsigned drive_refuse(drive_state *state, drive_output *output)
 {
     DRIVE_AS_WRITTEN
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float input_limit = 9.99999996e11f; /* largest valid number */
     static const float u_min = -30.0f; /* limit, A */
     static const float u_max = 30.0f; /* limit, A */
-    static const float hold = 0.0f; /* a rejected tick gives hold u + fallback */
-    static const float fallback = 0.0f; /* A */
+    static const float hold = 0.0f; /* output of a rejected tick: hold u + fallback */
+    static const float fallback = 0.0f; /* fallback, A */
     const float part = -(((-u_min) > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
             ? ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)) : (-u_min));
     const float part_2 = (u_max > ((state->limit < 0.0f) ? (-state->limit) : (state->limit + 0.0f)))
@@ -1076,30 +1077,31 @@ static inline unsigned drive_refuse(drive_state *state, drive_output *output)
     return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_SAMPLE_LOST);
 }
 
-/* A period that passed without a tick. False where more is missing than can be foreseen. */
+/* Predicts over a period without a tick. Returns false if more periods are missing than the model can
+ * predict. */
 static inline bool drive_pass(drive_state *state)
 {
     DRIVE_AS_WRITTEN
     static const float unit_link = 5.99211262e-6f; /* one count */
-    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    static const float g2_link = 2.49990379e-4f; /* the block's model of a tick */
-    static const float g1_link = 3.12492006e-8f; /* the block's model of a tick */
-    static const float phi_link = 9.99922633e-1f; /* the block's model of a tick */
-    static const float h1_link = 2.60411679e-12f; /* the block's model of a tick */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the coupled model, 1/s^2 */
+    static const float g2_link = 2.49990379e-4f; /* coupled model of a tick */
+    static const float g1_link = 3.12492006e-8f; /* coupled model of a tick */
+    static const float phi_link = 9.99922633e-1f; /* coupled model of a tick */
+    static const float h1_link = 2.60411679e-12f; /* coupled model of a tick */
     static const float period = 2.50000012e-4f; /* T, s */
     static const float half_span_motor = 1.22931885e2f; /* half a counter */
-    static const float lost_ticks = 50.0f; /* samples in a row that may be missing */
+    static const float lost_ticks = 50.0f; /* largest number of consecutive missing samples */
     static const float unit_motor = 2.34473962e-4f; /* one count */
-    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the coupled model, 1/s^2 */
     static const float b = 5.00163428e3f;
-    static const float g2_motor = 2.47640099e-4f; /* the block's model of a tick */
-    static const float g1_motor = 3.10535526e-8f; /* the block's model of a tick */
-    static const float phi_motor = 9.81080234e-1f; /* the block's model of a tick */
-    static const float h1_motor = 2.59189675e-12f; /* the block's model of a tick */
-    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    static const float g2_motor = 2.47640099e-4f; /* coupled model of a tick */
+    static const float g1_motor = 3.10535526e-8f; /* coupled model of a tick */
+    static const float phi_motor = 9.81080234e-1f; /* coupled model of a tick */
+    static const float h1_motor = 2.59189675e-12f; /* coupled model of a tick */
+    static const float gravity = 1.0f; /* weight of the link divided by its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
-    static const float closing = 9.96007979e-1f; /* and how fast, after a re-tune */
-    static const float forgetting = 9.97503102e-1f; /* e^(-T/0.1 s), of these */
+    static const float closing = 9.96007979e-1f; /* closing rate of the innovation gate after a re-tune */
+    static const float forgetting = 9.97503102e-1f; /* e^(-T/0.1 s), for the cost of position steps */
     static const float decay = 2.49687769e-3f; /* 1 - e^(-alpha T) */
 
     /* 1. Where the counts are, and whether they are believed. */
@@ -1162,14 +1164,14 @@ static inline bool drive_pass(drive_state *state)
     return (missed_link <= lost_ticks) && (missed_motor <= lost_ticks);
 }
 
-/* Part of a tick: the base follows the shaft by whole turns. */
+/* Part of a tick: moves the base by whole revolutions of the shaft. */
 static inline void drive_follow(drive_state *state)
 {
     DRIVE_AS_WRITTEN
     static const float unit_link = 5.99211262e-6f; /* one count */
-    static const float edge_link = 3.53429174e0f; /* 9/16 of the base */
-    static const float kappa_link = 4.01304359e1f; /* stiffness of the block, 1/s^2 */
-    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float edge_link = 3.53429174e0f; /* 9/16 of the base count range */
+    static const float kappa_link = 4.01304359e1f; /* stiffness of the coupled model, 1/s^2 */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the coupled model, 1/s^2 */
     static const float unit_motor = 2.34473962e-4f; /* one count */
     const float part = unit_link * (float)drive_signed(state->at_link);
     if ((part >= (-edge_link)) && (part <= edge_link)) {
@@ -1191,13 +1193,13 @@ static inline void drive_follow(drive_state *state)
     state->push_motor = next_2;
 }
 
-/* Part of a tick in which a count was missing: counts go along with the prediction, by quarters of the
+/* Part of a tick with a missing count: moves the last counts with the prediction, by quarters of the
  * counter. */
 static inline void drive_carry(drive_state *state)
 {
     DRIVE_AS_WRITTEN
-    static const float quarter_link = 1.57079637e0f; /* of the counter or of the base, whichever is less */
-    static const float quarter_motor = 6.14659424e1f; /* of the counter or of the base, whichever is less */
+    static const float quarter_link = 1.57079637e0f; /* quarter of the counter or of the base, the smaller */
+    static const float quarter_motor = 6.14659424e1f; /* quarter of the counter or of the base, the smaller */
     const bool holds = state->p_link > 0.0f;
     if (((state->p_motor >= (-quarter_motor)) && (state->p_motor <= quarter_motor))
             || ((state->p_motor < (-(quarter_motor + quarter_motor)))
@@ -1250,24 +1252,24 @@ static inline void drive_carry(drive_state *state)
     state->p_motor = state->p_motor - quarter_motor;
 }
 
-/* The state before the first tick, from the sample that the first tick gets too: every count must be
- * there. Its angle is then within half a counter of 0. False, and the state as it was, if the sample is not good
- * enough: try the next one. */
+/* Starts the state with a sample that has all counts; pass the same sample to the first tick. Its angle
+ * is then within half a counter of 0. Returns false and leaves the state unchanged if the sample is invalid: try the
+ * next one. */
 static inline bool drive_start(drive_state *state, const drive_sample *sample)
 {
     DRIVE_AS_WRITTEN
     static const float k1 = 3.91304359e1f; /* K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle */
     static const float unit_link = 5.99211262e-6f; /* one count */
     static const float unit_motor = 2.34473962e-4f; /* one count */
-    static const float gravity = 1.0f; /* weight of the link over its inertia, 1/s^2 */
+    static const float gravity = 1.0f; /* weight of the link divided by its inertia, 1/s^2 */
     static const float half_spring = 1.89137438e5f; /* k1 k2/2 */
     static const float u_min = -30.0f; /* limit, A */
-    static const float kappa_motor = 9.66702441e3f; /* stiffness of the block, 1/s^2 */
+    static const float kappa_motor = 9.66702441e3f; /* stiffness of the coupled model, 1/s^2 */
     static const float b = 5.00163428e3f;
     static const float b1 = 3.04347813e-1f; /* damping of the link, 1/s */
     static const float full_turn = 6.28318548e0f; /* 2 pi */
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
-    static const float far = 2.40518764e-1f; /* of e_1 no more counts */
+    static const float input_limit = 9.99999996e11f; /* largest valid number */
+    static const float far = 2.40518764e-1f; /* limit of e_1 */
     static const float c_1 = 8000.0f; /* surface */
     static const float c_2 = 1200.0f; /* surface */
     static const float c_3 = 60.0f; /* surface */
@@ -1401,19 +1403,19 @@ static inline bool drive_start(drive_state *state, const drive_sample *sample)
     return answer;
 }
 
-/* What goes out as long as there has been no good sample. */
+/* Writes the output before the first valid sample: the fallback. */
 static inline unsigned drive_not_started(drive_output *output)
 {
     DRIVE_AS_WRITTEN
-    static const float fallback = 0.0f; /* A */
+    static const float fallback = 0.0f; /* fallback, A */
     output->u = fallback;
     output->sigma = 0.0f;
     output->sigma_star = 0.0f;
     return ((unsigned)DRIVE_INPUT_REJECTED) | ((unsigned)DRIVE_WAITS);
 }
 
-/* One tick: counts and targets in, current out. Call it once per period, with the counts read at its beginning. Returns
- * the health; output->u is good whatever the sample was. */
+/* Computes one tick: counts and targets in, current out. Call it once per period, with the counts read at its begin.
+ * Returns the status flags. output->u is valid for every sample. */
 static inline unsigned drive_tick(drive_state *state, const drive_sample *sample, drive_output *output)
 {
     drive_between between;
@@ -1440,8 +1442,8 @@ static inline unsigned drive_tick(drive_state *state, const drive_sample *sample
     return health;
 }
 
-/* The tick of a drive that need not have started: good samples that agree with each other for 40.0 ticks
- * start it; until then the fallback goes out. Needs a state of zeros the first time. */
+/* Computes one tick and starts the drive after 40.0 ticks with valid and consistent samples. Until then the
+ * output is the fallback. Pass a state of zeros at first. */
 static inline unsigned drive_tick_or_start(drive_state *state, const drive_sample *sample, drive_output *output)
 {
     if (!state->started) {
@@ -1453,7 +1455,7 @@ static inline unsigned drive_tick_or_start(drive_state *state, const drive_sampl
     return drive_tick(state, sample, output);
 }
 
-/* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
+/* Computes one tick without counts and targets: the observers predict, and the output is the fallback. */
 static inline unsigned drive_lost(drive_state *state, drive_output *output)
 {
     if (!state->started) {
@@ -1476,9 +1478,9 @@ static inline unsigned drive_lost(drive_state *state, drive_output *output)
     return health;
 }
 
-/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its
- * overflow flag or a time stamp tells of. Call it before the coming tick. They count as half of the samples that may
- * be missing at most. */
+/* Reports the number of periods that passed without a tick while the current was held. The overflow flag of the timer
+ * or a time stamp shows them. Call it before the next tick. Missed periods use at most half of the permitted missing
+ * samples. */
 static inline void drive_missed(drive_state *state, uint32_t periods)
 {
     uint32_t left = periods;
@@ -1491,9 +1493,9 @@ static inline void drive_missed(drive_state *state, uint32_t periods)
     state->missed_motor = (state->missed_motor > 25.0f) ? 25.0f : state->missed_motor;
 }
 
-/* From now on the power stage gives at most this current of either sign: it is hot, its supply is low, its brake
- * resistor is full. The law keeps to it. A start forgets it: call it before each tick. False for a number below 0 or
- * none, and before the start. */
+/* Sets the largest current of either sign that the power stage can hold from now on, A: for a hot stage, a low supply,
+ * a full brake resistor. u stays within it. A start clears it: call it before each tick. Returns false before the
+ * start, for NaN and for a number below 0. */
 static inline bool drive_limit(drive_state *state, float current)
 {
     const bool is_taken = state->started && (current >= 0.0f);
@@ -1504,14 +1506,14 @@ static inline bool drive_limit(drive_state *state, float current)
     return is_taken;
 }
 
-/* Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
- * the only anti-windup, and needed. Call it before the next tick. Twice the same and clearly less than was put out is
- * taken for the limit of the stage, until some ticks have passed. A value that is not finite or beyond 1e12 is not
- * taken, nor any before the start, and the answer is false. */
+/* Reports the current that the power stage has held since the last tick, A, if it is not output->u. This
+ * is the only anti-windup. Call it before the next tick. Two equal reports well below the output are taken as the
+ * limit of the stage for some ticks. Returns false and changes nothing before the start, and for a value that is not
+ * finite or above 1e12. */
 static inline bool drive_report_applied(drive_state *state, float u)
 {
     DRIVE_AS_WRITTEN
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number */
+    static const float input_limit = 9.99999996e11f; /* largest valid number */
     const bool holds = (u >= (-input_limit)) && (u <= input_limit);
     const bool holds_2 = state->reported >= 0.0f;
     const float part = ((state->held < 0.0f) ? (-state->held) : (state->held + 0.0f))
@@ -1532,15 +1534,16 @@ static inline bool drive_report_applied(drive_state *state, float u)
     return answer;
 }
 
-/* Estimates at the instant of the last tick. False, and zeros, before the start. */
+/* Writes the estimates at the instant of the last tick. Returns false and writes zeros before the
+ * start. */
 static inline bool drive_estimates(const drive_state *state, drive_estimates_of *estimates)
 {
     DRIVE_AS_WRITTEN
     static const float k1 = 3.91304359e1f; /* K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle */
     static const float unit_link = 5.99211262e-6f; /* one count */
     static const float unit_motor = 2.34473962e-4f; /* one count */
-    static const float inertia_link = 2.30000004e-1f; /* kg m^2 */
-    static const float inertia_motor = 9.30999988e-4f; /* kg m^2 */
+    static const float inertia_link = 2.30000004e-1f; /* inertia, kg m^2 */
+    static const float inertia_motor = 9.30999988e-4f; /* inertia, kg m^2 */
     if (!state->started) {
         estimates->turn = 0;
         estimates->position_link = 0.0f;
@@ -1567,7 +1570,7 @@ static inline bool drive_estimates(const drive_state *state, drive_estimates_of 
     return true;
 }
 
-/* Forgets all but the design: the next good sample starts again. For the end of a fault. */
+/* Clears everything except the design: the next valid sample starts again. Use it after a fault. */
 static inline void drive_reset(drive_state *state)
 {
     DRIVE_AS_WRITTEN
@@ -1606,31 +1609,33 @@ static inline void drive_reset(drive_state *state)
     state->started = false;
 }
 
-/* MONITORS. A count that sticks while the shaft stands still looks like a load that u cancels: the loop runs away, and
- * no observer sees it. Where that does harm call drive_watched_tick and drive_watched_lost instead of drive_tick_or_start and
- * drive_lost. An alarm (any of SIGMA_STAR_OVER_BOUND, DISTURBANCE_OVER_BOUND, STUCK_AT_LIMIT, INPUT_REJECTED)
- * lets the drive brake on its estimated speed (DRIVE_BRAKES), as long as its counts can be believed; then, or at rest, the current is taken away (DRIVE_STOPPED), as the scenario has it.
- * WRONG_WAY and OSCILLATES stop the drive in any case. A drive that has stopped stays so until drive_watched_reset. */
+/* MONITORS. An encoder that freezes at standstill looks like a load: u rises against it, and the shaft runs away. No
+ * observer detects this. If a runaway is dangerous, call drive_watched_tick and drive_watched_lost instead of
+ * drive_tick_or_start and drive_lost.
+ * An alarm (any of SIGMA_STAR_OVER_BOUND, DISTURBANCE_OVER_BOUND, STUCK_AT_LIMIT, INPUT_REJECTED)
+ * lets the drive brake on its estimated speed while its counts are valid (DRIVE_BRAKES).
+ * After that, or at rest, the safe current is the output (DRIVE_STOPPED), as in the scenario.
+ * WRONG_WAY and OSCILLATES stop the drive in any case. A stopped drive stays stopped until drive_watched_reset. */
 typedef struct {
     bool stopped;
-    float stuck; /* ticks at a limit without |sigma| falling, ten within the limits for each that is forgotten */
-    float last_sigma; /* |sigma| at the last of them */
-    float swings; /* ticks for which changes of side of a disturbance still count */
-    float against; /* ticks in a row of the wrong way */
+    float stuck; /* ticks at a limit without a decrease of |sigma|; minus a tenth of the ticks within the limits */
+    float last_sigma; /* |sigma| in the last tick at a limit */
+    float swings; /* remaining ticks of the sign changes of a disturbance */
+    float against; /* consecutive ticks of acceleration against the current */
     float last_speed; /* |v| in the last tick at a limit */
-    float over; /* ticks over a bound or without a sample, less those without */
-    float braking; /* 1 and the ticks of braking within the limits without becoming slower */
-    float most; /* the most that a brake asks for; 0 before its first tick, below 0 where it holds no load */
-    float side_link; /* disturbance of the shaft when it was last over its bound */
-    float side_motor; /* disturbance of the shaft when it was last over its bound */
-} drive_monitor; /* zeros are right at the start */
+    float over; /* ticks over a bound or without a sample, minus ticks without either */
+    float braking; /* while braking: 1 plus the ticks within the limits without deceleration */
+    float most; /* largest demand of the brake; 0 before its first tick, below 0 if it holds no load */
+    float side_link; /* last disturbance of the shaft over its bound */
+    float side_motor; /* last disturbance of the shaft over its bound */
+} drive_monitor; /* zeros before the start */
 
 static inline float drive_magnitude(float number)
 {
     return (number < 0.0f) ? -number : number;
 }
 
-/* The safe current goes out from now on. */
+/* Stops the drive: the output is the safe current from now on. */
 static inline unsigned drive_watch_stop(drive_monitor *monitor, drive_output *output)
 {
     drive_output safe;
@@ -1640,14 +1645,14 @@ static inline unsigned drive_watch_stop(drive_monitor *monitor, drive_output *ou
     return DRIVE_STOPPED;
 }
 
-/* So much less, but not below 0. */
+/* Returns number - by, at least 0. */
 static inline float drive_lessened(float number, float by)
 {
     const float less = number - by;
     return (less > 0.0f) ? less : 0.0f;
 }
 
-/* Is d over its bound, and to the other side than when it was so before? */
+/* Returns whether d exceeds its bound; sets has_changed if the sign differs from the last time. */
 static inline bool drive_watch_side(float d, float bound, float *side, bool *has_changed)
 {
     if (drive_magnitude(d) <= bound) {
@@ -1658,23 +1663,23 @@ static inline bool drive_watch_side(float d, float bound, float *side, bool *has
     return true;
 }
 
-/* A tick at a limit of the current, and of what must fall there. */
+/* Counts a tick at a limit of the current; `falling` must decrease there. */
 static inline void drive_watch_limit(drive_monitor *monitor, const drive_state *state, float falling, float current, bool is_lost, bool over_link, bool over_motor)
 {
     const float wanted = 5001.6343f * current; /* acceleration by the current */
     const float speed = drive_magnitude(state->v_motor);
     const float found = drive_magnitude(state->d_motor);
-    /* Does it speed up against the current, by what the current would do the other way round? */
+    /* The shaft accelerates against its current, as the reversed current would accelerate it. */
     bool wrong_way = ((state->v_motor * wanted) < 0.0f) && ((state->d_motor * wanted) < 0.0f) &&
                      (speed > monitor->last_speed) && (found > (1.25f * drive_magnitude(wanted))) &&
                      (found < (3.5f * drive_magnitude(wanted)));
-    /* Or do the shafts disagree about the spring between them? */
+    /* Or the disturbances of the two shafts contradict the spring. */
     wrong_way = wrong_way ||
                 (over_link && ((state->d_link * state->d_motor) < 0.0f) && (found > drive_magnitude(wanted)));
     if (wrong_way && over_motor) {
         monitor->against += 1.0f;
     } else if (is_lost) {
-        monitor->against += 0.5f; /* at full current nobody sees what it does */
+        monitor->against += 0.5f; /* no count at full current: the motion is unknown */
     } else {
         monitor->against = 0.0f;
     }
@@ -1685,20 +1690,20 @@ static inline void drive_watch_limit(drive_monitor *monitor, const drive_state *
     monitor->last_sigma = falling;
 }
 
-/* A tick within the limits. */
+/* Counts a tick within the limits. */
 static inline void drive_watch_within(drive_monitor *monitor)
 {
     monitor->against = 0.0f;
     monitor->stuck = drive_lessened(monitor->stuck, 0.1f);
 }
 
-/* A tick over a bound or without a sample, or without either. */
+/* Counts a tick over a bound or without a sample. */
 static inline void drive_watch_over(drive_monitor *monitor, bool is_over)
 {
     monitor->over = is_over ? (monitor->over + 1.0f) : drive_lessened(monitor->over, 1.0f);
 }
 
-/* The alarms that stop any drive, from the next tick on: this current is the law's. */
+/* Returns the alarms that stop every drive. The stop begins at the next tick. */
 static inline unsigned drive_watch_runaway(drive_monitor *monitor)
 {
     const bool wrong_way = monitor->against > 7.0f;
@@ -1710,16 +1715,16 @@ static inline unsigned drive_watch_runaway(drive_monitor *monitor)
     return alarms;
 }
 
-/* From the next tick on it brakes. */
+/* Starts the brake at the next tick. */
 static inline void drive_watch_brakes(drive_monitor *monitor)
 {
     monitor->braking = 1.0f;
-    monitor->most = 0.0f; /* not known before the first tick of it */
+    monitor->most = 0.0f; /* unknown before the first tick of the brake */
     monitor->stuck = 0.0f;
     monitor->over = 0.0f;
 }
 
-/* What a tick of it shows. */
+/* Checks a tick of the brake. */
 static inline void drive_watch_brake(drive_monitor *monitor, const drive_state *state, float speed, float asks, float slowing,
     bool is_short, bool is_blind)
 {
@@ -1732,7 +1737,7 @@ static inline void drive_watch_brake(drive_monitor *monitor, const drive_state *
     monitor->swings += has_changed ? 800.0f : 0.0f;
     if (is_short) {
         drive_watch_limit(monitor, state, speed, slowing, false, over_link, over_motor);
-        /* Faster than at the beginning: that is no brake. */
+        /* Faster than at the begin: the brake does not work. */
         if (asks > drive_magnitude(monitor->most)) {
             monitor->stuck = 800.0f + 1.0f;
         }
@@ -1746,7 +1751,7 @@ static inline void drive_watch_brake(drive_monitor *monitor, const drive_state *
     drive_watch_over(monitor, is_blind);
 }
 
-/* A tick of a drive that brakes: the current opposes the speed. At a limit the speed must fall. */
+/* Computes one tick of the brake: the current opposes the speed. At a limit the speed must decrease. */
 static inline unsigned drive_brake(drive_monitor *monitor, drive_state *state, unsigned told, drive_output *output)
 {
     DRIVE_AS_WRITTEN
@@ -1784,7 +1789,7 @@ static inline unsigned drive_brake(drive_monitor *monitor, drive_state *state, u
     return health | drive_watch_runaway(monitor);
 }
 
-/* What the monitors say of a tick that was made; what follows is done. */
+/* Checks a completed tick, returns its flags, and starts the reaction to an alarm. */
 static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, unsigned told, drive_output *output)
 {
     const bool is_lost = (told & DRIVE_SAMPLE_LOST) != 0u;
@@ -1795,7 +1800,7 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
         return told;
     }
     if ((told & DRIVE_WAITS) != 0u) {
-        if (is_lost) { /* what was believed is given up */
+        if (is_lost) { /* the estimates are no longer valid */
             return told | drive_watch_stop(monitor, output);
         }
         return told;
@@ -1823,13 +1828,13 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
         health |= is_any_over ? (unsigned)DRIVE_DISTURBANCE_OVER_BOUND : 0u;
         health |= is_star_over ? (unsigned)DRIVE_SIGMA_STAR_OVER_BOUND : 0u;
     }
-    /* A sample that is missing is an alarm after a while. */
+    /* A missing sample is an alarm only after some ticks. */
     const unsigned alarms = is_late ? health : (health & ~(unsigned)DRIVE_INPUT_REJECTED);
     if ((alarms & 1589u) != 0u) {
         if (is_rejected && is_lost) {
             health |= drive_watch_stop(monitor, output);
         } else {
-            /* To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks. */
+            /* If encoder or phases are reversed, braking accelerates the shaft: wait some ticks for that alarm. */
             if (!(monitor->against > 0.0f)) {
                 drive_watch_brakes(monitor);
             }
@@ -1838,7 +1843,7 @@ static inline unsigned drive_watch(drive_monitor *monitor, drive_state *state, u
     return health | drive_watch_runaway(monitor);
 }
 
-/* Does what follows an alarm, from the next tick on: for reasons of your own, a switch, a door. */
+/* Starts the reaction to an alarm at the next tick, for an external cause such as a door switch. */
 static inline void drive_watched_trip(drive_monitor *monitor)
 {
     if (!(monitor->braking > 0.0f)) {
@@ -1846,7 +1851,7 @@ static inline void drive_watched_trip(drive_monitor *monitor)
     }
 }
 
-/* drive_tick_or_start within the monitors. */
+/* Computes drive_tick_or_start with the monitors. */
 static inline unsigned drive_watched_tick(drive_monitor *monitor, drive_state *state, const drive_sample *sample, drive_output *output)
 {
     if (monitor->stopped) {
@@ -1857,7 +1862,7 @@ static inline unsigned drive_watched_tick(drive_monitor *monitor, drive_state *s
     return health;
 }
 
-/* drive_lost within the monitors. */
+/* Computes drive_lost with the monitors. */
 static inline unsigned drive_watched_lost(drive_monitor *monitor, drive_state *state, drive_output *output)
 {
     if (monitor->stopped) {
@@ -1867,7 +1872,7 @@ static inline unsigned drive_watched_lost(drive_monitor *monitor, drive_state *s
     return drive_watch(monitor, state, drive_lost(state, output), output);
 }
 
-/* After a stop: all is forgotten, and the next good sample starts the drive. */
+/* Clears monitor and state after a stop: the next valid sample starts the drive. */
 static inline void drive_watched_reset(drive_monitor *monitor, drive_state *state)
 {
     monitor->stopped = false;
@@ -1884,31 +1889,31 @@ static inline void drive_watched_reset(drive_monitor *monitor, drive_state *stat
     drive_reset(state);
 }
 
-/* What a plan takes over where it begins. */
+/* Start of a plan: position and derivatives. */
 typedef drive_target drive_jet;
 
-/* Where a plan leads: to rest at 2 pi turn + angle, or along a sine about angle 0 whose phase is 0 at tick 0. */
+/* Goal of a plan: rest at 2 pi turn + angle, or a sine about angle 0 whose phase is 0 at tick 0. */
 typedef struct {
     int32_t turn;
     float angle; /* rad */
     float amplitude; /* rad */
     float omega; /* rad/s */
-    uint32_t phase_per_tick; /* 2^-32 turns; 0: rest */
+    uint32_t phase_per_tick; /* 2^-32 revolutions; 0: rest */
 } drive_goal;
 
-/* A plan: where the shaft should be at every tick. Ticks count from anywhere and may wrap. Zeros: rest at angle 0. */
+/* Plan: the target of every tick. Ticks count from any number and may wrap. Zeros are rest at angle 0. */
 typedef struct {
     drive_goal goal;
-    uint32_t end; /* the tick from which on it is there */
-    uint32_t ticks; /* of the way */
+    uint32_t end; /* tick at which the goal is reached */
+    uint32_t ticks; /* duration of the transition */
     float per_tick;
     float per_s;
     uint64_t share; /* 2^64/ticks */
-    float power[2][8]; /* of the part that is done, and of the part that is left */
-    uint64_t way[2][8]; /* the same in 2^-32 turns, modulo 2^64 */
+    float power[2][8]; /* coefficients for the first and for the second half */
+    uint64_t way[2][8]; /* the coefficients in 2^-32 revolutions, modulo 2^64 */
 } drive_plan;
 
-/* Part of a plan: the jet of A sin at a phase in 2^-32 turns. */
+/* Part of a plan: position and derivatives of A sin at a phase in 2^-32 revolutions. */
 static inline void drive_jet_of_sine(uint32_t phase, float amplitude, float omega, drive_jet *jet)
 {
     DRIVE_AS_WRITTEN
@@ -1933,7 +1938,7 @@ static inline void drive_jet_of_sine(uint32_t phase, float amplitude, float omeg
     jet->r_dddot = (part_10 * omega) * (-part_8);
 }
 
-/* Part of a plan: what the way onto the goal adds to its jet. */
+/* Part of a plan: adds the transition to position and derivatives of the goal. */
 static inline void drive_join(const float power[8], uint32_t ticks, uint32_t rest, uint32_t early, float per_tick,
     float rate, float instant_s, drive_jet *jet)
 {
@@ -1966,7 +1971,7 @@ static inline void drive_join(const float power[8], uint32_t ticks, uint32_t res
             + part_15));
 }
 
-/* Part of a plan: the coefficients of a way that closes a gap in so many seconds. */
+/* Part of a plan: coefficients of a transition that closes a gap in tau_s seconds. */
 static inline void drive_powers_of_join(const double gap[4], double tau_s, double s[8],
     double left[8])
 {
@@ -2007,13 +2012,13 @@ static inline void drive_powers_of_join(const double gap[4], double tau_s, doubl
     left[7] = part_9 * (-1.0);
 }
 
-/* Part of a plan: a number that the drive would take. */
+/* Part of a plan: returns whether a number is valid for the drive. */
 static inline bool drive_is_number(double number)
 {
     return (number >= -1e12) && (number <= 1e12);
 }
 
-/* Part of a plan. */
+/* Part of a plan: position and derivatives of the goal at a tick. */
 static inline void drive_jet_of_goal(const drive_goal *goal, uint32_t tick, drive_jet *jet)
 {
     if (goal->phase_per_tick != 0u) {
@@ -2028,23 +2033,23 @@ static inline void drive_jet_of_goal(const drive_goal *goal, uint32_t tick, driv
     }
 }
 
-/* Part of a plan: ticks until its goal is met, 0 if it is. The end is ahead for less than half of all ticks. */
+/* Part of a plan: ticks until the goal is reached, 0 afterwards. The end must be less than 2^31 ticks ahead. */
 static inline uint32_t drive_plan_left(const drive_plan *plan, uint32_t tick)
 {
     const uint32_t left = plan->end - tick;
     return ((plan->ticks == 0u) || (left > 0x7fffffffu)) ? 0u : left;
 }
 
-/* Part of a plan: a sum in 2^-32 turns times s in 2^-32, of at most a half. */
+/* Part of a plan: multiplies a sum in 2^-32 revolutions by s in 2^-32, s at most a half. */
 static inline uint64_t drive_share(uint64_t sum, uint32_t s)
 {
     const int64_t turns = (int64_t)drive_signed((uint32_t)(sum >> 32)) * (int64_t)drive_signed(s);
     return (uint64_t)turns + (((sum & 0xffffffffu) * (uint64_t)s) >> 32);
 }
 
-/* Part of a plan: a half of its way at a part of its ticks, added to the jet of its goal. The position is whole turns and
- * a rest, in 2^-32 turns: of a million turns it is as fine as of one. Its argument has 32 bits, rounded down, and is so
- * many 2^-32 ticks early. */
+/* Part of a plan: adds one half of the transition, at a part of its ticks, to position and derivatives of the goal. The
+ * position is whole revolutions and a remainder in 2^-32 revolutions, so its resolution is the same at any distance.
+ * The argument s has 32 bits, rounded down; `early` corrects the rounding, in 2^-32 ticks. */
 static inline void drive_go_along(const drive_plan *plan, uint32_t half, uint32_t part, drive_jet *jet)
 {
     const uint32_t s = (uint32_t)(((uint64_t)part * plan->share) >> 32);
@@ -2063,7 +2068,8 @@ static inline void drive_go_along(const drive_plan *plan, uint32_t half, uint32_
     drive_join(plan->power[half], part, (uint32_t)sum, early, plan->per_tick, rate, instant_s, jet);
 }
 
-/* Where a plan is at a tick, with all that another plan takes over from it; before its start where it begins. */
+/* Writes position and derivatives of a plan at a tick, from which another plan can start. Before the start of the plan
+ * it writes the first ones. */
 static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_jet *jet)
 {
     const uint32_t ahead = drive_plan_left(plan, tick);
@@ -2075,7 +2081,7 @@ static inline void drive_plan_jet(const drive_plan *plan, uint32_t tick, drive_j
     }
 }
 
-/* The target at a tick. */
+/* Writes the target at any tick, to look ahead. */
 static inline void drive_plan_at(const drive_plan *plan, uint32_t tick, drive_target *target)
 {
     drive_jet jet;
@@ -2087,8 +2093,8 @@ static inline void drive_plan_at(const drive_plan *plan, uint32_t tick, drive_ta
     target->r_dddot = jet.r_dddot;
 }
 
-/* The same of a plan that is gone along: in the interrupt, once per tick, for its end. What is over stays so when ticks
- * have wrapped (2^32 of them are five days at 10 kHz). */
+/* Writes the target at a tick. Call it in the interrupt once per tick, for the end of the tick. A completed plan stays
+ * completed when the ticks wrap (2^32 ticks are five days at 10 kHz). */
 static inline void drive_plan_play(drive_plan *plan, uint32_t tick, drive_target *target)
 {
     if (drive_plan_left(plan, tick) == 0u) {
@@ -2097,13 +2103,13 @@ static inline void drive_plan_play(drive_plan *plan, uint32_t tick, drive_target
     drive_plan_at(plan, tick, target);
 }
 
-/* Part of a plan: a coefficient of a way that has a place in 2^-32 turns. */
+/* Part of a plan: returns whether a coefficient fits into 64 bits of 2^-32 revolutions. */
 static inline bool drive_is_near(double rad)
 {
     return (rad >= -6000000000.0) && (rad <= 6000000000.0);
 }
 
-/* Part of a plan: the nearest of 2^-32 turns, modulo 2^64. */
+/* Part of a plan: rounds to 2^-32 revolutions, modulo 2^64. */
 static inline uint64_t drive_units(double rad)
 {
     const double units = rad * 683565275.5764316;
@@ -2111,7 +2117,7 @@ static inline uint64_t drive_units(double rad)
     return (uint64_t)(int64_t)rounded;
 }
 
-/* Part of a plan: onto a goal. In double, hence not for the interrupt. */
+/* Part of a plan: makes the transition to a goal. It uses double: do not call it in the interrupt. */
 static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, const drive_jet *present, uint32_t start,
     uint32_t ticks)
 {
@@ -2154,11 +2160,10 @@ static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, con
     return true;
 }
 
-/* The plan to be at rest at 2 pi turn + angle, always: for a start. The answer of this and of the next three is false,
- * and the plan as it was, if a number is none or beyond 1e12, the way leads some 10 million turns far, or the ticks are
- * not 1 to 2^24. They compute in double,
- * on most cores in software: make a plan outside of the interrupt, not the one that is being played, and hand it over
- * between two ticks. */
+/* Makes a permanent rest at 2 pi turn + angle: for a start. This function and the next three return false for invalid
+ * arguments and leave the plan unchanged. Invalid are a number that is NaN or above 1e12, a distance of some 10 million
+ * revolutions, and ticks outside of 1 to 2^24. The functions use double, in software on most cores. Make a plan outside
+ * of the interrupt and never in the plan that is played. Switch to it between two ticks. */
 static inline bool drive_plan_rest(drive_plan *plan, int32_t turn, float angle)
 {
     drive_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
@@ -2172,9 +2177,9 @@ static inline bool drive_plan_rest(drive_plan *plan, int32_t turn, float angle)
     return true;
 }
 
-/* Plans a move to rest at 2 pi turn + angle, that begins at a tick with what is present then and takes so many ticks.
- * On the way, the present is that of the old plan at this tick (drive_plan_jet), never a measurement. Whether the current
- * and the supply suffice is not asked. */
+/* Makes a move to rest at 2 pi turn + angle. It begins at tick `start` with `present` and takes `ticks` ticks. During a
+ * motion take `present` from the old plan at this tick (drive_plan_jet), never from a measurement. The function does
+ * not check the current and the supply. */
 static inline bool drive_plan_move(drive_plan *plan, const drive_jet *present, uint32_t start, uint32_t ticks, int32_t turn,
     float angle)
 {
@@ -2184,7 +2189,7 @@ static inline bool drive_plan_move(drive_plan *plan, const drive_jet *present, u
     return drive_is_number((double)angle) && drive_plan_onto(plan, &goal, present, start, ticks);
 }
 
-/* Part of a stop: the way that it takes in so many ticks, and whether it goes back on it. The speed on the way is
+/* Part of a stop: writes its distance for a number of ticks and returns whether it moves back. Its speed is
  * (1 - s)^m (part[0] + part[1] s + ..). */
 static inline bool drive_stop_goes_back(const drive_jet *present, uint32_t ticks, double *way)
 {
@@ -2218,8 +2223,9 @@ static inline bool drive_stop_goes_back(const drive_jet *present, uint32_t ticks
     return forward && back;
 }
 
-/* Plans to come to rest in so many ticks, and never back: at an even speed at half of the way that would have been
- * gone. Of a shaft that slows down already it takes fewer ticks where a longer stop would go back. */
+/* Makes a stop in `ticks` ticks that never moves back. From a constant speed the shaft stops after half of the
+ * distance that it would have moved. If the shaft decelerates already and a longer stop would move back, it
+ * takes fewer ticks. */
 static inline bool drive_plan_stop(drive_plan *plan, const drive_jet *present, uint32_t start, uint32_t ticks)
 {
     DRIVE_AS_WRITTEN
@@ -2246,8 +2252,8 @@ static inline bool drive_plan_stop(drive_plan *plan, const drive_jet *present, u
     return drive_is_number(angle) && drive_plan_move(plan, present, start, taken, present->turn, (float)angle);
 }
 
-/* Plans a way onto A sin(omega t) about angle 0, the phase of which is 0 at tick 0. Omega is rounded to a whole number
- * of 2^-32 turns per tick, and must be at least that and less than half a turn per tick. */
+/* Makes a transition to A sin(omega t) about angle 0, whose phase is 0 at tick 0. omega is rounded to a multiple of
+ * 2^-32 revolutions per tick. It must be at least one of them and less than half a revolution per tick. */
 static inline bool drive_plan_sine(drive_plan *plan, const drive_jet *present, uint32_t start, uint32_t ticks,
     double amplitude_rad, double omega_rad_s)
 {
@@ -2263,7 +2269,7 @@ static inline bool drive_plan_sine(drive_plan *plan, const drive_jet *present, u
     return drive_plan_onto(plan, &goal, present, start, ticks);
 }
 
-/* Part of a profile: a target from what its averages moved by in the last ticks and how far they are behind. */
+/* Part of a profile: target from the movement of the averages in the last ticks and their lag behind the base. */
 static inline void drive_jet_of_profile(const uint32_t moved[6], const uint32_t behind[2], uint32_t rest, float part_rad,
     float per_s, drive_jet *jet)
 {
@@ -2280,46 +2286,47 @@ static inline void drive_jet_of_profile(const uint32_t moved[6], const uint32_t 
     jet->r_dddot = (((part - part_2) - (part_2 - part_3)) * part_rad) * (part_4 * per_s);
 }
 
-/* PROFILE. Set-points that come at any time become targets within limits of speed, acceleration and jerk, without
- * overshoot: in the interrupt take the target of each tick from drive_profile_next, and give a goal whenever there is one.
- * The path is a mean over 3 windows of ticks: its jerk is at most 2 acceleration / (window period). Points of a
- * stream take a window of as many ticks as there are from one to the next; one that is late, comes twice or not at all
- * changes the path between them alone. Change a profile between two ticks, not while the interrupt makes one. */
+/* PROFILE. A profile turns set-points that arrive at any time into targets within limits of speed, acceleration and
+ * jerk, without overshoot. The interrupt takes the target of each tick from drive_profile_next. Set a goal at any
+ * time.
+ * The path is averaged over 3 windows of ticks: its jerk is at most 2 acceleration / (window period). For a
+ * stream of points use a window of as many ticks as lie between two points. A late, repeated or missing point changes
+ * only the path between the points. Change a profile between two ticks, never while the interrupt computes one. */
 #ifndef DRIVE_PROFILE_WINDOW
-#define DRIVE_PROFILE_WINDOW 128u /* ticks of a window at most, 1 to 128; each takes 12 bytes of a profile */
+#define DRIVE_PROFILE_WINDOW 128u /* largest window, 1 to 128 ticks of 12 bytes each */
 #endif
 #if DRIVE_PROFILE_WINDOW > 128
 #error "DRIVE_PROFILE_WINDOW is more than 128"
 #endif
 
 typedef struct {
-    uint64_t goal; /* 2^-32 turns, modulo 2^64, as all that follows */
-    int64_t low; /* goals are taken between these */
+    uint64_t goal; /* 2^-32 revolutions, modulo 2^64, as all further members */
+    int64_t low; /* range of goals */
     int64_t high;
-    uint64_t base; /* where it is without averages */
-    int32_t step; /* of the base in a tick, and how many whole accelerations that is */
+    uint64_t base; /* base: the path without averages */
+    int32_t step; /* movement of the base in a tick, and the number of whole accelerations in it */
     int32_t whole;
     int32_t fastest;
     int32_t fastest_whole;
     int32_t acceleration;
-    int32_t steps[3u * DRIVE_PROFILE_WINDOW]; /* of the last windows; the oldest is at `oldest` */
+    int32_t steps[3u * DRIVE_PROFILE_WINDOW]; /* steps of the last windows; the oldest is at `oldest` */
     uint32_t oldest;
     uint32_t window;
-    uint32_t all; /* window^3: so many times as large are those that follow */
-    uint64_t sums[3]; /* the last is what the path moves by */
+    uint32_t all; /* window^3: scale of the following members */
+    uint64_t sums[3]; /* the last is the movement of the path */
     uint64_t earlier[2];
-    uint64_t behind; /* of the path behind the base */
+    uint64_t behind; /* lag of the path behind the base */
     float part_rad;
 } drive_profile;
 
-/* Part of a profile. */
+/* Part of a profile: converts to a signed number. */
 static inline int64_t drive_signed_long(uint64_t units)
 {
-    const uint64_t below = UINT64_MAX - units; /* -1 - units, where that is not negative */
+    const uint64_t below = UINT64_MAX - units; /* -1 - units, if not negative */
     return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-1 - (int64_t)below);
 }
 
-/* Part of a profile: 2 pi turn + rad, or what is nearest to it. */
+/* Part of a profile: returns 2 pi turn + rad in 2^-32 revolutions, saturated. */
 static inline uint64_t drive_place(int32_t turn, double rad)
 {
     const int64_t turns = (int64_t)turn * 4294967296;
@@ -2333,7 +2340,7 @@ static inline uint64_t drive_place(int32_t turn, double rad)
     return (uint64_t)sum;
 }
 
-/* Part of a profile: are these limits? */
+/* Part of a profile: returns whether the limits are in range. */
 static inline bool drive_profile_is_limit(double speed_rad_s, double acceleration_rad_s2)
 {
     DRIVE_AS_WRITTEN
@@ -2342,8 +2349,8 @@ static inline bool drive_profile_is_limit(double speed_rad_s, double acceleratio
            (acceleration_rad_s2 <= (1073741823.0 * 0.023406689268274557));
 }
 
-/* Limits in motion too: above a lower speed it brakes as the acceleration has it. False, and nothing is changed, where a
- * limit is no number, or less than 2^-32 turns or more than a quarter of a turn per tick (or tick squared). */
+/* Sets the limits, also in motion: above a lower speed the path brakes with the acceleration. Returns false and changes
+ * nothing if a limit is NaN, below 2^-32 or above 1/4 revolution per tick (or tick squared). */
 static inline bool drive_profile_limit(drive_profile *profile, double speed_rad_s, double acceleration_rad_s2)
 {
     DRIVE_AS_WRITTEN
@@ -2357,7 +2364,7 @@ static inline bool drive_profile_limit(drive_profile *profile, double speed_rad_
     return good;
 }
 
-/* Part of a profile. */
+/* Part of a profile: sets a goal within the range. */
 static inline void drive_profile_set_goal(drive_profile *profile, uint64_t place)
 {
     const int64_t goal = drive_signed_long(place);
@@ -2365,8 +2372,8 @@ static inline void drive_profile_set_goal(drive_profile *profile, uint64_t place
     profile->goal = (uint64_t)((below > profile->low) ? below : profile->low);
 }
 
-/* Keeps goals between 2 pi turn + rad of both from now on, and the present one. False, and nothing is changed, if an angle
- * is no number or the first is not the lower one. */
+/* Limits the present and all later goals to the range between the two angles, 2 pi turn + rad. Returns false and
+ * changes nothing if an angle is NaN or too large, or if the first one is above the second. */
 static inline bool drive_profile_keep_within(drive_profile *profile, int32_t low_turn, double low_rad, int32_t high_turn,
     double high_rad)
 {
@@ -2386,8 +2393,9 @@ static inline bool drive_profile_keep_within(drive_profile *profile, int32_t low
     return true;
 }
 
-/* Goes to 2 pi turn + rad, from where it is now. False if that is not within the range: it goes to its end; or if it is no
- * number: the goal stays. In double: some hundred cycles on most cores. */
+/* Sets the goal 2 pi turn + rad. Returns false if the goal is beyond the range, and sets it to the end of the range.
+ * Returns false and keeps the goal if the angle is NaN or too large. It uses double: some hundred cycles on
+ * most cores. */
 static inline bool drive_profile_go_to(drive_profile *profile, int32_t turn, double rad)
 {
     uint64_t goal;
@@ -2399,8 +2407,8 @@ static inline bool drive_profile_go_to(drive_profile *profile, int32_t turn, dou
     return profile->goal == goal;
 }
 
-/* Comes to rest as soon as it may. The path does not go back if it has not turned round in the last 3 windows. A
- * stop that ends beyond the range goes back to its end. */
+/* Stops as soon as the acceleration permits. The path does not move back unless it has reversed in the last
+ * 3 windows. A stop that ends beyond the range returns to the end of the range. */
 static inline void drive_profile_stop(drive_profile *profile)
 {
     const int64_t speed = (profile->step < 0) ? -(int64_t)profile->step : (int64_t)profile->step;
@@ -2408,14 +2416,14 @@ static inline void drive_profile_stop(drive_profile *profile)
     const int64_t way = (whole * ((2 * speed) - ((int64_t)profile->acceleration * (whole + 1)))) / 2;
     const int64_t base = drive_signed_long(profile->base);
     profile->goal = profile->base + (uint64_t)((profile->step < 0) ? -way : way);
-    /* Begun beyond the range it rests there. */
+    /* A stop that begins beyond the range rests there. */
     if ((base >= profile->low) && (base <= profile->high)) {
         drive_profile_set_goal(profile, profile->goal);
     }
 }
 
-/* Begins anew at 2 pi turn + rad with a speed, and stops from there: where a shaft is that shall be caught. False, and
- * nothing is changed, if one is no number or the speed is more than a quarter of a turn per tick. */
+/* Restarts at 2 pi turn + rad with a speed and brakes to rest: for a shaft that is in motion. Returns false and changes
+ * nothing if a number is NaN or too large, or if the speed exceeds a quarter of a revolution per tick. */
 static inline bool drive_profile_start(drive_profile *profile, int32_t turn, double rad, double speed_rad_s)
 {
     DRIVE_AS_WRITTEN
@@ -2450,8 +2458,8 @@ static inline bool drive_profile_start(drive_profile *profile, int32_t turn, dou
     return true;
 }
 
-/* A profile at rest at angle 0. False, and nothing is changed, where drive_profile_limit is false or the window is not 1 to
- * DRIVE_PROFILE_WINDOW. */
+/* Makes a profile at rest at angle 0. Returns false and changes nothing if a limit is out of range, as for
+ * drive_profile_limit, or if the window is not 1 to DRIVE_PROFILE_WINDOW. */
 static inline bool drive_profile_new(drive_profile *profile, double speed_rad_s, double acceleration_rad_s2, uint32_t window)
 {
     DRIVE_AS_WRITTEN
@@ -2470,7 +2478,7 @@ static inline bool drive_profile_new(drive_profile *profile, double speed_rad_s,
     return drive_profile_start(profile, 0, 0.0, 0.0);
 }
 
-/* Is it at rest at its goal? */
+/* Returns whether the path rests at its goal. */
 static inline bool drive_profile_has_arrived(const drive_profile *profile)
 {
     bool still = (profile->goal == profile->base) && (profile->step == 0) && (profile->behind == 0u) &&
@@ -2481,14 +2489,14 @@ static inline bool drive_profile_has_arrived(const drive_profile *profile)
     return still;
 }
 
-/* Part of a profile: is a stop within a distance possible after a tick with this step? */
+/* Part of a profile: returns whether a stop within a distance is possible after a tick with this step. */
 static inline bool drive_profile_stops(const drive_profile *profile, int64_t distance, int32_t step, int32_t whole)
 {
     const int32_t twice = (2 * step) - (profile->acceleration * whole);
     return (((int64_t)whole + 1) * (int64_t)twice) <= (2 * distance);
 }
 
-/* Part of a profile: the next step of the base. Forward is towards the goal. */
+/* Part of a profile: computes the next step of the base. Forward is towards the goal. */
 static inline void drive_profile_advance(drive_profile *profile)
 {
     const int64_t far = 2305843009213693952;
@@ -2540,7 +2548,7 @@ static inline void drive_profile_advance(drive_profile *profile)
     profile->base = profile->base + (uint64_t)(int64_t)profile->step;
 }
 
-/* Part of a profile: the step of so many windows ago. */
+/* Part of a profile: returns the step before a number of windows. */
 static inline uint64_t drive_profile_before(const drive_profile *profile, uint32_t windows)
 {
     const uint32_t length = 3u * profile->window;
@@ -2548,14 +2556,14 @@ static inline uint64_t drive_profile_before(const drive_profile *profile, uint32
     return (uint64_t)(int64_t)profile->steps[(at < length) ? at : (at - length)];
 }
 
-/* Part of a profile: the nearest whole number and what is left of it in 2^-32. */
+/* Part of a profile: splits into the nearest whole number and the remainder in 2^-32. */
 static inline void drive_profile_split(uint64_t units, uint32_t *number)
 {
     number[0] = (uint32_t)(units >> 32) + ((uint32_t)units >> 31);
     number[1] = (uint32_t)units;
 }
 
-/* The target at the end of the coming tick: in the interrupt, once per tick. */
+/* Writes the target at the end of the next tick. Call it in the interrupt, once per tick. */
 static inline void drive_profile_next(drive_profile *profile, drive_target *target)
 {
     uint32_t moved[2 * 3];
@@ -2589,8 +2597,8 @@ static inline void drive_profile_next(drive_profile *profile, drive_target *targ
     target->r_dddot = jet.r_dddot;
 }
 
-/* Are the floating-point modes here and now those of the head? Call it once at start-up, where the tick runs: an
- * interrupt of a Cortex-M begins with the modes of FPDSCR, not with those of main. False where rounding is not to
+/* Returns whether the floating-point modes of this context are the assumed ones. Call it once at start-up in the
+ * context of the tick: an interrupt of a Cortex-M starts with the modes of FPDSCR. Returns false if rounding is not to
  * nearest, subnormal numbers are flushed, or the compiler fuses, reorders or widens operations. No tick calls it. */
 static inline bool drive_modes_ok(void)
 {
@@ -2598,12 +2606,12 @@ static inline bool drive_modes_ok(void)
     const volatile float given[8] = {1.0f, 5.9604645e-8f, 1.1754944e-38f, 7.1746481e-43f, 0.5f, 1.2676506e30f, 1.00024414f,
                                1.00048828f};
     const float one = given[0];
-    const float half_step = given[1]; /* 2^-24, half of the step of the numbers from 1 on */
+    const float half_step = given[1]; /* 2^-24, half of the spacing of numbers above 1 */
     const float step = half_step + half_step;
     const float smallest = given[2]; /* 2^-126, the smallest normal number */
     const float subnormal = given[3]; /* 2^-140 */
     const float much = given[5]; /* 2^100 */
-    const float root = given[6]; /* 1 + 2^-12; its square is 1 + 2^-11 in float, 2^-24 more if it is fused */
+    const float root = given[6]; /* 1 + 2^-12; its square is 1 + 2^-11 in float, and 2^-24 more if fused */
     const float infinite = much * much;
     const float none = infinite - infinite;
     const bool is_below = none <= 0.0f;

@@ -1,5 +1,5 @@
 /* Design of a sliding mode controller with an extended disturbance observer: n = 4, observers of order up to 2 in channels 2, 4, T = 0.0001 s.
- * Exported for version 0.1.0 of the archive; do not edit, export it again.
+ * Exported for version 0.1.0 of the archive. Do not edit; export again.
  *
  * Design 0x8afd7ad8 (FNV-1a; `design_hash` in the run.json of a run).
  * Scenario paper.toml (CRC-32 0x2bacc204):

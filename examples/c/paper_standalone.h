@@ -1,26 +1,26 @@
 /* Sliding mode control with an extended disturbance observer: n = 4, observers of order up to 2 in channels 2, 4, f32, T = 0.0001 s.
- * Exported by version 0.1.0 of the library; do not edit, export it again. C99 and C++11, no library.
+ * Exported by version 0.1.0 of the library. Do not edit; export again. C99 and C++11, no library needed.
  *
  *     #include "this file"
- *     static paper_state state;                              once; zeros are right
+ *     static paper_state state;                              once; zeros before the start
  *     paper_output output;                                   in the timer interrupt, every T:
  *     unsigned health = paper_tick_or_start(&state, x, &output);
  *     write_pwm(output.u);
- *     paper_report_applied(&state, held);                    only if it holds another u, not a late one
+ *     paper_report_applied(&state, held);                    only if the actuator holds another u
  *
- * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
- * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
- * itself where it can; with GCC that keeps paper_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math and its parts) and more digits than f32 (x87) change bits as well.
- * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
- * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
- * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
+ * COMPILER OPTIONS. The bits equal the bits of the Rust tick only if every operation is rounded on its own. A fused
+ * multiply-add rounds a * b + c once, which is another number and takes longer on a Cortex-M4F. So compile with
+ * -ffp-contract=off. This file also switches fusing off by itself where the compiler permits it. GCC then inlines
+ * paper_tick only if the option is given, too. Reordering (-ffast-math and its parts) and the precision of x87 change
+ * bits as well: if the compiler reports them, this file does not compile. clang reports only -ffast-math and
+ * -ffinite-math-only; with clang the file switches reordering off. No check detects -fno-signed-zeros (also part of
+ * -funsafe-math-optimizations), -fno-honor-nans and -fno-honor-infinities: never use them.
  *
- * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or a host program: rounding to nearest,
- * subnormal numbers kept, float computed as float. Of a Cortex-M: FPSCR with RMode = 00 and FZ = 0. An interrupt begins
- * with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after reset). Of x86: MXCSR without FTZ and
- * DAZ, which linking with -ffast-math sets. Call paper_modes_ok once at start-up, where the tick runs. Under other modes u
- * still stays within its limits and is a number; its bits are others.
+ * FLOATING-POINT MODES. The tick assumes rounding to nearest, subnormal numbers, and float computed as float. They must
+ * hold wherever it runs: in main, in an interrupt or in a host program. On a Cortex-M, FPSCR has RMode = 00 and FZ = 0.
+ * An interrupt starts with FPDSCR instead of the FPSCR of main, and it needs FPCCR.ASPEN = 1. All three are correct
+ * after reset. On x86, MXCSR has neither FTZ nor DAZ; linking with -ffast-math sets them. Call paper_modes_ok once
+ * at start-up in the context of the tick. Under other modes u is still a number within its limits; its bits differ.
  *
  * Design 0x8afd7ad8 (FNV-1a; `design_hash` in the run.json of a run).
  * Scenario paper.toml (CRC-32 0x2bacc204):
@@ -56,12 +56,12 @@
  *     order = 2
  */
 #ifdef PAPER_STANDALONE
-#if PAPER_STANDALONE != 0x81495bbcu
-#error "two designs with the prefix paper, 0x81495bbcu here and PAPER_STANDALONE before: export one with another --prefix"
-#define PAPER_STANDALONE 0x81495bbcu
+#if PAPER_STANDALONE != 0xaf96f8eeu
+#error "two designs with the prefix paper, 0xaf96f8eeu here and PAPER_STANDALONE before: export one with another --prefix"
+#define PAPER_STANDALONE 0xaf96f8eeu
 #endif
 #else
-#define PAPER_STANDALONE 0x81495bbcu
+#define PAPER_STANDALONE 0xaf96f8eeu
 
 #include <float.h>
 #include <stdbool.h>
@@ -86,43 +86,43 @@
 #endif
 
 #define PAPER_VERSION "0.1.0"
-#define PAPER_DESIGN 0x8afd7ad8u /* log it: it tells designs apart */
+#define PAPER_DESIGN 0x8afd7ad8u /* identifies the design: log it */
 #define PAPER_N 4 /* plant order, length of x */
 #define PAPER_R 2 /* highest order of an observer */
 #define PAPER_PERIOD_S 0.0001
 
-/* What a tick has to say about itself, as a set of bits. */
+/* Status flags of a tick. */
 enum {
     PAPER_OK = 0,
-    PAPER_INPUT_REJECTED = 1, /* x, or what became of it, not finite or too large: the fallback goes out */
-    PAPER_SATURATED = 2, /* the law asked for more than the limits allow */
-    PAPER_SIGMA_STAR_OVER_BOUND = 4 /* the plant does not do what the design supposes */
+    PAPER_INPUT_REJECTED = 1, /* x or a result of it is not finite or too large: output is the fallback */
+    PAPER_SATURATED = 2, /* the demanded u exceeds the limits */
+    PAPER_SIGMA_STAR_OVER_BOUND = 4 /* the plant differs from the design */
 };
 
-/* What the controller remembers between two ticks. Zeros before the start. Of channel 2: a2, b2, c2, p2. */
+/* State between two ticks; zeros before the start. Channel 2 has a2, b2, c2, p2. */
 typedef struct {
     float a2; /* folded estimate */
     float b2; /* folded estimate */
     float a4; /* folded estimate */
     float b4; /* folded estimate */
-    float p2; /* what the next innovation needs of the last tick */
-    float p4; /* what the next innovation needs of the last tick */
-    float x2_prev; /* x at the last tick */
-    float x4_prev; /* x at the last tick */
+    float p2; /* prediction for the next innovation */
+    float p4; /* prediction for the next innovation */
+    float x2_prev; /* x of the previous tick */
+    float x4_prev; /* x of the previous tick */
     float offset; /* W = sigma(0) e^(-alpha t), Eq. (17) */
-    float held; /* the u that the actuator holds */
-    bool resuming; /* no last tick to compare the next sample with */
+    float held; /* u that the actuator holds */
+    bool resuming; /* 1: there is no previous tick for the next sample */
     bool started;
 } paper_state;
 
 typedef struct {
-    float u; /* to hold until the next tick, within the limits */
-    float sigma; /* Eq. (44), unit of x_n */
-    float sigma_star; /* Eq. (17), unit of x_n */
+    float u; /* hold until the next tick; within the limits */
+    float sigma; /* sliding variable, Eq. (44), unit of x_n */
+    float sigma_star; /* sliding variable without its initial offset, Eq. (17), unit of x_n */
 } paper_output;
 
-/* The state before the first tick, from the sample that the first tick gets too. False, and the state as
- * it was, if the sample is not good enough: try the next one. */
+/* Starts the state with a sample; pass the same sample to the first tick. Returns false and leaves the state
+ * unchanged if the sample is invalid: try the next one. */
 static inline bool paper_start(paper_state *state, const float x[PAPER_N])
 {
     PAPER_AS_WRITTEN
@@ -132,8 +132,8 @@ static inline bool paper_start(paper_state *state, const float x[PAPER_N])
     static const float c_1 = 1000.0f; /* surface, Eq. (44) */
     static const float c_2 = 300.0f; /* surface, Eq. (44) */
     static const float c_3 = 30.0f; /* surface, Eq. (44) */
-    static const float g2_b = 9985.0f; /* sigma's share */
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number to start from or to hold */
+    static const float g2_b = 9985.0f; /* sigma, on the estimates */
+    static const float input_limit = 9.99999996e11f; /* largest number for a start or a held u */
     const float x1 = x[0];
     const float x2 = x[1];
     const float x3 = x[2];
@@ -166,7 +166,7 @@ static inline bool paper_start(paper_state *state, const float x[PAPER_N])
     return answer;
 }
 
-/* What goes out as long as there has been no good sample. */
+/* Writes the output before the first valid sample: the fallback. */
 static inline unsigned paper_not_started(paper_output *output)
 {
     PAPER_AS_WRITTEN
@@ -177,9 +177,9 @@ static inline unsigned paper_not_started(paper_output *output)
     return (unsigned)PAPER_INPUT_REJECTED;
 }
 
-/* One tick: observers, sigma*, law, clamp. Call it once per period with the newest sample x, in chain
- * coordinates. Returns the health; output->u is good whatever x was. Whatever was wrong with x or a sum on the
- * way ends up in what the law demands: one comparison guards them all. */
+/* Computes one tick: observers, sigma*, law, limits. Call it once per period with the newest sample x, in
+ * chain coordinates. Returns the status flags. output->u is valid for every x: an invalid x or sum appears in
+ * the demand of the law, which one comparison checks. */
 static inline unsigned paper_tick(paper_state *state, const float x[PAPER_N], paper_output *output)
 {
     PAPER_AS_WRITTEN
@@ -197,25 +197,25 @@ static inline unsigned paper_tick(paper_state *state, const float x[PAPER_N], pa
     static const float c_1 = 1000.0f; /* surface, Eq. (44) */
     static const float c_2 = 300.0f; /* surface, Eq. (44) */
     static const float c_3 = 30.0f; /* surface, Eq. (44) */
-    static const float g2_b = 9985.0f; /* sigma's share */
-    static const float us = -1.01607854e29f; /* on sigma* */
+    static const float g2_b = 9985.0f; /* sigma, on the estimates */
+    static const float us = -1.01607854e29f; /* law, on sigma* */
     static const float satk = 0.0f; /* slope of the switching term */
-    static const float lim = 0.0f; /* its limit */
-    static const float kw = -2.03114130e28f; /* on the offset W */
-    static const float kx_2 = -2.07055430e30f; /* law, Eq. (51), on the state; all of the law in u / unit, so that what is beyond belief overflows */
-    static const float kx_3 = -6.09748749e29f; /* law, Eq. (51), on the state; all of the law in u / unit, so that what is beyond belief overflows */
-    static const float kx_4 = -6.00139394e28f; /* law, Eq. (51), on the state; all of the law in u / unit, so that what is beyond belief overflows */
-    static const float k4_b = 2.54229544e27f; /* on the estimates */
-    static const float k2_b = 1.69346426e25f; /* on the estimates */
-    static const float unit = 9.86076132e-32f; /* from the sums of the law to u */
-    static const float ko = 8.01644754e-3f; /* what the offset asks for */
-    static const float plausible = 15360.0f; /* a demand beyond is looked at */
+    static const float lim = 0.0f; /* limit of the switching term */
+    static const float kw = -2.03114130e28f; /* law, on the offset W */
+    static const float kx_2 = -2.07055430e30f; /* law, Eq. (51), on the state; the law is in u / unit, so that implausible sums overflow */
+    static const float kx_3 = -6.09748749e29f; /* law, Eq. (51), on the state; the law is in u / unit, so that implausible sums overflow */
+    static const float kx_4 = -6.00139394e28f; /* law, Eq. (51), on the state; the law is in u / unit, so that implausible sums overflow */
+    static const float k4_b = 2.54229544e27f; /* law, on the estimates */
+    static const float k2_b = 1.69346426e25f; /* law, on the estimates */
+    static const float unit = 9.86076132e-32f; /* factor from the sums of the law to u */
+    static const float ko = 8.01644754e-3f; /* demand of the offset */
+    static const float plausible = 15360.0f; /* a demand above it is checked */
     static const float u_max = 30.0f;
     static const float u_min = -30.0f;
     static const float decay = 9.99500160e-4f; /* 1 - e^(-alpha T), Eq. (17) */
-    static const float sigma_star_bound = 10.0f; /* above it the health says so */
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number to start from or to hold */
-    static const float hold = 0.0f; /* a rejected sample gives hold u + fallback */
+    static const float sigma_star_bound = 10.0f; /* above it a status flag is set */
+    static const float input_limit = 9.99999996e11f; /* largest number for a start or a held u */
+    static const float hold = 0.0f; /* output for a rejected sample: hold u + fallback */
     static const float fallback = 0.0f;
     const float x1 = x[0];
     const float x2 = x[1];
@@ -322,8 +322,8 @@ static inline unsigned paper_tick(paper_state *state, const float x[PAPER_N], pa
     return (unsigned)PAPER_INPUT_REJECTED;
 }
 
-/* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes
- * out. Needs a state of zeros the first time. */
+/* Computes one tick and starts the controller with its first valid sample. Until then the output is the fallback. Pass
+ * a state of zeros at first. */
 static inline unsigned paper_tick_or_start(paper_state *state, const float x[PAPER_N], paper_output *output)
 {
     unsigned health;
@@ -335,13 +335,13 @@ static inline unsigned paper_tick_or_start(paper_state *state, const float x[PAP
     return health;
 }
 
-/* Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
- * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
- * nor any before the start, and the answer is false. */
+/* Reports the u that the actuator has held since the last tick, if it is not output->u. This is the only
+ * anti-windup. Call it before the next tick. Returns false and changes nothing before the start, and for a value
+ * that is not finite or above 1e12. */
 static inline bool paper_report_applied(paper_state *state, float u)
 {
     PAPER_AS_WRITTEN
-    static const float input_limit = 9.99999996e11f; /* nothing beyond is a number to start from or to hold */
+    static const float input_limit = 9.99999996e11f; /* largest number for a start or a held u */
     const bool answer = state->started && ((u >= (-input_limit)) && (u <= input_limit));
     if (answer) {
         state->held = u;
@@ -349,15 +349,15 @@ static inline bool paper_report_applied(paper_state *state, float u)
     return answer;
 }
 
-/* Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
- * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
- * order. False, and zeros, before the start. */
+/* Writes the estimates at the instant of the last tick. d_hat[i][m] is the m-th derivative of the estimate in
+ * channel i + 1, in the unit of x_(i+1) per second and per second^m. It is 0 without an observer, or above the order of
+ * the observer. Returns false and writes zeros before the start. */
 static inline bool paper_estimates(const paper_state *state, float d_hat[PAPER_N][PAPER_R])
 {
     PAPER_AS_WRITTEN
     static const float period = 9.99999975e-5f; /* T, s */
     static const float theta_n = 5.00626564e-1f; /* mean of channel n's response over a tick */
-    static const float mu2_n = 3.33960056e-1f; /* its second moment */
+    static const float mu2_n = 3.33960056e-1f; /* second moment of channel n's response */
     static const float input_gain = 5.00163428e3f; /* b_0 */
     if (!state->started) {
         d_hat[0][0] = 0.0f;
@@ -384,7 +384,7 @@ static inline bool paper_estimates(const paper_state *state, float d_hat[PAPER_N
     return true;
 }
 
-/* Forgets all but the design: the next good sample starts again. For the end of a fault. */
+/* Clears everything except the design: the next valid sample starts again. Use it after a fault. */
 static inline void paper_reset(paper_state *state)
 {
     PAPER_AS_WRITTEN
@@ -404,8 +404,8 @@ static inline void paper_reset(paper_state *state)
     state->started = false;
 }
 
-/* Are the floating-point modes here and now those of the head? Call it once at start-up, where the tick runs: an
- * interrupt of a Cortex-M begins with the modes of FPDSCR, not with those of main. False where rounding is not to
+/* Returns whether the floating-point modes of this context are the assumed ones. Call it once at start-up in the
+ * context of the tick: an interrupt of a Cortex-M starts with the modes of FPDSCR. Returns false if rounding is not to
  * nearest, subnormal numbers are flushed, or the compiler fuses, reorders or widens operations. No tick calls it. */
 static inline bool paper_modes_ok(void)
 {
@@ -413,12 +413,12 @@ static inline bool paper_modes_ok(void)
     const volatile float given[8] = {1.0f, 5.9604645e-8f, 1.1754944e-38f, 7.1746481e-43f, 0.5f, 1.2676506e30f, 1.00024414f,
                                1.00048828f};
     const float one = given[0];
-    const float half_step = given[1]; /* 2^-24, half of the step of the numbers from 1 on */
+    const float half_step = given[1]; /* 2^-24, half of the spacing of numbers above 1 */
     const float step = half_step + half_step;
     const float smallest = given[2]; /* 2^-126, the smallest normal number */
     const float subnormal = given[3]; /* 2^-140 */
     const float much = given[5]; /* 2^100 */
-    const float root = given[6]; /* 1 + 2^-12; its square is 1 + 2^-11 in float, 2^-24 more if it is fused */
+    const float root = given[6]; /* 1 + 2^-12; its square is 1 + 2^-11 in float, and 2^-24 more if fused */
     const float infinite = much * much;
     const float none = infinite - infinite;
     const bool is_below = none <= 0.0f;

@@ -39,7 +39,7 @@ pub(super) fn text(exported: &Exported<'_>, prefix: &str) -> Result<String, Erro
     let body = members(exported, &channels);
     let mut out = format!(
         "/* Design of a sliding mode controller with an extended disturbance observer: {}, T = {:?} s.\n \
-         * Exported for version {VERSION} of the archive; do not edit, export it again.\n *\n",
+         * Exported for version {VERSION} of the archive. Do not edit; export again.\n *\n",
         exported.shape(),
         exported.spec.config.padded.period_s
     );

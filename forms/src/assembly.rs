@@ -79,8 +79,8 @@ fn functions(exported: &Exported<'_>) -> Result<(Functions, Drift), Error> {
 fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Drift) -> String {
     let mut out = format!(
         "/* Sliding mode control with an extended disturbance observer: {}, f32, T = {:?} s.
- * Exported by version {} of the library; do not edit, export it again. The functions are in the file for the assembler
- * beside this one; C99 and C++11, for a Cortex-M4F with arguments in float registers (-mfloat-abi=hard).
+ * Exported by version {} of the library. Do not edit; export again. The assembler file next to this one contains the
+ * functions. C99 and C++11, for a Cortex-M4F with arguments in float registers (-mfloat-abi=hard).
 ",
         exported.shape(),
         exported.spec.config.padded.period_s,
@@ -89,23 +89,23 @@ fn head(exported: &Exported<'_>, file: &File<'_>, assembly: &Assembly, drift: Dr
     let given = listed(drift, ", ");
     out += &file
         .c(" *
- *     static @_state state;                              once; zeros are right
+ *     static @_state state;                              once; zeros before the start
  *     @_output output;                                   in the timer interrupt, every T:
  *     unsigned health = @_tick_or_start(&state, x, &output#);
  *     write_pwm(output.u);
- *     @_report_applied(&state, held);                    only if it holds another u, not a late one
+ *     @_report_applied(&state, held);                    only if the actuator holds another u
  *
 ")
         .replace('#', &given);
     let _ = write!(
         out,
-        " * The bits are those of the Rust tick and of the C file, for every sample. One thing differs: a product of the
- * sample with an entry of a(x) that is 0 is left out, which can be told by the sign of a zero alone. The state has an
- * order of its own. x, state and output must not overlap.
+        " * The results equal the Rust tick and the C file in every bit, for every sample, with one exception: products
+ * with zero entries of a(x) are left out, which only changes the sign of a zero. The state has another word order. x,
+ * state and output must not overlap.
  *
- * A good sample takes {} cycles with tick_u and {} with tick, return included: counted from ARM's table of a Cortex-M4
- * (DDI 0439D), measured on no chip. No order of these operations takes less than {} and {}, the lower
- * bound in docs/reference/cycles.md.
+ * A valid sample takes {} cycles with tick_u and {} with tick, return included. The count follows ARM's table of a
+ * Cortex-M4 (DDI 0439D); it is not measured on silicon. No order of these operations takes less than {} and {}: the
+ * lower bound in docs/reference/cycles.md.
  *
 ",
         assembly.cycles, assembly.cycles_whole, assembly.floor, assembly.floor_whole,
@@ -145,12 +145,12 @@ fn declarations(
     let told = if what.is_empty() {
         String::new()
     } else {
-        format!("{what}, of the nominal\n * model, at this x, with b_0 = {b_0:?}: the caller computes it. ")
+        format!("{what}, of the nominal\n * model at this x, with b_0 = {b_0:?}: the caller computes it.\n * ")
     };
     let declared = listed(drift, ", float ");
     let tick_u = format!(
         "
-/* The same tick, for a caller that reads u alone: returns it. */
+/* Computes the same tick and returns u alone. */
 float @_tick_u(@_state *state, const float x[@@_N]{declared});
 "
     );
@@ -158,7 +158,7 @@ float @_tick_u(@_state *state, const float x[@@_N]{declared});
     let write = |meaning: &str, head: &str, _: &Record| file.declaration(meaning, head);
     let text = format!(
         "
-/* The state as the assembly has it: a compiler that lays it out otherwise stops here. */
+/* Checks that the compiler gives the state the memory layout of the assembly. */
 typedef char @_state_is_laid_out[
     sizeof(@_state) == 4 * {numbers} + 4 && offsetof(@_state, resuming) == 4 * {numbers}
     && offsetof(@_state, started) == 4 * {numbers} + 1 && sizeof(bool) == 1 && sizeof(@_output) == 12 ? 1 : -1];

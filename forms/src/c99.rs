@@ -18,13 +18,12 @@ pub(super) fn filled(template: &str, values: &[(&str, &dyn fmt::Display)]) -> St
 pub(super) type Meanings = [(&'static str, &'static str)];
 
 /// Comment on the floating-point modes that a tick assumes, and on their check, for the head of a file.
-pub(super) const MODES: &str = " * FLOATING-POINT MODES assumed wherever the tick runs, be it main, an interrupt or \
-    a host program: rounding to nearest,
- * subnormal numbers kept, float computed as float. Of a Cortex-M: FPSCR with RMode = 00 and FZ = 0. An interrupt begins
- * with FPDSCR, not with the FPSCR of main, and needs FPCCR.ASPEN = 1 (all as after reset). Of x86: MXCSR without \
- FTZ and
- * DAZ, which linking with -ffast-math sets. Call @_modes_ok once at start-up, where the tick runs. Under other modes u
- * still stays within its limits and is a number; its bits are others.
+pub(super) const MODES: &str = " * FLOATING-POINT MODES. The tick assumes rounding to nearest, \
+    subnormal numbers, and float computed as float. They must
+ * hold wherever it runs: in main, in an interrupt or in a host program. On a Cortex-M, FPSCR has RMode = 00 and FZ = 0.
+ * An interrupt starts with FPDSCR instead of the FPSCR of main, and it needs FPCCR.ASPEN = 1. All three are correct
+ * after reset. On x86, MXCSR has neither FTZ nor DAZ; linking with -ffast-math sets them. Call @_modes_ok once
+ * at start-up in the context of the tick. Under other modes u is still a number within its limits; its bits differ.
  *
 ";
 
@@ -49,18 +48,19 @@ impl<'a> File<'a> {
     pub(super) fn head(&self, title: &str, usage: &str, origin: &str) -> String {
         let version = controller_core::VERSION;
         let mut out = format!(
-            "/* {title}\n * Exported by version {version} of the library; do not edit, export it again. C99 and C++11, \
-             no library.\n"
+            "/* {title}\n * Exported by version {version} of the library. Do not edit; export again. C99 and C++11, no \
+             library needed.\n",
+            title = title.replace('\n', "\n * "),
         );
         out += &self.c(usage);
         out += &self.c(" *
- * The same bits as the Rust tick need every operation rounded on its own. A fused multiply-add rounds a * b + c once,
- * which is another number (and takes longer on a Cortex-M4F): compile with -ffp-contract=off. This file asks for it by
- * itself where it can; with GCC that keeps @_tick from being inlined unless the option is given too. Reordering
- * (-ffast-math and its parts) and more digits than f32 (x87) change bits as well.
- * Where the compiler says that it may do so this file does not compile. clang says it of -ffast-math and
- * -ffinite-math-only alone: there the file forbids reordering by itself, and nothing can see -fno-signed-zeros (part of
- * -funsafe-math-optimizations too), -fno-honor-nans and -fno-honor-infinities. Do not give them.
+ * COMPILER OPTIONS. The bits equal the bits of the Rust tick only if every operation is rounded on its own. A fused
+ * multiply-add rounds a * b + c once, which is another number and takes longer on a Cortex-M4F. So compile with
+ * -ffp-contract=off. This file also switches fusing off by itself where the compiler permits it. GCC then inlines
+ * @_tick only if the option is given, too. Reordering (-ffast-math and its parts) and the precision of x87 change
+ * bits as well: if the compiler reports them, this file does not compile. clang reports only -ffast-math and
+ * -ffinite-math-only; with clang the file switches reordering off. No check detects -fno-signed-zeros (also part of
+ * -funsafe-math-optimizations), -fno-honor-nans and -fno-honor-infinities: never use them.
  *
 ");
         out += &self.c(MODES);

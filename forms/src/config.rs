@@ -1,7 +1,8 @@
 //! Configuration of a drive as a C constant, for a program that links the static library `libedo_smc.a`.
 //!
-//! The library designs the drive on the target, with the bits of the host. So the constant, of a type of `edo_smc.h`, is
-//! the whole drive; it names every number. A drive with settings that no configuration holds is rejected.
+//! The library computes the design on the target, bit-identical to the host. So the constant, whose type is in
+//! `edo_smc.h`, contains the whole drive, with the name of each number. A drive with a setting that the library lacks
+//! is rejected.
 
 use std::fmt::Write as _;
 
@@ -13,8 +14,8 @@ use scenario::Drive;
 use super::c99::File;
 use super::{About, Error};
 
-/// Members of a motor's configuration in the order of `edo_smc.h`. `name` is a number, `name*2` an array of two numbers,
-/// `name{ .. }` a struct or an array of structs, and `{ .. }` an entry of such an array.
+/// Members of a motor's configuration in the order of `edo_smc.h`. `name` is a number, `name*2` an array of two
+/// numbers, `name{ .. }` a struct or an array of structs, and `{ .. }` an entry of such an array.
 const MOTOR: &str = "period_s motor{ inertia_kg_m2 torque_n_m_per_a damping_n_m_s } \
      encoder{ bits counts_per_turn gear_num gear_den states } limits{ min max } \
      bandwidths{ surface_rad_s observer_rad_s reaching_per_s offset_per_s } fast_ratio \
@@ -28,7 +29,7 @@ const JOINT: &str = "period_s joint{ link_inertia_kg_m2 link_damping_n_m_s weigh
 /// Further members of a coupled joint, in the syntax of [`MOTOR`].
 const COUPLED: &str = "coupled{ lag_s resolution_rad*2 calm_steps*2 }";
 
-/// Configuration: kind as in the names of the library, members and their numbers.
+/// Configuration of a drive: its kind (`motor`, `joint`, `coupled`), members, numbers, reaction and limits.
 struct Config {
     kind: &'static str,
     members: String,
@@ -51,7 +52,7 @@ pub(super) fn text(drive: &Drive, about: &About<'_>, prefix: &str) -> Result<Str
     let name = format!("{kind}{fast}{late}");
     let mut out = format!(
         "/* Configuration of the drive {name}: {}, T = {:?} s.\n \
-         * Exported for version {VERSION} of the archive; do not edit, export it again. C99 and C++20.\n *\n \
+         * Exported for version {VERSION} of the archive. Do not edit; export again. C99 and C++20.\n *\n \
          *     static edo_smc_design_{name}_t design;\n \
          *     status = edo_smc_design_{name}(&{prefix}_config, sizeof {prefix}_config, &design, sizeof design,\n \
          *{blank:39}NULL);\n *\n",
@@ -64,14 +65,14 @@ pub(super) fn text(drive: &Drive, about: &About<'_>, prefix: &str) -> Result<Str
         if mounted.mounting != Mounting::UPRIGHT {
             let offset = format!("(uint32_t){offset_counts}");
             let given = if is_reversed { format!("{offset} - register") } else { format!("register - {offset}") };
-            let _ = writeln!(out, " * Encoder on the {}: hand in {given}.", shaft.name);
+            let _ = writeln!(out, " * Count of the encoder on the {}: pass {given}.", shaft.name);
         }
     }
     if let Reaction::JoinedStop { ticks } = reaction {
-        let _ = writeln!(out, " * The scenario answers an alarm by a stop of {ticks} ticks: edo_smc_plan_stop_*.");
+        let _ = writeln!(out, " * After an alarm the scenario plans a stop of {ticks} ticks: use edo_smc_plan_stop_*.");
     }
     if drive.designed.rest_band().is_some() {
-        out += " * The archive has no band at rest: the scenario has one.\n";
+        out += " * The scenario has a rest band; the archive has none.\n";
     }
     for line in about.origin().lines() {
         out.push_str(format!(" * {line}").trim_end());

@@ -216,19 +216,22 @@ impl<'a> Exported<'a> {
         self.drive.designed.period_s()
     }
 
-    /// Returns the title, for example `Drive of a motor with one encoder, position, 2 gain sets, f32, T = 0.001 s.`
+    /// Returns the title in two lines: plant, precision and period; then control mode, observer states, gain sets and
+    /// delay.
     pub(super) fn title(&self) -> String {
         let DriveForm { follows, gain_sets, delay_ticks, observer_states } = self.drive.designed.form();
+        // A coupled joint has position, speed and disturbance for each shaft.
+        let observer_states = if self.drive.designed.is_whole() { 3 } else { observer_states };
         format!(
-            "Drive of {}, {}, {observer_states} states per encoder, {}, {}, f32, T = {:?} s.",
+            "Drive of {}, f32, T = {:?} s.\n{}, {observer_states} observer states per encoder, {}, {}.",
             self.drive.designed.title(),
-            if follows == Follows::Position { "along a position" } else { "at a speed" },
+            self.period_s(),
+            if follows == Follows::Position { "Position control" } else { "Speed control" },
             if gain_sets > 1 { "2 gain sets" } else { "1 gain set" },
             match delay_ticks {
                 0 => "no delay".into(),
                 late => format!("u held {} late", ticks_in_words(late)),
             },
-            self.period_s()
         )
     }
 
@@ -263,64 +266,64 @@ fn ticks_in_words(ticks: usize) -> String {
 const CONSTANTS: [(&str, &str); 71] = [
     ("k1", "K_s/J_l, 1/s^2; x_3 is k1 times the motor's angle"),
     ("b1", "damping of the link, 1/s"),
-    ("gravity", "weight of the link over its inertia, 1/s^2"),
+    ("gravity", "weight of the link divided by its inertia, 1/s^2"),
     ("half_spring", "k1 k2/2"),
     ("b2", "damping of the motor, 1/s"),
     ("cross", "b1^2 - k1"),
     ("drag", "-B/J, 1/s"),
     ("base", ""),
-    ("kappa", "stiffness of the block, 1/s^2"),
-    ("phi", "the block's model of a tick"),
-    ("g2", "the block's model of a tick"),
-    ("g1", "the block's model of a tick"),
-    ("h1", "the block's model of a tick"),
+    ("kappa", "stiffness of the coupled model, 1/s^2"),
+    ("phi", "coupled model of a tick"),
+    ("g2", "coupled model of a tick"),
+    ("g1", "coupled model of a tick"),
+    ("h1", "coupled model of a tick"),
     ("k_link", "K/J_l, 1/s^2"),
     ("k_motor", "K/J_m, 1/s^2"),
     ("b_link", "damping of the link, 1/s"),
     ("b_motor", "damping of the motor, 1/s"),
     ("b_current", "K_t/J_m, rad/s^2 per A"),
-    ("d_in_chain", "d of the motor in the chain, by what the law makes of it"),
-    ("spring", "acceleration by a twist of one, 1/s^2"),
-    ("twist_unit", "twist of one count in the common measure of both encoders, rad"),
-    ("current_q", "of a current on its way into the position, rad/A"),
-    ("current_v", "and into the speed, rad/(s A)"),
-    ("keeps", "e^(-T/lag)"),
-    ("link_across", "of the observer of the link, by the encoder of the motor"),
-    ("motor_across", "of the observer of the motor, by the encoder of the link"),
-    ("link_more", "the fast gain set less the quiet one"),
-    ("motor_more", "the fast gain set less the quiet one"),
-    ("k_current", "law, on the current less that of the reference"),
-    ("ahead", "feed-forward, on the errors that are in the model's acceleration"),
-    ("burst", "ticks for which the fast set may stay"),
-    ("rest", "ticks of calm before it may come again"),
-    ("gain", "of the observer"),
-    ("more", "the fast gain set less the quiet one"),
+    ("d_in_chain", "disturbance of the motor in chain coordinates, for the law"),
+    ("spring", "acceleration per twist, 1/s^2"),
+    ("twist_unit", "twist of one common count of both encoders, rad"),
+    ("current_q", "position per lagging current, rad/A"),
+    ("current_v", "speed per lagging current, rad/(s A)"),
+    ("keeps", "e^(-T/lag), current loop"),
+    ("link_across", "observer gain, motor encoder to link"),
+    ("motor_across", "observer gain, link encoder to motor"),
+    ("link_more", "observer gain, high minus base"),
+    ("motor_more", "observer gain, high minus base"),
+    ("k_current", "law, on the current minus the reference current"),
+    ("ahead", "feed-forward, on the errors in the model's acceleration"),
+    ("burst", "largest duration of the high gains, ticks"),
+    ("rest", "calm ticks before the high gains may return"),
+    ("gain", "observer gain"),
+    ("more", "observer gain, high minus base"),
     ("unit", "one count"),
     ("half_span", "half a counter"),
-    ("edge", "9/16 of the base"),
-    ("calm", "smoothed innovation at which the fast set begins to come in"),
-    ("rate", "how fast it does"),
+    ("edge", "9/16 of the base count range"),
+    ("calm", "smoothed innovation at which the high gains begin"),
+    ("rate", "slope of the high gains over the innovation"),
     ("smoothing", "1 - e^(-T/3 ms), by default"),
     ("keep", "e^(-T/20 ms), by default"),
-    ("gate", "where the gate closes to"),
-    ("closing", "and how fast, after a re-tune"),
-    ("quarter", "of the counter or of the base, whichever is less"),
-    ("lost_ticks", "samples in a row that may be missing"),
-    ("step_price", "of a step of the position, beside 1 for any; 4 in 0.1 s are too much"),
-    ("forgetting", "e^(-T/0.1 s), of these"),
-    ("start_ticks", "for which counts must agree before a current flows"),
-    ("inertia", "kg m^2"),
-    ("far", "of e_1 no more counts"),
-    ("agreement", "from tick to tick two counts of one motion agree to this"),
+    ("gate", "innovation gate"),
+    ("closing", "closing rate of the innovation gate after a re-tune"),
+    ("quarter", "quarter of the counter or of the base, the smaller"),
+    ("lost_ticks", "largest number of consecutive missing samples"),
+    ("step_price", "cost of a position step, plus 1 each; 4 in 0.1 s are too many"),
+    ("forgetting", "e^(-T/0.1 s), for the cost of position steps"),
+    ("start_ticks", "ticks of consistent counts before a current flows"),
+    ("inertia", "inertia, kg m^2"),
+    ("far", "limit of e_1"),
+    ("agreement", "tolerance of consistent counts per tick"),
     ("c_d", "surface, on d"),
     ("c_growth", "surface, on d'"),
     ("c_", "surface"),
     ("k_d", "law, on d"),
     ("k_growth", "law, on d'"),
     ("k_last", "law, on d' in the last channel"),
-    ("k_offset", "law, on W where us is on sigma"),
+    ("k_offset", "law, on W if us acts on sigma"),
     ("kx_", "law, on the errors"),
-    ("feed_", "feed-forward, on the reference's change in the tick"),
+    ("feed_", "feed-forward, on the change of the reference in the tick"),
     ("kw", "law, on the offset W"),
     ("us", "law, on sigma*"),
     ("decay", "1 - e^(-alpha T)"),
@@ -328,40 +331,40 @@ const CONSTANTS: [(&str, &str); 71] = [
     ("period", "T, s"),
     ("full_turn", "2 pi"),
     ("u_m", "limit, A"),
-    ("plausible", "a demand beyond is looked at, A"),
-    ("hold", "a rejected tick gives hold u + fallback"),
-    ("fallback", "A"),
-    ("input_limit", "nothing beyond is a number"),
+    ("plausible", "a demand above it is checked, A"),
+    ("hold", "output of a rejected tick: hold u + fallback"),
+    ("fallback", "fallback, A"),
+    ("input_limit", "largest valid number"),
 ];
 
 /// Comments of the words of the state, by the beginning of their names.
 const WORDS: [(&str, &str); 28] = [
     ("fresh", "no tick has passed since the start"),
     ("started", ""),
-    ("last", "count of the last good sample"),
-    ("at", "the same since the base"),
-    ("turn", "turn of the base"),
-    ("push", "half the coupling at the last tick"),
+    ("last", "last valid count"),
+    ("at", "last valid count, relative to the base"),
+    ("turn", "revolution of the base"),
+    ("push", "half of the spring coupling at the last tick"),
     ("push_current", "estimated current, A"),
-    ("push_asked", "current of the reference, A"),
-    ("burst", "ticks for which the fast gains have been in; below 0 those of calm until they may come again"),
-    ("p", "estimated position less that of its count"),
+    ("push_asked", "reference current, A"),
+    ("burst", "ticks with high gains; below 0: calm ticks until they may return"),
+    ("p", "estimated position minus the position of its count"),
     ("v", "estimated speed"),
-    ("d_dot", "its rate"),
+    ("d_dot", "rate of the estimated disturbance"),
     ("d", "estimated disturbance, an acceleration"),
     ("smoothed", "smoothed innovation"),
-    ("level", "how far the fast gains are in, 0 to 1"),
-    ("reach", "a sample is believed that is so much further off than the gate"),
-    ("missed", "counts that were not used, in a row"),
-    ("off", "how far the last of them was from its prediction"),
-    ("doubt", "steps of the position lately, by their price; while it is fresh, agreements that are wanted"),
+    ("level", "share of the high gains, 0 to 1"),
+    ("reach", "temporary widening of the innovation gate"),
+    ("missed", "consecutive counts that were not used"),
+    ("off", "innovation of the last unused count"),
+    ("doubt", "cost of recent position steps; while fresh: consistent counts still needed"),
     ("offset", "W = sigma(0) e^(-alpha t)"),
-    ("held", "what the actuator held since the last tick, A"),
-    ("limit", "what the power stage gives at most, A"),
-    ("reported", "the last report that was clearly less than was put out, A; below 0 where the limit was set"),
-    ("queued_3", "in two ticks, A"),
-    ("queued_2", "in one tick, A"),
-    ("queued", "what it holds now, A"),
+    ("held", "current that the actuator held since the last tick, A"),
+    ("limit", "largest current of the power stage, A"),
+    ("reported", "last report well below the output, A; below 0: the limit was set"),
+    ("queued_3", "current in two ticks, A"),
+    ("queued_2", "current in one tick, A"),
+    ("queued", "present current, A"),
     ("g_", "g sin, g cos of the link"),
     ("", ""),
 ];
@@ -374,15 +377,15 @@ fn said(of: &Meanings, name: &str) -> &'static str {
 /// Returns the text on the reaction to an alarm.
 const fn followed(reaction: Reaction) -> &'static str {
     match reaction {
-        Reaction::GoOn => "is told and no more, as the scenario has it",
+        Reaction::GoOn => "is only reported, as in the scenario",
         Reaction::Brake => {
-            "lets the drive brake on its estimated speed (@@_BRAKES), as long as its counts can be believed; then, \
-             or at rest, the current is taken away (@@_STOPPED), as the scenario has it"
+            "lets the drive brake on its estimated speed while its counts are valid (@@_BRAKES).\n * After that, \
+             or at rest, the safe current is the output (@@_STOPPED), as in the scenario"
         }
-        Reaction::Fallback => "stops the drive, as the scenario has it",
+        Reaction::Fallback => "stops the drive, as in the scenario",
         Reaction::JoinedStop { .. } => {
-            "is to be answered by a planned stop (@_plan_stop, @@_STOP_TICKS), as the scenario has it; the last \
-             two stop the drive"
+            "requires a stop that you plan (@_plan_stop, @@_STOP_TICKS), as in the scenario.\n * The last two \
+             stop the drive"
         }
     }
 }
@@ -393,7 +396,7 @@ const fn tripped(reaction: Reaction) -> &'static str {
         Reaction::Brake => include_str!("c/trip_brakes.h"),
         Reaction::Fallback => "    monitor->stopped = true;\n",
         Reaction::GoOn | Reaction::JoinedStop { .. } => {
-            "    (void)monitor; /* it is told, or answered by a planned stop */\n"
+            "    (void)monitor; /* the alarm is only reported, or you plan a stop */\n"
         }
     }
 }
@@ -402,11 +405,11 @@ const fn tripped(reaction: Reaction) -> &'static str {
 fn told(assembly: &DriveAssembly) -> String {
     format!(
         " *
- * The functions are in the file for the assembler beside this one, for a Cortex-M4F with arguments in float registers
- * (-mfloat-abi=hard). Their bits are those of the Rust tick and of the C file; the state has an order of its own.
- * State, sample and output must not overlap. An ordinary tick, every count there and believed, takes {} cycles with
- * @_tick_u and {} with @_tick, return included: counted from ARM's table of a Cortex-M4 (DDI 0439D), on no chip. No
- * order of these operations takes less than {} and {}: the lower bound in
+ * The assembler file next to this one contains the functions, for a Cortex-M4F with arguments in float registers
+ * (-mfloat-abi=hard). The results equal the Rust tick and the C file in every bit; the state has another word order.
+ * State, sample and output must not overlap. A typical tick, with all counts accepted, takes {} cycles with
+ * @_tick_u and {} with @_tick, return included. The count follows ARM's table of a Cortex-M4 (DDI 0439D); it is
+ * not measured on silicon. No order of these operations takes less than {} and {}: the lower bound in
  * docs/reference/cycles.md.
 ",
         assembly.cycles, assembly.cycles_whole, assembly.floor, assembly.floor_whole,
@@ -467,9 +470,9 @@ impl C<'_> {
             .collect();
         let counts = counts.concat();
         let target = if self.follows_position() {
-            " *     sample.begin = where;  sample.end = where_next;    where it should be at both ends of the tick\n"
+            " *     sample.begin = where;  sample.end = where_next;    targets at begin and end of the tick\n"
         } else {
-            " *     sample.begin = speed;  sample.end = speed_next;    rad/s at both ends of the tick\n"
+            " *     sample.begin = speed;  sample.end = speed_next;    rad/s at begin and end of the tick\n"
         };
         let late = match exported.drive.designed.form().delay_ticks {
             0 => String::new(),
@@ -478,13 +481,13 @@ impl C<'_> {
         let usage = format!(
             " *
  *     #include \"this file\"
- *     static @_state state;                              once; zeros are right
+ *     static @_state state;                              once; zeros before the start
  *     @_sample sample = {{0}};                             in the timer interrupt, every T:
  *     @_output output;
 {counts}{target}{late} *     unsigned health = @_tick_or_start(&state, &sample, &output);
  *     set_current(output.u);                             A
- *     @_report_applied(&state, held);                    only if it holds another current, not a late one
- *     @_limit(&state, most);                             only if the stage gives less than the design supposes
+ *     @_report_applied(&state, held);                    only if the stage holds another current
+ *     @_limit(&state, most);                             only if the stage gives less than the design assumes
 "
         );
         usage + &self.assembly.map_or_else(String::new, told)
@@ -499,21 +502,21 @@ impl C<'_> {
         let _ = write!(
             out,
             "#define {capitals}_VERSION \"{}\"\n\
-             #define {capitals}_DESIGN {:#010x}u /* log it: it tells designs apart */\n\
+             #define {capitals}_DESIGN {:#010x}u /* identifies the design: log it */\n\
              #define {capitals}_PERIOD_S {:?}\n#define {capitals}_MAX_CURRENT_A {limit:?} /* of either sign */\n\
-             #define {capitals}_DELAY_TICKS {} /* from the tick that computes a current to the one that holds it */\n",
+             #define {capitals}_DELAY_TICKS {} /* from the computation of a current to its output */\n",
             controller_core::VERSION,
             exported.about.design,
             exported.period_s(),
             exported.drive.designed.form().delay_ticks,
         );
         if let Reaction::JoinedStop { ticks } = exported.drive.designed.reaction() {
-            let _ = writeln!(out, "#define {capitals}_STOP_TICKS {ticks}u /* of the stop after an alarm */");
+            let _ = writeln!(out, "#define {capitals}_STOP_TICKS {ticks}u /* duration of the stop after an alarm */");
         }
         if let DriveDesign::Motor(DriveOf { design: MotorDesign { motor, .. }, .. }) = exported.drive.designed {
             let _ = write!(
                 out,
-                "#define {capitals}_INERTIA_KG_M2 {:?} /* behind the gear, as all of the shaft */\n\
+                "#define {capitals}_INERTIA_KG_M2 {:?} /* at the controlled shaft, behind the gear */\n\
                  #define {capitals}_TORQUE_N_M_PER_A {:?}\n#define {capitals}_DAMPING_N_M_S {:?}\n",
                 motor.inertia_kg_m2, motor.torque_n_m_per_a, motor.damping_n_m_s,
             );
@@ -525,15 +528,15 @@ impl C<'_> {
             let gear = if gear_num == gear_den {
                 "on the shaft itself".into()
             } else {
-                format!("{gear_num} turns of it are {gear_den} of the shaft")
+                format!("gear {gear_num} : {gear_den} (encoder : shaft)")
             };
             let way = if is_reversed { "down" } else { "up" };
             let _ = writeln!(
                 out,
-                "#define {name}_BITS {bits} /* {gear}; counts {way} while the angle grows, {offset_counts} at \
-                 angle 0 */\n#define {name}_STATES {}u /* of the counter; 0 for 2^32 */\n\
+                "#define {name}_BITS {bits} /* {gear}; counts {way} with the angle, {offset_counts} at \
+                 angle 0 */\n#define {name}_STATES {}u /* number of counts before it wraps; 0 for 2^32 */\n\
                  #define {name}_COUNTS_PER_TURN {counts_per_turn}\n\
-                 #define {name}_UNIT_RAD {:?} /* of the shaft, one count */\n\
+                 #define {name}_UNIT_RAD {:?} /* angle of the shaft per count */\n\
                  #define {name}_REVERSED {}\n#define {name}_OFFSET_COUNTS {offset_counts}",
                 encoder.counter() as u32,
                 encoder.unit_rad(),
@@ -556,10 +559,10 @@ impl C<'_> {
             self.sample(),
             include_str!("c/output.h").into(),
             self.known(),
-            "} @_estimates_of;\n\n/* What the drive remembers between two ticks. Zeros before the start. */\n".into(),
+            "} @_estimates_of;\n\n/* State between two ticks; zeros before the start. */\n".into(),
             "typedef struct {\n".into(),
             self.state().into_iter().map(word).collect(),
-            "} @_state;\n\n/* What one part of a tick tells the next. */\ntypedef struct {\n".into(),
+            "} @_state;\n\n/* Values that one part of a tick passes to the next. */\ntypedef struct {\n".into(),
             // The assembly uses one word per member.
             between.iter().map(|port| if self.assembly.is_some() { Self::as_word(port) } else { word(port) }).collect(),
             "} @_between;\n".into(),
@@ -584,8 +587,8 @@ impl C<'_> {
     fn sample(&self) -> String {
         let (target, unit) = if self.follows_position() { ("@_target", "") } else { ("float", ", rad/s") };
         let shafts = self.shafts();
-        let count = |shaft: &String| format!("    uint32_t count{shaft}; /* as the counter's register has it */\n");
-        let lost = |shaft: &String| format!("    bool lost{shaft}; /* there is no count this time */\n");
+        let count = |shaft: &String| format!("    uint32_t count{shaft}; /* register of the counter */\n");
+        let lost = |shaft: &String| format!("    bool lost{shaft}; /* true: no count in this tick */\n");
         let counts: String = shafts.iter().map(count).chain(shafts.iter().map(lost)).collect();
         filled(include_str!("c/sample.h"), &[("counts", &counts), ("target", &target), ("unit", &unit)])
     }
@@ -595,8 +598,8 @@ impl C<'_> {
         let quantities = [
             ("position", "rad"),
             ("speed", "rad/s"),
-            ("disturbance", "rad/s^2, what the model does not explain"),
-            ("load", "N m against the shaft: the same as a torque"),
+            ("disturbance", "rad/s^2, acceleration that the model does not explain"),
+            ("load", "N m, torque against the shaft: load and friction"),
         ];
         let of =
             |shaft: String| quantities.map(|(name, unit)| format!("    float {name}{shaft}; /* {unit} */\n")).concat();
@@ -652,57 +655,57 @@ impl C<'_> {
     fn parts(&self) -> String {
         let DriveFunctions { begin, observe, law, give_up, refuse, pass, follow, carry, .. } = self.functions;
         let functions = [
-            "\n/* A count as the number with a sign that it is; a conversion would be for the compiler to define. */\n"
-                .into(),
+            "\n/* Converts a count to a signed number; the result of a cast would depend on the compiler. */\n".into(),
             c::signed(&self.file.signed()),
             self.function(
-                "Part of the first tick after a start: the estimates are those of the sample already. False as long as
- * the drive waits for counts that agree with each other.",
+                "First part of the first tick after a start, whose estimates are from its sample. Returns false while
+ * the drive waits for consistent counts.",
                 "bool @_begin(@_state *state, const @_sample *sample, @_between *between)",
                 begin,
                 "output",
             ),
             self.function(
-                "Part of a tick: what the counts should have moved, which of them are believed, and the observers. False
- * where more samples are missing in a row than can be bridged.",
+                "Part of a tick: predicts the counts, accepts or rejects them, and updates the observers. Returns
+ * false if more consecutive samples are missing than the observers can bridge.",
                 "bool @_observe(@_state *state, const @_sample *sample, @_between *between)",
                 observe,
                 "output",
             ),
             self.function(
-                "Part of a tick: the law, and the memory.",
+                "Part of a tick: the control law and the update of the state.",
                 "unsigned @_law(@_state *state, const @_sample *sample, const @_between *between,
     @_output *output)",
                 law,
                 "output",
             ),
             self.function(
-                "Part of a tick, where nothing is known any more: the fallback goes out, and the observers start again
- * where the counts are.",
+                "Part of a tick without valid estimates: the output is the fallback, and the observers restart at the
+ * counts.",
                 "unsigned @_give_up(@_state *state, const @_sample *sample, @_output *output)",
                 give_up,
                 "output",
             ),
             self.function(
-                "Part of a tick, where nobody says what to do: the fallback goes out.",
+                "Part of a tick without a target: the output is the fallback.",
                 "unsigned @_refuse(@_state *state, @_output *output)",
                 refuse,
                 "output",
             ),
             self.function(
-                "A period that passed without a tick. False where more is missing than can be foreseen.",
+                "Predicts over a period without a tick. Returns false if more periods are missing than the model can
+ * predict.",
                 "bool @_pass(@_state *state)",
                 pass,
                 "output",
             ),
             self.function(
-                "Part of a tick: the base follows the shaft by whole turns.",
+                "Part of a tick: moves the base by whole revolutions of the shaft.",
                 "void @_follow(@_state *state)",
                 follow,
                 "output",
             ),
             self.function(
-                "Part of a tick in which a count was missing: counts go along with the prediction, by quarters of the
+                "Part of a tick with a missing count: moves the last counts with the prediction, by quarters of the
  * counter.",
                 "void @_carry(@_state *state)",
                 carry,
@@ -719,9 +722,9 @@ impl C<'_> {
         let reaction = self.exported.drive.designed.reaction();
         let does_brake = reaction == Reaction::Brake;
         let shafts = self.shafts();
-        let sides = shafts.iter().map(|shaft| {
-            format!("    float side{shaft}; /* disturbance of the shaft when it was last over its bound */\n")
-        });
+        let sides = shafts
+            .iter()
+            .map(|shaft| format!("    float side{shaft}; /* last disturbance of the shaft over its bound */\n"));
         let zeros = shafts.iter().map(|shaft| format!("    monitor->side{shaft} = 0.0f;\n"));
         let looks = shafts.iter().zip(disturbance).map(|(shaft, bound)| {
             let over = format!("@_watch_side(state->d{shaft}, {bound:?}f, &monitor->side{shaft}, &has_changed)");
@@ -730,7 +733,7 @@ impl C<'_> {
         let driven = shafts.last().map_or("", String::as_str);
         let others = shafts.iter().take(shafts.len() - 1).map(|shaft| {
             format!(
-                "    /* Or do the shafts disagree about the spring between them? */\n    wrong_way = wrong_way \
+                "    /* Or the disturbances of the two shafts contradict the spring. */\n    wrong_way = wrong_way \
                  ||\n                (over{shaft} && ((state->d{shaft} * state->d{driven}) < 0.0f) && (found > \
                  @_magnitude(wanted)));\n"
             )
@@ -747,7 +750,7 @@ impl C<'_> {
         let [stop, gave_up, stops] = if stops_at.is_ok() {
             [String::new(), String::new(), String::new()]
         } else {
-            let gave_up = "        if (is_lost) { /* what was believed is given up */\n            \
+            let gave_up = "        if (is_lost) { /* the estimates are no longer valid */\n            \
                            return told | @_watch_stop(monitor, output);\n        }\n";
             let stops = filled(include_str!("c/stops.h"), &[("bits", &bits), ("then", &then)]);
             [include_str!("c/stop.h").into(), gave_up.into(), stops]
@@ -805,7 +808,7 @@ impl C<'_> {
         // The spring of a joint damps the link, so the brake does not hold the load of a joint.
         let (and_load, load, may_hold, holds) = match &disturbance[..] {
             [bound] => (
-                ", and the load within its bound",
+                " and the load within its bound",
                 format!(
                     "    const float load = (monitor->most > 0.0f) ? state->d{driven} : 0.0f;\n    opposed -= \
                      {per_gain:?}f * load;\n"
@@ -840,10 +843,10 @@ impl C<'_> {
         );
         let brakes = "    if (monitor->braking > 0.0f) {\n        return @_brake(monitor, state, told, \
                       output);\n    }\n";
-        let member = "    float braking; /* 1 and the ticks of braking within the limits without becoming \
-                      slower */\n\
-                      \x20   float most; /* the most that a brake asks for; 0 before its first tick, below 0 \
-                      where it holds no load */\n";
+        let member = "    float braking; /* while braking: 1 plus the ticks within the limits without \
+                      deceleration */\n\
+                      \x20   float most; /* largest demand of the brake; 0 before its first tick, below 0 if \
+                      it holds no load */\n";
         let zeros = "    monitor->braking = 0.0f;\n    monitor->most = 0.0f;\n";
         [text, brakes.into(), member.into(), zeros.into()]
     }
@@ -906,13 +909,13 @@ impl C<'_> {
                 ("lowered", &lowered),
             ],
         );
-        let member = "    float rest_share; /* how much of the band at rest is in use, 0 to 1 */\n\
-                      \x20   float rest_width; /* rad to either side; 0 is the least */\n\
-                      \x20   float rest_side; /* on which side of its target it last stood outside the band */\n\
-                      \x20   float rest_ticks; /* for which it has stood */\n\
-                      \x20   float rest_error; /* its error where it last stood, rad */\n\
-                      \x20   float rest_slipped; /* 1 where it has moved since it last stood outside the band */\n\
-                      \x20   int32_t rest_turn; /* where the target was */\n\
+        let member = "    float rest_share; /* active share of the rest band, 0 to 1 */\n\
+                      \x20   float rest_width; /* rad to either side; 0: the minimum */\n\
+                      \x20   float rest_side; /* side of the target on which the shaft last stood outside the band */\n\
+                      \x20   float rest_ticks; /* ticks at standstill */\n\
+                      \x20   float rest_error; /* error at the last standstill, rad */\n\
+                      \x20   float rest_slipped; /* 1: moved since the last standstill outside the band */\n\
+                      \x20   int32_t rest_turn; /* revolution of the target */\n\
                       \x20   float rest_angle;\n";
         let placing = "    @_sample placed;\n    const @_sample *taken = sample;\n    unsigned hunts = 0u;\n    \
                        if (@_rests(monitor, state, sample)) {\n        placed = *sample;\n        hunts = \
@@ -956,16 +959,16 @@ impl C<'_> {
                 ("held", &self.put_out()),
             ],
         );
-        let members = "    float calm_mean; /* of the current, A */\n\
-                       \x20   float calm_side; /* on which side of it the current was last */\n\
-                       \x20   float calm_reversals; /* that are not forgotten */\n\
-                       \x20   uint32_t calm_set; /* 0, or which of the lower gain sets is in use */\n\
-                       \x20   float calm_ticks; /* for which it is */\n\
-                       \x20   uint32_t calm_returns; /* loads that have ended such a use */\n\
-                       \x20   float calm_q; /* of its observer: error, rad, speed, disturbance */\n\
-                       \x20   float calm_v;\n    float calm_d;\n    float calm_u; /* A, what it put out */\n";
+        let members = "    float calm_mean; /* mean of the current, A */\n\
+                       \x20   float calm_side; /* last side of the current, relative to its mean */\n\
+                       \x20   float calm_reversals; /* recent reversals of the current */\n\
+                       \x20   uint32_t calm_set; /* lower gain set in use; 0 for none */\n\
+                       \x20   float calm_ticks; /* ticks with this gain set */\n\
+                       \x20   uint32_t calm_returns; /* loads that have ended the use of lower gains */\n\
+                       \x20   float calm_q; /* estimates with lower gains: error in rad, speed, disturbance */\n\
+                       \x20   float calm_v;\n    float calm_d;\n    float calm_u; /* output of the lower gains, A */\n";
         let leave = "    @_calm_leave(monitor);\n";
-        let lowered = "    if (monitor->calm_set > 0u) { /* the law is at its target */\n        sample->begin.r += \
+        let lowered = "    if (monitor->calm_set > 0u) { /* the main law sees no error */\n        sample->begin.r += \
                        error;\n        sample->begin.r_dot = known.speed;\n        sample->end = \
                        sample->begin;\n        return (unsigned)@@_HUNTS;\n    }\n";
         let calming = "    health = @_calm(monitor, state, health, output);\n";
@@ -1000,8 +1003,8 @@ impl C<'_> {
         let functions = [
             self.file.c(&format!(
                 "
-/* The tick of a drive that need not have started: good samples that agree with each other for {start_ticks:?} ticks
- * start it; until then the fallback goes out. Needs a state of zeros the first time. */
+/* Computes one tick and starts the drive after {start_ticks:?} ticks with valid and consistent samples. Until then the
+ * output is the fallback. Pass a state of zeros at first. */
 static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @_output *output)
 {{
     if (!state->started) {{
@@ -1016,7 +1019,7 @@ static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @
             )),
             self.file.c(&format!(
                 "
-/* The tick of a period in which there are neither counts nor targets: the observers predict, the fallback goes out. */
+/* Computes one tick without counts and targets: the observers predict, and the output is the fallback. */
 static inline unsigned @_lost(@_state *state, @_output *output)
 {{
     if (!state->started) {{
@@ -1042,9 +1045,9 @@ static inline unsigned @_lost(@_state *state, @_output *output)
             )),
             self.file.c(&filled(
                 "
-/* So many periods have passed without a tick, the current held all the while: a missed timer interrupt that its
- * overflow flag or a time stamp tells of. Call it before the coming tick. They count as half of the samples that may
- * be missing at most. */
+/* Reports the number of periods that passed without a tick while the current was held. The overflow flag of the timer
+ * or a time stamp shows them. Call it before the next tick. Missed periods use at most half of the permitted missing
+ * samples. */
 static inline void @_missed(@_state *state, uint32_t periods)
 {
     uint32_t left = periods;
@@ -1058,9 +1061,9 @@ $at_most$}
                 &[("at_most", &at_most.collect::<String>())],
             )),
             self.file.c("
-/* From now on the power stage gives at most this current of either sign: it is hot, its supply is low, its brake
- * resistor is full. The law keeps to it. A start forgets it: call it before each tick. False for a number below 0 or
- * none, and before the start. */
+/* Sets the largest current of either sign that the power stage can hold from now on, A: for a hot stage, a low supply,
+ * a full brake resistor. u stays within it. A start clears it: call it before each tick. Returns false before the
+ * start, for NaN and for a number below 0. */
 static inline bool @_limit(@_state *state, float current)
 {
     const bool is_taken = state->started && (current >= 0.0f);
@@ -1085,27 +1088,27 @@ static inline bool @_limit(@_state *state, float current)
         let nothing = [vec!["0u"; shafts], vec!["true"; shafts], vec![target; 2]].concat().join(", ");
         let functions = [
             self.function(
-                "The state before the first tick, from the sample that the first tick gets too: every count must be
- * there. Its angle is then within half a counter of 0. False, and the state as it was, if the sample is not good
- * enough: try the next one.",
+                "Starts the state with a sample that has all counts; pass the same sample to the first tick. Its angle
+ * is then within half a counter of 0. Returns false and leaves the state unchanged if the sample is invalid: try the
+ * next one.",
                 "bool @_start(@_state *state, const @_sample *sample)",
                 start,
                 "output",
             ),
             self.function(
-                "What goes out as long as there has been no good sample.",
+                "Writes the output before the first valid sample: the fallback.",
                 "unsigned @_not_started(@_output *output)",
                 not_started,
                 "output",
             ),
             self.file.c("
-/* One tick: counts and targets in, current out. Call it once per period, with the counts read at its beginning. Returns
- * the health; output->u is good whatever the sample was. */
+/* Computes one tick: counts and targets in, current out. Call it once per period, with the counts read at its begin.
+ * Returns the status flags. output->u is valid for every sample. */
 "),
             self.file.c(if self.assembly.is_some() {
                 "unsigned @_tick(@_state *state, const @_sample *sample, @_output *output);
 
-/* The same tick, for a caller that reads u alone: returns it. */
+/* Computes the same tick and returns u alone. */
 float @_tick_u(@_state *state, const @_sample *sample);
 "
             } else {
@@ -1138,22 +1141,23 @@ float @_tick_u(@_state *state, const @_sample *sample);
             }),
             self.beside_a_tick(start_ticks, &nothing),
             self.function(
-                "Tells what current the actuator really holds since the last tick, where that is not the u of the tick:
- * the only anti-windup, and needed. Call it before the next tick. Twice the same and clearly less than was put out is
- * taken for the limit of the stage, until some ticks have passed. A value that is not finite or beyond 1e12 is not
- * taken, nor any before the start, and the answer is false.",
+                "Reports the current that the power stage has held since the last tick, A, if it is not output->u. This
+ * is the only anti-windup. Call it before the next tick. Two equal reports well below the output are taken as the
+ * limit of the stage for some ticks. Returns false and changes nothing before the start, and for a value that is not
+ * finite or above 1e12.",
                 "bool @_report_applied(@_state *state, float u)",
                 report_applied,
                 "output",
             ),
             self.function(
-                "Estimates at the instant of the last tick. False, and zeros, before the start.",
+                "Writes the estimates at the instant of the last tick. Returns false and writes zeros before the
+ * start.",
                 "bool @_estimates(const @_state *state, @_estimates_of *estimates)",
                 estimates,
                 "estimates",
             ),
             self.function(
-                "Forgets all but the design: the next good sample starts again. For the end of a fault.",
+                "Clears everything except the design: the next valid sample starts again. Use it after a fault.",
                 "void @_reset(@_state *state)",
                 reset,
                 "output",

@@ -36,8 +36,8 @@ pub enum Form<'a> {
     Means(&'a str, &'a str),
     /// Specification of an assembly function for `cycle-bound --means`: prefix and name.
     MeansOfAssembly(&'a str, &'a str),
-    /// C for the static library of `controller-capi`: the design of a controller, or the configuration of a drive. Its name
-    /// begins with this prefix.
+    /// C for the static library of `controller-capi`: the design of a controller, or the configuration of a drive. Its
+    /// name begins with this prefix.
     Archive(&'a str),
     /// Rust for `controller-core`.
     Rust,

@@ -25,13 +25,13 @@ pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String 
     [
         types(order, taken),
         of(
-            "Part of a plan: the jet of A sin at a phase in 2^-32 turns.",
+            "Part of a plan: position and derivatives of A sin at a phase in 2^-32 revolutions.",
             "void @_jet_of_sine(uint32_t phase, float amplitude, float omega, @_jet *jet)",
             sine,
             false,
         ),
         of(
-            "Part of a plan: what the way onto the goal adds to its jet.",
+            "Part of a plan: adds the transition to position and derivatives of the goal.",
             &format!(
                 "void @_join(const float power[{width}], uint32_t ticks, uint32_t rest, uint32_t early, float per_tick,
     float rate, float instant_s, @_jet *jet)"
@@ -40,7 +40,7 @@ pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String 
             false,
         ),
         of(
-            "Part of a plan: the coefficients of a way that closes a gap in so many seconds.",
+            "Part of a plan: coefficients of a transition that closes a gap in tau_s seconds.",
             &format!(
                 "void @_powers_of_join(const double gap[{taken}], double tau_s, double s[{width}],
     double left[{width}])"
@@ -51,8 +51,8 @@ pub(super) fn functions(file: &File<'_>, order: usize, period_s: f64) -> String 
         played(order, taken, period_s),
         made(taken, period_s),
         of(
-            "Part of a profile: a target from what its averages moved by in the last ticks and how far they are \
-            behind.",
+            "Part of a profile: target from the movement of the averages in the last ticks and their lag behind \
+            the base.",
             &format!(
                 "void @_jet_of_profile(const uint32_t moved[{}], const uint32_t behind[2], uint32_t rest, float \
                 part_rad,
@@ -80,12 +80,12 @@ fn place(port: &Port) -> String {
 
 fn types(order: usize, taken: usize) -> String {
     let jet = if order == taken {
-        "\n/* What a plan takes over where it begins. */\ntypedef @_target @_jet;\n".into()
+        "\n/* Start of a plan: position and derivatives. */\ntypedef @_target @_jet;\n".into()
     } else {
         let members: Vec<String> = JET[1..taken].iter().map(|name| format!("    float {name};\n")).collect();
         format!(
             "
-/* What a plan takes over where it begins: a target with one more derivative, so that u does not step. */
+/* Start of a plan: a target with one more derivative, so that u has no step. */
 typedef struct {{
     int32_t turn;
     float r;

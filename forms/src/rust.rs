@@ -44,7 +44,7 @@ pub(super) fn text(exported: &Exported<'_>) -> Result<String, Error> {
     if gated {
         imports.extend(["Gated".into(), "SampleLimits".into()]);
         designed = format!("Gated<{designed}, {n}>");
-        parts = "Precision, nominal model, plant order, observers; before it the gate that loses bad samples";
+        parts = "Precision, nominal model, plant order, observers, and a gate that rejects implausible samples";
     }
     imports.sort();
     let _ = write!(
@@ -57,12 +57,12 @@ use controller_core::{{
 /// {parts}.
 pub type Designed = {designed};
 
-/// The version of controller-core that this was exported for.
+/// Version of controller-core for which this file was exported.
 pub const EXPORTED_FOR: &str = {version:?};
-/// Fingerprint of the design, with which the words of `RUNNING` begin.
+/// Fingerprint of the design, the first word of the state snapshot of `RUNNING`.
 pub const DESIGN: u32 = {hash:#010x};
 
-/// The design, number by number.
+/// Numbers of the design, in SI units.
 pub const CONFIG: Config<{n}, {r}> = Config {{
     period_s: {period_s:?},
     surface: Surface {{ c: {c}, alpha_per_s: {alpha:?} }},
@@ -73,10 +73,11 @@ pub const CONFIG: Config<{n}, {r}> = Config {{
     options: Options::NEUTRAL{calls},
 }};
 
-/// Designed by the compiler: a bad design is a compile error.
+/// Controller, designed by the compiler: an invalid design is a compile error.
 pub static CONTROLLER: Designed = Designed::design(&CONFIG, {value});
 
-/// Ready for its first sample: `static mut LOOP: Running<Guessing<&Designed>> = RUNNING;`, then `LOOP.tick(&x).u`.
+/// Controller that waits for its first sample. Use: `static mut LOOP: Running<Guessing<&Designed>> = RUNNING;`, then
+/// `LOOP.tick(&x).u`.
 pub const RUNNING: Running<Guessing<&Designed>> = Running::guessing(&CONTROLLER, {estimates:?});
 ",
         imports = imports.join(", "),
@@ -105,9 +106,10 @@ fn nominal_model(model: &Model, n: usize, b: f64) -> Result<(String, String, &'s
 fn head(title: &str, origin: &str) -> String {
     let version = controller_core::VERSION;
     let mut out = format!(
-        "// {title}\n// Exported for controller-core {version}; do not edit, export it again.\n\
-         // Assumed wherever the tick runs: rounding to nearest, subnormal numbers kept. controller_core::modes_ok()\n\
-         // checks it; call it once at start-up, where the tick runs.\n//\n"
+        "// {title}\n// Exported for controller-core {version}. Do not edit; export again.\n\
+         // The tick assumes rounding to nearest and subnormal numbers. controller_core::modes_ok() checks this:\n\
+         // call it once at start-up in the context of the tick.\n//\n",
+        title = title.replace('\n', "\n// "),
     );
     for line in origin.lines() {
         out.push_str(format!("// {line}").trim_end());
@@ -217,41 +219,41 @@ use controller_core::drive::{{
 }};
 use controller_core::{{Fallback, Limits, Running}};
 
-/// What is driven; precision, aim, fast gain sets, ticks of delay, states of a motor's observer.
+/// Type of the drive: precision, control mode, high gain sets, ticks of delay, observer states of a motor.
 pub type Designed = {designed};
 
-/// The version of controller-core that this was exported for.
+/// Version of controller-core for which this file was exported.
 pub const EXPORTED_FOR: &str = {version:?};
 /// Fingerprint of the drive: `drive::fingerprint(law, &MOUNTING, STOP_TICKS, fence().as_ref(), rest_band().as_ref())`
 /// of the `law` `running().design().fingerprint()`.
 pub const DESIGN: u32 = {hash:#010x};
 
-/// The design, number by number.
+/// Numbers of the design, in SI units.
 pub const CONFIG: {design};
 
-/// Ticks of the stop that is to be planned after an alarm; 0: none.
+/// Duration in ticks of the stop to plan after an alarm; 0 for none.
 pub const STOP_TICKS: u32 = {stop_ticks};
 
-/// Sign and offset of each encoder: `MOUNTING[0].upright(register)` is what a sample takes.
+/// Sign and offset of each encoder: `MOUNTING[0].upright(register)` is the count of a sample.
 pub const MOUNTING: [Mounting; {encoders}] = {mounting};
 
-/// Designed by the compiler: a bad design is a compile error.
+/// Drive, designed by the compiler: an invalid design is a compile error.
 pub static DRIVE: Designed = Designed::design(&CONFIG);
 
-/// What its monitors may see: of load and friction, of errors of the data sheet, of time at a limit.
+/// Limits of the monitors: load and friction, errors of the data sheet, time at a limit.
 pub const BOUNDS: Bounds<{encoders}> = {bounds};
 
-/// Its limits of position, speed and distance from the target: [`Fence::guard`] after every tick.
+/// Limits of position, speed and following error: call [`Fence::guard`] after every tick.
 pub fn fence() -> Option<Fence> {{
     {fence}
 }}
 
-/// The band within which it is let be at rest: [`RestBand::place`] before every tick.
+/// Rest band: call [`RestBand::place`] before every tick.
 pub fn rest_band() -> Option<RestBand> {{
     {rest_band}
 }}
 
-/// Waits for its first sample, within its monitors: a count that sticks while the shaft stands still, they alone see.
+/// Drive with monitors that waits for its first sample. Only the monitors detect an encoder that freezes at standstill.
 pub fn running() -> Running<Monitored<&'static Designed, {encoders}>> {{
     Running::new(Monitored::new(&DRIVE, &BOUNDS){stops})
 }}

@@ -114,42 +114,42 @@ pub(super) fn means_of(
 const MEANINGS: [(&str, &str); 27] = [
     ("d_hat_", "initial estimate, in the unit of x_i per second"),
     ("drift_", "a(x)/b_0 = drift . x"),
-    ("x_min_", "a sample below is lost"),
-    ("x_max_", "a sample above is lost"),
-    ("x_jump_", "a sample farther than this from the one before is lost"),
+    ("x_min_", "a sample below it is rejected"),
+    ("x_max_", "a sample above it is rejected"),
+    ("x_jump_", "a sample with a larger step from the previous one is rejected"),
     ("rate_n", "1/(T b_0)"),
     ("rate", "1/T, 1/s"),
     ("theta_n", "mean of channel n's response over a tick"),
-    ("mu2_n", "its second moment"),
+    ("mu2_n", "second moment of channel n's response"),
     ("gamma", "observer gain"),
     ("c_", "surface, Eq. (44)"),
-    ("g", "sigma's share"),
-    ("kx_", "law, Eq. (51), on the state; all of the law in u / unit, so that what is beyond belief overflows"),
-    ("kw", "on the offset W"),
-    ("ko", "what the offset asks for"),
-    ("k", "on the estimates"),
-    ("us", "on sigma*"),
+    ("g", "sigma, on the estimates"),
+    ("kx_", "law, Eq. (51), on the state; the law is in u / unit, so that implausible sums overflow"),
+    ("kw", "law, on the offset W"),
+    ("ko", "demand of the offset"),
+    ("k", "law, on the estimates"),
+    ("us", "law, on sigma*"),
     ("satk", "slope of the switching term"),
-    ("lim", "its limit"),
-    ("unit", "from the sums of the law to u"),
+    ("lim", "limit of the switching term"),
+    ("unit", "factor from the sums of the law to u"),
     ("decay", "1 - e^(-alpha T), Eq. (17)"),
-    ("sigma_star_bound", "above it the health says so"),
-    ("hold", "a rejected sample gives hold u + fallback"),
+    ("sigma_star_bound", "above it a status flag is set"),
+    ("hold", "output for a rejected sample: hold u + fallback"),
     ("period", "T, s"),
     ("input_gain", "b_0"),
-    ("input_limit", "nothing beyond is a number to start from or to hold"),
-    ("plausible", "a demand beyond is looked at"),
+    ("input_limit", "largest number for a start or a held u"),
+    ("plausible", "a demand above it is checked"),
 ];
 
 /// Comments of the words of the state, by the beginning or end of their names.
 const WORDS: [(&str, &str); 8] = [
-    ("_prev", "x at the last tick"),
-    ("_seen", "the last sample within its range"),
+    ("_prev", "x of the previous tick"),
+    ("_seen", "last sample within its range"),
     ("offset", "W = sigma(0) e^(-alpha t), Eq. (17)"),
-    ("held", "the u that the actuator holds"),
-    ("resuming", "no last tick to compare the next sample with"),
+    ("held", "u that the actuator holds"),
+    ("resuming", "1: there is no previous tick for the next sample"),
     ("started", ""),
-    ("p", "what the next innovation needs of the last tick"),
+    ("p", "prediction for the next innovation"),
     ("", "folded estimate"),
 ];
 
@@ -157,7 +157,7 @@ const WORDS: [(&str, &str); 8] = [
 pub(super) fn defines(exported: &Exported<'_>, file: &File<'_>) -> String {
     let shape = exported.download.shape;
     format!(
-        "#define {c}_VERSION \"{version}\"\n#define {c}_DESIGN {hash:#010x}u /* log it: it tells designs apart */\n\
+        "#define {c}_VERSION \"{version}\"\n#define {c}_DESIGN {hash:#010x}u /* identifies the design: log it */\n\
          #define {c}_N {n} /* plant order, length of x */\n#define {c}_R {r} /* highest order of an observer */\n\
          #define {c}_PERIOD_S {period:?}\n",
         c = file.capitals,
@@ -173,15 +173,15 @@ pub(super) fn defines(exported: &Exported<'_>, file: &File<'_>) -> String {
 pub(super) fn types(file: &File<'_>, state: &[&Port]) -> String {
     let mut out = String::from(
         "
-/* What a tick has to say about itself, as a set of bits. */
+/* Status flags of a tick. */
 enum {
     @@_OK = 0,
-    @@_INPUT_REJECTED = 1, /* x, or what became of it, not finite or too large: the fallback goes out */
-    @@_SATURATED = 2, /* the law asked for more than the limits allow */
-    @@_SIGMA_STAR_OVER_BOUND = 4 /* the plant does not do what the design supposes */
+    @@_INPUT_REJECTED = 1, /* x or a result of it is not finite or too large: output is the fallback */
+    @@_SATURATED = 2, /* the demanded u exceeds the limits */
+    @@_SIGMA_STAR_OVER_BOUND = 4 /* the plant differs from the design */
 };
 
-/* What the controller remembers between two ticks. Zeros before the start. Of channel 2: a2, b2, c2, p2. */
+/* State between two ticks; zeros before the start. Channel 2 has a2, b2, c2, p2. */
 typedef struct {
 ",
     );
@@ -196,9 +196,9 @@ typedef struct {
         "} @_state;
 
 typedef struct {
-    float u; /* to hold until the next tick, within the limits */
-    float sigma; /* Eq. (44), unit of x_n */
-    float sigma_star; /* Eq. (17), unit of x_n */
+    float u; /* hold until the next tick; within the limits */
+    float sigma; /* sliding variable, Eq. (44), unit of x_n */
+    float sigma_star; /* sliding variable without its initial offset, Eq. (17), unit of x_n */
 } @_output;
 ",
     );
@@ -228,21 +228,21 @@ pub(super) fn interface(
     let Given { declared, passed, told } = given;
     let functions = [
         write(
-            "The state before the first tick, from the sample that the first tick gets too. False, and the state as
- * it was, if the sample is not good enough: try the next one.",
+            "Starts the state with a sample; pass the same sample to the first tick. Returns false and leaves the state
+ * unchanged if the sample is invalid: try the next one.",
             "bool @_start(@_state *state, const float x[@@_N])",
             start,
         ),
         write(
-            "What goes out as long as there has been no good sample.",
+            "Writes the output before the first valid sample: the fallback.",
             "unsigned @_not_started(@_output *output)",
             not_started,
         ),
         write(
             &format!(
-                "One tick: observers, sigma*, law, clamp. Call it once per period with the newest sample x, in chain
- * coordinates. {told}Returns the health; output->u is good whatever x was. Whatever was wrong with x or a sum on the
- * way ends up in what the law demands: one comparison guards them all."
+                "Computes one tick: observers, sigma*, law, limits. Call it once per period with the newest sample x, in
+ * chain coordinates. {told}Returns the status flags. output->u is valid for every x: an invalid x or sum appears in
+ * the demand of the law, which one comparison checks."
             ),
             &format!("unsigned @_tick(@_state *state, const float x[@@_N], @_output *output{declared})"),
             tick,
@@ -250,8 +250,8 @@ pub(super) fn interface(
         file.c(more),
         file.c(&format!(
             "
-/* The tick of a controller that need not have started: the first good sample starts it; until then the fallback goes
- * out. Needs a state of zeros the first time. */
+/* Computes one tick and starts the controller with its first valid sample. Until then the output is the fallback. Pass
+ * a state of zeros at first. */
 static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_output *output{declared})
 {{
     unsigned health;
@@ -265,21 +265,21 @@ static inline unsigned @_tick_or_start(@_state *state, const float x[@@_N], @_ou
 "
         )),
         write(
-            "Tells what the actuator really holds since the last tick, where that is not the u of the tick: the only
- * anti-windup, and needed. Call it before the next tick. A value that is not finite or beyond 1e12 is not taken,
- * nor any before the start, and the answer is false.",
+            "Reports the u that the actuator has held since the last tick, if it is not output->u. This is the only
+ * anti-windup. Call it before the next tick. Returns false and changes nothing before the start, and for a value
+ * that is not finite or above 1e12.",
             "bool @_report_applied(@_state *state, float u)",
             report_applied,
         ),
         write(
-            "Estimates at the instant of the last tick: d_hat[i][m] is the m-th derivative of the estimate in
- * channel i + 1, in the unit of x_(i+1) per second and per second^m; zeros where there is no observer, or beyond its
- * order. False, and zeros, before the start.",
+            "Writes the estimates at the instant of the last tick. d_hat[i][m] is the m-th derivative of the estimate in
+ * channel i + 1, in the unit of x_(i+1) per second and per second^m. It is 0 without an observer, or above the order of
+ * the observer. Returns false and writes zeros before the start.",
             "bool @_estimates(const @_state *state, float d_hat[@@_N][@@_R])",
             estimates,
         ),
         write(
-            "Forgets all but the design: the next good sample starts again. For the end of a fault.",
+            "Clears everything except the design: the next valid sample starts again. Use it after a fault.",
             "void @_reset(@_state *state)",
             reset,
         ),
@@ -308,11 +308,11 @@ impl<'a> Standalone<'a> {
         );
         let usage = " *
  *     #include \"this file\"
- *     static @_state state;                              once; zeros are right
+ *     static @_state state;                              once; zeros before the start
  *     @_output output;                                   in the timer interrupt, every T:
  *     unsigned health = @_tick_or_start(&state, x, &output);
  *     write_pwm(output.u);
- *     @_report_applied(&state, held);                    only if it holds another u, not a late one
+ *     @_report_applied(&state, held);                    only if the actuator holds another u
 ";
         self.file.head(&title, usage, &self.exported.about.origin())
     }

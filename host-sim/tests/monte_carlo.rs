@@ -512,7 +512,7 @@ fn bad_input_is_told_with_what_was_expected_and_nothing_is_written() {
         (&[], "no parameter to vary: give --uncertain PERCENT"),
         (&["--vary", "controller.k_l"], r#"--vary "controller.k_l": expected KEY=uniform(LOW,HIGH)"#),
         (&["--vary", "controller.k_l=unifrom(1,2)"], r#"unknown distribution "unifrom"; did you mean uniform?"#),
-        (&["--vary", "controller.k_l=uniform(1)"], "uniform has two numbers, LOW and HIGH"),
+        (&["--vary", "controller.k_l=uniform(1)"], "uniform takes two numbers, LOW and HIGH"),
         (&["--vary", "controller.k_l=uniform(2,1)"], "the second number must be above the first"),
         (&["--vary", "controller.k_l=uniform(1,y)"], r#""y" is not a finite number"#),
         (&["--vary", "controller.k_l=uniform(0.5x,200)"], "the suffix x must be on all numbers or on none"),

@@ -276,8 +276,15 @@ fn page_runs(page: &str, folder: &str, elsewhere: &[&str]) {
                 out = printed;
             }
             written = written + before + "```sh\n" + commands;
-        } else if let Some((before, _)) = block.split_once("```text\n") {
-            written = written + before + "```text\n" + &out + "```\n";
+        } else if let Some((before, printed)) = block.split_once("```text\n") {
+            let printed = printed.trim_end_matches("```\n");
+            let is_excerpt = printed.lines().any(|line| line == "..");
+            let mut lines = out.lines();
+            for line in printed.lines().filter(|line| is_excerpt && *line != "..") {
+                assert!(lines.any(|it| it == line), "{page}: the output has no line {line:?} there:\n{out}");
+            }
+            let printed = if is_excerpt { printed } else { &out };
+            written = written + before + "```text\n" + printed + "```\n";
         } else {
             written += block;
         }

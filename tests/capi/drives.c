@@ -1,6 +1,6 @@
 /* One drive of the static library (NAME, and MOTOR, JOINT or COUPLED), driven by requests: retunes in motion between
- * four designs, ticks with counts and targets, applied currents, missed ticks, restarts. Each answer has statuses, output
- * and estimates. The configurations precede the first answer: by rule, for COUPLED from exported_config. */
+ * four designs, ticks with counts and targets, applied currents, missed ticks, restarts. Each answer has statuses,
+ * output and estimates. The configurations precede the first answer: by rule, for COUPLED from exported_config. */
 #include "edo_smc.h"
 
 #define JOIN3(a, b, c) a##b##c
@@ -95,7 +95,7 @@ static edo_smc_status_t configure(int which) {
 #endif
     }
 #ifdef COUPLED
-    /* The gates for what has changed. */
+    /* Sets the innovation gates for the changed values. */
     status = CALL(tune)(&config, sizeof config, config.bandwidths.surface_rad_s);
 #else
     status = CALL(by_rule)(&config, sizeof config);

@@ -1,6 +1,6 @@
-/* What a caller may get wrong with a joint as a whole, and what it does in motion: every number out of its range is
- * refused by name, every word that something wrote over is seen; a re-tune is no jump, ticks that did not come are made
- * up for. A harmonic drive, 100 : 1. C99 and C++. */
+/* Every detectable caller error with a coupled joint, and the drive in motion. Every number out of range is rejected by
+ * name, and every overwritten word is detected. A re-tune causes no step in u, and reported missing ticks are
+ * compensated. The plant is a harmonic drive, 100 : 1. C99 and C++. */
 #include <math.h>
 #include <string.h>
 
@@ -22,7 +22,7 @@ static edo_smc_output_t output;
 static edo_smc_estimates_joint_t known;
 static edo_smc_refusal_t refusal;
 
-/* A refusal that leaves all as it was that could have been written. */
+/* Checks that a rejected call leaves state and design unchanged. */
 #define REFUSED(status, call)                                                                                          \
     do {                                                                                                               \
         const state_t state_was = state;                                                                               \
@@ -66,7 +66,7 @@ static void configure(void) {
     config.load_n_m = 20.0;
     config.uncertain = 0.2;
     config.stops_at = EDO_SMC_BRAKING;
-    /* Gates, and the smoothing that goes with the observers. */
+    /* Sets the innovation gates, and the smoothing that fits the observers. */
     EXPECT(EDO_SMC_OK, edo_smc_tune_coupled_fast(&config, sizeof config, config.bandwidths.surface_rad_s));
     EXPECT(0, config.bandwidths.link_rad_s != 170.0 || config.bandwidths.offset_per_s != 22.5);
     EXPECT(1, config.gate_steps[0] >= 8.0 && config.gate_steps[0] < 1e6 && config.gate_steps[1] >= 8.0 &&
@@ -85,7 +85,7 @@ static edo_smc_status_t tick(void) {
     return edo_smc_tick_coupled_fast(&design, &state, &sample, &output);
 }
 
-/* A configuration with one number wrong, which the refusal names, then right again. */
+/* A configuration with one wrong number, which the refusal names, then corrected. */
 #define BAD_NUMBER_OF(named, name, number)                                                                             \
     do {                                                                                                               \
         const config_t right = config;                                                                                 \
@@ -97,7 +97,7 @@ static edo_smc_status_t tick(void) {
     } while (0)
 #define BAD_NUMBER(name, number) BAD_NUMBER_OF(#name, name, number)
 
-/* Every number of a configuration. */
+/* Every number of a configuration, out of its range. */
 static void numbers(void) {
     BAD_NUMBER(period_s, 0.1);
     BAD_NUMBER(period_s, 0.0);
@@ -146,7 +146,7 @@ static void numbers(void) {
     config.hold = 0.0;
     BAD_NUMBER_OF("fallback", safe_u, 9.0);
     config.hold = 1.0;
-    /* And each as no number at all; what is read as a whole number is then 0, and hold is not 1. */
+    /* Each number as NaN; an integer is then read as 0, and hold is not 1. */
     for (size_t i = 0; i < sizeof config / sizeof(double); i++) {
         const config_t right = config;
         double words[sizeof config / sizeof(double)];
@@ -162,7 +162,7 @@ static void numbers(void) {
         EXPECT(is_free, refusal.field[0] == 0);
         config = right;
     }
-    /* Tuned to what is no bandwidth it is refused, and tuned back it is as it was. */
+    /* A tuning to an invalid bandwidth is rejected; a tuning back restores the design. */
     const config_t right = config;
     EXPECT(EDO_SMC_OK, edo_smc_tune_coupled_fast(&config, sizeof config, 600.0));
     REFUSED(EDO_SMC_OUT_OF_RANGE, redesign());
@@ -194,7 +194,7 @@ static void memory(void) {
         BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.words[i] ^= 1u);
     }
     BAD_DESIGN(EDO_SMC_BAD_COEFFICIENTS, design.check += 1u);
-    /* Those of another form have as many words. */
+    /* Designs of another form have the same number of words. */
     edo_smc_state_coupled_fast_late_t late;
     EXPECT(EDO_SMC_WRONG_INSTANCE,
            edo_smc_init_coupled_fast_late((const edo_smc_design_coupled_fast_late_t *)(const void *)&design,
@@ -228,7 +228,7 @@ static void memory(void) {
     EXPECT(EDO_SMC_OK, edo_smc_reset_coupled_fast(&state));
 }
 
-/* Both shafts, in double, with the lag of the current; by the link and the motor. */
+/* Simulated plant in double: link and motor, with the lag of the current. */
 static double angle[2], speed[2], current;
 
 static void advance(double u, double load_n_m) {
@@ -247,8 +247,8 @@ static uint32_t count(double rad, double counts_per_turn) {
     return (uint32_t)(int32_t)floor(rad / TURN_RAD * counts_per_turn + 0.5);
 }
 
-/* A move of 1 rad, tuned on the way, with three ticks that do not come and a load in the end: the largest error, and
- * the largest step of u on the way, at the re-tune alone, and after the gap. */
+/* A move of 1 rad with a re-tune, three missing ticks, and a load at the end. Checks the largest error, and the steps
+ * of u during the move, at the re-tune, and after the missing ticks. */
 static void moving(int is_told) {
     static edo_smc_plan_joint_t rest, plan;
     const design_t *running = &design;
@@ -264,7 +264,7 @@ static void moving(int is_told) {
     for (uint32_t now = 0; now < 2000; now++) {
         const double load = now >= 1500 ? 9.0 : 0.0;
         if (now == 400) {
-            /* Three interrupts that do not come, the current held all the while. */
+            /* Three missing interrupts; the current is held. */
             for (int k = 0; k < 3; k++, now++) {
                 EXPECT(EDO_SMC_OK, edo_smc_plan_play_joint(&plan, now + 1, &sample.end));
                 advance(output.u, load);
@@ -306,15 +306,15 @@ static void moving(int is_told) {
            retuned, after, health);
 #endif
     EXPECT(1, retuned < 0.05);
-    /* Who does not tell of them feels a blow. */
+    /* Without a call of `missed` u has a step. */
     EXPECT(1, is_told ? after < 0.2 && worst < 3e-3 && health == 0 : after > 1.0);
     EXPECT(EDO_SMC_OK, edo_smc_estimates_coupled_fast(running, &state, &known));
-    /* The load is known in the end, and where the link is. */
+    /* At the end the estimates of load and link position are correct. */
     EXPECT(1, fabs((double)known.load[0] - 9.0) < 0.5);
     EXPECT(1, fabs((double)known.position[0] - angle[0]) < 1e-4 && known.turn == 0);
 }
 
-/* Beyond its fence it brakes. */
+/* A drive beyond its fence brakes. */
 static void fences(void) {
     static const edo_smc_fence_limits_t limits = {-INFINITY, 2.0, 50.0, 0.5};
     static edo_smc_fence_t fence;

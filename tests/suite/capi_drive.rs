@@ -705,7 +705,7 @@ fn an_exported_configuration_is_the_drive_of_its_scenario() {
         };
         let header = exported_config(&text);
         assert!(header.lines().all(|line| line.len() <= 120 || line.starts_with("#error ")), "{header}");
-        assert_eq!(name == "motor_fast_late", header.contains("hand in (uint32_t)-700 - register"), "{header}");
+        assert_eq!(name == "motor_fast_late", header.contains("pass (uint32_t)-700 - register"), "{header}");
         assert_eq!(name == "motor_fast_late", header.contains("exported_limits"), "{header}");
         let program = PRINTS.replace("NAME", name);
         let folder = folder("capi-config").join(name);

@@ -151,7 +151,7 @@ fn the_page_of_status_flags_is_the_source() {
         if let Some((name, bits)) = constant {
             let bits: u16 = bits.trim_end_matches(");").replace('_', "").parse().expect("the bits of a flag");
             if bits.is_power_of_two() {
-                let plain = comment.replace(['[', ']'], "");
+                let plain = without_links(&comment).replace('|', "\\|");
                 let _ = writeln!(page, "| {} | `{name}` | {} |", bits.trailing_zeros(), plain.trim());
                 flags += 1;
             }
@@ -163,6 +163,14 @@ fn the_page_of_status_flags_is_the_source() {
     golden::whole("reference/status.md", &page).unwrap_or_else(|differs| panic!("{differs}"));
 }
 
+/// Returns a doc comment without the targets of its links.
+fn without_links(comment: &str) -> String {
+    let mut parts = comment.split("](");
+    let first = parts.next().unwrap_or_default().to_owned();
+    let text = parts.fold(first, |text, part| text + part.split_once(')').map_or(part, |(_, rest)| rest));
+    text.replace(['[', ']'], "")
+}
+
 /// Every page of docs is in the index.
 #[test]
 fn the_index_names_every_page() {
@@ -171,7 +179,7 @@ fn the_index_names_every_page() {
     for folder in ["", "reference/", "evidence/"] {
         for entry in std::fs::read_dir(docs.join(folder)).expect("a folder") {
             let name = entry.expect("an entry").file_name().to_string_lossy().into_owned();
-            let is_page = name.ends_with(".md") && name != "README.md";
+            let is_page = name.ends_with(".md") && !["README.md", "SUMMARY.md"].contains(&name.as_str());
             assert!(!is_page || index.contains(&format!("]({folder}{name})")), "docs/README.md lacks {folder}{name}");
         }
     }
@@ -191,7 +199,7 @@ fn every_command_in_the_pages_is_accepted() {
             let Some(words) = after.iter().find_map(|begin| line.strip_prefix(begin)) else { continue };
             let words = words.split(" #").next().unwrap_or(words);
             // A pattern such as `[--set KEY=VALUE]` is not a command.
-            if words.contains("[-") || words.contains("..") && !words.contains('=') || words.contains('`') {
+            if words.contains("[-") || words.contains(" ..") || words.contains(['`', '<', '|']) {
                 continue;
             }
             let args = ["host-sim".into()].into_iter().chain(split(words).into_iter().map(Into::into));
@@ -202,7 +210,7 @@ fn every_command_in_the_pages_is_accepted() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert!(count > 60, "{count} commands");
+    assert!(count >= 50, "{count} commands");
 }
 
 /// Returns the pages of the repository: the root, `docs` and the crates.

@@ -1,7 +1,7 @@
 //! Counts that keep the prose readable: the style sheet of CONTRIBUTING.md as numbers.
 //!
 //! Four habits make the text of this project hard to read, and each one is countable: the pronoun *what*, programs that
-//! *tell, say, know or ask*, *that of* in place of a noun, and doc comments that are fragments (`/// Of its numbers.`).
+//! *tell, say, know or ask*, `that of` in place of a noun, and doc comments that are fragments (`/// Of its numbers.`).
 //! The unit is one per 1000 words. Published crates have 0.0 to 0.6 *what* and 0.2 to 1.1 *say*.
 //!
 //! A page of documentation must meet the [targets](TARGETS). A crate must stay below its limits in [`LIMITS`], which

@@ -1,13 +1,13 @@
-/* From the next tick on it brakes. */
+/* Starts the brake at the next tick. */
 static inline void @_watch_brakes(@_monitor *monitor)
 {
     monitor->braking = 1.0f;
-    monitor->most = 0.0f; /* not known before the first tick of it */
+    monitor->most = 0.0f; /* unknown before the first tick of the brake */
     monitor->stuck = 0.0f;
     monitor->over = 0.0f;
 }
 
-/* What a tick of it shows. */
+/* Checks a tick of the brake. */
 static inline void @_watch_brake(@_monitor *monitor, const @_state *state, float speed, float asks, float slowing,
     bool is_short, bool is_blind)
 {
@@ -16,7 +16,7 @@ static inline void @_watch_brake(@_monitor *monitor, const @_state *state, float
 $looks$$holds$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
     if (is_short) {
         @_watch_limit(monitor, state, speed, slowing, false$overs$);
-        /* Faster than at the beginning: that is no brake. */
+        /* Faster than at the begin: the brake does not work. */
         if (asks > @_magnitude(monitor->most)) {
             monitor->stuck = $stuck_ticks$f + 1.0f;
         }
@@ -30,7 +30,7 @@ $looks$$holds$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
     @_watch_over(monitor, is_blind);
 }
 
-/* A tick of a drive that brakes: the current opposes the speed$and_load$. At a limit the speed must fall. */
+/* Computes one tick of the brake: the current opposes the speed$and_load$. At a limit the speed must decrease. */
 static inline unsigned @_brake(@_monitor *monitor, @_state *state, unsigned told, @_output *output)
 {
     @@_AS_WRITTEN

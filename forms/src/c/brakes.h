@@ -1,7 +1,7 @@
         if (is_rejected && is_lost) {
             health |= @_watch_stop(monitor, output);
         } else {
-            /* To brake makes it worse if the shaft goes the wrong way: that is known in a few ticks. */
+            /* If encoder or phases are reversed, braking accelerates the shaft: wait some ticks for that alarm. */
             if (!(monitor->against > 0.0f)) {
                 @_watch_brakes(monitor);
             }

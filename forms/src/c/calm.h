@@ -1,7 +1,7 @@
-/* LOWER GAINS. In the play of a gear a shaft swings around a target that rests, and never stands. Where the current
- * goes through $loud$ A around its mean to and fro, again and again, an observer and a law for a quarter of the
- * bandwidth take over; then, if that swings too, for an eighth; until the target moves or a load pushes the shaft by
- * more than $load$ rad. HUNTS says so. */
+/* LOWER GAINS. In the play of a gear a shaft swings around a target at rest. If the current alternates by more than
+ * $loud$ A around its mean several times, an observer and a law with a quarter of the bandwidth act instead. If they
+ * swing, too, an eighth of the bandwidth acts. They end when the target moves or a load moves the shaft by more than
+ * $load$ rad. HUNTS is set while they act. */
 static inline void @_calm_listens(@_monitor *monitor, float error, float speed, float u)
 {
     @@_AS_WRITTEN
@@ -27,7 +27,7 @@ static inline void @_calm_listens(@_monitor *monitor, float error, float speed, 
     }
 }
 
-/* Is that a load on a lower set that has settled? */
+/* Returns whether a load acts on settled lower gains. */
 static inline bool @_calm_is_load(@_monitor *monitor, float error)
 {
     if ((monitor->calm_set > 0u) && (monitor->calm_ticks < $settled$f)) {
@@ -40,7 +40,7 @@ static inline bool @_calm_is_load(@_monitor *monitor, float error)
 static inline float @_calm_asks(@_monitor *monitor, float error)
 {
     @@_AS_WRITTEN
-    static const float gains[2][5] = { /* of the observer, of the law */
+    static const float gains[2][5] = { /* observer, law */
         {$first$},
         {$second$}
     };
@@ -70,7 +70,7 @@ static inline void @_calm_leave(@_monitor *monitor)
     monitor->calm_u = 0.0f;
 }
 
-/* After a tick: the current of a lower set goes out instead, if one is in use. */
+/* Replaces the output of a tick by the current of the lower gains if they are in use. */
 static inline unsigned @_calm(@_monitor *monitor, @_state *state, unsigned health, @_output *output)
 {
     const unsigned out_of_use = ((unsigned)@@_BRAKES | (unsigned)@@_WAITS) | (unsigned)@@_INPUT_REJECTED;
@@ -85,7 +85,7 @@ static inline unsigned @_calm(@_monitor *monitor, @_state *state, unsigned healt
     (void)@_estimates(state, &known);
     const float error = @_rest_error(monitor, &known);
     @_calm_listens(monitor, error, known.speed, (monitor->calm_set > 0u) ? monitor->calm_u : output->u);
-    if (@_calm_is_load(monitor, error)) { /* it has its own gains back */
+    if (@_calm_is_load(monitor, error)) { /* back to the normal gains */
         const uint32_t returns = monitor->calm_returns + 1u;
         const float mean = monitor->calm_u;
         @_calm_leave(monitor);

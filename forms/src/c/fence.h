@@ -1,7 +1,8 @@
-/* LIMITS. Ends of the range, top speed, distance from the target: which of them the estimates break, as bits of the
- * health. From the speed v a brake needs |v| ($constant$ + $per_square$ |v|) rad at most: where less is left, it is time,
- * unless the shaft follows a target that can still come to rest before the end. @_watched_tick asks it, and does what
- * follows an alarm. */
+/* LIMITS. Returns the flags of the violated limits: ends of the range, top speed, distance to the target. At the speed
+ * v the braking distance is at most
+ *     |v| ($constant$ + $per_square$ |v|) rad.
+ * If less is left before an end, the drive must brake now. The exception is a shaft whose target can still stop before
+ * the end. @_watched_tick calls it and reacts to an alarm. */
 static inline unsigned @_limits_broken(const @_state *state, const @_sample *sample)
 {
     @@_AS_WRITTEN
@@ -14,11 +15,11 @@ static inline unsigned @_limits_broken(const @_state *state, const @_sample *sam
     const uint32_t turn = (uint32_t)known.turn;
     const float low = ((float)@_signed($low_turn$u - turn) * full_turn) + ($low$ - known.position$shaft$);
     const float high = ((float)@_signed($high_turn$u - turn) * full_turn) + ($high$ - known.position$shaft$);
-$target$    /* Only where it moves to an end that end counts. */
+$target$    /* Only the end in the direction of motion counts. */
     const float left = (v < 0.0f) ? -low : high;
     const float ahead = (v < 0.0f) ? -error : error;
     const float target_speed = (v < 0.0f) ? -r_dot : r_dot;
-    /* A plan may take more of the current than a brake is sure of. */
+    /* A plan may use more current than the brake assumes. */
     const float square = (0.75f * $per_square$f) * (target_speed * target_speed);
     const float target_way = (target_speed > 0.0f) ? square : 0.0f;
     const float slack = $slack$f + (0.25f * way);

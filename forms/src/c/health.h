@@ -1,23 +1,23 @@
 
-/* What a tick has to say about itself, as a set of bits. */
+/* Status flags of a tick. */
 enum {
     @@_OK = 0,
-    @@_INPUT_REJECTED = 1, /* no good sample yet, too many lost, a target that is no number: the fallback */
-    @@_SATURATED = 2, /* the law asked for more than the limits allow */
-    @@_SAMPLE_LOST = 8, /* a count was not there, or moved as no shaft can: the observer predicts */
-    @@_POSITION_STEPPED = 128, /* a missed tick or a slip: the position was taken from the counts anew */
-    @@_WAITS = 256, /* the counts do not agree with each other yet: no current until they do */
-    /* what the monitors say of it */
+    @@_INPUT_REJECTED = 1, /* no valid sample yet, too many missing, or an invalid target: fallback */
+    @@_SATURATED = 2, /* the demanded u exceeds the limits */
+    @@_SAMPLE_LOST = 8, /* a count was missing or physically impossible: the observer predicts */
+    @@_POSITION_STEPPED = 128, /* missed tick or slip: the position was set from the counts again */
+    @@_WAITS = 256, /* the counts are not consistent yet: the current is 0 until they are */
+    /* set by the monitors */
     @@_SIGMA_STAR_OVER_BOUND = 4,
     @@_DISTURBANCE_OVER_BOUND = 16,
     @@_STUCK_AT_LIMIT = 32,
-    @@_WRONG_WAY = 512, /* it speeds up against its current: an encoder or the phase order is reversed */
-    @@_OSCILLATES = 1024, /* the disturbance is over its bound to and fro: a limit cycle */
-    @@_BRAKES = 2048, /* after an alarm: the current opposes the speed, no target is followed */
-    /* what its limits say */
+    @@_WRONG_WAY = 512, /* the shaft accelerates against its current: encoder or phases are reversed */
+    @@_OSCILLATES = 1024, /* the disturbance exceeds its bound in both directions: a limit cycle */
+    @@_BRAKES = 2048, /* after an alarm: the current opposes the speed, the target is ignored */
+    /* set by the limits of motion */
     @@_OVERSPEED = 4096,
     @@_FOLLOWING_ERROR = 8192,
-    @@_END_OF_RANGE = 16384, /* beyond an end, or it must brake now */
-    @@_HUNTS = 32768, /* at rest it slips or swings from side to side: it is held in a wider band, or by lower gains */
-    @@_STOPPED = 64 /* nothing but the safe current goes out until the monitor is reset */
+    @@_END_OF_RANGE = 16384, /* beyond an end of the range, or braking must begin now */
+    @@_HUNTS = 32768, /* the shaft hunts at rest: a wider rest band or lower gains are in use */
+    @@_STOPPED = 64 /* the output is the safe current until the monitor is reset */
 };

@@ -1,32 +1,33 @@
 
-/* MONITORS. A count that sticks while the shaft stands still looks like a load that u cancels: the loop runs away, and
- * no observer sees it. Where that does harm call @_watched_tick and @_watched_lost instead of @_tick_or_start and
- * @_lost. An alarm (any of SIGMA_STAR_OVER_BOUND, DISTURBANCE_OVER_BOUND, STUCK_AT_LIMIT, INPUT_REJECTED)
+/* MONITORS. An encoder that freezes at standstill looks like a load: u rises against it, and the shaft runs away. No
+ * observer detects this. If a runaway is dangerous, call @_watched_tick and @_watched_lost instead of
+ * @_tick_or_start and @_lost.
+ * An alarm (any of SIGMA_STAR_OVER_BOUND, DISTURBANCE_OVER_BOUND, STUCK_AT_LIMIT, INPUT_REJECTED)
  * $follows$.
- * WRONG_WAY and OSCILLATES stop the drive in any case. A drive that has stopped stays so until @_watched_reset. */
+ * WRONG_WAY and OSCILLATES stop the drive in any case. A stopped drive stays stopped until @_watched_reset. */
 typedef struct {
     bool stopped;
-    float stuck; /* ticks at a limit without |sigma| falling, ten within the limits for each that is forgotten */
-    float last_sigma; /* |sigma| at the last of them */
-    float swings; /* ticks for which changes of side of a disturbance still count */
-    float against; /* ticks in a row of the wrong way */
+    float stuck; /* ticks at a limit without a decrease of |sigma|; minus a tenth of the ticks within the limits */
+    float last_sigma; /* |sigma| in the last tick at a limit */
+    float swings; /* remaining ticks of the sign changes of a disturbance */
+    float against; /* consecutive ticks of acceleration against the current */
     float last_speed; /* |v| in the last tick at a limit */
-    float over; /* ticks over a bound or without a sample, less those without */
-$braking$$sides$$resting$} @_monitor; /* zeros are right at the start */
+    float over; /* ticks over a bound or without a sample, minus ticks without either */
+$braking$$sides$$resting$} @_monitor; /* zeros before the start */
 
 static inline float @_magnitude(float number)
 {
     return (number < 0.0f) ? -number : number;
 }
 
-$stop_and_brake$/* So much less, but not below 0. */
+$stop_and_brake$/* Returns number - by, at least 0. */
 static inline float @_lessened(float number, float by)
 {
     const float less = number - by;
     return (less > 0.0f) ? less : 0.0f;
 }
 
-/* Is d over its bound, and to the other side than when it was so before? */
+/* Returns whether d exceeds its bound; sets has_changed if the sign differs from the last time. */
 static inline bool @_watch_side(float d, float bound, float *side, bool *has_changed)
 {
     if (@_magnitude(d) <= bound) {
@@ -37,20 +38,20 @@ static inline bool @_watch_side(float d, float bound, float *side, bool *has_cha
     return true;
 }
 
-/* A tick at a limit of the current, and of what must fall there. */
+/* Counts a tick at a limit of the current; `falling` must decrease there. */
 static inline void @_watch_limit(@_monitor *monitor, const @_state *state, float falling, float current, bool is_lost$params$)
 {
     const float wanted = $gain$f * current; /* acceleration by the current */
     const float speed = @_magnitude(state->v$shaft$);
     const float found = @_magnitude(state->d$shaft$);
-    /* Does it speed up against the current, by what the current would do the other way round? */
+    /* The shaft accelerates against its current, as the reversed current would accelerate it. */
     bool wrong_way = ((state->v$shaft$ * wanted) < 0.0f) && ((state->d$shaft$ * wanted) < 0.0f) &&
                      (speed > monitor->last_speed) && (found > (1.25f * @_magnitude(wanted))) &&
                      (found < (3.5f * @_magnitude(wanted)));
 $apart$    if (wrong_way && over$shaft$) {
         monitor->against += 1.0f;
     } else if (is_lost) {
-        monitor->against += 0.5f; /* at full current nobody sees what it does */
+        monitor->against += 0.5f; /* no count at full current: the motion is unknown */
     } else {
         monitor->against = 0.0f;
     }
@@ -61,20 +62,20 @@ $apart$    if (wrong_way && over$shaft$) {
     monitor->last_sigma = falling;
 }
 
-/* A tick within the limits. */
+/* Counts a tick within the limits. */
 static inline void @_watch_within(@_monitor *monitor)
 {
     monitor->against = 0.0f;
     monitor->stuck = @_lessened(monitor->stuck, 0.1f);
 }
 
-/* A tick over a bound or without a sample, or without either. */
+/* Counts a tick over a bound or without a sample. */
 static inline void @_watch_over(@_monitor *monitor, bool is_over)
 {
     monitor->over = is_over ? (monitor->over + 1.0f) : @_lessened(monitor->over, 1.0f);
 }
 
-/* The alarms that stop any drive, from the next tick on: this current is the law's. */
+/* Returns the alarms that stop every drive. The stop begins at the next tick. */
 static inline unsigned @_watch_runaway(@_monitor *monitor)
 {
     const bool wrong_way = monitor->against > $wrong_way_ticks$f;
@@ -86,7 +87,7 @@ static inline unsigned @_watch_runaway(@_monitor *monitor)
     return alarms;
 }
 
-$brake$/* What the monitors say of a tick that was made; what follows is done. */
+$brake$/* Checks a completed tick, returns its flags, and starts the reaction to an alarm. */
 static inline unsigned @_watch(@_monitor *monitor, @_state *state, unsigned told, @_output *output)
 {
     const bool is_lost = (told & @@_SAMPLE_LOST) != 0u;
@@ -118,12 +119,12 @@ $brakes$$looks$    monitor->swings += has_changed ? $stuck_ticks$f : 0.0f;
 $stops$    return health | @_watch_runaway(monitor);
 }
 
-/* Does what follows an alarm, from the next tick on: for reasons of your own, a switch, a door. */
+/* Starts the reaction to an alarm at the next tick, for an external cause such as a door switch. */
 static inline void @_watched_trip(@_monitor *monitor)
 {
 $trip$}
 
-$fence$$rest$/* @_tick_or_start within the monitors. */
+$fence$$rest$/* Computes @_tick_or_start with the monitors. */
 static inline unsigned @_watched_tick(@_monitor *monitor, @_state *state, const @_sample *sample, @_output *output)
 {
 $placing$    if (monitor->stopped) {
@@ -134,7 +135,7 @@ $placing$    if (monitor->stopped) {
 $hunting$$fenced$    return health;
 }
 
-/* @_lost within the monitors. */
+/* Computes @_lost with the monitors. */
 static inline unsigned @_watched_lost(@_monitor *monitor, @_state *state, @_output *output)
 {
     if (monitor->stopped) {
@@ -144,7 +145,7 @@ static inline unsigned @_watched_lost(@_monitor *monitor, @_state *state, @_outp
     return @_watch(monitor, state, @_lost(state, output), output);
 }
 
-/* After a stop: all is forgotten, and the next good sample starts the drive. */
+/* Clears monitor and state after a stop: the next valid sample starts the drive. */
 static inline void @_watched_reset(@_monitor *monitor, @_state *state)
 {
     monitor->stopped = false;

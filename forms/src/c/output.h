@@ -1,10 +1,10 @@
 
 typedef struct {
-    float u; /* A, to hold until the next tick, within the limits */
-    float sigma; /* how far from the reference, in the unit of its last derivative */
-    float sigma_star; /* the same less what fades from the start */
+    float u; /* A; hold until the next tick; within the limits */
+    float sigma; /* sliding variable, unit of the last derivative of the target */
+    float sigma_star; /* sliding variable without its initial offset */
 } @_output;
 
-/* What the drive knows, of each shaft. */
+/* Estimates of each shaft. */
 typedef struct {
-    int32_t turn; /* whole turns, to be added to the positions */
+    int32_t turn; /* revolutions to add to the positions */

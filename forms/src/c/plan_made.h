@@ -1,11 +1,11 @@
 
-/* Part of a plan: a coefficient of a way that has a place in 2^-32 turns. */
+/* Part of a plan: returns whether a coefficient fits into 64 bits of 2^-32 revolutions. */
 static inline bool @_is_near(double rad)
 {
     return (rad >= -$farthest_rad$) && (rad <= $farthest_rad$);
 }
 
-/* Part of a plan: the nearest of 2^-32 turns, modulo 2^64. */
+/* Part of a plan: rounds to 2^-32 revolutions, modulo 2^64. */
 static inline uint64_t @_units(double rad)
 {
     const double units = rad * $units_per_rad$;
@@ -13,7 +13,7 @@ static inline uint64_t @_units(double rad)
     return (uint64_t)(int64_t)rounded;
 }
 
-/* Part of a plan: onto a goal. In double, hence not for the interrupt. */
+/* Part of a plan: makes the transition to a goal. It uses double: do not call it in the interrupt. */
 static inline bool @_plan_onto(@_plan *plan, const @_goal *goal, const @_jet *present, uint32_t start,
     uint32_t ticks)
 {
@@ -52,11 +52,10 @@ $gap$    gap[0] += $tau$ * (double)@_signed(turns);
     return true;
 }
 
-/* The plan to be at rest at 2 pi turn + angle, always: for a start. The answer of this and of the next three is false,
- * and the plan as it was, if a number is none or beyond 1e12, the way leads some 10 million turns far, or the ticks are
- * not 1 to 2^24. They compute in double,
- * on most cores in software: make a plan outside of the interrupt, not the one that is being played, and hand it over
- * between two ticks. */
+/* Makes a permanent rest at 2 pi turn + angle: for a start. This function and the next three return false for invalid
+ * arguments and leave the plan unchanged. Invalid are a number that is NaN or above 1e12, a distance of some 10 million
+ * revolutions, and ticks outside of 1 to 2^24. The functions use double, in software on most cores. Make a plan outside
+ * of the interrupt and never in the plan that is played. Switch to it between two ticks. */
 static inline bool @_plan_rest(@_plan *plan, int32_t turn, float angle)
 {
     @_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };
@@ -70,9 +69,9 @@ static inline bool @_plan_rest(@_plan *plan, int32_t turn, float angle)
     return true;
 }
 
-/* Plans a move to rest at 2 pi turn + angle, that begins at a tick with what is present then and takes so many ticks.
- * On the way, the present is that of the old plan at this tick (@_plan_jet), never a measurement. Whether the current
- * and the supply suffice is not asked. */
+/* Makes a move to rest at 2 pi turn + angle. It begins at tick `start` with `present` and takes `ticks` ticks. During a
+ * motion take `present` from the old plan at this tick (@_plan_jet), never from a measurement. The function does
+ * not check the current and the supply. */
 static inline bool @_plan_move(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks, int32_t turn,
     float angle)
 {
@@ -82,7 +81,7 @@ static inline bool @_plan_move(@_plan *plan, const @_jet *present, uint32_t star
     return @_is_number((double)angle) && @_plan_onto(plan, &goal, present, start, ticks);
 }
 
-/* Part of a stop: the way that it takes in so many ticks, and whether it goes back on it. The speed on the way is
+/* Part of a stop: writes its distance for a number of ticks and returns whether it moves back. Its speed is
  * (1 - s)^m (part[0] + part[1] s + ..). */
 static inline bool @_stop_goes_back(const @_jet *present, uint32_t ticks, double *way)
 {
@@ -116,8 +115,9 @@ static inline bool @_stop_goes_back(const @_jet *present, uint32_t ticks, double
     return forward && back;
 }
 
-/* Plans to come to rest in so many ticks, and never back: at an even speed at half of the way that would have been
- * gone. Of a shaft that slows down already it takes fewer ticks where a longer stop would go back. */
+/* Makes a stop in `ticks` ticks that never moves back. From a constant speed the shaft stops after half of the
+ * distance that it would have moved. If the shaft decelerates already and a longer stop would move back, it
+ * takes fewer ticks. */
 static inline bool @_plan_stop(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks)
 {
     @@_AS_WRITTEN
@@ -144,8 +144,8 @@ static inline bool @_plan_stop(@_plan *plan, const @_jet *present, uint32_t star
     return @_is_number(angle) && @_plan_move(plan, present, start, taken, present->turn, (float)angle);
 }
 
-/* Plans a way onto A sin(omega t) about angle 0, the phase of which is 0 at tick 0. Omega is rounded to a whole number
- * of 2^-32 turns per tick, and must be at least that and less than half a turn per tick. */
+/* Makes a transition to A sin(omega t) about angle 0, whose phase is 0 at tick 0. omega is rounded to a multiple of
+ * 2^-32 revolutions per tick. It must be at least one of them and less than half a revolution per tick. */
 static inline bool @_plan_sine(@_plan *plan, const @_jet *present, uint32_t start, uint32_t ticks,
     double amplitude_rad, double omega_rad_s)
 {

@@ -1,11 +1,11 @@
 
-/* Part of a plan: a number that the drive would take. */
+/* Part of a plan: returns whether a number is valid for the drive. */
 static inline bool @_is_number(double number)
 {
     return (number >= -1e12) && (number <= 1e12);
 }
 
-/* Part of a plan. */
+/* Part of a plan: position and derivatives of the goal at a tick. */
 static inline void @_jet_of_goal(const @_goal *goal, uint32_t tick, @_jet *jet)
 {
     if (goal->phase_per_tick != 0u) {
@@ -17,23 +17,23 @@ static inline void @_jet_of_goal(const @_goal *goal, uint32_t tick, @_jet *jet)
 $zeros$    }
 }
 
-/* Part of a plan: ticks until its goal is met, 0 if it is. The end is ahead for less than half of all ticks. */
+/* Part of a plan: ticks until the goal is reached, 0 afterwards. The end must be less than 2^31 ticks ahead. */
 static inline uint32_t @_plan_left(const @_plan *plan, uint32_t tick)
 {
     const uint32_t left = plan->end - tick;
     return ((plan->ticks == 0u) || (left > 0x7fffffffu)) ? 0u : left;
 }
 
-/* Part of a plan: a sum in 2^-32 turns times s in 2^-32, of at most a half. */
+/* Part of a plan: multiplies a sum in 2^-32 revolutions by s in 2^-32, s at most a half. */
 static inline uint64_t @_share(uint64_t sum, uint32_t s)
 {
     const int64_t turns = (int64_t)@_signed((uint32_t)(sum >> 32)) * (int64_t)@_signed(s);
     return (uint64_t)turns + (((sum & 0xffffffffu) * (uint64_t)s) >> 32);
 }
 
-/* Part of a plan: a half of its way at a part of its ticks, added to the jet of its goal. The position is whole turns and
- * a rest, in 2^-32 turns: of a million turns it is as fine as of one. Its argument has 32 bits, rounded down, and is so
- * many 2^-32 ticks early. */
+/* Part of a plan: adds one half of the transition, at a part of its ticks, to position and derivatives of the goal. The
+ * position is whole revolutions and a remainder in 2^-32 revolutions, so its resolution is the same at any distance.
+ * The argument s has 32 bits, rounded down; `early` corrects the rounding, in 2^-32 ticks. */
 static inline void @_go_along(const @_plan *plan, uint32_t half, uint32_t part, @_jet *jet)
 {
     const uint32_t s = (uint32_t)(((uint64_t)part * plan->share) >> 32);
@@ -45,7 +45,8 @@ $sums$    jet->turn = @_signed((uint32_t)jet->turn + (uint32_t)(sum >> 32) + ((u
     @_join(plan->power[half], part, (uint32_t)sum, early, plan->per_tick, rate, instant_s, jet);
 }
 
-/* Where a plan is at a tick, with all that another plan takes over from it; before its start where it begins. */
+/* Writes position and derivatives of a plan at a tick, from which another plan can start. Before the start of the plan
+ * it writes the first ones. */
 static inline void @_plan_jet(const @_plan *plan, uint32_t tick, @_jet *jet)
 {
     const uint32_t ahead = @_plan_left(plan, tick);
@@ -57,7 +58,7 @@ static inline void @_plan_jet(const @_plan *plan, uint32_t tick, @_jet *jet)
     }
 }
 
-/* The target at a tick. */
+/* Writes the target at any tick, to look ahead. */
 static inline void @_plan_at(const @_plan *plan, uint32_t tick, @_target *target)
 {
     @_jet jet;
@@ -65,8 +66,8 @@ static inline void @_plan_at(const @_plan *plan, uint32_t tick, @_target *target
     target->turn = jet.turn;
 $copied$}
 
-/* The same of a plan that is gone along: in the interrupt, once per tick, for its end. What is over stays so when ticks
- * have wrapped (2^32 of them are five days at 10 kHz). */
+/* Writes the target at a tick. Call it in the interrupt once per tick, for the end of the tick. A completed plan stays
+ * completed when the ticks wrap (2^32 ticks are five days at 10 kHz). */
 static inline void @_plan_play(@_plan *plan, uint32_t tick, @_target *target)
 {
     if (@_plan_left(plan, tick) == 0u) {

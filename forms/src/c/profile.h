@@ -1,44 +1,45 @@
 
-/* PROFILE. Set-points that come at any time become targets within limits of speed, acceleration and jerk, without
- * overshoot: in the interrupt take the target of each tick from @_profile_next, and give a goal whenever there is one.
- * The path is a mean over $averages$ windows of ticks: its jerk is at most 2 acceleration / (window period). Points of a
- * stream take a window of as many ticks as there are from one to the next; one that is late, comes twice or not at all
- * changes the path between them alone. Change a profile between two ticks, not while the interrupt makes one. */
+/* PROFILE. A profile turns set-points that arrive at any time into targets within limits of speed, acceleration and
+ * jerk, without overshoot. The interrupt takes the target of each tick from @_profile_next. Set a goal at any
+ * time.
+ * The path is averaged over $averages$ windows of ticks: its jerk is at most 2 acceleration / (window period). For a
+ * stream of points use a window of as many ticks as lie between two points. A late, repeated or missing point changes
+ * only the path between the points. Change a profile between two ticks, never while the interrupt computes one. */
 #ifndef @@_PROFILE_WINDOW
-#define @@_PROFILE_WINDOW $window$u /* ticks of a window at most, 1 to $most_window$; each takes $memory$ bytes of a profile */
+#define @@_PROFILE_WINDOW $window$u /* largest window, 1 to $most_window$ ticks of $memory$ bytes each */
 #endif
 #if @@_PROFILE_WINDOW > $most_window$
 #error "@@_PROFILE_WINDOW is more than $most_window$"
 #endif
 
 typedef struct {
-    uint64_t goal; /* 2^-32 turns, modulo 2^64, as all that follows */
-    int64_t low; /* goals are taken between these */
+    uint64_t goal; /* 2^-32 revolutions, modulo 2^64, as all further members */
+    int64_t low; /* range of goals */
     int64_t high;
-    uint64_t base; /* where it is without averages */
-    int32_t step; /* of the base in a tick, and how many whole accelerations that is */
+    uint64_t base; /* base: the path without averages */
+    int32_t step; /* movement of the base in a tick, and the number of whole accelerations in it */
     int32_t whole;
     int32_t fastest;
     int32_t fastest_whole;
     int32_t acceleration;
-    int32_t steps[$averages$u * @@_PROFILE_WINDOW]; /* of the last windows; the oldest is at `oldest` */
+    int32_t steps[$averages$u * @@_PROFILE_WINDOW]; /* steps of the last windows; the oldest is at `oldest` */
     uint32_t oldest;
     uint32_t window;
-    uint32_t all; /* window^$averages$: so many times as large are those that follow */
-    uint64_t sums[$averages$]; /* the last is what the path moves by */
+    uint32_t all; /* window^$averages$: scale of the following members */
+    uint64_t sums[$averages$]; /* the last is the movement of the path */
     uint64_t earlier[2];
-    uint64_t behind; /* of the path behind the base */
+    uint64_t behind; /* lag of the path behind the base */
     float part_rad;
 } @_profile;
 
-/* Part of a profile. */
+/* Part of a profile: converts to a signed number. */
 static inline int64_t @_signed_long(uint64_t units)
 {
-    const uint64_t below = UINT64_MAX - units; /* -1 - units, where that is not negative */
+    const uint64_t below = UINT64_MAX - units; /* -1 - units, if not negative */
     return (units <= 0x7fffffffffffffffu) ? (int64_t)units : (-1 - (int64_t)below);
 }
 
-/* Part of a profile: 2 pi turn + rad, or what is nearest to it. */
+/* Part of a profile: returns 2 pi turn + rad in 2^-32 revolutions, saturated. */
 static inline uint64_t @_place(int32_t turn, double rad)
 {
     const int64_t turns = (int64_t)turn * 4294967296;
@@ -52,7 +53,7 @@ static inline uint64_t @_place(int32_t turn, double rad)
     return (uint64_t)sum;
 }
 
-/* Part of a profile: are these limits? */
+/* Part of a profile: returns whether the limits are in range. */
 static inline bool @_profile_is_limit(double speed_rad_s, double acceleration_rad_s2)
 {
     @@_AS_WRITTEN
@@ -61,8 +62,8 @@ static inline bool @_profile_is_limit(double speed_rad_s, double acceleration_ra
            (acceleration_rad_s2 <= ($most$ * $acceleration_unit$));
 }
 
-/* Limits in motion too: above a lower speed it brakes as the acceleration has it. False, and nothing is changed, where a
- * limit is no number, or less than 2^-32 turns or more than a quarter of a turn per tick (or tick squared). */
+/* Sets the limits, also in motion: above a lower speed the path brakes with the acceleration. Returns false and changes
+ * nothing if a limit is NaN, below 2^-32 or above 1/4 revolution per tick (or tick squared). */
 static inline bool @_profile_limit(@_profile *profile, double speed_rad_s, double acceleration_rad_s2)
 {
     @@_AS_WRITTEN
@@ -76,7 +77,7 @@ static inline bool @_profile_limit(@_profile *profile, double speed_rad_s, doubl
     return good;
 }
 
-/* Part of a profile. */
+/* Part of a profile: sets a goal within the range. */
 static inline void @_profile_set_goal(@_profile *profile, uint64_t place)
 {
     const int64_t goal = @_signed_long(place);
@@ -84,8 +85,8 @@ static inline void @_profile_set_goal(@_profile *profile, uint64_t place)
     profile->goal = (uint64_t)((below > profile->low) ? below : profile->low);
 }
 
-/* Keeps goals between 2 pi turn + rad of both from now on, and the present one. False, and nothing is changed, if an angle
- * is no number or the first is not the lower one. */
+/* Limits the present and all later goals to the range between the two angles, 2 pi turn + rad. Returns false and
+ * changes nothing if an angle is NaN or too large, or if the first one is above the second. */
 static inline bool @_profile_keep_within(@_profile *profile, int32_t low_turn, double low_rad, int32_t high_turn,
     double high_rad)
 {
@@ -105,8 +106,9 @@ static inline bool @_profile_keep_within(@_profile *profile, int32_t low_turn, d
     return true;
 }
 
-/* Goes to 2 pi turn + rad, from where it is now. False if that is not within the range: it goes to its end; or if it is no
- * number: the goal stays. In double: some hundred cycles on most cores. */
+/* Sets the goal 2 pi turn + rad. Returns false if the goal is beyond the range, and sets it to the end of the range.
+ * Returns false and keeps the goal if the angle is NaN or too large. It uses double: some hundred cycles on
+ * most cores. */
 static inline bool @_profile_go_to(@_profile *profile, int32_t turn, double rad)
 {
     uint64_t goal;
@@ -118,8 +120,8 @@ static inline bool @_profile_go_to(@_profile *profile, int32_t turn, double rad)
     return profile->goal == goal;
 }
 
-/* Comes to rest as soon as it may. The path does not go back if it has not turned round in the last $averages$ windows. A
- * stop that ends beyond the range goes back to its end. */
+/* Stops as soon as the acceleration permits. The path does not move back unless it has reversed in the last
+ * $averages$ windows. A stop that ends beyond the range returns to the end of the range. */
 static inline void @_profile_stop(@_profile *profile)
 {
     const int64_t speed = (profile->step < 0) ? -(int64_t)profile->step : (int64_t)profile->step;
@@ -127,14 +129,14 @@ static inline void @_profile_stop(@_profile *profile)
     const int64_t way = (whole * ((2 * speed) - ((int64_t)profile->acceleration * (whole + 1)))) / 2;
     const int64_t base = @_signed_long(profile->base);
     profile->goal = profile->base + (uint64_t)((profile->step < 0) ? -way : way);
-    /* Begun beyond the range it rests there. */
+    /* A stop that begins beyond the range rests there. */
     if ((base >= profile->low) && (base <= profile->high)) {
         @_profile_set_goal(profile, profile->goal);
     }
 }
 
-/* Begins anew at 2 pi turn + rad with a speed, and stops from there: where a shaft is that shall be caught. False, and
- * nothing is changed, if one is no number or the speed is more than a quarter of a turn per tick. */
+/* Restarts at 2 pi turn + rad with a speed and brakes to rest: for a shaft that is in motion. Returns false and changes
+ * nothing if a number is NaN or too large, or if the speed exceeds a quarter of a revolution per tick. */
 static inline bool @_profile_start(@_profile *profile, int32_t turn, double rad, double speed_rad_s)
 {
     @@_AS_WRITTEN
@@ -169,8 +171,8 @@ static inline bool @_profile_start(@_profile *profile, int32_t turn, double rad,
     return true;
 }
 
-/* A profile at rest at angle 0. False, and nothing is changed, where @_profile_limit is false or the window is not 1 to
- * @@_PROFILE_WINDOW. */
+/* Makes a profile at rest at angle 0. Returns false and changes nothing if a limit is out of range, as for
+ * @_profile_limit, or if the window is not 1 to @@_PROFILE_WINDOW. */
 static inline bool @_profile_new(@_profile *profile, double speed_rad_s, double acceleration_rad_s2, uint32_t window)
 {
     @@_AS_WRITTEN
@@ -189,7 +191,7 @@ static inline bool @_profile_new(@_profile *profile, double speed_rad_s, double 
     return @_profile_start(profile, 0, 0.0, 0.0);
 }
 
-/* Is it at rest at its goal? */
+/* Returns whether the path rests at its goal. */
 static inline bool @_profile_has_arrived(const @_profile *profile)
 {
     bool still = (profile->goal == profile->base) && (profile->step == 0) && (profile->behind == 0u) &&
@@ -200,14 +202,14 @@ static inline bool @_profile_has_arrived(const @_profile *profile)
     return still;
 }
 
-/* Part of a profile: is a stop within a distance possible after a tick with this step? */
+/* Part of a profile: returns whether a stop within a distance is possible after a tick with this step. */
 static inline bool @_profile_stops(const @_profile *profile, int64_t distance, int32_t step, int32_t whole)
 {
     const int32_t twice = (2 * step) - (profile->acceleration * whole);
     return (((int64_t)whole + 1) * (int64_t)twice) <= (2 * distance);
 }
 
-/* Part of a profile: the next step of the base. Forward is towards the goal. */
+/* Part of a profile: computes the next step of the base. Forward is towards the goal. */
 static inline void @_profile_advance(@_profile *profile)
 {
     const int64_t far = 2305843009213693952;
@@ -259,7 +261,7 @@ static inline void @_profile_advance(@_profile *profile)
     profile->base = profile->base + (uint64_t)(int64_t)profile->step;
 }
 
-/* Part of a profile: the step of so many windows ago. */
+/* Part of a profile: returns the step before a number of windows. */
 static inline uint64_t @_profile_before(const @_profile *profile, uint32_t windows)
 {
     const uint32_t length = $averages$u * profile->window;
@@ -267,14 +269,14 @@ static inline uint64_t @_profile_before(const @_profile *profile, uint32_t windo
     return (uint64_t)(int64_t)profile->steps[(at < length) ? at : (at - length)];
 }
 
-/* Part of a profile: the nearest whole number and what is left of it in 2^-32. */
+/* Part of a profile: splits into the nearest whole number and the remainder in 2^-32. */
 static inline void @_profile_split(uint64_t units, uint32_t *number)
 {
     number[0] = (uint32_t)(units >> 32) + ((uint32_t)units >> 31);
     number[1] = (uint32_t)units;
 }
 
-/* The target at the end of the coming tick: in the interrupt, once per tick. */
+/* Writes the target at the end of the next tick. Call it in the interrupt, once per tick. */
 static inline void @_profile_next(@_profile *profile, @_target *target)
 {
     uint32_t moved[2 * $averages$];

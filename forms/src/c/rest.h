@@ -1,7 +1,8 @@
-/* AT REST friction holds the shaft, its current grows until it slips, and it sticks on the other side: it hunts. Within
- * a band around a target that rests the position error does not count. The band is $least$ rad to either side; where
- * the shaft slips from one side to the other it widens, to $most$ rad at most, until the target moves or
- * a load comes. @_watched_tick hands on the target that this places; HUNTS says that the band is wider. */
+/* REST BAND. With friction a shaft at rest hunts: the current rises until the shaft slips, and it sticks on the other
+ * side of its target. Within a band around a target at rest the position error does not count. The band is
+ * $least$ rad to either side. If the shaft slips to the other side, it widens, to
+ * $most$ rad at most, until the target moves or a load acts. @_watched_tick uses the shifted target.
+ * HUNTS is set while the band is wider. */
 static inline float @_rest_shift(@_monitor *monitor, float error, float speed)
 {
     @@_AS_WRITTEN
@@ -22,7 +23,7 @@ static inline float @_rest_shift(@_monitor *monitor, float error, float speed)
         monitor->rest_error = error;
     }
     if (away > $load$f) {
-        width = $least$f; /* a load, no slip */
+        width = $least$f; /* a load, not a slip */
         monitor->rest_side = 0.0f;
     }
     const float stands_at = @_magnitude(monitor->rest_error);
@@ -38,7 +39,7 @@ static inline float @_rest_shift(@_monitor *monitor, float error, float speed)
         monitor->rest_slipped = 0.0f;
     }
     monitor->rest_width = width;
-    /* Further out less and less of it: a load is answered as without a band. */
+    /* The effect of the band decreases outside of it, so a load meets the full gains. */
     const float left = width - (0.25f * (away - width));
     if (away <= width) {
         within = error;
@@ -50,7 +51,7 @@ static inline float @_rest_shift(@_monitor *monitor, float error, float speed)
     return monitor->rest_share * within;
 }
 
-/* Of a shaft whose target rests, rad. */
+/* Returns the position error of a shaft whose target is at rest, rad. */
 static inline float @_rest_error(const @_monitor *monitor, const @_estimates_of *known)
 {
     @@_AS_WRITTEN
@@ -70,7 +71,7 @@ $calm$static inline void @_rest_leave(@_monitor *monitor)
     monitor->rest_angle = 0.0f;
 $leave_calm$}
 
-/* Does the target rest? If not, the band begins anew. */
+/* Returns whether the target is at rest; if not, resets the band. */
 static inline bool @_rests(@_monitor *monitor, const @_state *state, const @_sample *sample)
 {
     const @_target *begin = &sample->begin;
@@ -89,7 +90,7 @@ static inline bool @_rests(@_monitor *monitor, const @_state *state, const @_sam
     return false;
 }
 
-/* Moves a target that rests. */
+/* Shifts a target at rest. */
 static inline unsigned @_rest(@_monitor *monitor, const @_state *state, @_sample *sample)
 {
     @@_AS_WRITTEN

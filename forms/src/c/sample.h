@@ -1,6 +1,6 @@
 
-/* What a tick is given. */
+/* Input of a tick. */
 typedef struct {
-$counts$    $target$ begin; /* at the beginning of the tick in which u is held$unit$ */
-    $target$ end; /* and at its end */
+$counts$    $target$ begin; /* target at the begin of the tick in which u is held$unit$ */
+    $target$ end; /* target at the end of that tick */
 } @_sample;

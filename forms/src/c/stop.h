@@ -1,4 +1,4 @@
-/* The safe current goes out from now on. */
+/* Stops the drive: the output is the safe current from now on. */
 static inline unsigned @_watch_stop(@_monitor *monitor, @_output *output)
 {
     @_output safe;

@@ -1,4 +1,4 @@
-    /* A sample that is missing is an alarm after a while. */
+    /* A missing sample is an alarm only after some ticks. */
     const unsigned alarms = is_late ? health : (health & ~(unsigned)@@_INPUT_REJECTED);
     if ((alarms & $bits$u) != 0u) {
 $then$    }

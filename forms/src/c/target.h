@@ -1,6 +1,6 @@
 
-/* Where the shaft should be at an instant: 2 pi turn + r. Its derivatives must fit. */
+/* Target at an instant: position 2 pi turn + r, and its derivatives, which must match. */
 typedef struct {
-    int32_t turn; /* whole turns; it may wrap */
-    float r; /* rad, best within a turn or two */
+    int32_t turn; /* revolutions; may wrap */
+    float r; /* rad; keep it within two revolutions */
 $derivatives$} @_target;

@@ -561,7 +561,7 @@ fn a_bandwidth_above_its_limit_names_the_limit_and_a_period_that_is_accepted() {
             build(text, &sets).unwrap_or_else(|error| panic!("{sets:?}: {error}"));
         }
     }
-    let told = build(MOTOR, &["drive.surface_rad_s=9000"]).err().expect("too fast");
+    let told = build(MOTOR, &["drive.surface_rad_s=600"]).err().expect("too fast");
     assert!(told.contains(", or take drive.period_s = "), "{told}");
 }
 
@@ -903,7 +903,7 @@ fn other_goals_beyond_the_supply_are_told_what_is_within_it() {
         let told = slow(&[&supply[..], &[reference]].concat()).warnings;
         let [warning] = &told[..] else { panic!("{reference}: {told:?}") };
         let at = warning.find(key).unwrap_or_else(|| panic!("{reference}: {warning}"));
-        let set = warning[at..].trim_end_matches(" is within it").replace(' ', "");
+        let set = warning[at..].trim_end_matches(" is within the limits").replace(' ', "");
         let slower = slow(&[&supply[..], &[reference, &set]].concat()).warnings;
         assert_eq!(slower, Vec::<String>::new(), "{set}");
     }

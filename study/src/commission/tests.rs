@@ -255,7 +255,7 @@ fn the_file_has_what_was_found() {
     assert_eq!(design.joint.motor_damping_n_m_s, 0.0);
     assert!(!retuned.text.contains("[error]") && retuned.text.contains("motor_inertia_kg_m2 = 0.00116375"));
     // The comments of the file remain.
-    assert!(retuned.text.contains("# at its own shaft"), "{}", retuned.text);
+    assert!(retuned.text.contains("# at the motor shaft"), "{}", retuned.text);
 }
 
 /// Friction that is identified above the static friction of the file replaces it.
