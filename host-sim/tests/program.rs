@@ -261,8 +261,7 @@ fn page_runs(page: &str, folder: &str, elsewhere: &[&str]) {
     let text = fs::read_to_string(&path).expect("the page");
     let folder = Folder::new(folder);
     let (mut written, mut out) = (String::new(), String::new());
-    let mut blocks = text.split_inclusive("```\n");
-    while let Some(block) = blocks.next() {
+    for block in text.split_inclusive("```\n") {
         if let Some((before, commands)) = block.split_once("```sh\n") {
             for line in commands.trim_end_matches("```\n").lines() {
                 let command = line.split(" # ").next().unwrap_or(line).trim_end();

@@ -420,8 +420,9 @@ fn code_of(form: Form<'_>, file: &str) -> (String, Vec<String>) {
     };
     let code: Vec<&str> =
         code.lines().filter(|line| !["#if", "#error"].iter().any(|it| line.starts_with(it))).collect();
-    let numbers = ["#define EDO_SMC_STANDALONE", "#define EDO_SMC_DESIGN_H", "#define EDO_SMC_DESIGN 0x"];
-    without(&code.join("\n"), &[&numbers[..], &["pub const DESIGN: u32"]].concat())
+    let numbers = ["STANDALONE", "DESIGN_H", "CONFIG_H", "DESIGN 0x"].map(|it| format!("#define EDO_SMC_{it}"));
+    let numbers: Vec<&str> = numbers.iter().map(String::as_str).chain(["pub const DESIGN: u32"]).collect();
+    without(&code.join("\n"), &numbers)
 }
 
 /// Returns the self-contained C file.

@@ -178,8 +178,10 @@ fn the_index_names_every_page() {
     let index = std::fs::read_to_string(docs.join("README.md")).expect("the index");
     for folder in ["", "reference/", "evidence/"] {
         for entry in std::fs::read_dir(docs.join(folder)).expect("a folder") {
-            let name = entry.expect("an entry").file_name().to_string_lossy().into_owned();
-            let is_page = name.ends_with(".md") && !["README.md", "SUMMARY.md"].contains(&name.as_str());
+            let file = entry.expect("an entry").path();
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            let is_page =
+                file.extension().is_some_and(|it| it == "md") && !["README.md", "SUMMARY.md"].contains(&&*name);
             assert!(!is_page || index.contains(&format!("]({folder}{name})")), "docs/README.md lacks {folder}{name}");
         }
     }

@@ -245,7 +245,7 @@ fn host_and_target_of_different_make_refuse_each_other_and_say_which_differs() {
     assert!(told.starts_with(&ours) && told.contains("flash the firmware of this version"), "{told}");
 
     let told = refusal(identity(|it| it.layout ^= 1), |_| {});
-    let ours = format!("layout {:08x}, this program's {LAYOUT_ID:08x}; ", LAYOUT_ID ^ 1);
+    let ours = format!("layout {:08x}, this program {LAYOUT_ID:08x}; ", LAYOUT_ID ^ 1);
     assert!(told.contains(&ours), "{told}");
 
     let told = refusal(OtherVersion(Loopback::new()), |_| {});

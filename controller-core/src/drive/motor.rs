@@ -37,11 +37,12 @@
 //!
 //! The numbers of the standard rule are fitted on data sheets (test `margin` of the crate `study`). J ranges from 1e-7
 //! to 0.1 kg m², T from 50 us to 4 ms, the lag up to 2 T, the encoder from 10 to 24 bits, the delay from 0 to 3 ticks.
-//! The peak sensitivity is up to 1.55, and up to 1.85 with the high gain set. With J and K_t off by ±20 % it is up to
-//! 1.75 and 2.2.
+//! The peak sensitivity is up to 1.55, and up to 2.0 with the high gain set. With J and K_t off by ±20 % it is up to
+//! 2.2 with either gain set.
 //!
-//! Both rules are stable for every J and K_t within ±50 % of the nominal values, with 0 to 3 ticks of delay (tests
-//! `drive_motor::corners_of_the_motor_are_stable`, `margin`).
+//! With one gain set both rules are stable for every J and K_t within ±50 % of the nominal values, with 0 to 3 ticks of
+//! delay (tests `drive_motor::corners_of_the_motor_are_stable`, `margin`). With two gain sets they are stable within
+//! ±20 %.
 //!
 //! For bandwidths of your own the limits are $w_c T \le 0.5$, $k_l T \le 1$ and $w_o T \le$ 0.8, 0.5, 0.3, 0.2 with 0,
 //! 1, 2, 3 ticks of delay. For an observer with four states they are 0.15 and 0.1 with 2 and 3 ticks
@@ -140,7 +141,7 @@ pub enum MotorMargin {
     /// to 4.2 with J and K_t off by ±20 %.
     #[default]
     Fast,
-    /// A slow observer behind a fast law: peaks up to 1.55, 2.0 and 2.2. A load moves the shaft by about half more, and
+    /// A slow observer behind a fast law: peaks up to 1.55, 2.0 and 2.2 likewise. A load moves the shaft by about half more, and
     /// the observer detects errors half as fast.
     Standard,
 }
