@@ -1,7 +1,7 @@
 //! A function as a list of operations on numbers of one precision, and its semantics.
 //!
 //! # Semantics
-//! * A [number](Kind::Number) is an IEEE 754 value, f32 or f64. The precision is chosen when the trace is run or
+//! * A [number](ValueKind::Number) is an IEEE 754 value, f32 or f64. The precision is chosen when the trace is run or
 //!   written, and is equal for all numbers. Every arithmetic operation is *one* rounding to nearest, ties to even, with
 //!   subnormal numbers, on any bit pattern. Nothing is fused, reassociated or simplified.
 //! * A value that is not a number is *a* NaN; its sign and payload have no meaning. Every comparison with a NaN is

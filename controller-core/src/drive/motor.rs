@@ -141,8 +141,8 @@ pub enum MotorMargin {
     /// to 4.2 with J and K_t off by ±20 %.
     #[default]
     Fast,
-    /// A slow observer behind a fast law: peaks up to 1.55, 2.0 and 2.2 likewise. A load moves the shaft by about half more, and
-    /// the observer detects errors half as fast.
+    /// A slow observer behind a fast law: peaks up to 1.55, 2.0 and 2.2 likewise. A load moves the shaft by about half
+    /// more, and the observer detects errors half as fast.
     Standard,
 }
 

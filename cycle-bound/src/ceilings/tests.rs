@@ -279,7 +279,7 @@ fn bad_input_is_told_with_its_place_and_what_would_be_right() {
         ("instance = 3".into(), "b.toml:1:12: `instance`: found 3, expected a list of tables"),
         (and("loops = [\"m::sum+0x40=3\"]"), "`instance[1].loops`: --loop"),
         (and("state = \"m::STADE\""), "no variable or constant \"m::STADE\"; nearest: m::STATE"),
-        (with("bound = 18", "state = 48"), "`instance[1].ceiling.state`: needs the static"),
+        (with("bound = 18", "state = 48"), "`instance[1].ceiling.state`: needs the measured static"),
         (and("floor = { bound = 19 }"), "`instance[1].floor.bound`: 19: must be <= the ceiling of 18"),
         (and("allow = { division = \"\" }"), "`instance[1].allow.division`: is missing: the reason"),
         ("compiler = \"rustc 1.96.0\"".into(), "`instance`: is missing"),
