@@ -42,8 +42,8 @@ pub fn whole(page: &str, text: &str) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "docs/{page} differs, - page, + now:\n{}write it with: {REGENERATE}=write cargo test -p integration-tests --test \
-         suite -- reference::",
+        "docs/{page} differs, - page, + now:\n{}write it with: {REGENERATE}=write cargo test -p integration-tests \
+         --test suite -- reference::",
         changed(&there, text)
     ))
 }

@@ -600,8 +600,8 @@ fn a_torque_constant_of_the_gears_output_is_named_by_identify_and_by_commission(
             .replace("torque_n_m_per_a = 0.05", &format!("torque_n_m_per_a = {torque}"))
             .replace("max_current_a = 10.0", "max_current_a = 20.0")
     };
-    let named = "which a gear of 9 explains: motor.torque_n_m_per_a refers to the output of the gear, 9 times the motor \
-                 value: set motor.torque_n_m_per_a = 0.2889";
+    let named = "which a gear of 9 explains: motor.torque_n_m_per_a refers to the output of the gear, 9 times the \
+                 motor value: set motor.torque_n_m_per_a = 0.2889";
     std::fs::write(&file, typed("2.6")).expect("room");
     let said = host_sim(&["identify", &data, &file, "-o", &to, "--out", &out]);
     assert!(said.status == 2 && said.err.contains(named), "{said:?}");
@@ -616,8 +616,8 @@ fn a_torque_constant_of_the_gears_output_is_named_by_identify_and_by_commission(
         ["motor.gear=[2, 1]", "motor.torque_n_m_per_a=0.1", "error.torque_percent=-50", "drive.uncertain_percent=50"];
     let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
     let said = host_sim(&[&commission[..], &sets, &["--tolerance", "40"]].concat());
-    let named = "which a gear of 2 explains: motor.torque_n_m_per_a refers to the output of the gear, 2 times the motor \
-                 value: set motor.torque_n_m_per_a = 0.05";
+    let named = "which a gear of 2 explains: motor.torque_n_m_per_a refers to the output of the gear, 2 times the \
+                 motor value: set motor.torque_n_m_per_a = 0.05";
     assert!(said.status == 1 && said.err.contains(named), "{said:?}");
     // The requested value is the remedy.
     std::fs::write(&file, typed("0.2889")).expect("room");

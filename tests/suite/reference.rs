@@ -14,8 +14,8 @@ const HEALTH: &str = include_str!("../../controller-core/src/health.rs");
 #[test]
 fn the_page_of_keys_is_the_schema() {
     let mut page = String::from(
-        "# Keys of scenario files\n\nFor everyone who writes a scenario file. You get every key with its range, default \
-         and meaning. You need a file from\n`host-sim new NAME --plant PLANT`. This page is generated from \
+        "# Keys of scenario files\n\nFor everyone who writes a scenario file. You get every key with its range, \
+         default and meaning. You need a file from\n`host-sim new NAME --plant PLANT`. This page is generated from \
          `host-sim schema`.\n\nAll units are SI, and the unit is the suffix of the key. A key without a default is \
          optional unless its meaning says\notherwise.\n\n[Motor](#motor) · [Joint](#joint) · \
          [Chain, own equations, paper](#chain-own-equations-paper)\n",
@@ -137,7 +137,8 @@ fn the_page_of_commands_is_their_help() {
 fn the_page_of_status_flags_is_the_source() {
     let mut page = String::from(
         "# Status flags\n\nFor everyone who reads `health` in a trace, in `Health` or in `edo_smc_output_t`. You get \
-         every bit with its meaning. You\nneed nothing else. This page is generated from `controller-core/src/health.rs`.\n\n\
+         every bit with its meaning. You\nneed nothing else. This page is generated from \
+         `controller-core/src/health.rs`.\n\n\
          | bit | flag | meaning |\n|---:|---|---|\n",
     );
     let mut comment = String::new();
@@ -187,8 +188,8 @@ fn the_index_names_every_page() {
     }
 }
 
-/// Every `host-sim` command in a page is one that the program accepts. The outputs of README and tutorial are compared in
-/// the crate `host-sim` (test `program`), the examples of tuning there too (test `design`).
+/// Every `host-sim` command in a page is accepted. The crate `host-sim` compares the outputs of README and tutorial (test
+/// `program`) and the examples of tuning (test `design`).
 #[test]
 fn every_command_in_the_pages_is_accepted() {
     let (mut count, mut wrong) = (0, Vec::new());

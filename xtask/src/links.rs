@@ -85,7 +85,8 @@ mod tests {
 
     #[test]
     fn links_and_anchors_are_found() {
-        let text = "# A page, of σ*\n[a](b.md#c) and [d](#e), [x](https://y.z)\n```\n[no](no.md)\n# no\n```\n## Twice\n## Twice\n";
+        let text = "# A page, of σ*\n[a](b.md#c) and [d](#e), [x](https://y.z)\n```\n[no](no.md)\n# no\n```\n\
+                    ## Twice\n## Twice\n";
         assert_eq!(links(text), [(2, "b.md#c"), (2, "#e")]);
         assert_eq!(anchors(text), ["a-page-of-σ", "twice", "twice-1"]);
         assert_eq!(joined(Path::new("/r/docs/a.md"), "../b/c.md"), Path::new("/r/b/c.md"));
