@@ -188,8 +188,8 @@ fn the_index_names_every_page() {
     }
 }
 
-/// Every `host-sim` command in a page is accepted. The crate `host-sim` compares the outputs of README and tutorial (test
-/// `program`) and the examples of tuning (test `design`).
+/// Every `host-sim` command in a page is accepted. The crate `host-sim` compares the outputs of README and tutorial
+/// (test `program`) and the examples of tuning (test `design`).
 #[test]
 fn every_command_in_the_pages_is_accepted() {
     let (mut count, mut wrong) = (0, Vec::new());
