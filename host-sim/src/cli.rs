@@ -354,7 +354,7 @@ pub fn main() -> u8 {
 pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
     let program = args.first().map_or("host-sim".into(), |name| name.to_string_lossy().into_owned());
-    let cli = match command().try_get_matches_from(&args).and_then(|found| Cli::from_arg_matches(&found)) {
+    let cli = match parsed(&args) {
         Ok(cli) => cli,
         Err(usage) => {
             let text = usage.render();
@@ -420,8 +420,11 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
 /// # Errors
 /// The message that the program would print.
 pub fn check_syntax(args: impl IntoIterator<Item = OsString>) -> Result<(), String> {
-    let found = command().try_get_matches_from(args).and_then(|found| Cli::from_arg_matches(&found));
-    found.map(|_| ()).map_err(|usage| usage.to_string())
+    parsed(args).map(|_| ()).map_err(|usage| usage.to_string())
+}
+
+fn parsed<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> clap::error::Result<Cli> {
+    command().try_get_matches_from(args).and_then(|found| Cli::from_arg_matches(&found))
 }
 
 /// Returns the command line parser. A negative number is parsed as a value, not as an unknown option.

@@ -254,13 +254,16 @@ fn a_command_without_a_record_says_so_when_it_is_told_to_stop() {
     }
 }
 
-/// Runs the `host-sim` commands of a page in order, in a folder of their own. A `text` block directly behind a command
-/// is its output; `GOLDEN=write` writes it. Commands of other programs belong to `elsewhere`.
-fn page_runs(page: &str, folder: &str, elsewhere: &[&str]) {
+/// Runs the `host-sim` commands of a page in order, in a folder of their own. Returns the folder, and the arguments and
+/// output of each command.
+///
+/// A `text` block directly behind a command is its output; `GOLDEN=write` writes it. A block with a line `..` is an
+/// excerpt. Commands of other programs belong to `elsewhere`.
+fn page_runs(page: &str, folder: &str, elsewhere: &[&str]) -> (Folder, Vec<[String; 2]>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
     let text = fs::read_to_string(&path).expect("the page");
     let folder = Folder::new(folder);
-    let (mut written, mut out) = (String::new(), String::new());
+    let (mut written, mut runs) = (String::new(), Vec::<[String; 2]>::new());
     for block in text.split_inclusive("```\n") {
         if let Some((before, commands)) = block.split_once("```sh\n") {
             for line in commands.trim_end_matches("```\n").lines() {
@@ -269,20 +272,22 @@ fn page_runs(page: &str, folder: &str, elsewhere: &[&str]) {
                     assert!(elsewhere.contains(&command), "{page}: {command} is run nowhere");
                     continue;
                 };
-                let args = args.replace("examples/c/", "");
+                // A shell would remove the quotes.
+                let args = args.replace("examples/c/", "").replace('\'', "");
                 let (status, printed, err) = ran_in(&folder, &args.split_whitespace().collect::<Vec<_>>());
                 assert_eq!((status, err.as_str()), (0, ""), "{page}: {command}");
-                out = printed;
+                runs.push([args, printed]);
             }
             written = written + before + "```sh\n" + commands;
         } else if let Some((before, printed)) = block.split_once("```text\n") {
             let printed = printed.trim_end_matches("```\n");
+            let [_, out] = runs.last().expect("a command above its output");
             let is_excerpt = printed.lines().any(|line| line == "..");
             let mut lines = out.lines();
             for line in printed.lines().filter(|line| is_excerpt && *line != "..") {
                 assert!(lines.any(|it| it == line), "{page}: the output has no line {line:?} there:\n{out}");
             }
-            let printed = if is_excerpt { printed } else { &out };
+            let printed = if is_excerpt { printed } else { out };
             written = written + before + "```text\n" + printed + "```\n";
         } else {
             written += block;
@@ -291,14 +296,15 @@ fn page_runs(page: &str, folder: &str, elsewhere: &[&str]) {
     if std::env::var_os("GOLDEN").is_some_and(|value| value == "write") {
         fs::write(&path, written).expect("the page is written");
     } else {
-        let remedy = "GOLDEN=write cargo test -p host-sim --test program page_runs";
+        let remedy = "GOLDEN=write cargo test -p host-sim --test program pages_commands";
         assert_eq!(text, written, "the outputs of {page}: {remedy}");
     }
+    (folder, runs)
 }
 
 /// The firmware and the emulated targets have tests of their own: `export_motor`, `emulator`.
 #[test]
-fn the_readme_and_the_tutorial_print_the_output_of_their_commands() {
+fn readme_and_tutorial_have_the_output_of_the_pages_commands() {
     let firmware = ["$EDITOR mine.toml", "make -C examples/c run-motor", "cargo xtask firmware"];
     let chip = "cargo run --release --features chip -- pil mine.toml";
     page_runs("README.md", "readme", &[&firmware[..], &[chip]].concat());
@@ -307,17 +313,13 @@ fn the_readme_and_the_tutorial_print_the_output_of_their_commands() {
 
 #[test]
 fn the_equations_of_the_page_are_those_of_the_file_and_its_commands_work() {
+    let (folder, runs) = page_runs("docs/own-plant.md", "equations", &[]);
+    for [args, out] in runs {
+        assert!(!args.starts_with("run") || out.contains("result: finished, state bounded"), "{out}");
+    }
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/own-plant.md");
     let page = fs::read_to_string(page).expect("the page");
     let section = between(&page, "## Write down your equations\n", "\n## ");
-    let folder = Folder::new("equations");
-    for line in between(section, "```sh\n", "```").lines() {
-        // A shell would remove the quotes.
-        let args = line.strip_prefix("cargo run --release -- ").expect("a command").replace('\'', "");
-        let (status, out, err) = ran_in(&folder, &args.split(' ').collect::<Vec<_>>());
-        assert_eq!((status, err.as_str()), (0, ""), "{line}");
-        assert!(!args.starts_with("run") || out.contains("result: finished, state bounded"), "{out}");
-    }
     let file = fs::read_to_string(folder.0.join("pendulum.toml")).expect("the file");
     for part in between(section, "```toml\n", "```").split("\n\n") {
         assert!(file.contains(part.trim_end()), "{part}");

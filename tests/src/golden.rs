@@ -1,6 +1,8 @@
 //! Golden tables: small text files of results for review by a person. A golden table *indicates* a change; separate
 //! assertions check the thresholds.
 
+use std::path::Path;
+
 use crate::data::path;
 
 /// Environment variable that rewrites the tables instead of comparing them.
@@ -33,19 +35,22 @@ pub fn in_docs(page: &str, name: &str, table: &str) -> Result<(), String> {
 /// # Errors
 /// Lists the lines that differ and the command that writes the page.
 pub fn whole(page: &str, text: &str) -> Result<(), String> {
-    let file = path("../docs").join(page);
+    let differs = |lines| {
+        format!(
+            "docs/{page} differs, - page, + now:\n{lines}write it with: {REGENERATE}=write cargo test -p \
+             integration-tests --test suite -- reference::"
+        )
+    };
+    same_file(&path("../docs").join(page), text, differs)
+}
+
+/// Compares a text with a file, or writes it. `differs` forms the message from the lines that differ.
+fn same_file(file: &Path, text: &str, differs: impl Fn(String) -> String) -> Result<(), String> {
     if std::env::var_os(REGENERATE).is_some_and(|value| value == "write") {
-        return std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()));
+        return std::fs::write(file, text).map_err(|error| format!("{}: {error}", file.display()));
     }
-    let there = std::fs::read_to_string(&file).unwrap_or_else(|error| format!("(cannot be read: {error})\n"));
-    if there == text {
-        return Ok(());
-    }
-    Err(format!(
-        "docs/{page} differs, - page, + now:\n{}write it with: {REGENERATE}=write cargo test -p integration-tests \
-         --test suite -- reference::",
-        changed(&there, text)
-    ))
+    let there = std::fs::read_to_string(file).unwrap_or_else(|error| format!("(cannot be read: {error})\n"));
+    if there == text { Ok(()) } else { Err(differs(changed(&there, text))) }
 }
 
 /// Returns the lines that only one of the two texts has.
@@ -62,17 +67,11 @@ fn changed(before: &str, now: &str) -> String {
 /// # Errors
 /// If the tables differ or the file is missing: lists the lines that differ and the command that regenerates the file.
 pub fn compare(name: &str, table: &str) -> Result<(), String> {
-    let file = path("golden").join(name);
-    if std::env::var_os(REGENERATE).is_some_and(|value| value == "write") {
-        return std::fs::write(&file, table).map_err(|error| format!("{}: {error}", file.display()));
-    }
-    let golden = std::fs::read_to_string(&file).unwrap_or_else(|error| format!("(cannot be read: {error})\n"));
-    if golden == table {
-        return Ok(());
-    }
-    Err(format!(
-        "tests/golden/{name} differs, - golden, + now:\n{}if the change is meant: {REGENERATE}=write cargo test -p \
-         integration-tests golden, then read the diff",
-        changed(&golden, table),
-    ))
+    let differs = |lines| {
+        format!(
+            "tests/golden/{name} differs, - golden, + now:\n{lines}if the change is meant: {REGENERATE}=write cargo \
+             test -p integration-tests golden, then read the diff"
+        )
+    };
+    same_file(&path("golden").join(name), table, differs)
 }

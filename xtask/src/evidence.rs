@@ -11,6 +11,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use crate::scan::section;
 use crate::setup::CROSS_C;
 use crate::step::{Failure, Gate, Invocation, Outcome};
 
@@ -128,9 +129,8 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     exports(gate)?;
     gate.check("C analysed by cppcheck, its MISRA addon, gcc, clang and their analysers", RERUN, |gate| {
         let page = fs::read_to_string(gate.root.join(DEVIATIONS)).map_err(|error| format!("{DEVIATIONS}: {error}"))?;
-        let (_, appendix) =
-            page.split_once(APPENDIX).ok_or_else(|| format!("{DEVIATIONS} has no section `{APPENDIX}`"))?;
-        let listed = listed(appendix)?;
+        let appendix = section(&page, APPENDIX).ok_or_else(|| format!("{DEVIATIONS} has no section `{APPENDIX}`"))?;
+        let listed = listed(&appendix)?;
         let (mut found, mut faults) = (BTreeSet::new(), Vec::new());
         for (file, like, _) in FILES {
             for tool in &TOOLS {

@@ -1,25 +1,16 @@
 //! Links between pages: the file of every relative link exists, and so does the heading of its anchor.
 
-use std::collections::HashMap;
-use std::fs;
+use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
-use crate::scan::files_with;
-
-/// Returns the number of relative links in all pages.
+/// Returns the number of relative links in these pages.
 ///
 /// # Errors
 /// Every link without a file or a heading, one line each.
-pub(crate) fn check(root: &Path) -> Result<String, String> {
-    let files = files_with(root, "md").map_err(|error| format!("the pages cannot be read: {error}"))?;
-    let mut pages = HashMap::new();
-    for file in &files {
-        let text = fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
-        pages.insert(file.clone(), text);
-    }
+pub(crate) fn check(pages: &BTreeMap<PathBuf, String>) -> Result<String, String> {
     let (mut count, mut broken) = (0, Vec::new());
-    for file in &files {
-        for (line, target) in links(&pages[file]) {
+    for (file, text) in pages {
+        for (line, target) in links(text) {
             let (path, anchor) = target.split_once('#').map_or((target, None), |(path, it)| (path, Some(it)));
             let to = if path.is_empty() { file.clone() } else { joined(file, path) };
             let has_anchor = |anchor| pages.get(&to).is_none_or(|text| anchors(text).iter().any(|it| it == anchor));

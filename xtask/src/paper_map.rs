@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use crate::scan::section;
 use crate::step::{Gate, Outcome};
 use crate::traceability;
 
@@ -44,15 +45,10 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     })
 }
 
-/// Reads the map. Empty lines replace the rest of the page, so that the line numbers match the page.
+/// Reads the map, with the line numbers of its page.
 pub(crate) fn read(root: &Path) -> Result<String, String> {
     let page = fs::read_to_string(root.join(MAP)).map_err(|error| format!("{MAP}: {error}"))?;
-    section(&page).ok_or_else(|| format!("{MAP} has no section `{SECTION}`"))
-}
-
-fn section(page: &str) -> Option<String> {
-    let (before, map) = page.split_once(SECTION)?;
-    Some("\n".repeat(before.lines().count()) + map)
+    section(&page, SECTION).ok_or_else(|| format!("{MAP} has no section `{SECTION}`"))
 }
 
 fn faults(text: &str, root: &Path) -> Vec<String> {
@@ -230,10 +226,10 @@ mod tests {
     #[test]
     fn the_map_is_read_from_its_section_with_the_lines_of_the_page() {
         let page = "# Paper\n\n| claim | printed | here | |\n\n## Map of equations\n\n| (1) | w | s | t |\n";
-        let map = section(page).expect("a section");
+        let map = section(page, SECTION).expect("a section");
         let rows: Vec<_> = map.lines().enumerate().filter_map(|(at, line)| Some((at + 1, cells(line)?))).collect();
         assert_eq!(rows, [(7, ["(1)", "w", "s", "t"])]);
-        assert_eq!(section("# The paper\n"), None);
+        assert_eq!(section("# The paper\n", SECTION), None);
     }
 
     #[test]

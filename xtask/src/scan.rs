@@ -62,6 +62,12 @@ fn too_long(text: &str) -> Option<(usize, usize)> {
     widths.map(|(number, width)| (number + 1, width)).find(|(_, width)| *width > WIDTH)
 }
 
+/// Returns a page from below this heading on. Empty lines replace the rest, so that the line numbers match the page.
+pub(crate) fn section(page: &str, heading: &str) -> Option<String> {
+    let (before, rest) = page.split_once(heading)?;
+    Some("\n".repeat(before.lines().count()) + rest)
+}
+
 /// Returns all files below `directory` with this extension.
 pub(crate) fn files_with(directory: &Path, extension: &str) -> std::io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();

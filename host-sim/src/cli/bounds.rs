@@ -14,6 +14,7 @@ use study::map::Subject;
 use study::number::{significant, typed};
 use terminal::table::Table;
 
+use super::design::noise_name;
 use super::run::note_changes;
 use super::{Console, DEFAULT, Failure, ScenarioText, claim_folder, failed, folder_of, status};
 use crate::report::page::Section;
@@ -32,11 +33,6 @@ pub(super) struct BoundsOptions {
     /// Print JSON instead of the tables.
     #[arg(long)]
     json: bool,
-}
-
-/// Returns the name of the noise in u: a drive commands a current.
-const fn noise_name(experiment: &Experiment) -> &'static str {
-    if experiment.drive.is_some() { "current noise" } else { "noise of u" }
 }
 
 /// Returns the unit in parentheses, as ` (rad/s^2)`; empty if it is unknown.
@@ -83,7 +79,7 @@ fn table(found: &Bounds, experiment: &Experiment) -> Table {
 
 fn gains(found: &Bounds, experiment: &Experiment) -> Table {
     let names = found.names.iter().map(|name| format!("|{name}|"));
-    let header = ["gain".to_owned()].into_iter().chain(names).chain([noise_name(experiment).into()]);
+    let header = ["gain".to_owned()].into_iter().chain(names).chain([noise_name(experiment.control_unit).into()]);
     let mut table = Table::new(header);
     let cell = |value: f64| if value.is_finite() { format!("{:+.2}", value + 0.0) } else { "-".into() };
     for Knob { name, elasticities, noise_of_u, .. } in &found.knobs {
@@ -98,7 +94,7 @@ fn gains(found: &Bounds, experiment: &Experiment) -> Table {
 /// `|sigma*|: 83 % of the bound comes from the magnitude of d_2. k_l +10 % lowers it by 9 %, with 4 % more noise of u:
 /// --set controller.k_l=55`
 fn sentences(found: &Bounds, experiment: &Experiment) -> Vec<String> {
-    let noise = noise_name(experiment);
+    let noise = noise_name(experiment.control_unit);
     let percent = |share: f64| significant(100.0 * share, 2);
     let sentence = |i: usize| {
         let part = found.parts.iter().max_by(|a, b| a.bounds[i].total_cmp(&b.bounds[i]))?;

@@ -63,6 +63,11 @@ fn percent(share: f64) -> String {
     significant(100.0 * share, 2)
 }
 
+/// Returns the name of the noise in u of this unit: an u in ampere is a current.
+pub(super) fn noise_name(control_unit: &str) -> &'static str {
+    if control_unit == "A" { "current noise" } else { "noise of u" }
+}
+
 /// Formats a spectral radius: six decimals near 1, where stability is decided.
 fn radius(value: f64) -> String {
     if (value - 1.0).abs() < 0.01 { format!("{value:.6}") } else { significant(value, 4) }
@@ -347,8 +352,12 @@ pub(super) fn table(design: &Design, experiment: &Experiment) -> Table {
         row(&format!("noise gain, {sensor}"), number(*gain), unit, "rms of u per rms of white noise on this encoder");
         if *sensor_rms > 0.0 {
             let u = if experiment.control_unit.is_empty() { "u" } else { experiment.control_unit };
-            let name = if u == "A" { "current noise" } else { "noise of u" };
-            row(&format!("{name}, {sensor}"), number(*u_rms), u, "rms, from quantisation and declared noise");
+            row(
+                &format!("{}, {sensor}", noise_name(u)),
+                number(*u_rms),
+                u,
+                "rms, from quantisation and declared noise",
+            );
         }
     }
     for Bound { name, value, unit, meaning } in &design.bounds {
