@@ -12,6 +12,7 @@
 #define TIM3_CR1 REGISTER(0x40000400u)
 #define TIM3_DIER REGISTER(0x4000040Cu)
 #define TIM3_SR REGISTER(0x40000410u)
+#define TIM3_PSC REGISTER(0x40000428u)
 #define TIM3_ARR REGISTER(0x4000042Cu)
 #define NVIC_ISER0 REGISTER(0xE000E100u)
 #define NVIC_ISPR0 REGISTER(0xE000E200u)
@@ -79,7 +80,9 @@ uint32_t board_bits(float value) {
 
 void board_ticker_start(uint32_t rate_hz) {
     RCC_APB1ENR |= 1u << 1;
-    TIM3_ARR = CORE_HZ / rate_hz - 1u;
+    const uint32_t clocks = CORE_HZ / rate_hz;
+    TIM3_PSC = clocks >> 16; /* the counter has 16 bits */
+    TIM3_ARR = clocks / ((clocks >> 16) + 1u) - 1u;
     TIM3_DIER = 1u;
     TIM3_CR1 = 1u;
     NVIC_ISER0 = 1u << 29 | 1u << 6; /* TIM3, and EXTI0, which only board_pend_longer triggers */
@@ -87,21 +90,34 @@ void board_ticker_start(uint32_t rate_hz) {
 
 void board_ticker_acknowledge(void) { TIM3_SR = ~1u; }
 
+bool board_ticker_is_due(void) { return (TIM3_SR & 1u) != 0u; }
+
 void board_pend_longer(void) { NVIC_ISPR0 = 1u << 6; }
 
 void board_pend(void) { SCB_ICSR = 1u << 28; }
 
 void board_sleep(void) { __asm__ volatile("wfi" ::: "memory"); }
 
-void board_end(void) {
+static void end(uint32_t status) {
 #ifdef EMULATED
-    /* Semihosting call: end of the application with status 0. */
-    static const uint32_t how[2] = {0x20026u, 0u};
+    /* Semihosting call: end of the application with this status. */
+    const uint32_t how[2] = {0x20026u, status};
     register uint32_t what __asm__("r0") = 0x20u;
     register const uint32_t *with __asm__("r1") = how;
     __asm__ volatile("bkpt 0xab" : "+r"(what) : "r"(with) : "memory");
 #endif
+    (void)status;
     for (;;) {
         board_sleep();
     }
+}
+
+void board_end(void) { end(0u); }
+
+void board_stop(const char *reason) {
+    __asm__ volatile("cpsid i" ::: "memory");
+    board_text("stopped: ");
+    board_text(reason);
+    board_text("\n");
+    end(1u);
 }

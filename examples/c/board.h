@@ -2,10 +2,13 @@
 #ifndef BOARD_H
 #define BOARD_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
-/* Frequency of the internal oscillator, Hz. It runs after reset; the examples set up no clock. */
+/* Frequency of core and timer, Hz. After reset the internal oscillator runs; the examples set up no clock. */
+#ifndef CORE_HZ
 #define CORE_HZ 16000000u
+#endif
 
 /* Sends text on USART2 (PA2), 115200 baud. */
 void board_text_start(void);
@@ -19,6 +22,8 @@ void board_number(float value, unsigned width, unsigned digits);
 /* Starts TIM3, which calls TIM3_IRQHandler at this rate. */
 void board_ticker_start(uint32_t rate_hz);
 void board_ticker_acknowledge(void);
+/* Returns whether the next period has begun. */
+bool board_ticker_is_due(void);
 /* Requests EXTI0_IRQHandler, which runs when TIM3_IRQHandler does not: neither interrupts the other. */
 void board_pend_longer(void);
 /* Requests PendSV_Handler, which runs when no interrupt does. */
@@ -26,5 +31,8 @@ void board_pend(void);
 void board_sleep(void);
 /* Ends the program; with EMULATED defined it also ends the emulator. */
 void board_end(void);
+/* Prints the reason and stops, with interrupts off; with EMULATED defined it ends the emulator with status 1. BOARD:
+ * switch the power stage off first. */
+void board_stop(const char *reason);
 
 #endif

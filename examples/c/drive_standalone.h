@@ -3,16 +3,34 @@
  * Exported by version 0.1.0 of the library. Do not edit; export again. C99 and C++11, no library needed.
  *
  *     #include "this file"
- *     static drive_state state;                              once; zeros before the start
- *     drive_sample sample = {0};                             in the timer interrupt, every T:
- *     drive_output output;
- *     sample.count_link = encoder_link();               the low 20 bits are read; or sample.lost_link = true;
- *     sample.count_motor = encoder_motor();             the low 20 bits are read; or sample.lost_motor = true;
- *     sample.begin = where;  sample.end = where_next;    targets at begin and end of the tick
- *     unsigned health = drive_tick_or_start(&state, &sample, &output);
- *     set_current(output.u);                             A
- *     drive_report_applied(&state, held);                    only if the stage holds another current
- *     drive_limit(&state, most);                             only if the stage gives less than the design assumes
+ *     static drive_state state;              once; zeros before the start
+ *     static drive_monitor monitor;
+ *     static drive_sample sample;
+ *     drive_output output;                   in the timer interrupt, every T
+ *     sample.count_link = encoder_link();    the low 20 bits are read; or sample.lost_link = true;
+ *     sample.count_motor = encoder_motor();  the low 20 bits are read; or sample.lost_motor = true;
+ *     sample.begin = sample.end;             a tick begins where the last one ended
+ *     sample.end = next;                     target at the end of this tick
+ *     unsigned health = drive_watched_tick(&monitor, &state, &sample, &output);
+ *     set_current(output.u);                 A
+ *     drive_report_applied(&state, held);    only if the stage holds another current
+ *
+ * CALLS. Everything else is internal.
+ *
+ *     drive_watched_tick, drive_watched_lost        a tick with monitors; without a sample
+ *     drive_watched_reset, drive_watched_trip       restart after a stop; stop for your own reason
+ *     drive_estimates                               angle, speed and load of each shaft
+ *     drive_report_applied, drive_limit             held current; largest current of a derated stage
+ *     drive_missed                                  missed timer interrupts, before the next tick
+ *     drive_tick_or_start, drive_lost, drive_reset  the same without monitors: no alarm
+ *     drive_start, drive_tick                       their parts: start at a sample; tick of a started drive
+ *     drive_plan_rest, _move, _stop, _sine          make a plan, in the main loop
+ *     drive_plan_play                               the target of a tick, in the interrupt
+ *     drive_plan_at, drive_plan_jet                 the target at any tick; start of the next plan
+ *     drive_profile_new, _start, _limit             set-points that keep limits of speed and acceleration
+ *     drive_profile_go_to, _stop, _keep_within      their goal; their range
+ *     drive_profile_next, _has_arrived              the target of a tick, in the interrupt
+ *     drive_modes_ok                                checks the floating-point modes, once at start-up
  *
  * COMPILER OPTIONS. The bits equal the bits of the Rust tick only if every operation is rounded on its own. A fused
  * multiply-add rounds a * b + c once, which is another number and takes longer on a Cortex-M4F. So compile with
@@ -60,12 +78,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x280e126eu
-#error "two designs with the prefix drive, 0x280e126eu here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x280e126eu
+#if DRIVE_STANDALONE != 0x60e9ad74u
+#error "two designs with the prefix drive, 0x60e9ad74u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x60e9ad74u
 #endif
 #else
-#define DRIVE_STANDALONE 0x280e126eu
+#define DRIVE_STANDALONE 0x60e9ad74u
 
 #include <float.h>
 #include <stdbool.h>
@@ -95,6 +113,7 @@
 #define DRIVE_PERIOD_S 0.00025
 #define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
 #define DRIVE_DELAY_TICKS 0 /* from the computation of a current to its output */
+#define DRIVE_CURRENT_LAG_S 0.0002 /* time constant of the current loop */
 #define DRIVE_ENCODER_LINK_BITS 20 /* on the shaft itself; counts up with the angle, 0 at angle 0 */
 #define DRIVE_ENCODER_LINK_STATES 1048576u /* number of counts before it wraps; 0 for 2^32 */
 #define DRIVE_ENCODER_LINK_COUNTS_PER_TURN 1048576

@@ -44,6 +44,16 @@ impl<'a> File<'a> {
         text.replace("@@", &self.capitals).replace('@', self.prefix)
     }
 
+    /// Returns indented lines of a comment: code with the prefix inserted, then its note in a column of its own. A line
+    /// without a note may be longer than the column.
+    pub(super) fn listed(&self, lines: &[(String, String)]) -> String {
+        let lines: Vec<_> = lines.iter().map(|(code, note)| (self.c(code), note)).collect();
+        let column = lines.iter().filter(|(_, note)| !note.is_empty()).map(|(code, _)| code.len()).max().unwrap_or(0);
+        let line =
+            |(code, note): &(String, &String)| format!(" *     {code:<column$}  {note}").trim_end().to_owned() + "\n";
+        lines.iter().map(line).collect()
+    }
+
     /// Returns the head comment: title, rules for the compiler, and origin of the file.
     pub(super) fn head(&self, title: &str, usage: &str, origin: &str) -> String {
         let version = controller_core::VERSION;

@@ -452,45 +452,67 @@ impl C<'_> {
         self.exported.encoders().into_iter().map(|(shaft, ..)| shaft).collect()
     }
 
-    /// Returns the comment on the use of the functions.
+    /// Returns the comment on the use of the functions: an interrupt, then every call.
     fn usage(&self) -> String {
         let exported = self.exported;
-        let counts: Vec<String> = exported
-            .encoders()
-            .into_iter()
-            .map(|(shaft, encoder, _)| {
-                let read = format!("sample.count{shaft} = encoder{shaft}();");
-                let register = match encoder.counter() {
-                    states if !states.is_power_of_two() => format!("0 to {}, all bits", states - 1),
-                    states if states == 1 << 32 => "all 32 bits".into(),
-                    states => format!("the low {} bits", states.trailing_zeros()),
-                };
-                format!(" *     {read:<49} {register} are read; or sample.lost{shaft} = true;\n")
-            })
-            .collect();
-        let counts = counts.concat();
-        let target = if self.follows_position() {
-            " *     sample.begin = where;  sample.end = where_next;    targets at begin and end of the tick\n"
-        } else {
-            " *     sample.begin = speed;  sample.end = speed_next;    rad/s at begin and end of the tick\n"
+        let mut interrupt = vec![
+            ("static @_state state;".into(), "once; zeros before the start".into()),
+            ("static @_monitor monitor;".into(), String::new()),
+            ("static @_sample sample;".into(), String::new()),
+            ("@_output output;".into(), "in the timer interrupt, every T".into()),
+        ];
+        for (shaft, encoder, _) in exported.encoders() {
+            let register = match encoder.counter() {
+                states if !states.is_power_of_two() => format!("0 to {}, all bits", states - 1),
+                states if states == 1 << 32 => "all 32 bits".into(),
+                states => format!("the low {} bits", states.trailing_zeros()),
+            };
+            let note = format!("{register} are read; or sample.lost{shaft} = true;");
+            interrupt.push((format!("sample.count{shaft} = encoder{shaft}();"), note));
+        }
+        let of = if self.follows_position() { "target" } else { "speed, rad/s," };
+        let when = match exported.drive.designed.form().delay_ticks {
+            0 => "at the end of this tick".into(),
+            late => format!("at the end of the tick in which u is held: {} from now", ticks_in_words(late)),
         };
-        let late = match exported.drive.designed.form().delay_ticks {
-            0 => String::new(),
-            late => format!("{:57} in which u is held: {} from now\n", " *", ticks_in_words(late)),
-        };
-        let usage = format!(
-            " *
- *     #include \"this file\"
- *     static @_state state;                              once; zeros before the start
- *     @_sample sample = {{0}};                             in the timer interrupt, every T:
- *     @_output output;
-{counts}{target}{late} *     unsigned health = @_tick_or_start(&state, &sample, &output);
- *     set_current(output.u);                             A
- *     @_report_applied(&state, held);                    only if the stage holds another current
- *     @_limit(&state, most);                             only if the stage gives less than the design assumes
-"
+        interrupt.push(("sample.begin = sample.end;".into(), "a tick begins where the last one ended".into()));
+        interrupt.push(("sample.end = next;".into(), format!("{of} {when}")));
+        interrupt.extend(
+            [
+                ("unsigned health = @_watched_tick(&monitor, &state, &sample, &output);", ""),
+                ("set_current(output.u);", "A"),
+                ("@_report_applied(&state, held);", "only if the stage holds another current"),
+            ]
+            .map(|(code, note)| (code.into(), note.into())),
         );
-        usage + &self.assembly.map_or_else(String::new, told)
+        let mut calls = vec![
+            ("@_watched_tick, @_watched_lost", "a tick with monitors; without a sample"),
+            ("@_watched_reset, @_watched_trip", "restart after a stop; stop for your own reason"),
+            ("@_estimates", "angle, speed and load of each shaft"),
+            ("@_report_applied, @_limit", "held current; largest current of a derated stage"),
+            ("@_missed", "missed timer interrupts, before the next tick"),
+            ("@_tick_or_start, @_lost, @_reset", "the same without monitors: no alarm"),
+            ("@_start, @_tick", "their parts: start at a sample; tick of a started drive"),
+        ];
+        if self.follows_position() {
+            calls.extend([
+                ("@_plan_rest, _move, _stop, _sine", "make a plan, in the main loop"),
+                ("@_plan_play", "the target of a tick, in the interrupt"),
+                ("@_plan_at, @_plan_jet", "the target at any tick; start of the next plan"),
+                ("@_profile_new, _start, _limit", "set-points that keep limits of speed and acceleration"),
+                ("@_profile_go_to, _stop, _keep_within", "their goal; their range"),
+                ("@_profile_next, _has_arrived", "the target of a tick, in the interrupt"),
+            ]);
+        }
+        calls.push(("@_modes_ok", "checks the floating-point modes, once at start-up"));
+        let calls: Vec<_> = calls.into_iter().map(|(code, note)| (code.into(), note.into())).collect();
+        let usage = [
+            " *\n *     #include \"this file\"\n".into(),
+            self.file.listed(&interrupt),
+            " *\n * CALLS. Everything else is internal.\n *\n".into(),
+            self.file.listed(&calls),
+        ];
+        usage.concat() + &self.assembly.map_or_else(String::new, told)
     }
 
     /// Returns the macros with the numbers of the drive.
@@ -504,11 +526,13 @@ impl C<'_> {
             "#define {capitals}_VERSION \"{}\"\n\
              #define {capitals}_DESIGN {:#010x}u /* identifies the design: log it */\n\
              #define {capitals}_PERIOD_S {:?}\n#define {capitals}_MAX_CURRENT_A {limit:?} /* of either sign */\n\
-             #define {capitals}_DELAY_TICKS {} /* from the computation of a current to its output */\n",
+             #define {capitals}_DELAY_TICKS {} /* from the computation of a current to its output */\n\
+             #define {capitals}_CURRENT_LAG_S {:?} /* time constant of the current loop */\n",
             controller_core::VERSION,
             exported.about.design,
             exported.period_s(),
             exported.drive.designed.form().delay_ticks,
+            exported.drive.current_lag_s,
         );
         if let Reaction::JoinedStop { ticks } = exported.drive.designed.reaction() {
             let _ = writeln!(out, "#define {capitals}_STOP_TICKS {ticks}u /* duration of the stop after an alarm */");

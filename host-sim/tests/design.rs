@@ -713,10 +713,30 @@ fn corners_are_loops_with_another_plant() {
     assert_eq!(there["spectral_radius"], worst["spectral_radius"], "{error}");
     let (_, out, _) = spoken(&[&["run", "--no-files", &file][..], &sets].concat());
     assert!(out.contains("warning: unstable in ") && out.contains(worst["name"].as_str().expect("a name")), "{out}");
+    // The corner with the least damping, in the file, has this pole; no other corner has less.
+    let file = folder.file("soft.toml", scenario::JOINT);
+    let pole = |error: &str| {
+        let (_, out, _) = spoken(&["design", "--json", &file, "--set", error]);
+        let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+        let poles = json["poles"].as_array().expect("poles").clone();
+        let damping = |pole: &serde_json::Value| {
+            let [re, im] = ["re", "im"].map(|part| pole[part].as_f64().expect("a number"));
+            if im > 0.0 && re > -1000.0 { -re / re.hypot(im) } else { 1.0 }
+        };
+        (poles.iter().map(damping).fold(1.0, f64::min), json["least_damped"].clone())
+    };
+    let (_, least) = pole("error={}");
+    let mut smallest = f64::INFINITY;
+    for corner in 0..16 {
+        let parts = (0..4).map(|k| format!("{} = {}", keys[k], if corner >> k & 1 == 0 { 20 } else { -20 }));
+        smallest = smallest.min(pole(&format!("error={{{}}}", parts.collect::<Vec<_>>().join(", "))).0);
+    }
+    let said = least["damping_ratio"].as_f64().expect("a ratio");
+    assert!((said / smallest - 1.0).abs() < 1e-6 && said < 0.05, "{said} {smallest}");
     // The templates are stable within their drive.uncertain_percent.
     for (name, text) in [("motor.toml", scenario::MOTOR), ("joint.toml", scenario::JOINT)] {
         let (_, out, _) = spoken(&["design", &folder.file(name, text)]);
-        assert!(out.contains("corners of drive.uncertain_percent: all stable"), "{out}");
+        assert!(out.contains("corners of drive.uncertain_percent: all stable\nleast damping ratio 0."), "{out}");
     }
 }
 

@@ -22,7 +22,7 @@ use crate::gain_sets::{GainSet, MarginPrice, gain_sets, prices};
 use crate::kind::{DriveKind, observer_limit};
 use crate::map::is_zero;
 use crate::margins::{
-    Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, noise_of, offset_per_s, unstable_corners, warnings,
+    LeastDamped, Loop, Margins, MarginsError, Root, UnstableCorner, decay_per_s, noise_of, offset_per_s, warnings,
 };
 use crate::number::significant;
 use crate::range::{Covered, covered};
@@ -101,6 +101,9 @@ pub struct ClosedLoop {
     /// Unstable corners, worst first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unstable_corners: Vec<UnstableCorner>,
+    /// Oscillatory pole with the least damping, over all corners.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_damped: Option<LeastDamped>,
     /// Rms of u per unit of white noise, for each sensor.
     #[serde(skip)]
     pub noise_gains: Vec<f64>,
@@ -206,9 +209,9 @@ impl ClosedLoop {
             if spectral_radius < 1.0 { (Some(it.margins()?), it.noise_gains()) } else { (None, Vec::new()) };
         let poles = it.poles_beside(values, alpha_per_s);
         let decay_per_s = decay_per_s(&poles);
-        let unstable_corners = unstable_corners(at_rest, law, period_s)?;
+        let (unstable_corners, least_damped) = crate::margins::corners(at_rest, law, period_s)?;
         let corners = at_rest.corners.len();
-        Ok(Self { spectral_radius, decay_per_s, poles, margins, corners, unstable_corners, noise_gains })
+        Ok(Self { spectral_radius, decay_per_s, poles, margins, corners, unstable_corners, least_damped, noise_gains })
     }
 
     /// Returns the noise of u; `None` if the loop is unstable.
@@ -338,6 +341,15 @@ fn asked(experiment: &Experiment) -> Vec<AskedPoles> {
                 let rigid = "pole of the rigid shaft; the spring shifts it";
                 let lines = [("position error w_c", w.surface_rad_s), ("reaching gain k_l", w.reaching_per_s)];
                 let mut lines: Vec<_> = lines.into_iter().map(|(name, rate)| one(name, real(rate), rigid)).collect();
+                if let DriveDesign::Joint(DriveOf { design, .. }) = &drive.designed
+                    && let Some(z) = design.reaching_pole()
+                {
+                    lines.push(one(
+                        "sigma*",
+                        real(-libm::log(z) / design.period_s),
+                        "decay of sigma*, -ln(z)/T of the joint with its spring",
+                    ));
+                }
                 lines.push(one(OFFSET, real(offset_per_s(experiment)), "decay of the start-up offset W"));
                 return lines;
             }
@@ -816,7 +828,7 @@ fn one_set(form: Form, switching: &Switching, period_s: f64, at_rest: &AtRest) -
     let smoothed = 3.0 * (0.5 * period_s / switching.smoothing_s).sqrt();
     let calls = |sensed: &Sensed| smoothed * sensed.noise > switching.calm_steps * sensed.quantum;
     (form.gain_sets > 1 && at_rest.sensed.iter().any(calls))
-        .then(|| "gain_sets = 1  # noise of this size calls the fast set again and again".to_owned())
+        .then(|| "gain_sets = 1  # noise of this size switches the high gains on again and again".to_owned())
 }
 
 /// Explains in words that declared noise limits the bandwidth.

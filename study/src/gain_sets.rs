@@ -14,7 +14,7 @@ use crate::margins::{Loop, Margins, MarginsError, noise_of};
 /// Gain set of a drive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GainSet {
-    /// Name: `quiet` (base gains) or `fast` (high gains).
+    /// Name of the gain set, `base` or `high`.
     pub name: &'static str,
     /// Margins with the data sheet; `None` if the loop is unstable.
     pub margins: Option<Margins>,
@@ -50,7 +50,7 @@ pub struct MarginPrice {
 /// # Errors
 /// A loop has no finite matrices.
 pub fn gain_sets(designed: &DriveDesign, at_rest: &AtRest) -> Result<Vec<GainSet>, MarginsError> {
-    let frozen = [("quiet", Some(*designed)), ("fast", fast(designed))];
+    let frozen = [("base", Some(*designed)), ("high", fast(designed))];
     let set = |(name, designed): (&'static str, Option<DriveDesign>)| {
         let designed = designed?;
         let law = designed.at_rest().ok()?.law;
@@ -61,7 +61,7 @@ pub fn gain_sets(designed: &DriveDesign, at_rest: &AtRest) -> Result<Vec<GainSet
         };
         // The rule checks the high gains of a coupled joint in corners of ratios. The corners here assume that a set
         // stays active, but a burst of the high gains is limited in time.
-        let is_bounded = designed.is_whole() && name == "fast";
+        let is_bounded = designed.is_whole() && name == "high";
         let corners = if is_bounded { &[][..] } else { &at_rest.corners[..] };
         let corners = corners.iter().map(|Corner { name, plant }| {
             let sensitivity_peak = margins(plant.as_ref())?.map(|margins| margins.sensitivity_peak);

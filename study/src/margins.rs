@@ -479,7 +479,53 @@ pub struct UnstableCorner {
     pub spectral_radius: f64,
 }
 
-/// Returns the corners of a scenario whose loop with this controller is unstable, worst first.
+/// Oscillatory pole with the least damping over the data sheet and all corners.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LeastDamped {
+    /// Deviations of the plant in the corner; empty for the data sheet itself.
+    pub corner: String,
+    /// Damping ratio -Re(s)/|s| of the pole s = ln(z)/T; negative for a growing oscillation.
+    pub damping_ratio: f64,
+    /// Natural frequency |s| of the pole, rad/s.
+    pub frequency_rad_s: f64,
+}
+
+/// Returns the corners of a scenario whose loop with this controller is unstable, worst first, and the pole with the
+/// least damping; `None` if no pole oscillates.
+///
+/// # Errors
+/// A corner cannot be integrated, or has no finite matrices.
+pub fn corners(
+    at_rest: &AtRest,
+    law: &dyn LawAtRest,
+    period_s: f64,
+) -> Result<(Vec<UnstableCorner>, Option<LeastDamped>), MarginsError> {
+    let mut unstable = Vec::new();
+    let mut least: Option<LeastDamped> = None;
+    let sheet = ("", at_rest.plant.as_ref());
+    let corners = at_rest.corners.iter().map(|Corner { name, plant }| (name.as_str(), plant.as_ref()));
+    for (name, plant) in [sheet].into_iter().chain(corners) {
+        let it = Loop::with(at_rest, plant, law, period_s)?;
+        let values = it.eigenvalues()?;
+        let spectral_radius = values.first().map_or(0.0, |z| libm::hypot(z.re, z.im));
+        if spectral_radius >= 1.0 && !name.is_empty() {
+            unstable.push(UnstableCorner { name: name.into(), spectral_radius });
+        }
+        // A pole that decays within some ticks does not show as an oscillation.
+        let poles = values.into_iter().map(|z| it.pole(z));
+        for pole in poles.filter(|pole| pole.im > 0.0 && pole.re * period_s > -1.0) {
+            let frequency_rad_s = libm::hypot(pole.re, pole.im);
+            let damping_ratio = -pole.re / frequency_rad_s;
+            if least.as_ref().is_none_or(|least| damping_ratio < least.damping_ratio) {
+                least = Some(LeastDamped { corner: name.into(), damping_ratio, frequency_rad_s });
+            }
+        }
+    }
+    unstable.sort_by(|a, b| b.spectral_radius.total_cmp(&a.spectral_radius));
+    Ok((unstable, least))
+}
+
+/// Returns the unstable corners of [`corners`].
 ///
 /// # Errors
 /// A corner cannot be integrated, or has no finite matrices.
@@ -488,15 +534,7 @@ pub fn unstable_corners(
     law: &dyn LawAtRest,
     period_s: f64,
 ) -> Result<Vec<UnstableCorner>, MarginsError> {
-    let mut found = Vec::new();
-    for Corner { name, plant } in &at_rest.corners {
-        let spectral_radius = Loop::with(at_rest, plant.as_ref(), law, period_s)?.spectral_radius(1.0)?;
-        if spectral_radius >= 1.0 {
-            found.push(UnstableCorner { name: name.clone(), spectral_radius });
-        }
-    }
-    found.sort_by(|a, b| b.spectral_radius.total_cmp(&a.spectral_radius));
-    Ok(found)
+    Ok(corners(at_rest, law, period_s)?.0)
 }
 
 /// Returns the spectral radius of an unstable loop at rest, 1 or more. Returns `None` for a stable loop and for a loop
@@ -540,8 +578,8 @@ fn unstable_when_fast(experiment: &Experiment, at_rest: &AtRest) -> Option<Strin
     let unstable = unstable_corners(at_rest, law.as_ref(), experiment.period_s).ok()?;
     let worst = unstable.first()?;
     Some(format!(
-        "the fast gain set is unstable as long as it is in, with {}: drive.gain_sets = 1, a smaller drive.fast_ratio \
-         or a slower drive; `host-sim design` tells more",
+        "the high gains would be unstable if they stayed on, with {}: take drive.gain_sets = 1, a smaller \
+         drive.fast_ratio or a slower drive; details: host-sim design",
         worst.name
     ))
 }

@@ -225,6 +225,25 @@ fn joints_of_any_kind_have_gains_by_rule_that_swing_in_no_corner() {
     }
 }
 
+/// The data sheets in docs/joints.md.
+#[test]
+fn the_data_sheets_of_the_docs_are_the_tested_ones() {
+    let mut table = vec![String::from(
+        "| joint | gear | J_l, kg m² | J_m, kg m² | K, N m/rad | K_t, N m/A | bits, link, motor | T, ms |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|\n",
+    )];
+    for Sheet { name, numbers, counts, period_s, .. } in &SHEETS {
+        let [gear, motor, torque, _, link, stiffness, ..] = numbers;
+        let [link_bits, motor_bits] = counts.map(u32::ilog2);
+        let motor = if *motor < 1e-5 { format!("{motor:e}") } else { motor.to_string() };
+        let period_ms = (1e6 * period_s).round() / 1e3;
+        table.push(format!(
+            "| {name} | {gear} | {link} | {motor} | {stiffness} | {torque} | {link_bits}, {motor_bits} | {period_ms} |\n"
+        ));
+    }
+    golden::in_docs("joints.md", "joint sheets", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));
+}
+
 /// Faults: a missed interrupt, and an encoder that slips by some counts. The loop must not swing afterwards. A slip is
 /// a step of one encoder without a spring deflection; the controller must not answer it with a step back.
 #[test]

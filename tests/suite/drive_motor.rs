@@ -292,8 +292,8 @@ fn the_rule_is_stable_in_all_48_combinations() {
             four_states += four;
         }
     }
-    println!("largest spectral radius at 50 %, at random, of the fast set at 20 %: {largest:.5?}");
-    println!("unstable at 50 %: fast set {fast_at_50}, 1.5 times {less_fast_at_50}, four states {four_states}");
+    println!("largest spectral radius at 50 %, at random, of the high gains at 20 %: {largest:.5?}");
+    println!("unstable at 50 %: high gains {fast_at_50}, 1.5 times {less_fast_at_50}, four states {four_states}");
     assert_eq!((combinations, less_fast_at_50, four_states), (48, 22, 48));
     assert!(fast_at_50 > 22, "{fast_at_50}");
 }
@@ -319,7 +319,7 @@ fn the_rule_is_stable_with_two_and_three_ticks_of_delay() {
             }
         }
     }
-    println!("largest radius at 50 %, of the fast set and of four states at 20 %, with 2 and 3 ticks: {largest:.5?}");
+    println!("largest radius at 50 %, of the high gains and of four states at 20 %, with 2 and 3 ticks: {largest:.5?}");
 }
 
 /// Returns relative errors of J and K_t on a grid of nine points.

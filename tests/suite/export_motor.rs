@@ -7,21 +7,26 @@ use integration_tests::deep;
 use integration_tests::program::{Folder, host_sim};
 use std::f64::consts::TAU;
 use std::fs;
-use std::process::Command;
+use std::process::{Command, Output, Stdio};
 
 /// Threshold: largest error of the sine from 0.25 s on, rad.
 const BAR_RAD: f64 = 3.2e-3;
 
+/// Runs a goal of the Makefile on an exported file, with more variables.
+fn make(folder: &Folder, drive: &str, goal: &str, variables: &[&str]) -> Output {
+    Command::new("make")
+        .args(["--no-print-directory", "-s", "-B", "-C"])
+        .arg(path("../examples/c"))
+        .args([goal, &format!("DRIVE={drive}"), &format!("MOTOR={}", folder.path("motor.elf"))])
+        .args(variables)
+        .stdin(Stdio::null())
+        .output()
+        .expect("make runs")
+}
+
 /// Runs `make run-motor` on an exported file; returns its output.
 fn driven(folder: &Folder, drive: &str) -> Vec<String> {
-    let examples = path("../examples/c");
-    let made = Command::new("make")
-        .args(["--no-print-directory", "-s", "-B", "-C"])
-        .arg(&examples)
-        .args(["run-motor", &format!("DRIVE={drive}"), &format!("MOTOR={}", folder.path("motor.elf"))])
-        .stdin(std::process::Stdio::null())
-        .output()
-        .expect("make runs");
+    let made = make(folder, drive, "run-motor", &[]);
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let said: Vec<String> = String::from_utf8_lossy(&made.stdout).lines().map(str::to_string).collect();
     assert_eq!(said.last().map(String::as_str), Some("done"), "{said:?}");
@@ -35,6 +40,7 @@ fn peak(said: &[String], words: &str) -> f64 {
 }
 
 const OF_SINE: &str = "sine of 1 rad at 1 Hz, from 0.25 s on: peak error";
+const NO_ALARM: &str = "status flags of all ticks: 00000000, no alarm";
 const OF_MOVE: &str = "from there to rest at 0.5 rad in 0.3 s: peak error";
 
 #[test]
@@ -68,7 +74,7 @@ fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
     // Friction is on, so the error is never zero.
     assert!((5e-4..BAR_RAD).contains(&sine), "{sine} rad");
     assert!((1e-4..BAR_RAD).contains(&to_rest), "{to_rest} rad");
-    assert!(said.contains(&"health 00000000".to_string()), "{said:?}");
+    assert!(said.contains(&NO_ALARM.to_string()), "{said:?}");
     // The planned column of the table is the sine, and the true angle differs from it.
     let rows: Vec<Vec<f64>> =
         said.iter().filter_map(|line| line.split_whitespace().map(|word| word.parse().ok()).collect()).collect();
@@ -88,11 +94,11 @@ fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
         assert_eq!(driven(&folder, &folder.path("motor_assembly.h")), said);
     }
 
-    // The threshold is sensitive: it is missed with a third of the data sheet's torque, and without the speed in the
-    // plan. The feed-forward alone is worth a twentieth on so slow a sine, because the observer compensates.
+    // The threshold is sensitive: a rotor of four times the inertia misses it, and so does a plan without its speed. The
+    // feed-forward alone is worth a twentieth on so slow a sine, because the observer compensates.
     let text = fs::read_to_string(&drive).expect("the exported file");
     for (what, from, to) in [
-        ("a third of the torque", "_TORQUE_N_M_PER_A 0.05", "_TORQUE_N_M_PER_A 0.0167"),
+        ("four times the inertia", "_INERTIA_KG_M2 0.0002", "_INERTIA_KG_M2 0.0008"),
         ("no speed in the target", "target->r_dot = jet.r_dot", "target->r_dot = 0.0f"),
     ] {
         assert!(text.contains(from), "{what}");
@@ -102,4 +108,66 @@ fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
         println!("{what}: {sine} rad");
         assert!(sine > BAR_RAD, "{what}: {sine} rad");
     }
+}
+
+/// Writes the exported file of the template motor with these keys.
+fn exported(folder: &Folder, sets: &[&str]) -> String {
+    let (scenario, drive) = (folder.path("mine.toml"), folder.path("motor_drive.h"));
+    fs::write(&scenario, scenario::template("mine", "motor").expect("a motor")).expect("a file");
+    let mut words = vec!["export", &scenario, "--lang", "c", "--standalone", "-o", &drive, "--force"];
+    words.extend(sets.iter().flat_map(|set| ["--set", set]));
+    let spoken = host_sim(&words);
+    assert_eq!(spoken.status, 0, "{}", spoken.err);
+    drive
+}
+
+/// A shorter period makes a stiffer drive. A small motor with little torque has proportionally small friction.
+#[test]
+fn the_example_runs_at_every_rate_and_delay_and_with_a_motor_of_a_hundredth_of_the_inertia() {
+    let folder = Folder::new("export-motor-rates");
+    let small = ["motor.inertia_kg_m2=2e-6", "motor.torque_n_m_per_a=0.005", "motor.max_current_a=2"];
+    for (sets, bar) in [
+        (&["drive.period_s=2.5e-4"][..], 1.5e-3),
+        (&["drive.period_s=1e-4"], 1.0e-3),
+        (&["drive.period_s=1e-4", "drive.delay_ticks=3"], 2.0e-3),
+        (&small, BAR_RAD),
+        (&["encoder.reversed=true", "encoder.offset_counts=1000"], BAR_RAD),
+    ] {
+        let said = driven(&folder, &exported(&folder, sets));
+        let (sine, to_rest) = (peak(&said, OF_SINE), peak(&said, OF_MOVE));
+        println!("{sets:?}: {sine} rad, {to_rest} rad");
+        assert!((1e-4..bar).contains(&sine) && (1e-4..bar).contains(&to_rest), "{sets:?}: {sine} {to_rest}");
+        assert!(said.contains(&NO_ALARM.to_string()), "{said:?}");
+    }
+    // The delay may be longer than the lead of a plan.
+    let said = driven(&folder, &exported(&folder, &["drive.period_s=5e-3", "drive.delay_ticks=2"]));
+    assert!(peak(&said, OF_MOVE) < 0.3, "{said:?}");
+}
+
+#[test]
+fn an_interrupt_longer_than_its_period_and_a_missing_file_end_with_a_message() {
+    let folder = Folder::new("export-motor-late");
+    let drive = exported(&folder, &["drive.period_s=2.5e-4"]);
+    let late = make(&folder, &drive, "run-motor", &["CORE_HZ=4000000u"]);
+    let [out, err] = [&late.stdout, &late.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    assert!(!late.status.success() && out.contains("longer than the control period"), "{out}{err}");
+    assert!(err.contains("run-motor: the program ended with status 1"), "{err}");
+
+    let none = make(&folder, &folder.path("none.h"), "run-motor", &[]);
+    let err = String::from_utf8_lossy(&none.stderr);
+    assert!(!none.status.success() && err.contains("none.h: host-sim export YOUR_MOTOR.toml"), "{err}");
+    // -B with an existing file does not claim that it is missing.
+    let err = make(&folder, &drive, "motor", &[]).stderr;
+    assert!(err.is_empty(), "{}", String::from_utf8_lossy(&err));
+
+    // The image for a board has no simulated motor, so its interrupt has a bound.
+    let board = make(&folder, &drive, "motor", &["EMULATED="]);
+    assert!(board.status.success(), "{}", String::from_utf8_lossy(&board.stderr));
+    let image = folder.path("motor.elf");
+    let spoken = host_sim(&["budget", "--elf", &image, "--symbol", "TIM3_IRQHandler", "--barrier", "3"]);
+    assert_eq!(spoken.status, 0, "{}", spoken.err);
+    let bound = spoken.out.lines().find_map(|line| line.strip_prefix("bound"));
+    let bound: u32 = bound.and_then(|line| line.split_whitespace().next()?.parse().ok()).expect("a bound");
+    println!("{bound} cycles");
+    assert!((1400..=4000).contains(&bound), "{bound} cycles do not fit 4 kHz at 16 MHz");
 }

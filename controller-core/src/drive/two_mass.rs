@@ -459,6 +459,15 @@ impl JointDesign {
         Switching { calm_steps, alert_steps: ALL_IN * calm_steps, ..self.switching }
     }
 
+    /// Returns the real pole z of the regulator: σ\* decays by this factor per tick. `None` without a coupled design
+    /// or without a real pole.
+    pub fn reaching_pole(&self) -> Option<f64> {
+        self.coupled?;
+        let JointDesign { period_s, bandwidths: w, .. } = self;
+        let (ratios, tick) = self.tick();
+        Some(Regulator::of(&ratios, &tick, *period_s, [w.surface_rad_s, w.reaching_per_s])?.reaching)
+    }
+
     /// Checks the numbers and bandwidths of a coupled design.
     pub(super) const fn check_coupled(&self) -> Result<(), DriveError> {
         let (t, w) = (self.period_s, &self.bandwidths);

@@ -6,7 +6,7 @@ use clap::Args;
 use scenario::Experiment;
 use study::design::{AskedPoles, Bound, ClosedLoop, Design, LEAST_PHASE_DEG, Limit, Noise, Suggested};
 use study::gain_sets::{GainSet, MarginPrice, WorstCorner};
-use study::margins::{Margins, Root, UnstableCorner};
+use study::margins::{LeastDamped, Margins, Root, UnstableCorner};
 use study::number::significant;
 use study::range::{Covered, End};
 use terminal::table::Table;
@@ -210,6 +210,13 @@ fn corners(design: &Design, line: &mut impl FnMut(String)) {
         let of = if design.inertia_range.is_some() { "the ends of the inertia and drive" } else { "drive" };
         line(format!("{corners} corners of {of}.uncertain_percent: {words}"));
     }
+    if let (Some(LeastDamped { corner, damping_ratio, frequency_rad_s }), [], true) =
+        (&design.got.least_damped, &unstable[..], *corners > 0)
+    {
+        let place = if corner.is_empty() { "the data sheet" } else { corner };
+        let (ratio, at) = (number(*damping_ratio), number(*frequency_rad_s));
+        line(format!("least damping ratio {ratio}, of a pole at {at} rad/s, with {place}"));
+    }
     for UnstableCorner { name, spectral_radius } in unstable.iter().take(MOST_NAMED) {
         line(format!("    {name}: spectral radius {}", radius(*spectral_radius)));
     }
@@ -258,10 +265,10 @@ fn gain_sets(design: &Design) -> Option<Table> {
 fn prices(design: &Design) -> Option<Table> {
     let mut table = Table::new([
         "margin",
-        "peak |S|: quiet",
-        "fast",
-        "worst corner: quiet",
-        "fast",
+        "peak |S|: base",
+        "high",
+        "worst corner: base",
+        "high",
         "current noise, A",
         "10 % load moves, mrad",
     ]);
@@ -274,10 +281,10 @@ fn prices(design: &Design) -> Option<Table> {
                 [or_unstable(set.margins.map(|margins| margins.sensitivity_peak)), corner]
             })
         });
-        let [[quiet, quiet_corner], [fast, fast_corner]] = &peaks;
+        let [[base, base_corner], [high, high_corner]] = &peaks;
         let noise = noise_a.map(number).unwrap_or_default();
         let way = deflection_rad.map(|rad| number(1e3 * rad)).unwrap_or_default();
-        table.row([name.as_str(), quiet, fast, quiet_corner, fast_corner, &noise, &way]);
+        table.row([name.as_str(), base, high, base_corner, high_corner, &noise, &way]);
     }
     (!design.prices.is_empty()).then_some(table)
 }
@@ -356,7 +363,7 @@ pub(super) fn table(design: &Design, experiment: &Experiment) -> Table {
                 &format!("{}, {sensor}", noise_name(u)),
                 number(*u_rms),
                 u,
-                "rms, from quantisation and declared noise",
+                "rms, linearised loop; counts and declared noise",
             );
         }
     }

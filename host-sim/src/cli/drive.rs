@@ -53,7 +53,11 @@ pub(super) fn table(
         for (name, value) in
             [("r moving", *moving), ("r at rest", *at_rest)].into_iter().filter(|(_, value)| !value.is_nan())
         {
-            row(&format!("current noise, {name} (A rms)"), number(value), &over(&format!("from encoder {of},")));
+            row(
+                &format!("current noise, {name} (A rms)"),
+                number(value),
+                &over(&format!("simulated, from encoder {of},")),
+            );
         }
     }
     for TorqueError { shaft, rms_n_m } in torque_errors(drive, metrics, trace) {
@@ -63,10 +67,8 @@ pub(super) fn table(
     row("|u| peak (A)", number(metrics.u_peak), &format!("of {} A, over the whole run", typed(drive.max_current_a, 6)));
     let share = format!("{} %", significant(100.0 * tracking.saturated_share, 3));
     row("saturated", share, "of all ticks");
-    let every = ALARMS | FENCED;
-    if let Some((tick, alarm)) = (0..).zip(&trace.rows).find(|(_, row)| row.health.intersects(every)) {
-        let alarms = Health::from_bits(alarm.health.bits() & every.bits());
-        row("first alarm (s)", typed(alarm.t_s, 6), &format!("tick {tick}: {alarms}"));
+    if let Some((tick, t_s, alarms)) = first_alarm(trace) {
+        row("first alarm (s)", typed(t_s, 6), &format!("tick {tick}: {alarms}"));
     }
     if let Some(hunting) = trace.rows.iter().find(|row| row.health.contains(Health::HUNTS)) {
         let remedy = "limit cycle or stick-slip at rest: widen drive.rest_band or lower the gains";
@@ -74,4 +76,11 @@ pub(super) fn table(
     }
     how_it_went(experiment, metrics, trace, &mut row);
     table
+}
+
+/// Returns tick, time and flags of the first alarm of a run.
+pub(super) fn first_alarm(trace: &Trace) -> Option<(usize, f64, Health)> {
+    let every = ALARMS | FENCED;
+    let (tick, row) = trace.rows.iter().enumerate().find(|(_, row)| row.health.intersects(every))?;
+    Some((tick, row.t_s, Health::from_bits(row.health.bits() & every.bits())))
 }

@@ -145,7 +145,7 @@ impl Console<'_> {
             if !options.no_files {
                 self.say(&format!("files: {}", folder.display()))?;
             }
-            self.say(&format!("result: {}", verdict(&trace, &metrics, &json)))?;
+            self.say(&format!("result: {}", verdict(&experiment, &trace, &metrics, &json)))?;
         }
         match error {
             Some(message) => Err(failed(message)),
@@ -322,8 +322,12 @@ pub(super) fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String)
 }
 
 /// Returns the verdict of a run. It never contradicts the warnings above it.
-fn verdict(trace: &Trace, metrics: &Metrics, json: &RunJson<'_>) -> String {
+fn verdict(experiment: &Experiment, trace: &Trace, metrics: &Metrics, json: &RunJson<'_>) -> String {
     let (_, ending) = ending(trace, metrics);
+    // A chain has no monitors.
+    let alarm = experiment.drive.as_ref().and_then(|_| drive::first_alarm(trace));
+    let alarmed =
+        alarm.map_or_else(String::new, |(_, t_s, alarms)| format!("; ALARM at t = {} s: {alarms}", typed(t_s, 6)));
     let is_held_by_limits = metrics.bounded && json.warnings.iter().any(|warning| warning.starts_with("UNSTABLE"));
     let warned = match json.warnings.len() {
         _ if is_held_by_limits => "; the linearised loop is UNSTABLE".into(),
@@ -332,7 +336,7 @@ fn verdict(trace: &Trace, metrics: &Metrics, json: &RunJson<'_>) -> String {
         count => format!("; {count} warnings above"),
     };
     let compared = json.target.map_or_else(String::new, |comparison| format!("; {}", comparison.line()));
-    format!("{ending}{warned}{compared}")
+    format!("{ending}{alarmed}{warned}{compared}")
 }
 
 /// Returns the metrics table of a run.

@@ -185,6 +185,22 @@ fn a_run_that_diverges_says_so_and_claims_no_figure_for_a_window_it_never_saw() 
 }
 
 #[test]
+fn the_verdict_names_the_first_alarm_of_a_drive() {
+    let folder = Folder::new("reversed");
+    let file = folder.file("motor.toml", scenario::MOTOR);
+    let verdict = |sets: &[&str]| {
+        let (_, out, _) = spoken(&[&["run", "--no-files", &file][..], sets].concat());
+        out.lines().last().expect("a verdict").to_owned()
+    };
+    assert_eq!(verdict(&[]), "result: finished, state bounded");
+    let reversed = verdict(&["--set", "error.reversed=true"]);
+    assert!(
+        reversed.starts_with("result: NOT BOUNDED") && reversed.contains("; ALARM at t = 0.03 s: dist"),
+        "{reversed}"
+    );
+}
+
+#[test]
 fn a_run_that_ends_far_out_is_not_called_bounded() {
     let folder = Folder::new("far");
     // An unstable plant with an actuator that is too weak: y grows as exp(1.6 t).
@@ -837,7 +853,7 @@ fn a_drive_that_is_unstable_within_its_data_sheet_is_exported_with_consent_only(
     for (file, sets, words) in [
         (&stiff, joint, &["set drive.tuning = \"coupled\""][..]),
         (&motor, [&late[..], &["--set", "drive.gain_sets=1"]].concat(), &["1 of 4 corners", "set drive.surface_rad_s"]),
-        (&motor, [&late[..3], &["drive.surface_rad_s=50"]].concat(), &["the fast gain set is unstable"]),
+        (&motor, [&late[..3], &["drive.surface_rad_s=50"]].concat(), &["the high gains would be unstable"]),
     ] {
         let output = folder.path("a.h");
         let export = [&["export", file, "--standalone", "-o", &output][..], &sets].concat();

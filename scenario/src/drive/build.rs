@@ -157,7 +157,7 @@ fn no_fading(table: &FrictionTable) -> Option<Problem> {
 
 /// Returns a problem for friction above the largest motor torque that needs too many solver steps per tick.
 fn too_steep(table: &FrictionTable, limit_a: f64, truth: &Shaft, period_s: f64) -> Option<Problem> {
-    let motor_n_m = limit_a * truth.torque_n_m_per_a;
+    let motor_n_m = (limit_a * truth.torque_n_m_per_a).abs();
     let (key, largest) = largest_friction(table);
     let smooth_rad_s = faded_below(table)?;
     let rate = largest / smooth_rad_s / truth.inertia_kg_m2;
@@ -181,7 +181,9 @@ fn largest_friction(table: &FrictionTable) -> (&'static str, f64) {
 }
 
 /// Returns warnings for friction above the largest motor torque, and for less friction at rest than in motion.
-fn friction_warnings(table: &FrictionTable, largest_n_m: f64) -> Vec<String> {
+fn friction_warnings(table: &FrictionTable, limit_a: f64, truth: &Shaft) -> Vec<String> {
+    // Swapped phases make the torque constant negative.
+    let largest_n_m = (limit_a * truth.torque_n_m_per_a).abs();
     let mut warnings = Vec::new();
     let (key, friction) = largest_friction(table);
     if friction >= largest_n_m {
@@ -610,6 +612,13 @@ fn counter(table: &EncoderTable, key: &str) -> Result<(u32, u32), Problem> {
         return Ok((least, 0));
     }
     match i32::try_from(states) {
+        Ok(_) if table.counts_per_turn.is_none() => problem(
+            "counts_per_turn",
+            format!(
+                "missing: a counter of {states} states does not wrap after 2^bits; set {key}.counts_per_turn = \
+                 {states} if it wraps once per revolution"
+            ),
+        ),
         Ok(states) => Ok((bits, states as u32)),
         Err(_) => {
             problem("states", format!("found {states}: any number up to 2^31 is supported, and 2^32 = 4294967296"))
@@ -966,7 +975,7 @@ fn at_rest(
 ) -> AtRest {
     let parts = [
         ("friction, cogging and load", true),
-        ("the fast gain set", form.gain_sets > 1),
+        ("the high gains", form.gain_sets > 1),
         ("angles other than 0", sensed.len() > 1),
         ("jitter", sensing.jitter > 0.0),
     ];
@@ -1219,7 +1228,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let mut warnings = common.warnings();
     warnings.extend(in_play.warning(&present));
     warnings.extend(asked_states(&file.encoder, "encoder"));
-    warnings.extend(friction_warnings(&file.friction, limit * truth.torque_n_m_per_a));
+    warnings.extend(friction_warnings(&file.friction, limit, &truth));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let asked = PlanLimits {
         plant: "motor",
@@ -1615,7 +1624,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
     warnings.extend(designs.as_whole.as_ref().and_then(|it| it.weak(limit * nominal.torque_n_m_per_a)));
     warnings.extend(designs.as_whole.as_ref().and_then(|it| it.idle_set(drive.gain_sets)));
-    warnings.extend(friction_warnings(&file.friction, limit * truth.motor.torque_n_m_per_a));
+    warnings.extend(friction_warnings(&file.friction, limit, &truth.motor));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let asked = PlanLimits {
         plant: "joint",

@@ -33,7 +33,7 @@
 //! is accepted.
 //!
 //! # High gains
-//! The high gains (fast set) belong to an observer with the bandwidths W_l f_l and W_m f_m, and the same regulator. The
+//! The high gains belong to an observer with the bandwidths W_l f_l and W_m f_m, and the same regulator. The
 //! rule selects the set with the smallest dip that is stable when permanently active, with |S| up to [`FAST_PEAK`].
 //! This is checked nominally at every angle and with either lag, and in the corners of the ratios. The corners of the
 //! parameters are wider and are not checked, because the set is switched off after 2.5/W_l in any case. The set is

@@ -33,7 +33,7 @@ const LITTLE: f64 = 0.01;
 /// Relative change of a gain that is tried.
 const STEP: f64 = 0.1;
 /// Effects outside of the loop matrices that the bounds contain.
-const IN_BOUNDS: [&str; 2] = ["friction, cogging and load", "the fast gain set"];
+const IN_BOUNDS: [&str; 2] = ["friction, cogging and load", "the high gains"];
 
 /// Contribution of one cause to the bounds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -544,7 +544,7 @@ fn measured(
     let of_quiet = quiet.and_then(|quiet| run(subject.with(&[quiet.into()]).ok()?, false));
     if let Some(quiet) = &of_quiet {
         let apart = largest(asked, quantities, rest, asked.trace, Some(quiet));
-        part("fast gain set", apart, "measured: the run against a run with base gains alone");
+        part("high gains", apart, "measured: the run against a run with base gains alone");
     }
     if spec.is_some_and(|spec| spec.precision == Precision::F32)
         && let (Some(f32), Some(f64)) =

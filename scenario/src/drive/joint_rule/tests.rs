@@ -382,7 +382,7 @@ fn joints_in_corners_come_to_rest() {
         })
     });
     let most = all.iter().flatten().fold(0.0, |most: f64, &level| most.max(level));
-    assert!(most > 0.5, "no load brings a fast set in: {most}");
+    assert!(most > 0.5, "no load switches the high gains on: {most}");
 }
 
 /// A soft spring with a fast regulator: stable when linear, with a limit cycle between the limits after one load.

@@ -1,0 +1,106 @@
+/* The motor of motor.c in the emulator: rotor, friction, cogging, current loop and encoder of the exported data sheet.
+ * No data sheet lists friction and cogging, so their sizes are shares of the largest torque. Include it once, after the
+ * exported file. It also compares the true angle with the plan and prints the result. */
+#ifndef SIMULATED_MOTOR_H
+#define SIMULATED_MOTOR_H
+
+#include "board.h"
+#include <math.h>
+
+#define PEAK_N_M ((float)(EDO_SMC_TORQUE_N_M_PER_A * EDO_SMC_MAX_CURRENT_A))
+
+/* The step of the integration does not depend on the control period: the cost is equal at every control rate. */
+#define STEPS ((int)(EDO_SMC_PERIOD_S / 25e-6 + 0.5) > 0 ? (int)(EDO_SMC_PERIOD_S / 25e-6 + 0.5) : 1)
+
+static const float coulomb = 0.01f * PEAK_N_M, at_rest = 0.016f * PEAK_N_M, stribeck = 0.1f; /* N m, N m, rad/s */
+static const float cogging = 0.006f * PEAK_N_M, cogs = 7.0f;                                /* N m, per revolution */
+static float angle, speed, flowing, commanded;
+
+/* Moves the motor by one control period. */
+static void simulated_motor_advance(void) {
+    const float step = (float)EDO_SMC_PERIOD_S / (float)STEPS;
+    const float follows = (EDO_SMC_CURRENT_LAG_S > (double)step) ? step / (float)EDO_SMC_CURRENT_LAG_S : 1.0f;
+    /* Friction passes through zero with a slope that this step can integrate. */
+    const float steepest = 2.0f * step * at_rest / (float)EDO_SMC_INERTIA_KG_M2;
+    const float smooth = (steepest > 0.005f) ? steepest : 0.005f;
+    for (int k = 0; k < STEPS; k++) {
+        const float bell = speed / stribeck;
+        const float friction = (coulomb + (at_rest - coulomb) * expf(-bell * bell)) * tanhf(speed / smooth);
+        const float torque = (float)EDO_SMC_TORQUE_N_M_PER_A * flowing - (float)EDO_SMC_DAMPING_N_M_S * speed -
+                             friction - cogging * sinf(cogs * angle);
+        flowing += follows * (commanded - flowing);
+        speed += step / (float)EDO_SMC_INERTIA_KG_M2 * torque;
+        angle += step * speed;
+    }
+}
+
+static uint32_t encoder(void) {
+    const int32_t count = (int32_t)floorf(angle / (float)EDO_SMC_ENCODER_UNIT_RAD + 0.5f);
+    return (uint32_t)((EDO_SMC_ENCODER_REVERSED ? -count : count) + EDO_SMC_ENCODER_OFFSET_COUNTS);
+}
+
+static bool encoder_is_good(void) { return true; }
+
+static float current(float ampere) {
+    static float waiting[EDO_SMC_DELAY_TICKS + 1];
+    for (int k = 0; k < EDO_SMC_DELAY_TICKS; k++) {
+        waiting[k] = waiting[k + 1];
+    }
+    waiting[EDO_SMC_DELAY_TICKS] = ampere;
+    commanded = waiting[0];
+    return ampere;
+}
+
+/* Results: the largest error since tick `judged`, rad, and a line of values every 0.1 s. */
+static volatile uint32_t judged;
+static volatile float peak;
+static volatile struct {
+    uint32_t tick;
+    float planned, angle, ampere;
+} line;
+
+static void simulated_motor_compare(uint32_t tick, const edo_smc_target *begin) {
+    static float targets[EDO_SMC_DELAY_TICKS + 1];
+    for (int k = 0; k < EDO_SMC_DELAY_TICKS; k++) {
+        targets[k] = targets[k + 1];
+    }
+    targets[EDO_SMC_DELAY_TICKS] = begin->r + 6.2831853f * (float)begin->turn;
+    /* The target at the beginning of this tick. */
+    const float planned = targets[0];
+    const float error = fabsf(angle - planned);
+    if (tick >= judged && error > peak) {
+        peak = error;
+    }
+    if (tick % (uint32_t)(0.1 / EDO_SMC_PERIOD_S + 0.5) == 0u) {
+        line.tick = tick;
+        line.planned = planned;
+        line.angle = angle;
+        line.ampere = commanded;
+    }
+}
+
+/* Prints a new line of values, if there is one. */
+static void simulated_motor_print_line(void) {
+    static uint32_t printed;
+    if (line.tick > printed) {
+        printed = line.tick;
+        board_number((float)printed * (float)EDO_SMC_PERIOD_S, 8, 1);
+        board_number(line.planned, 12, 6);
+        board_number(line.angle, 12, 6);
+        board_number(line.angle - line.planned, 12, 6);
+        board_number(line.ampere, 10, 3);
+        board_text("\n");
+    }
+}
+
+/* Prints the largest error since tick `judged`; the next one counts from `next`. */
+static void simulated_motor_print_peak(const char *of, uint32_t next) {
+    board_text(of);
+    board_text(": peak error ");
+    board_number(peak, 0, 6);
+    board_text(" rad\n");
+    judged = next;
+    peak = 0.0f;
+}
+
+#endif
