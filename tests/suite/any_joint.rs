@@ -238,7 +238,8 @@ fn the_data_sheets_of_the_docs_are_the_tested_ones() {
         let motor = if *motor < 1e-5 { format!("{motor:e}") } else { motor.to_string() };
         let period_ms = (1e6 * period_s).round() / 1e3;
         table.push(format!(
-            "| {name} | {gear} | {link} | {motor} | {stiffness} | {torque} | {link_bits}, {motor_bits} | {period_ms} |\n"
+            "| {name} | {gear} | {link} | {motor} | {stiffness} | {torque} | {link_bits}, {motor_bits} | \
+             {period_ms} |\n"
         ));
     }
     golden::in_docs("joints.md", "joint sheets", &table.concat()).unwrap_or_else(|differs| panic!("{differs}"));

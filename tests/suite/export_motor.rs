@@ -94,8 +94,8 @@ fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
         assert_eq!(driven(&folder, &folder.path("motor_assembly.h")), said);
     }
 
-    // The threshold is sensitive: a rotor of four times the inertia misses it, and so does a plan without its speed. The
-    // feed-forward alone is worth a twentieth on so slow a sine, because the observer compensates.
+    // The threshold is sensitive: a rotor of four times the inertia misses it, and so does a plan without its speed.
+    // The feed-forward alone is worth a twentieth on so slow a sine, because the observer compensates.
     let text = fs::read_to_string(&drive).expect("the exported file");
     for (what, from, to) in [
         ("four times the inertia", "_INERTIA_KG_M2 0.0002", "_INERTIA_KG_M2 0.0008"),
@@ -128,7 +128,6 @@ fn the_example_runs_at_every_rate_and_delay_and_with_a_motor_of_a_hundredth_of_t
     let small = ["motor.inertia_kg_m2=2e-6", "motor.torque_n_m_per_a=0.005", "motor.max_current_a=2"];
     for (sets, bar) in [
         (&["drive.period_s=2.5e-4"][..], 1.5e-3),
-        (&["drive.period_s=1e-4"], 1.0e-3),
         (&["drive.period_s=1e-4", "drive.delay_ticks=3"], 2.0e-3),
         (&small, BAR_RAD),
         (&["encoder.reversed=true", "encoder.offset_counts=1000"], BAR_RAD),

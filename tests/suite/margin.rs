@@ -53,8 +53,8 @@ fn peaks(set: &GainSet) -> String {
 #[test]
 fn margin_is_paid_for_in_stiffness() {
     let mut table = vec![String::from(
-        "| motor | `margin` | \\|S\\| base gains, ±20 % | high gains, ±20 % | current noise, % | move of 1 rad, peak error, mrad \
-         | load of 14 %: way, mrad | ±20 % | ±50 % |\n|---|---|---|---|---:|---:|---:|---:|---:|\n",
+        "| motor | `margin` | \\|S\\| base gains, ±20 % | high gains, ±20 % | current noise, % | move of 1 rad, peak \
+         error, mrad | load of 14 %: way, mrad | ±20 % | ±50 % |\n|---|---|---|---|---:|---:|---:|---:|---:|\n",
     )];
     for (name, [inertia, torque, limit], bits, period_s) in MOTORS {
         let mut dips = Vec::new();
