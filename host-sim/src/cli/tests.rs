@@ -1328,7 +1328,7 @@ fn the_example_of_every_command_parses_and_runs_on_a_template() {
                     placed.extend(["--out".into(), named("out")]);
                 }
                 if matches!(command.as_str(), "tune" | "identify" | "commission") {
-                    placed.extend(["--to".into(), named("to.toml")]);
+                    placed.extend(["--to".into(), named(&format!("{command}.toml"))]);
                 }
                 let args: Vec<&str> = placed.iter().map(String::as_str).chain(shorter.iter().copied()).collect();
                 let (status, _, err) = spoken(&args);
