@@ -1,4 +1,4 @@
-//! Black box: a trace buffer with the last ticks, to be read after a fault.
+//! Trace buffer with the last ticks, to be read after a fault.
 //!
 //! It is a `heapless` queue of fixed capacity. A push costs one copy of a [`Record`] and never fails: the oldest record
 //! makes room. The buffer is separate from the controller, so it costs nothing if it is not used.

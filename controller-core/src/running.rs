@@ -570,13 +570,12 @@ impl fmt::Display for RetuneError {
         f.write_str(match self {
             Self::Sample => "a tick would reject this sample: retune with the next good one",
             Self::GainNearDecay => {
-                "1 - e^(-alpha T) lies within a tenth of k_l T: the offset has no say in u; move alpha or k_l"
+                "1 - e^(-alpha T) is within a tenth of k_l T: the offset has no effect on u; change alpha or k_l"
             }
             Self::OffsetOutOfRange => {
-                "no offset makes the new law ask for the old u: take a design that is nearer, or start anew with \
-                 `reset`"
+                "no offset gives the new design the present u: change the design in smaller steps, or start it at rest"
             }
-            Self::OtherEncoder => "the new design counts by another encoder or gear: start anew with `reset`",
+            Self::OtherEncoder => "the new design has another encoder or gear: start it as a new controller, at rest",
         })
     }
 }

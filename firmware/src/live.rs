@@ -2,7 +2,7 @@
 //!
 //! | context | priority | function |
 //! |---|---|---|
-//! | TIM3 | highest | [`Drive::tick`]: counts, plan, control law, monitors, black box, current |
+//! | TIM3 | highest | [`Drive::tick`]: counts, plan, control law, monitors, trace buffer, current |
 //! | EXTI0 | highest | [`Drive::change`]: a tick that starts a law, switches the law or is recorded |
 //! | USART1 | lower | stores a byte ([`line`](crate::line)) |
 //! | main loop | lowest | [`serve`]: requests, designs, plans ([`pil_wire::Live`]) |

@@ -61,30 +61,35 @@ pub enum Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const OTHERS: &str = "take --lang c --standalone, one file that needs no library, or --lang rust";
+        const OTHERS: &str = "take --lang c --standalone, the whole controller as one C99 file, or --lang rust";
         const MODEL: &str = "a(x) of the benchmark is not linear; take --lang rust, or set plant.kind";
         match self {
             Self::Feature(name) => write!(f, "this program was built without the feature {name}"),
             Self::Baseline => f.write_str("the baseline is not exported; set controller.kind=proposed"),
             Self::Precision => f.write_str("an exported controller computes in f32; set controller.precision=f32"),
             Self::StandaloneModel => write!(f, "C needs a linear a(x): {MODEL} to chain or flexible_joint"),
-            Self::ArchiveModel => write!(f, "the archive for C needs a linear a(x): {MODEL}=chain"),
+            Self::ArchiveModel => write!(f, "the static library for C needs a linear a(x): {MODEL}=chain"),
             Self::ArchiveSamples => f.write_str(
-                "the archive for C has no limits of samples: take --standalone, or leave out controller.samples",
+                "the static library for C has no limits of samples: take --lang c --standalone, the whole \
+                 controller as one C99 file, or leave out controller.samples",
             ),
             Self::ArchiveShape { name, shape, library } => {
                 let (shape, library) = (shape_text(*shape), library.join(", "));
-                write!(f, "the archive for C has no {name} ({shape}); it has {library}. Take --standalone instead")
+                write!(
+                    f,
+                    "the static library for C has no {name} ({shape}); it has {library}. Take --lang c --standalone, \
+                     the whole controller as one C99 file"
+                )
             }
-            Self::ArchiveDrive(missing) => write!(f, "the archive for C has no {missing}: {OTHERS}"),
+            Self::ArchiveDrive(missing) => write!(f, "the static library for C has no {missing}: {OTHERS}"),
             Self::ArchiveMonitors => write!(
                 f,
-                "the archive for C makes the thresholds of its monitors by rule: leave load_n_m, motor_n_m, sigma_star \
-                 and saturated_s out of [monitor], or {OTHERS}"
+                "the static library for C makes the thresholds of its monitors by rule: leave load_n_m, motor_n_m, \
+                 sigma_star and saturated_s out of [monitor], or {OTHERS}"
             ),
-            Self::AssemblySamples => {
-                f.write_str("assembly has no limits of samples: leave out controller.samples, or take --standalone")
-            }
+            Self::AssemblySamples => f.write_str(
+                "assembly has no limits of samples: leave out controller.samples, or take --lang c --standalone",
+            ),
             Self::AssemblyDelay(ticks) => write!(
                 f,
                 "drive.delay_ticks = {ticks}: assembly supports 0 and 1; take --lang c --standalone, or --lang rust"

@@ -6,7 +6,7 @@
 //! host-sim pil [FILE.toml]          simulate with the controller on the emulated target, compared bit for bit
 //! host-sim hil --port DEV [..]      simulate with the controller on a board, compared bit for bit
 //! host-sim live [FILE.toml] [..]    monitor, move and tune a running drive, emulated or on a board
-//! host-sim replay BLACKBOX [..]     rerun the trace buffer of a drive, with its design or another
+//! host-sim replay TRACE [..]        rerun the trace buffer of a drive, with its design or another
 //! host-sim emulate --image FILE     run a firmware in the emulator and print its log
 //! host-sim design [FILE.toml]       analyse the closed loop: poles, margins, noise, limits, suggestions
 //! host-sim map [FILE.toml] ..       sweep two keys or all corners: stability and performance
@@ -162,7 +162,7 @@ enum Command {
     /// `help` lists them. The host checks a new setting first. The target then designs it in the background and
     /// switches between two ticks. A rejected setting changes nothing.
     Live(LiveOptions),
-    /// Rerun the trace buffer (black box) of a drive.
+    /// Rerun the trace buffer of a drive.
     ///
     /// With the recorded design the replay is bit-identical; with --set it shows another design on the same counts.
     /// Exit status: 0 identical bits, 1 different bits, 2 the file is damaged or is not a trace buffer.
@@ -256,7 +256,9 @@ enum Command {
     ///
     /// Example: host-sim export mine.toml --lang c --standalone -o drive.h
     ///
-    /// The file computes the bits of `host-sim run`. Its head names scenario, design and version.
+    /// --lang c --standalone writes the whole controller as one C99 file. --lang c alone writes only a configuration
+    /// for the static library libedo_smc.a. --lang rust writes a `static` for the crate controller-core. The file
+    /// computes the bits of `host-sim run`. Its head names scenario, design and version.
     Export(ExportOptions),
     /// Print the JSON schema of scenario files.
     Schema {
@@ -307,7 +309,8 @@ impl Command {
 
 #[derive(Args, Debug, Default)]
 struct RunOptions {
-    /// Override a key of the scenario; repeatable. Example: --set drive.margin=standard.
+    /// Override a key of the scenario; repeatable. Example: --set drive.margin=standard for a motor or joint, --set
+    /// controller.k_l=20 for other plants.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Output folder of trace.csv and figures [default: out/SCENARIO, on a target out/SCENARIO-pil or -hil].

@@ -1,4 +1,4 @@
-//! Black box (trace buffer) of a drive as a file, and its replay.
+//! Trace buffer of a drive as a file, and its replay.
 //!
 //! The file consists of lines `key,value,..`. It begins with versions, design, the numbers of the design (names as in
 //! [`controller_core::drive::LAYOUT`]), and the scenario in force, if there is one. One or two halves of consecutive
@@ -22,7 +22,9 @@ use pil_wire::{CORE_VERSION, Counts, Instance, LAYOUT_ID, Model, Tuned, checksum
 
 use crate::remote::{Loadable, in_words};
 
-const HEAD: &str = "black box of a drive,1";
+const HEAD: &str = "trace buffer of a drive,1";
+/// First line of files before the name of the buffer changed.
+const OLD_HEAD: &str = "black box of a drive,1";
 
 /// One recorded tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +65,7 @@ impl Half {
     }
 }
 
-/// Content of a black box.
+/// Content of a trace buffer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlackBox {
     /// Design that ran.
@@ -74,7 +76,7 @@ pub struct BlackBox {
     pub scenario: Vec<String>,
     /// `--set` overrides of the scenario.
     pub sets: Vec<String>,
-    /// Halves of the black box, older ticks first.
+    /// Halves of the trace buffer, older ticks first.
     pub halves: Vec<Half>,
 }
 
@@ -172,8 +174,8 @@ impl BlackBox {
     /// # Errors
     /// Returns the line and the fault.
     pub fn from_text(text: &str) -> Result<Self, String> {
-        if text.lines().next() != Some(HEAD) {
-            return Err(format!("line 1: not a black box of a drive: expected {HEAD:?}"));
+        if !text.lines().next().is_some_and(|head| [HEAD, OLD_HEAD].contains(&head)) {
+            return Err(format!("line 1: not a trace buffer of a drive: expected {HEAD:?}"));
         }
         let body = text.trim_end_matches('\n').rfind('\n').map_or(0, |end| end + 1);
         let sum = text[body..].trim_end().strip_prefix("sum,").and_then(|sum| u32::from_str_radix(sum, 16).ok());

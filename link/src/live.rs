@@ -9,8 +9,8 @@ use std::time::Duration;
 use controller_core::drive::Rest;
 use loop_sim::port::PortError;
 use pil_wire::{
-    Disturbance, Instance, LOAD, MAX_E, Observed, Order, Part, Plant, REMEMBERED, ROWS, Reply, Request, Swapped,
-    Tracked,
+    Disturbance, Instance, LOAD, MAX_E, Observed, Order, Part, Plant, REMEMBERED, ROWS, Reason, Refusal, Reply,
+    Request, Swapped, Tracked,
 };
 
 use crate::black_box::{BlackBox, Half, Remembered, is_drive};
@@ -72,6 +72,11 @@ impl<T: Transport> LiveDrive<T> {
         self.design.numbers().next().unwrap_or(f64::NAN)
     }
 
+    /// Returns the time of a number of ticks, s, without the digits of rounding.
+    fn seconds(&self, ticks: u32) -> f64 {
+        (f64::from(ticks) * self.period_s() * 1e9).round() / 1e9
+    }
+
     /// Returns the traffic so far.
     pub const fn traffic(&self) -> Traffic {
         self.wire.traffic
@@ -115,6 +120,13 @@ impl<T: Transport> LiveDrive<T> {
     fn plan(&mut self, goal: Option<Rest<f32>>, ticks: u32) -> Result<[u32; 2], PortError> {
         match self.wire.ask(&Request::Move { goal, ticks }, "the move")? {
             Reply::Planned { start, ticks } => Ok([start, ticks]),
+            // The user types seconds, and knows no ticks.
+            Reply::Refused(Refusal { reason: Reason::TooFast, target: fewest @ 1.., request: asked }) => {
+                let [asked_s, fewest_s] = [asked, fewest].map(|ticks| self.seconds(ticks));
+                Err(PortError::Refused(format!(
+                    "{asked_s} s is too short for 90 % of the current limit, or for a plan: give {fewest_s} s or more"
+                )))
+            }
             other => Err(self.not_that(&other, "the move")),
         }
     }
@@ -237,7 +249,7 @@ impl<T: Transport> LiveDrive<T> {
         Ok(rows)
     }
 
-    /// Reads the black box, which must be frozen.
+    /// Reads the trace buffer, which must be frozen.
     ///
     /// # Errors
     /// Fails with the reason if the drive refuses the request.
@@ -272,9 +284,9 @@ impl<T: Transport> LiveDrive<T> {
     }
 
     fn recall(&mut self, part: Part) -> Result<[u32; 16], PortError> {
-        match self.wire.ask(&Request::Recall(part), "the black box")? {
+        match self.wire.ask(&Request::Recall(part), "the trace buffer")? {
             Reply::Recalled(words) => Ok(words),
-            other => Err(self.not_that(&other, "the black box")),
+            other => Err(self.not_that(&other, "the trace buffer")),
         }
     }
 

@@ -11,8 +11,8 @@
 
 use std::time::{Duration, Instant};
 
-use controller_core::Output;
 use controller_core::drive::{Sample, Target};
+use controller_core::{Output, RetuneError};
 use loop_sim::MAX_ORDER;
 use loop_sim::port::drive::{DriveDesign, Follows, Form, Law};
 use loop_sim::port::in_process::{Download, ModelKind};
@@ -357,6 +357,9 @@ pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
             "the target restarted, or another program used it, while the design was loaded; try again".into()
         }
         Reason::Retune => match RETUNE_ERRORS.get(target as usize) {
+            Some(RetuneError::OtherEncoder) => "encoder and gear are fixed in the firmware. Build firmware from a \
+                                                scenario with this encoder"
+                .into(),
             Some(error) => format!("the design cannot take over from the one that runs: {error}"),
             None => "the design cannot take over from the one that runs".into(),
         },
@@ -368,9 +371,9 @@ pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
         }
         Reason::Stopped => "an alarm has stopped the drive: reset it first".into(),
         Reason::NotStopped => "the drive has not stopped: there is nothing to reset".into(),
-        Reason::NotFrozen => "the black box is recording: freeze it first".into(),
+        Reason::NotFrozen => "the trace buffer is recording: freeze it first".into(),
         Reason::Frozen => {
-            "the black box is frozen, and another design would erase it: read it, then `release` or `reset`".into()
+            "the trace buffer is frozen, and another design would erase it: read it, then `release` or `reset`".into()
         }
         Reason::Absent => "the part does not exist, or there is no valid count to start from".into(),
         Reason::Late => "the chip has no time left to plan: its interrupt takes too much".into(),
@@ -383,8 +386,21 @@ pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
         Reason::Rows => {
             format!("{request} rows of a record: expected 1 to {target} rows of 1 to 1000 ticks, at most 60 s in all")
         }
+        Reason::Moving if target > 0 => {
+            let [speed, most] = [target, request].map(|bits| {
+                let rad_s = f32::from_bits(bits);
+                format!("{rad_s:.1} rad/s ({:.1} r/min)", rad_s * 30.0 / std::f32::consts::PI)
+            });
+            format!("a shaft turns at {speed} behind the gear, at most {most}. Wait until it is at rest, then `reset`")
+        }
         Reason::Moving => "the drive moves: it must be at rest".into(),
-        Reason::Period => format!("the drive ticks every {target} ns, the design is for {request} ns"),
+        Reason::Period => {
+            let [target, request] = [target, request].map(|nanoseconds| f64::from(nanoseconds) / 1e9);
+            format!(
+                "drive.period_s = {request}: the firmware ticks every {target} s. Build firmware from a scenario with \
+                 this period"
+            )
+        }
     }
 }
 

@@ -233,7 +233,7 @@ impl<T: Transport> Stand for Wired<'_, T> {
         Ok((after - before).abs())
     }
 
-    /// A drive that was stopped by an alarm also gets the old design, for its next reset. This clears its black box.
+    /// A drive that was stopped by an alarm also gets the old design, for its next reset. This clears its trace buffer.
     fn give_up(&mut self) -> Result<(), Stopped> {
         self.drive.order(Order::EndRecord)?;
         let mut seen = self.drive.observe()?;

@@ -97,7 +97,7 @@ pub enum Request {
         /// Value held by the actuator since the last tick. NaN if not reported. A value beyond 1e12 is ignored.
         applied: f32,
     },
-    /// Executes an undefined instruction, to test the output of the black box.
+    /// Executes an undefined instruction, to test the output of the trace buffer.
     Fault,
     /// Sets the reference of a drive at the beginning of its next tick, if it differs from the end of the last tick.
     Begin(Target<f32, i32, MAX_N>),
@@ -121,7 +121,7 @@ pub enum Request {
     },
     /// Sends an order to the axis.
     Order(Order),
-    /// Reads a part of the black box, or of its design.
+    /// Reads a part of the trace buffer, or of its design.
     Recall(Part),
     /// Disturbs the simulated plant. The firmware of a board refuses this request.
     Disturb(Disturbance),
@@ -152,11 +152,11 @@ pub type Plant = [f32; REQUEST_WORDS];
 /// Order to the axis of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Freezes the black box, as after an alarm.
+    /// Freezes the trace buffer, as after an alarm.
     Freeze,
-    /// Clears the black box and lets it record again.
+    /// Clears the trace buffer and lets it record again.
     Release,
-    /// Restarts the controller after a stop, at rest at the present counts. The black box records again.
+    /// Restarts the controller after a stop, at rest at the present counts. The trace buffer records again.
     Reset,
     /// Begins the prepared record.
     Record,
@@ -166,7 +166,7 @@ pub enum Order {
 
 const ORDERS: [Order; 5] = [Order::Freeze, Order::Release, Order::Reset, Order::Record, Order::EndRecord];
 
-/// Part of a black box or of a record.
+/// Part of a trace buffer or of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// Instance, number of words and hash of the running design, and its fingerprint.
@@ -292,7 +292,7 @@ pub enum Reply {
     },
     /// The drive has another design.
     Swapped(Swapped),
-    /// Part of the black box or the record.
+    /// Part of the trace buffer or the record.
     Recalled([u32; REPLY_WORDS]),
     /// The request was refused.
     Refused(Refusal),
@@ -355,7 +355,7 @@ pub struct Observed {
     pub sigma_star: f32,
     /// Status flags of the last tick.
     pub health: Health,
-    /// True if the black box is frozen.
+    /// True if the trace buffer is frozen.
     pub frozen: bool,
     /// True if the controller has started.
     pub started: bool,
@@ -446,7 +446,7 @@ pub enum Reason {
     Stopped,
     /// The drive has not stopped, so there is nothing to reset.
     NotStopped,
-    /// The black box is recording. Freeze it first.
+    /// The trace buffer is recording. Freeze it first.
     NotFrozen,
     /// The part does not exist, or there are no counts to start from.
     Absent,
@@ -454,7 +454,7 @@ pub enum Reason {
     Late,
     /// The design has another period than the timer of the drive. Both values are in ns.
     Period,
-    /// The black box is frozen, and another design would clear it. Release it or reset the drive first.
+    /// The trace buffer is frozen, and another design would clear it. Release it or reset the drive first.
     Frozen,
     /// A record is in progress. End it first.
     Recording,
@@ -462,7 +462,8 @@ pub enum Reason {
     NotPrepared,
     /// A current is not a number or exceeds the limits.
     Current,
-    /// The drive moves and must be at rest.
+    /// The drive moves and must be at rest. For a reset the values are the speed of the fastest shaft and its limit,
+    /// rad/s as the bits of an `f32`; otherwise 0.
     Moving,
     /// The number of rows is 0 or exceeds the memory or the record, or a row has too many ticks.
     Rows,

@@ -69,8 +69,8 @@
 //! # Drives with their own interrupt
 //! Requests 1 to 9 are for a [`Target`], which ticks on request. Requests 1 to 3 and 10 to 18 are for a [`Live`] drive,
 //! whose interrupt ticks. The host observes it, moves it, records it, and changes its design while it runs. The flags
-//! of Observed are: bit 8 the black box is frozen, 9 the controller has started, 10 the plan has not reached its goal.
-//! Recall returns:
+//! of Observed are: bit 8 the trace buffer is frozen, 9 the controller has started, 10 the plan has not reached its
+//! goal. Recall returns:
 //!
 //! | part | half | first | words |
 //! |---|---|---|---|
@@ -83,8 +83,8 @@
 //! | | | | ticks per row, health, late ticks, rows of the memory |
 //! | 6 | | row | five rows of the record: counts, mean of the held current |
 //!
-//! Parts 2 to 4 are available while the black box is frozen: after an alarm, or after Order 0. Part 6 is available when
-//! the record has ended.
+//! Parts 2 to 4 are available while the trace buffer is frozen: after an alarm, or after Order 0. Part 6 is available
+//! when the record has ended.
 //!
 //! A record is prepared (16), gets its excitation (17, none by default), begins, and is read. It is in the memory of
 //! the chip, so a slow link does not limit it and a lost frame leaves no gap. A record lasts at most a minute, because

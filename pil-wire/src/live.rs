@@ -15,10 +15,11 @@
 //! * **Swap**: the new controller takes over with the counts of the same tick, so that u does not jump. That tick takes
 //!   some three times as long as others. It has a separate function ([`Seat::change`]), so that another interrupt can
 //!   run it.
-//! * **Reset**: after an alarm has stopped the drive. The plan is then rest at the present counts.
+//! * **Reset**: after an alarm has stopped the drive. The plan is then rest at the present counts. A reset is refused
+//!   while a shaft turns: the drive would run all revolutions of its braking back.
 //! * **Record**: counts and current of some seconds in a memory of the main program, with an optional excitation
 //!   ([`Tracked`]). Its ticks also run in [`Seat::change`].
-//! * **Recall**: reads the black box once it is frozen, and the record once it has ended.
+//! * **Recall**: reads the trace buffer once it is frozen, and the record once it has ended.
 //!
 //! The tests run all of this without a chip.
 
@@ -34,13 +35,19 @@ use crate::target::Event;
 use crate::track::{Row, Shelf, Track};
 use crate::{MAX_E, MAX_N, REPLY_LEN, REPLY_WORDS};
 
-/// Ticks of one half of the black box, and the smallest number of ticks kept before an alarm.
+/// Ticks of one half of the trace buffer, and the smallest number of ticks kept before an alarm.
 pub const REMEMBERED: usize = 256;
 /// Time from a request to the beginning of its plan, s. A late plan is tried again with at least twice the time.
 const AHEAD_S: f64 = 0.01;
 const ATTEMPTS: u32 = 8;
 /// Largest distance of a goal from angle 0, revolutions. A transition in 32 bits is exact to 4e-7 of its travel.
 const FURTHEST_TURNS: u32 = 10_000;
+
+/// Time over which a reset measures the speed from the counts, s: one count of 8 bits or more is below the limit.
+const RESET_S: f64 = 0.05;
+/// Largest speed at a reset, rad/s behind the gear. The drive returns to an angle about 4 ticks old: 2 mrad at 1 kHz.
+/// A flickering count stays below this speed.
+const RESET_RAD_S: f32 = 0.5;
 
 type Black<L, const E: usize, const N: usize> = Stretch<<Monitored<L, E> as ControlLaw>::State, E, N, REMEMBERED>;
 
@@ -56,7 +63,7 @@ pub struct Seat<L: Tuned<E, N>, const E: usize, const N: usize> {
     track: Option<Track>,
     /// True if a controller waits or a record is in progress.
     waits: bool,
-    /// True if the black box was released. A persisting alarm may have frozen it again.
+    /// True if the trace buffer was released. A persisting alarm may have frozen it again.
     let_go: bool,
     /// Longest run of the interrupt and number of late ticks, written by the interrupt.
     pub worst: u32,
@@ -125,18 +132,18 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         self.track.as_ref().is_some_and(|track| track.is.goes_on)
     }
 
-    /// Returns true if the black box is frozen and a new design would clear it.
+    /// Returns true if the trace buffer is frozen and a new design would clear it.
     const fn keeps(&self) -> bool {
         self.axis.is_frozen() && !self.let_go
     }
 
-    /// Freezes the black box for reading.
+    /// Freezes the trace buffer for reading.
     fn freeze(&mut self) {
         self.axis.freeze();
         self.let_go = false;
     }
 
-    /// Releases the black box. It is then not kept if a persisting alarm freezes it again.
+    /// Releases the trace buffer. It is then not kept if a persisting alarm freezes it again.
     fn release(&mut self) {
         self.axis.release();
         self.let_go = true;
@@ -156,7 +163,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Seat<L, E, N> {
         &self.newest
     }
 
-    /// Returns the axis: controller, plan and black box.
+    /// Returns the axis: controller, plan and trace buffer.
     pub const fn axis(&self) -> &Axis<Monitored<L, E>, L::Plan, E, N, REMEMBERED> {
         &self.axis
     }
@@ -278,7 +285,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
             Request::Swap { at_rest } => return self.swap(at_rest, machine),
             Request::Order(Order::Freeze) => machine.between(Seat::freeze),
             Request::Order(Order::Release) => machine.between(Seat::release),
-            Request::Order(Order::Reset) => reset(machine)?,
+            Request::Order(Order::Reset) => reset(self.period_s, machine)?,
             Request::Order(Order::Record) => self.record(machine)?,
             Request::Order(Order::EndRecord) => {
                 machine.between(|seat| seat.track.iter_mut().for_each(Track::end));
@@ -495,27 +502,61 @@ fn observed<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl M
     Reply::Observed(observed)
 }
 
-/// Restarts a stopped drive, at rest at its present counts.
-fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl Machine<L, E, N>) -> Result<(), Refusal> {
-    let (law, counts, health, tick) = machine
-        .between(|seat| (*seat.axis.running().design(), seat.counts, seat.newest.health, seat.axis.tick_number()));
+/// Restarts a stopped drive at its present counts, if its shafts are at rest.
+///
+/// A stopped drive estimates no speed, so the speed is measured from the counts.
+fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(
+    period_s: f64,
+    machine: &mut impl Machine<L, E, N>,
+) -> Result<(), Refusal> {
+    let (law, health) = machine.between(|seat| (*seat.axis.running().design(), seat.newest.health));
     // A drive that rejects every sample and stops at no alarm has no other way back.
     if !health.intersects(Health::STOPPED | Health::INPUT_REJECTED) {
         return Err(Refusal::of(Reason::NotStopped));
     }
-    let still = L::rest(Rest { turn: 0, angle: 0.0 }).at(tick);
-    let state = law.start(&<Monitored<L, E> as DriveLaw<E, N>>::sample(counts, &still, &still));
-    let state = state.ok_or(Refusal::of(Reason::Absent))?;
-    let DriveEstimates { turn, position, .. } = law.estimates(&state);
+    let (begin, first) = placed(&law, Rest { turn: 0, angle: 0.0 }, machine);
+    let first = first.ok_or(Refusal::of(Reason::Absent))?;
+    let ticks = (RESET_S / period_s) as u32 + 1;
+    let (mut tick, mut last, mut way_rad) = (begin, first, 0.0_f32);
+    while tick.wrapping_sub(begin) < ticks {
+        let before = tick;
+        until(machine, |seat| seat.axis.tick_number() != before);
+        let near = Rest { turn: last.turn, angle: last.position[0] };
+        let place;
+        (tick, place) = placed(&law, near, machine);
+        // A lost count is no motion.
+        last = place.unwrap_or(last);
+        let turned_rad = last.turn.wrapping_sub(first.turn) as f32 * core::f32::consts::TAU;
+        for (to, from) in last.position.iter().zip(first.position) {
+            way_rad = way_rad.max((turned_rad + to - from).abs());
+        }
+    }
+    let speed_rad_s = way_rad / (tick.wrapping_sub(begin) as f32 * period_s as f32);
+    if speed_rad_s > RESET_RAD_S {
+        return Err(Refusal { reason: Reason::Moving, target: speed_rad_s.to_bits(), request: RESET_RAD_S.to_bits() });
+    }
     // The plan is set before the controller, so its first tick sees no jump from the old plan.
     let start = machine.between(|seat| {
         let start = seat.axis.tick_number().wrapping_add(2);
-        seat.axis.play_at(start, L::rest(Rest { turn, angle: position[0] }));
+        seat.axis.play_at(start, L::rest(Rest { turn: last.turn, angle: last.position[0] }));
         start
     });
     until(machine, |seat| seat.axis.tick_number().wrapping_sub(start) as i32 > 0);
     machine.between(Seat::reset);
     Ok(())
+}
+
+/// Returns the number of the coming tick, and the estimates of a drive that starts at the present counts, in the
+/// revolution nearest to `near`. `None` without valid counts.
+fn placed<L: Tuned<E, N>, const E: usize, const N: usize>(
+    law: &Monitored<L, E>,
+    near: Rest<f32>,
+    machine: &mut impl Machine<L, E, N>,
+) -> (u32, Option<DriveEstimates<f32, i32, E>>) {
+    let (tick, counts) = machine.between(|seat| (seat.axis.tick_number(), seat.counts));
+    let still = L::rest(near).at(tick);
+    let state = law.start(&<Monitored<L, E> as DriveLaw<E, N>>::sample(counts, &still, &still));
+    (tick, state.map(|state| law.estimates(&state)))
 }
 
 /// Returns a frame as protocol words.
@@ -535,4 +576,4 @@ fn filled(from: impl IntoIterator<Item = u32>) -> [u32; REPLY_WORDS] {
     words
 }
 
-const _: () = assert!(MAX_N <= 4, "a frame of the black box is eleven words");
+const _: () = assert!(MAX_N <= 4, "a frame of the trace buffer is eleven words");

@@ -14,7 +14,7 @@ const MOST_WORDS: usize = {
     let law = 2 * MAX_N + Coefficients::<f32, MAX_N, MAX_R, MAX_N>::NUMBERS;
     if law > MOST_DRIVE_WORDS { law } else { MOST_DRIVE_WORDS }
 };
-/// Number of ticks in the black box.
+/// Number of ticks in the trace buffer.
 const REMEMBERED: usize = 16;
 
 /// Event for the log of the firmware.
@@ -28,7 +28,7 @@ pub enum Event {
     FaultAsked,
 }
 
-/// Target with receiver, controller and black box.
+/// Target with receiver, controller and trace buffer.
 pub struct Target {
     session: Session,
     loading: Loading<MOST_WORDS>,

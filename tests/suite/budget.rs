@@ -401,7 +401,7 @@ const DRIVES: [(&str, &str); 17] = [
     ("joint, all four states measured, three channels observed", "joint, measured"),
     ("the same, held at 0, no reference", "joint, measured, held"),
     (
-        "joint as a whole, two gain sets: the interrupt of `drive`, with plan, monitors and black box",
+        "joint as a whole, two gain sets: the interrupt of `drive`, with plan, monitors and trace buffer",
         "interrupt of drive",
     ),
     ("motor, two gain sets: the interrupt of `motor`, the same", "interrupt of motor"),

@@ -440,7 +440,7 @@ fn a_design_that_the_archive_does_not_carry_is_refused_with_what_carries_it() {
         (&["--set", "controller.precision=f64"][..], "set controller.precision=f32"),
         (
             &["--set", "controller.observer=[]"],
-            "the archive for C has no n4_r1_c (n = 4, no observer); it has n2_r1_c2, ",
+            "the static library for C has no n4_r1_c (n = 4, no observer); it has n2_r1_c2, ",
         ),
     ] {
         let said = host_sim(&[&["export", "--paper", "--lang", "c"], set].concat());

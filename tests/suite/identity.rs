@@ -397,7 +397,7 @@ fn made(text: &str, sets: &[String]) -> Result<Made, ScenarioError> {
             if let Some((_, now)) = none.replay().expect_err("no drive is 0").split_once("and is ") {
                 let head = BlackBox { fingerprint: 0, ..none }.to_text();
                 let head = without(&head, &["fingerprint,", "sum,"]).0;
-                artefacts.insert("black box", (head, vec![now[..8].to_owned()]));
+                artefacts.insert("trace buffer", (head, vec![now[..8].to_owned()]));
             }
         }
     }

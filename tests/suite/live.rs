@@ -8,7 +8,7 @@ use controller_core::drive::{MotorDesign, MotorDrive, Position};
 use controller_core::{Health, Limits};
 use integration_tests::data::path;
 use integration_tests::deep;
-use integration_tests::live::{Bench, DESIGN, loadable};
+use integration_tests::live::{Bench, DESIGN, PERIOD_S, loadable};
 use integration_tests::program::{CommandResult, Folder, host_sim};
 use link::black_box::{Again, BlackBox};
 use link::live::LiveDrive;
@@ -155,7 +155,7 @@ fn a_black_box_that_is_damaged_or_foreign_is_refused_with_the_line() {
     let lines: Vec<&str> = text.lines().collect();
     let frame = lines.iter().position(|line| line.starts_with("frame,")).expect("a frame");
     let without = |k: usize| [&lines[..k], &lines[k + 1..]].concat().join("\n");
-    assert!(refused("a,b\n").starts_with("line 1: not a black box"));
+    assert!(refused("a,b\n").starts_with("line 1: not a trace buffer"));
     assert!(refused(&lines[..frame].join("\n")).contains("incomplete"));
     assert!(refused(&without(frame + 3)).starts_with(&format!("line {}: tick ", frame + 4)));
     assert!(refused(&text.replacen("number,period_s,0.001", "number,period_s,0.002", 1)).contains("damaged"));
@@ -221,7 +221,7 @@ fn what_is_refused_leaves_the_drive_as_it_was() {
         monitored(2, -53.0),
         monitored(2, 0.5),
         monitored(2, f64::NAN),
-        (loadable(&slow), "ticks every 1000000 ns, the design is for 2000000 ns"),
+        (loadable(&slow), "drive.period_s = 0.002: the firmware ticks every 0.001 s. Build firmware"),
         (loadable(&wild), "the target rejects the numbers"),
         (other_form, "has no motor's drive with 3 states in its observer (drive.observer_states), one gain set"),
     ];
@@ -231,7 +231,7 @@ fn what_is_refused_leaves_the_drive_as_it_was() {
         assert!(told.contains(why), "{told}");
     }
     for (angle, ticks, why) in
-        [(f64::NAN, 0, "not a number"), (1e6, 0, "10000 revolutions"), (2.0, 5, " or more"), (2.0, 21, " or more")]
+        [(f64::NAN, 0, "not a number"), (1e6, 0, "10000 revolutions"), (2.0, 5, " s or more"), (2.0, 21, " s or more")]
     {
         let told = told(drive.move_to(angle, ticks));
         assert!(told.contains(why), "{angle} in {ticks}: {told}");
@@ -244,9 +244,47 @@ fn what_is_refused_leaves_the_drive_as_it_was() {
 
     // A move one tick shorter than the limit is rejected, and the suggested duration is accepted.
     let told = told(drive.move_to(2.0, 21));
-    let words = told.strip_suffix(" or more").expect("the shortest duration");
-    let needed: u32 = words.rsplit(' ').next().and_then(|word| word.parse().ok()).expect("a number");
-    assert!(drive.move_to(2.0, needed).is_ok());
+    assert!(told.starts_with("0.021 s is too short"), "{told}");
+    let words = told.strip_suffix(" s or more").expect("the shortest duration");
+    let needed_s: f64 = words.rsplit(' ').next().and_then(|word| word.parse().ok()).expect("a number");
+    assert!(drive.move_to(2.0, (needed_s / PERIOD_S).round() as u32).is_ok());
+}
+
+/// A drive that starts in motion brakes, and runs all revolutions of its braking back.
+#[test]
+fn a_reset_is_refused_while_the_shaft_turns_and_accepted_at_rest() {
+    for wire in 0..3 {
+        let mut drive = connect(Faulty::new(Bench::new(), Rates::all(if wire > 0 { 0.05 } else { 0.0 }), wire));
+        tripped(&mut drive);
+        drive.disturb(Disturbance::default()).unwrap_or_else(|error| panic!("{error}"));
+        // The drive ran away behind the frozen count. Friction takes seconds to brake it.
+        let (mut refused, mut slowest) = (0, f64::INFINITY);
+        loop {
+            let fastest = drive.transport().inner().chip.speed_rad_s().abs();
+            let ticks = drive.transport().inner().chip.u.len();
+            match drive.order(Order::Reset) {
+                Ok(()) => break,
+                Err(PortError::Refused(why)) => {
+                    let speed = why.strip_prefix("a shaft turns at ").and_then(|rest| rest.split(' ').next());
+                    let speed: f64 = speed.and_then(|speed| speed.parse().ok()).unwrap_or_else(|| panic!("{why}"));
+                    let slower = drive.transport().inner().chip.speed_rad_s().abs();
+                    assert!((slower - 0.1..fastest + 0.1).contains(&speed), "{why}: {fastest} to {slower} rad/s");
+                    assert!(why.contains(" r/min)") && why.contains("0.5 rad/s (4.8 r/min)"), "{why}");
+                    assert!(why.ends_with("Wait until it is at rest, then `reset`"), "{why}");
+                    (refused, slowest) = (refused + 1, speed.min(slowest));
+                    // It stays stopped.
+                    assert!(drive.transport().inner().chip.u[ticks..].iter().all(|u| *u == 0.0));
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
+        // Refused down to a turn in 10 s, and from there on the drive stays where it is.
+        assert!(refused > 5 && slowest < 2.0, "{refused}, {slowest}");
+        let here = drive.transport().inner().chip.angle_rad();
+        (0..100).for_each(|_| _ = drive.observe().unwrap_or_else(|error| panic!("{error}")));
+        let there = drive.transport().inner().chip.angle_rad();
+        assert!((there - here).abs() < 0.02, "from {here} to {there} rad");
+    }
 }
 
 #[test]
@@ -300,9 +338,60 @@ fn a_scenario_of_another_form_is_refused_with_the_keys_that_differ() {
     std::fs::write(folder.path("script"), "show\n").expect("room");
     let said = host_sim(&["live", &file, "--image", &image, "--script", &folder.path("script")]);
     let told = "this is a joint's drive with one observer per encoder (drive.tuning = \"normal\", ..), two gain sets \
-                (drive.gain_sets), no tick of delay (drive.delay_ticks); the target runs a joint's drive designed \
+                (drive.gain_sets), no tick of delay (drive.delay_ticks); the firmware runs a joint's drive designed \
                 as a whole (drive.tuning = \"coupled\"), two gain sets";
     assert!(said.status == 2 && said.err.contains(told), "{said:?}");
+}
+
+/// Every message is in keys and units that the user types, and its remedy helps: no `reset` changes an encoder.
+#[test]
+fn a_message_of_live_names_keys_and_units_as_they_are_typed() {
+    let folder = Folder::new("live-messages");
+    let fixed = "are fixed in the firmware (";
+    for (line, told) in [
+        ("set encoder.bits=12", &[fixed, "(encoder.bits = 14). Build firmware from a scenario"][..]),
+        ("set motor.gear=[2,1]", &[fixed, "(motor.gear[1] = 1). Build firmware"]),
+        ("set drive.period_s=1e-3", &[fixed, "(drive.period_s = 0.0002 s). Build firmware"]),
+        ("set drive.gain_sets=1", &["set: drive.gain_sets=1: this is a motor's drive", "build firmware from this"]),
+        ("move 5 0.001", &["move: 0.001 s is too short for 90 % of the current limit", " s or more"]),
+        ("reset", &["reset: the drive has not stopped"]),
+        ("trace", &["trace: expected `trace FILE`"]),
+        ("blackbox", &["expected `trace FILE`"]),
+    ] {
+        let said = live(&folder, "motor", line, &[]);
+        assert!(said.status == 2 && told.iter().all(|told| said.err.contains(told)), "{line}: {said:?}");
+        assert!(line == "reset" || !said.err.contains("reset"), "{line}: {}", said.err);
+    }
+    // The motor of the image, with its numbers before a gear of 8, and another torque constant.
+    let text = std::fs::read_to_string(path("../firmware/motor.toml")).expect("a scenario");
+    let geared = text
+        .replace("inertia_kg_m2 = 2e-4", "gear = [8, 1]\ninertia_kg_m2 = 3.125e-6")
+        .replace("torque_n_m_per_a = 0.05", "torque_n_m_per_a = 0.007")
+        .replace("damping_n_m_s = 1e-5", "damping_n_m_s = 1.5625e-7")
+        .replace("bits = 14", "bits = 14\nbehind_gear = true");
+    let (file, script) = (folder.path("geared.toml"), folder.path("script"));
+    std::fs::write(&file, geared).expect("room");
+    std::fs::write(&script, "quit\n").expect("room");
+    let image = path("../firmware/target/thumbv7em-none-eabihf/release/motor").display().to_string();
+    let said = host_sim(&["live", &file, "--image", &image, "--script", &script]);
+    let note = format!("note: motor.torque_n_m_per_a = 0.00625 N m/A on the drive, 0.007 N m/A in {file}\n");
+    assert!(said.status == 0 && said.err.contains(&note), "{said:?}");
+    assert!(!said.err.contains("inertia_kg_m2") && !said.err.contains("damping"), "{}", said.err);
+}
+
+/// A drive that brakes has not stopped yet; the message gives its speed, and waiting is the remedy.
+#[test]
+fn a_reset_of_a_braking_drive_is_refused_with_its_speed() {
+    let folder = Folder::new("live-brakes");
+    // 0.6 N m is more than the current limit holds: the load turns the shaft, the drive brakes in vain and stops.
+    let trip = "wait 0.1\nload 0.6\nwait 0.25\nload 0\n";
+    let said = live(&folder, "motor", &format!("{trip}reset\n"), &[]);
+    assert!(said.status == 2 && said.err.contains("reset: ") && said.err.contains(" r/min)"), "{said:?}");
+    assert!(said.err.contains("Wait until ") && said.err.contains(", then `reset`"), "{said:?}");
+    // The simulated friction brings the shaft to rest, and the drive stays there.
+    let said = live(&folder, "motor", &format!("{trip}wait 15\nreset\nwait 0.1\nshow\nquit\n"), &[]);
+    let shown = said.out.lines().find(|line| line.starts_with("t = ")).unwrap_or_else(|| panic!("{said:?}"));
+    assert!(said.status == 0 && !shown.contains("stopped"), "{said:?}");
 }
 
 /// An alarm during a design download: the trace buffer keeps the ticks before the alarm, and the design is rejected.
@@ -362,7 +451,7 @@ fn an_alarm_that_lasts_and_stops_nothing_does_not_keep_out_a_better_design() {
         }
     };
     assert!(!seen.health.contains(Health::STOPPED), "{seen:?}");
-    assert!(told(drive.swap(&good)).contains("black box"));
+    assert!(told(drive.swap(&good)).contains("trace buffer"));
     drive.order(Order::Release).unwrap_or_else(|error| panic!("{error}"));
     assert!(drive.observe().unwrap_or_else(|error| panic!("{error}")).frozen, "the alarm does not last");
     drive.swap(&good).unwrap_or_else(|error| panic!("{error}"));
@@ -372,8 +461,9 @@ fn an_alarm_that_lasts_and_stops_nothing_does_not_keep_out_a_better_design() {
 /// Returns the change of u in the output line of a `set`.
 fn jump(spoken: &CommandResult) -> f64 {
     let line = spoken.out.lines().find(|line| line.starts_with("set ")).unwrap_or_else(|| panic!("{spoken:?}"));
-    let (_, numbers) = line.split_once(" on the target), u from ").expect("both");
-    let numbers: Vec<f64> = numbers.trim_end_matches(" A").split(" to ").map(|u| u.parse().expect("u")).collect();
+    let (_, numbers) = line.split_once(" ticks, u ").expect("both");
+    let numbers = numbers.strip_suffix(" A after").expect("an end").split(" A before, ");
+    let numbers: Vec<f64> = numbers.map(|u| u.parse().expect("u")).collect();
     (numbers[1] - numbers[0]).abs()
 }
 
@@ -393,11 +483,12 @@ fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_a
             let label = format!("{image} {wire:?}");
             let folder = Folder::new(&format!("live-{image}-{}", wire.len()));
             let file = folder.path("trip");
+            let trace = if image == "motor" { "trace" } else { "blackbox" };
             let (record, page) = (folder.path("seen.csv"), folder.path("page.html"));
             // The last move comes before any freeze, because a stopped drive rejects moves.
             let script = format!(
                 "move 1.0 2.0\n{set}\nwait 2.1\nmove 0.5 2.0\nwait 2.1\nshow\nmove 0.8 1.0\n{stick}\nload 0.02\n\
-                 wait 4\nshow\nblackbox {file}\n"
+                 wait 4\nshow\n{trace} {file}\n"
             );
             let options = [&["--record", &record, "--page", &page], *wire].concat();
             let (spoken, moved) = std::thread::scope(|scope| {
@@ -416,6 +507,13 @@ fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_a
             let shown: Vec<&str> = spoken.out.lines().filter(|line| line.starts_with("t = ")).collect();
             assert!(shown[0].contains("r = 0.500000 rad"), "{label}: {}", shown[0]);
             assert!(shown[1].contains("stopped"), "{label}: {}", shown[1]);
+            // Every number has a unit, and the estimates of a stopped drive are not shown as present ones.
+            assert!(spoken.out.contains(" instructions in ") && shown[1].contains(" instructions, "), "{}", spoken.out);
+            assert!(shown[0].contains("; motor ") && !shown[1].contains("; motor "), "{label}: {shown:?}");
+            let old: Vec<&str> =
+                spoken.out.lines().filter(|line| line.starts_with("estimates of the tick of")).collect();
+            assert!(old.len() == 1 && old[0].contains("; motor "), "{label}: {}", spoken.out);
+            assert!(std::fs::read_to_string(&record).expect("a record").lines().any(|line| line.contains(",,,")));
             let rows = std::fs::read_to_string(&record).expect("a record").lines().count();
             assert!(rows > 10 && std::path::Path::new(&folder.path("seen.svg")).exists(), "{label}: {rows}");
             // The page refreshes in the browser while the drive is observed; the last page is static.
@@ -424,8 +522,20 @@ fn the_images_are_moved_and_tuned_in_flight_and_trip_and_their_black_boxes_run_a
 
             let again = host_sim(&["replay", &file, "--set", other, "--out", &folder.path("replay")]);
             assert_eq!(again.status, 0, "{label}: {again:?}");
-            assert!(again.out.contains("ticks replayed, 0 differ\n"), "{label}: {}", again.out);
-            assert!(again.out.contains("first alarm"), "{label}: {}", again.out);
+            // One verdict, in the last line, that agrees with the table.
+            let verdict = again.out.lines().last().unwrap_or_default();
+            assert!(verdict.starts_with("result: identical bits in ") && verdict.ends_with("with the other design"));
+            let off = verdict.split("; ").nth(1).and_then(|off| off.split(' ').next()).expect("a number");
+            assert!(off.parse::<u32>().is_ok_and(|off| off > 0), "{label}: {}", again.out);
+            assert!(again.out.contains("first alarm") && !again.out.contains("0 differ"), "{label}: {}", again.out);
+            let again = host_sim(&["replay", &file]);
+            assert!(
+                again.status == 0
+                    && again.out.lines().last().is_some_and(|line| {
+                        line.starts_with("result: identical bits in ") && line.ends_with(" ticks")
+                    }),
+                "{label}: {again:?}"
+            );
         }
     }
 }

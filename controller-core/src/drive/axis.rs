@@ -1,15 +1,15 @@
 //! Axis of a machine as its control interrupt uses it: law, reference, and the ticks before a trip.
 //!
 //! ```text
-//! interrupt:   counts -> Axis::tick -> u            the plan moves on, the black box remembers
+//! interrupt:   counts -> Axis::tick -> u            the plan moves on, the trace buffer remembers
 //! background:  Axis::play_at, retune, release       between two ticks, in a short critical section
 //! ```
 //!
 //! A plan is computed in the background, in 64 bits, for a future tick ([`Axis::tick_number`] plus a few). The
 //! interrupt switches to it at that tick, from the point of the old plan, for any state of the shaft.
 //!
-//! # The black box
-//! The black box is a trace buffer. It holds the inputs of at least the last `LEN` ticks, and the state before the
+//! # The trace buffer
+//! The trace buffer holds the inputs of at least the last `LEN` ticks, and the state before the
 //! first of them. With the design, the ticks can be run again bit for bit ([`replay`]), or with another design on the
 //! recorded counts.
 //!
@@ -72,7 +72,7 @@ impl<S, const E: usize, const N: usize, const LEN: usize> Stretch<S, E, N, LEN> 
 /// Ticks between two checks for a finished plan, out of 2³² until the plan would run again.
 const SETTLED: u32 = 1 << 16;
 
-/// Law, plan and black box of one axis.
+/// Law, plan and trace buffer of one axis.
 // Layout as for a stretch.
 #[repr(C)]
 pub struct Axis<L: DriveLaw<E, N>, R, const E: usize, const N: usize, const LEN: usize> {
@@ -208,7 +208,7 @@ where
 
     /// Switches the law to another design before the coming tick without a jump of u (bumpless transfer).
     ///
-    /// `counts` are the counts of the coming tick. The black box restarts, because its ticks belong to one design.
+    /// `counts` are the counts of the coming tick. The trace buffer restarts, because its ticks belong to one design.
     ///
     /// # Errors
     /// Returns the errors of [`Running::retune`]. Nothing is changed in this case.
@@ -220,22 +220,22 @@ where
         Ok(())
     }
 
-    /// Returns true if the black box is frozen.
+    /// Returns true if the trace buffer is frozen.
     pub const fn is_frozen(&self) -> bool {
         self.frozen
     }
 
-    /// Returns the contents of the black box, older half first. An empty half has no frames.
+    /// Returns the contents of the trace buffer, older half first. An empty half has no frames.
     pub fn black_box(&self) -> [&Stretch<L::State, E, N, LEN>; 2] {
         [&self.halves[(self.newer + 1) & 1], &self.halves[self.newer & 1]]
     }
 
-    /// Freezes the black box, as after an alarm. The law continues.
+    /// Freezes the trace buffer, as after an alarm. The law continues.
     pub const fn freeze(&mut self) {
         self.frozen = true;
     }
 
-    /// Clears the black box and restarts it. The law continues or stays stopped, as it was.
+    /// Clears the trace buffer and restarts it. The law continues or stays stopped, as it was.
     pub fn release(&mut self) {
         for half in &mut self.halves {
             half.length = 0;
@@ -400,8 +400,8 @@ mod tests {
         assert!(peak > 0.2 && peak < 0.99 && (shaft.x[0] + 0.5).abs() < 1e-3, "{peak}, {:?}", shaft.x);
     }
 
-    /// Checks that the black box reproduces a trip: every tick and the final state agree bit for bit. Another design on
-    /// these counts gives another output.
+    /// Checks that the trace buffer reproduces a trip: every tick and the final state agree bit for bit. Another design
+    /// on these counts gives another output.
     #[test]
     fn a_trip_is_replayed_to_the_bit() {
         for stuck in [300, 511, 512, 513, 700] {

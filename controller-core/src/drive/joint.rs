@@ -632,7 +632,7 @@ impl JointDesign {
 
 const MOTOR_OBSERVER: &str = "the motor's observer times period is 3.5 times the link's to 0.8, and to 0.5, 0.5, 0.4 \
                               with 1, 2, 3 ticks of delay";
-const RATIO: &str = "the fast set is 1 to 4 times as fast as the quiet one";
+const RATIO: &str = "the high gains are 1 to 4 times as fast as the base gains";
 const GATE: &str = "a gate below 2 steps refuses good counts";
 
 /// Returns the innovation gate in counts. A step D of the disturbance causes an innovation of at most 0.131 D/w².

@@ -192,7 +192,7 @@ impl Switching {
     }
 
     pub(crate) const fn check(&self) -> Result<(), DriveError> {
-        const WHY: &str = "steps and times of the switching must be above 0, and alert above calm";
+        const WHY: &str = "steps and times of the gain scheduling must be above 0, and alert_steps above calm_steps";
         let rules = [
             ("switching.calm_steps", self.calm_steps, 0.0, 1e6),
             ("switching.alert_steps", self.alert_steps, self.calm_steps + 0.1, 1e7),
@@ -533,7 +533,7 @@ impl MotorDesign {
             ),
             ("bandwidths.reaching_per_s", bandwidths.reaching_per_s * t, 1e-6, 1.0, "k_l times period is up to 1"),
             ("bandwidths.offset_per_s", bandwidths.offset_per_s * t, 1e-7, 1.0, "alpha times period is 1e-7 to 1"),
-            ("fast_ratio", self.fast_ratio, 1.0, 4.0, "the fast set is 1 to 4 times as fast as the quiet one"),
+            ("fast_ratio", self.fast_ratio, 1.0, 4.0, "the high gains are 1 to 4 times as fast as the base gains"),
             ("gate_steps", self.gate_steps, 2.0, f64::INFINITY, "a gate below 2 steps refuses good counts"),
             ("lost_ticks", self.lost_ticks as f64, 1.0, 1e6, "1 to 1e6 samples may be missing"),
         ];

@@ -331,8 +331,8 @@ impl<T: Real> ChainModel<T, 2, 4> for TwoMass<T> {
 }
 
 const REACHING: &str = "k_l is at least w_c, and times the period at most 2";
-const RATIO: &str = "the fast set is 0.5 to 5 times as fast as the quiet one";
-const CALM: &str = "the fast set comes in from 1e-3 to 1e6 steps of innovation on";
+const RATIO: &str = "the high gains are 0.5 to 5 times as fast as the base gains";
+const CALM: &str = "the high gains begin at 1e-3 to 1e6 counts of innovation";
 const RESOLUTION: &str = "an encoder resolves 1e-9 to 1 rad";
 
 /// Drive of a flexible joint with a coupled design of both shafts: stable in cases in which one observer per encoder is

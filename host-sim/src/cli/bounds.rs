@@ -24,7 +24,8 @@ use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 pub(super) struct BoundsOptions {
     /// Scenario file [default: built-in joint of the paper].
     file: Option<PathBuf>,
-    /// Override a key of the scenario; repeatable. Example: --set controller.k_l=100.
+    /// Override a key of the scenario; repeatable. Example: --set drive.period_s=5e-4 for a motor or joint, --set
+    /// controller.k_l=20 for other plants.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Output folder of bounds.svg, with the feature png also bounds.png [default: out/SCENARIO-bounds].

@@ -14,7 +14,8 @@ use crate::report::comparison;
 pub(super) struct CompareOptions {
     /// Scenario with [joint] or [motor] [default: template of new --plant joint].
     file: Option<PathBuf>,
-    /// Override a key of the scenario; repeatable. Example: --set encoder.link.bits=16.
+    /// Override a key of the scenario; repeatable. Example: --set encoder.link.bits=16 for a joint, --set
+    /// encoder.bits=16 for a motor.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Evaluations of the cost for each control law and noise limit.

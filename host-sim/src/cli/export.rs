@@ -11,12 +11,13 @@ use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, free, status, 
 use crate::feature::Feature;
 use forms::{Effort, Form, PREFIX};
 
-/// Language of the library that the exported design is linked with.
+/// Language of the exported file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Language {
-    /// Constant for a C program that links libedo_smc.a.
+    /// Alone: configuration for a C program that links the static library libedo_smc.a. With --standalone: the whole
+    /// controller as one C99 file, which needs no library.
     C,
-    /// Static for a Rust program that links controller-core.
+    /// `static` for a Rust program with the crate controller-core.
     Rust,
 }
 
@@ -26,10 +27,12 @@ enum Language {
 pub(super) struct ExportOptions {
     /// Scenario file [default: built-in joint of the paper].
     scenario: Option<PathBuf>,
-    /// Override a key of the scenario; repeatable. Example: --set controller.k_l=100.
+    /// Override a key of the scenario; repeatable. Example: --set drive.period_s=5e-4 for a motor or joint, --set
+    /// controller.k_l=20 for other plants.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// One self-contained C99 file with tick and coefficients, without a library. --lang c may be given too.
+    /// Whole controller as one C99 file, which needs no library; --lang c may be given too. Without --standalone,
+    /// --lang c writes only a configuration for the static library.
     #[arg(long)]
     standalone: bool,
     /// Reference text of this function for translation validation (cycle-bound --means), in place of the C file or of
@@ -46,7 +49,8 @@ pub(super) struct ExportOptions {
     /// Scheduled Cortex-M4F assembly of the tick in -o FILE.S, and its header FILE.h (feature asm).
     #[arg(long, requires = "output", conflicts_with_all = ["standalone", "lang"])]
     asm: bool,
-    /// Design for a program that links the library of this language.
+    /// Language of the file. `c` alone writes a configuration for the static library, `c` with --standalone the whole
+    /// controller as one C99 file.
     #[arg(long)]
     lang: Option<Language>,
     /// Prefix of all names in a C file. Two controllers in one program need two prefixes.
@@ -95,7 +99,10 @@ impl ExportOptions {
                 return Err(bad("--prefix is for C: in Rust the module is the prefix"));
             }
             Some(Language::Rust) if self.standalone => {
-                return Err(bad("--standalone writes C and cannot be used with --lang rust"));
+                return Err(bad(
+                    "--standalone writes the whole controller as one C99 file and cannot be used with --lang rust. \
+                     Leave one of them out",
+                ));
             }
             Some(Language::Rust) => Form::Rust,
             Some(Language::C) if !self.standalone => Form::Archive(&self.prefix),
@@ -106,6 +113,34 @@ impl ExportOptions {
                 None => Form::Standalone(&self.prefix),
             },
         }))
+    }
+}
+
+impl ExportOptions {
+    /// Returns the content of each output file, and for C the other form.
+    fn contents(&self, is_drive: bool) -> [String; 2] {
+        let what = if is_drive { "drive" } else { "controller" };
+        match (&self.means, self.lang) {
+            (Some(function), _) => [format!("reference text of the function `{function}`"), String::new()],
+            (_, Some(Language::Rust)) => {
+                [format!("the {what} as a `static`; needs the crate controller-core"), String::new()]
+            }
+            (_, Some(Language::C)) if !self.standalone => [
+                format!(
+                    "configuration of the {what} for C; needs the static library libedo_smc.a (`--lang c --standalone` \
+                     writes the whole {what} as one C99 file)"
+                ),
+                String::new(),
+            ],
+            _ if self.asm => [format!("tick of the {what} as Cortex-M4F assembly"), "its C header".into()],
+            _ => [
+                format!(
+                    "the whole {what} as one C99 file, no library needed (`--lang c` without --standalone writes a \
+                     configuration for the static library)"
+                ),
+                "proof certificate of the C file".into(),
+            ],
+        }
     }
 }
 
@@ -180,9 +215,10 @@ impl Console<'_> {
             }
         };
         self.warn_of_export(&exporting.experiment);
-        for (path, text) in &files {
+        let contents = options.contents(exporting.experiment.drive.is_some());
+        for ((path, text), content) in files.iter().zip(contents) {
             write_file(path, text, options.force)?;
-            self.say(&format!("wrote {}", path.display()))?;
+            self.say(&format!("wrote {}: {content}", path.display()))?;
         }
         if open.is_empty() {
             return Ok(status::DONE);

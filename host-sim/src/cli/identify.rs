@@ -39,7 +39,8 @@ use link::wired::Wired;
 /// Options of both commands.
 #[derive(Args, Debug)]
 struct Common {
-    /// Override a key of the scenario; repeatable. Example: --set joint.stiffness_n_m=12.
+    /// Override a key of the scenario; repeatable. Example: --set joint.stiffness_n_m=12 for a joint, --set
+    /// motor.inertia_kg_m2=3e-4 for a motor.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Periods of the motor's cogging per revolution, if known: halves the errors of k_2, b_2 and B_0.

@@ -1,7 +1,9 @@
-//! `host-sim live` monitors, moves and tunes a running drive. `host-sim replay` reruns its trace buffer (black box).
+//! `host-sim live` monitors, moves and tunes a running drive. `host-sim replay` reruns its trace buffer.
 //!
 //! The drive is the firmware `drive` or `motor`, in the emulator or on a board. Commands come from stdin or a script,
 //! one per line. While no command is pending the drive is observed every 0.1 s.
+
+mod keys;
 
 use std::fmt::Write as _;
 use std::io::{self, BufRead, Read};
@@ -26,6 +28,7 @@ use super::target::{present, rate};
 use super::{Console, Failure, bad, failed, read_text, status};
 use crate::report::plot::{BLACK, Figure, Panel, Series, Style};
 use crate::report::write_whole;
+use keys::Side;
 use link::black_box::{Again, BlackBox};
 use link::live::LiveDrive;
 use link::remote::{Loadable, for_target, form_in_words};
@@ -54,8 +57,8 @@ const COMMANDS: [(&str, &str); 12] = [
     ("stop [S]", "controlled stop in S seconds or more [default: 0.2]"),
     ("set KEY=VALUE ..", "change keys of the scenario: designed on the target, switched without a step in u"),
     ("wait S", "observe the drive for S seconds"),
-    ("blackbox FILE", "save the trace buffer (black box) for `host-sim replay`"),
-    ("reset", "restart after an alarm, at rest at the present angle"),
+    ("trace FILE", "save the trace buffer for `host-sim replay`"),
+    ("reset", "restart after an alarm, at rest at the present angle; rejected while a shaft turns"),
     ("release", "empty the trace buffer and continue recording"),
     ("plot FOLDER", "write a figure of all observations so far"),
     ("stick [link] [motor]", "simulated plant only: freeze these encoders, release the others"),
@@ -116,9 +119,10 @@ impl Reach {
 
 #[derive(Args, Debug)]
 pub(super) struct ReplayOptions {
-    /// Trace buffer file written by the command blackbox of host-sim live.
+    /// Trace buffer file written by the command trace of host-sim live.
     file: PathBuf,
-    /// Override a key of the recorded scenario: replay with the other design; repeatable.
+    /// Override a key of the recorded scenario: replay with the other design; repeatable. Example: --set
+    /// drive.margin=1.6.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Scenario file, if the trace buffer file contains none.
@@ -142,6 +146,8 @@ struct Session<'a> {
     disturbance: Disturbance,
     stopped: bool,
     page: Option<Page>,
+    /// Unit of the target's stopwatch.
+    unit: &'static str,
 }
 
 /// HTML page with a figure of the last observations, which a browser reloads every second.
@@ -186,7 +192,9 @@ impl<'a> Console<'a> {
         let drive = self.reached(options)?;
         let disturbance = Disturbance::default();
         let page = options.page.as_ref().map(|file| Page { file: file.clone(), due: Instant::now() });
-        let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false, page };
+        // The firmware counts core cycles on a chip, and in the emulator executed instructions.
+        let unit = if options.reach.is_port() { "cycles" } else { "instructions" };
+        let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false, page, unit };
         self.greet(&session)?;
         // A request to stop first saves the observations.
         let _kept = stop::keeping();
@@ -231,16 +239,14 @@ impl<'a> Console<'a> {
         self.say(&format!("drive of a {what} at {} Hz; `help` lists the commands", significant(hz, 6)))?;
         let Some((name, text, _)) = &session.scenario else { return Ok(()) };
         let ours = designed(name, text, &[])?;
-        if ours.instance != design.instance {
-            let [ours, theirs] = [ours.instance, design.instance].map(form_in_words);
-            return Err(bad(format!(
-                "{name}: this is a {ours}; the target runs a {theirs}: change these keys, or the firmware"
-            )));
+        of_one_form(name, &ours, design)?;
+        let side = Side::of(&Source { file: name, text, sets: &[] }, design.instance.model)?;
+        let (keyed, rest) = side.differences(design, &ours);
+        for [there, here] in &keyed {
+            self.note(&format!("note: {} = {there} on the drive, {here} in {name}", there.key));
         }
-        for ((name_of, there), here) in design.names().iter().zip(design.numbers()).zip(ours.numbers()) {
-            if there.to_bits() != here.to_bits() {
-                self.note(&format!("note: {name_of} is {there:?} on the drive, {here:?} in {name}"));
-            }
+        if !rest.is_empty() {
+            self.note(&format!("note: by rule {} differ too: {}", plural(rest.len(), "number"), rest.join(", ")));
         }
         Ok(())
     }
@@ -297,6 +303,7 @@ impl<'a> Console<'a> {
         let Some(command) = words.next() else { return Ok(true) };
         let words: Vec<&str> = words.collect();
         let period_s = session.drive.period_s();
+        let refused = |error| refused_at(command, error);
         let ticks = |text: &str| -> Result<u32, Failure> {
             let time_s = positive(command, text)?;
             Ok(((time_s / period_s).round() as u32).max(1))
@@ -310,7 +317,7 @@ impl<'a> Console<'a> {
             ("quit", []) => return Ok(false),
             ("show", []) => {
                 let seen = self.look(session)?;
-                self.say(&in_words(&seen, session.drive.design(), period_s))?;
+                self.say(&in_words(&seen, session.drive.design(), period_s, session.unit))?;
             }
             ("move", [angle, time @ ..]) if time.len() < 2 => {
                 let angle_rad = finite(command, angle)?;
@@ -324,8 +331,12 @@ impl<'a> Console<'a> {
             }
             ("set", sets @ [_, ..]) => self.set(session, sets)?,
             ("wait", [time]) => self.wait(session, ticks(time)?)?,
-            ("blackbox", [file]) => self.keep(session, Path::new(file))?,
+            ("trace" | "blackbox", [file]) => self.keep(session, Path::new(file))?,
             ("reset", []) => {
+                let seen = self.look(session)?;
+                if let Some(why) = still_brakes(&seen, session.drive.design()) {
+                    return Err(bad(format!("reset: {why}")));
+                }
                 session.drive.order(Order::Reset).map_err(refused)?;
                 session.stopped = false;
                 self.say("reset: at rest at the present angle")?;
@@ -366,7 +377,9 @@ impl<'a> Console<'a> {
         let stopped = seen.health.contains(Health::STOPPED);
         if stopped && !session.stopped {
             self.note(&format!(
-                "alarm: the drive stopped by tick {}; save the trace buffer with `blackbox FILE`, restart with `reset`",
+                "alarm: the drive stopped before t = {} s (tick {}); save the trace buffer with `trace FILE`, restart \
+                 with `reset`",
+                significant(f64::from(seen.tick) * session.drive.period_s(), 6),
                 seen.tick
             ));
         }
@@ -388,13 +401,22 @@ impl<'a> Console<'a> {
         let mut all = before.clone();
         all.extend(sets.iter().map(ToString::to_string));
         let design = designed(name, text, &all)?;
-        let Swapped { tick, ticks, time, u: [before, after], .. } = session.drive.swap(&design).map_err(refused)?;
+        let running = session.drive.design();
+        let place = format!("set: {}", sets.join(" "));
+        of_one_form(&place, &design, running)?;
+        let side = Side::of(&Source { file: name, text, sets: &all }, design.instance.model)?;
+        of_one_firmware(&place, &side, &design, running)?;
+        let swapped = session.drive.swap(&design).map_err(|error| refused_at("set", error))?;
+        let Swapped { tick, ticks, time, u: [before, after], .. } = swapped;
         if let Some((_, _, sets)) = &mut session.scenario {
             *sets = all;
         }
         self.say(&format!(
-            "set {}: active from tick {tick}; designed in {ticks} ticks (time {time} on the target), u from {} to {} A",
+            "set {}: active from t = {} s (tick {tick}); design time {time} {} in {ticks} ticks, u {} A before, {} A \
+             after",
             sets.join(" "),
+            significant(f64::from(tick) * session.drive.period_s(), 6),
+            session.unit,
             significant(f64::from(before), 4),
             significant(f64::from(after), 4)
         ))
@@ -403,6 +425,7 @@ impl<'a> Console<'a> {
     /// Saves the trace buffer as a file. A running buffer is frozen while it is read.
     fn keep(&mut self, session: &mut Session<'a>, file: &Path) -> Result<(), Failure> {
         let was_frozen = session.drive.observe()?.frozen;
+        let refused = |error| refused_at("trace", error);
         if !was_frozen {
             session.drive.order(Order::Freeze).map_err(refused)?;
         }
@@ -418,7 +441,9 @@ impl<'a> Console<'a> {
         }
         write_whole(file, |out| out.write_all(black_box.to_text().as_bytes()))
             .map_err(|error| Failure::writing(file.display(), &error))?;
-        self.say(&format!("{}: {} ticks", file.display(), black_box.len()))
+        let span_s = black_box.len() as f64 * session.drive.period_s();
+        let span = significant(span_s, 4);
+        self.say(&format!("wrote {}: the last {} ticks ({span} s)", file.display(), black_box.len()))
     }
 
     pub(super) fn replay(&mut self, options: &ReplayOptions) -> Result<u8, Failure> {
@@ -427,14 +452,6 @@ impl<'a> Console<'a> {
         let black_box = BlackBox::from_text(&text).map_err(|why| bad(named(file, &why)))?;
         let again = black_box.replay().map_err(|why| bad(named(file, &why)))?;
         let differ = again.iter().filter(|again| !again.is_same()).count();
-        self.say(&format!("{} ticks replayed, {differ} differ", again.len()))?;
-        if let Some(first) = again.iter().find(|again| !again.is_same()) {
-            let Again { tick, then, now } = first;
-            self.say(&format!(
-                "first difference at tick {tick}: recorded u {:?}, {}; replayed u {:?}, {}",
-                then.u, then.health, now.u, now.health
-            ))?;
-        }
         let other = if sets.is_empty() && scenario.is_none() {
             None
         } else {
@@ -456,6 +473,12 @@ impl<'a> Console<'a> {
         };
         let shown = other.as_ref().unwrap_or(&again);
         self.say(summary(&again, other.as_deref()).to_string().trim_end())?;
+        if let Some(Again { tick, then, now }) = again.iter().find(|again| !again.is_same()) {
+            self.say(&format!(
+                "recorded design: first difference at tick {tick}: recorded u {:?} A, {}; replayed u {:?} A, {}",
+                then.u, then.health, now.u, now.health
+            ))?;
+        }
         if let Some(folder) = out {
             let period_s = black_box.design.numbers().next().unwrap_or(1.0);
             std::fs::create_dir_all(folder).map_err(|error| Failure::writing(folder.display(), &error))?;
@@ -466,8 +489,21 @@ impl<'a> Console<'a> {
                 .write(folder, "replay")
                 .map_err(|error| Failure::writing(folder.display(), &error))?;
         }
+        self.say(&verdict(again.len(), differ, other.as_deref()))?;
         Ok(if differ == 0 { status::DONE } else { status::FAILED })
     }
+}
+
+/// Returns the last line of a replay: of the recorded design, and of another one.
+fn verdict(ticks: usize, differ: usize, other: Option<&[Again]>) -> String {
+    let recorded = match (differ, other) {
+        (0, None) => return format!("result: identical bits in {ticks} ticks"),
+        (0, _) => format!("identical bits in {ticks} ticks"),
+        _ => format!("{differ} of {ticks} ticks differ"),
+    };
+    let Some(other) = other else { return format!("result: {recorded}") };
+    let off = other.iter().filter(|again| !again.is_same()).count();
+    format!("result: {recorded} with the recorded design; {off} of {ticks} ticks differ with the other design")
 }
 
 /// Executes a command for the simulated plant on the target.
@@ -487,7 +523,7 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<(
         }
         _ => return Err(bad(unknown(command))),
     }
-    session.drive.disturb(session.disturbance).map_err(refused)
+    session.drive.disturb(session.disturbance).map_err(|error| refused_at(command, error))
 }
 
 /// Returns the next line without its end, or the reason why it is invalid. `None` at the end of the input.
@@ -540,6 +576,51 @@ pub(super) fn way(
     })
 }
 
+/// Checks that two designs are of one form.
+fn of_one_form(place: &str, design: &Loadable, running: &Loadable) -> Result<(), Failure> {
+    if design.instance == running.instance {
+        return Ok(());
+    }
+    let [ours, theirs] = [design, running].map(|it| form_in_words(it.instance));
+    Err(bad(format!(
+        "{place}: this is a {ours}; the firmware runs a {theirs}. Change these keys, or build firmware from this \
+         scenario (docs/live.md)"
+    )))
+}
+
+/// Checks that a design has the period, the encoders and the gear of the firmware, which no new design changes.
+fn of_one_firmware(place: &str, side: &Side, design: &Loadable, running: &Loadable) -> Result<(), Failure> {
+    let is_fixed = |name: &str| name == "period_s" || name.starts_with("encoder");
+    let mut differ = design.names().into_iter().zip(design.numbers().zip(running.numbers()));
+    let Some((name, _)) = differ.find(|(name, (one, other))| is_fixed(name) && one.to_bits() != other.to_bits()) else {
+        return Ok(());
+    };
+    let has = side.keyed(running, &name).map_or_else(String::new, |it| format!(" ({} = {it})", it.key));
+    Err(bad(format!(
+        "{place}: period, encoder and gear are fixed in the firmware{has}. Build firmware from a scenario with this \
+         setting (docs/live.md)"
+    )))
+}
+
+/// Returns the reason why a drive that brakes cannot be reset yet.
+fn still_brakes(seen: &Observed, design: &Loadable) -> Option<String> {
+    if !seen.health.contains(Health::BRAKES) || seen.health.contains(Health::STOPPED) {
+        return None;
+    }
+    let speeds = seen.estimates.iter().zip(shafts(design)).map(|(estimates, _)| f64::from(estimates[1].abs()));
+    let speed_rad_s = speeds.fold(0.0, f64::max);
+    Some(format!(
+        "the drive brakes, a shaft turns at {} rad/s ({} r/min). Wait until the drive has stopped, then `reset`",
+        significant(speed_rad_s, 3),
+        significant(speed_rad_s * 30.0 / std::f64::consts::PI, 3)
+    ))
+}
+
+/// Returns a count with its noun.
+fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 fn told_to_stop() -> Failure {
     Failure { status: status::INTERRUPTED, message: "stopped on request; the drive keeps running".into() }
 }
@@ -548,10 +629,10 @@ fn named(file: &Path, why: &str) -> String {
     format!("{}: {why}", file.display())
 }
 
-/// Converts an error: a refusal is invalid input, any other error a failure of the connection.
-fn refused(error: PortError) -> Failure {
+/// Converts an error of a command: a refusal is invalid input, any other error a failure of the connection.
+fn refused_at(command: &str, error: PortError) -> Failure {
     match error {
-        PortError::Refused(why) => bad(why),
+        PortError::Refused(why) => bad(format!("{command}: {why}")),
         other => failed(other.to_string()),
     }
 }
@@ -569,6 +650,7 @@ fn positive(command: &str, text: &str) -> Result<f64, Failure> {
 
 /// Returns the message for an unknown or incomplete command, with the nearest one.
 fn unknown(command: &str) -> String {
+    let command = if command == "blackbox" { "trace" } else { command };
     let word = |form: &&(&'static str, &str)| form.0.split(' ').next().unwrap_or_default();
     let distance = |form: &&(&'static str, &str)| strsim::damerau_levenshtein(word(form), command);
     let nearest = COMMANDS.iter().min_by_key(distance).map_or("", |form| form.0);
@@ -588,26 +670,53 @@ fn shafts(design: &Loadable) -> &'static [&'static str] {
 }
 
 fn moved(what: &str, [start, ticks]: [u32; 2], period_s: f64) -> String {
-    format!("{what}: from tick {start} on, in {ticks} ticks ({} s)", significant(f64::from(ticks) * period_s, 4))
+    let [begin, time] = [start, ticks].map(|it| f64::from(it) * period_s);
+    let (begin, time) = (significant(begin, 6), significant(time, 4));
+    format!("{what} in {time} s ({ticks} ticks), from t = {begin} s (tick {start})")
 }
 
-fn in_words(seen: &Observed, design: &Loadable, period_s: f64) -> String {
+/// Returns the estimates of each shaft.
+fn estimated(seen: &Observed, design: &Loadable) -> String {
     let number = |value: f32| significant(f64::from(value), 5);
-    let mut text = format!("t = {} s (tick {})", significant(f64::from(seen.tick) * period_s, 6), seen.tick);
-    let turns = f64::from(seen.turn) * std::f64::consts::TAU;
-    // Writing to a String cannot fail.
-    let _ = write!(text, ", r = {} rad", significant(turns + f64::from(seen.reference), 6));
+    let mut text = String::new();
     for (shaft, [position, speed, _, load]) in shafts(design).iter().zip(seen.estimates) {
-        let position = significant(turns + f64::from(position), 6);
+        let position = significant(turns_rad(seen) + f64::from(position), 6);
+        // Writing to a String cannot fail.
         let _ = write!(text, "; {shaft} {position} rad, {} rad/s, load {} N m", number(speed), number(load));
     }
-    let _ = write!(text, "; u = {} A, sigma* = {}, {}", number(seen.u), number(seen.sigma_star), seen.health);
+    text
+}
+
+/// Returns the angle of the whole revolutions, rad.
+fn turns_rad(seen: &Observed) -> f64 {
+    f64::from(seen.turn) * std::f64::consts::TAU
+}
+
+fn in_words(seen: &Observed, design: &Loadable, period_s: f64, unit: &str) -> String {
+    let number = |value: f32| significant(f64::from(value), 5);
+    let mut text = format!("t = {} s (tick {})", significant(f64::from(seen.tick) * period_s, 6), seen.tick);
+    let is_stopped = seen.health.contains(Health::STOPPED);
+    // Writing to a String cannot fail.
+    let _ = write!(text, ", r = {} rad", significant(turns_rad(seen) + f64::from(seen.reference), 6));
+    if !is_stopped {
+        text.push_str(&estimated(seen, design));
+    }
+    let _ = write!(text, "; u = {} A", number(seen.u));
+    if !is_stopped {
+        let per = if design.instance.model == Model::Joint { "rad/s^3" } else { "rad/s" };
+        let _ = write!(text, ", sigma* = {} {per}", number(seen.sigma_star));
+    }
+    let _ = write!(text, ", {}", seen.health);
     for (is, what) in [(seen.moving, "moving"), (seen.frozen, "trace buffer frozen"), (!seen.started, "not started")] {
         if is {
             let _ = write!(text, ", {what}");
         }
     }
-    let _ = write!(text, "; interrupt: worst {}, {} ticks late", seen.worst, seen.missed);
+    let _ =
+        write!(text, "; interrupt: longest run {} {unit}, {} late", seen.worst, plural(seen.missed as usize, "tick"));
+    if is_stopped {
+        let _ = write!(text, "\nestimates of the tick of the stop{}", estimated(seen, design));
+    }
     text
 }
 
@@ -620,11 +729,17 @@ fn rows(session: &Session<'_>) -> String {
     }
     text.push_str(",u_a,sigma_star,health\n");
     for seen in &session.seen {
-        let turns = f64::from(seen.turn) * std::f64::consts::TAU;
+        let turns = turns_rad(seen);
+        let is_stopped = seen.health.contains(Health::STOPPED);
         let t_s = f64::from(seen.tick) * session.drive.period_s();
         let _ = write!(text, "{},{t_s:?},{:?}", seen.tick, turns + f64::from(seen.reference));
         for ([position, speed, _, load], _) in seen.estimates.iter().zip(shafts(design)) {
-            let _ = write!(text, ",{:?},{speed:?},{load:?}", turns + f64::from(*position));
+            // A stopped drive computes no estimates.
+            let _ = if is_stopped {
+                write!(text, ",,,")
+            } else {
+                write!(text, ",{:?},{speed:?},{load:?}", turns + f64::from(*position))
+            };
         }
         let _ = writeln!(text, ",{:?},{:?},{}", seen.u, seen.sigma_star, seen.health.bits());
     }
@@ -651,7 +766,10 @@ fn figure(seen: &[Observed], session: &Session<'_>) -> Figure {
         let points = seen.iter().map(|seen| (f64::from(seen.tick) * period_s, value(seen)));
         Series::solid(label, color, points)
     };
-    let turns = |seen: &Observed| f64::from(seen.turn) * std::f64::consts::TAU;
+    // A stopped drive computes no estimates: a gap.
+    let of = |seen: &Observed, estimate: f32| {
+        if seen.health.contains(Health::STOPPED) { f64::NAN } else { f64::from(estimate) }
+    };
     let panel = |title: &str, y_label: &str, series: Vec<Series>| Panel {
         title: title.into(),
         x_label: "t (s)".into(),
@@ -659,10 +777,10 @@ fn figure(seen: &[Observed], session: &Session<'_>) -> Figure {
         series,
         ..Panel::default()
     };
-    let y = line("y", 0, &|seen| turns(seen) + f64::from(seen.estimates[0][0]));
-    let r = line("r", BLACK, &|seen| turns(seen) + f64::from(seen.reference)).styled(Style::Dashed);
+    let y = line("y", 0, &|seen| turns_rad(seen) + of(seen, seen.estimates[0][0]));
+    let r = line("r", BLACK, &|seen| turns_rad(seen) + f64::from(seen.reference)).styled(Style::Dashed);
     let loads = shafts(session.drive.design()).iter().enumerate();
-    let loads = loads.map(|(i, shaft)| line(shaft, i, &|seen| f64::from(seen.estimates[i][3])));
+    let loads = loads.map(|(i, shaft)| line(shaft, i, &|seen| of(seen, seen.estimates[i][3])));
     Figure {
         title: format!("Drive of a {}, observed over its serial port", kind(session.drive.design())),
         panels: vec![
@@ -676,7 +794,8 @@ fn figure(seen: &[Observed], session: &Session<'_>) -> Figure {
 
 /// Returns the table of the recorded and the replayed run.
 fn summary(then: &[Again], other: Option<&[Again]>) -> Table {
-    let mut table = Table::new(["metric", "recorded", "replayed"]);
+    let replayed = if other.is_some() { "other design" } else { "replayed" };
+    let mut table = Table::new(["metric", "recorded", replayed]);
     let alarm = |of: &dyn Fn(&Again) -> Health, all: &[Again]| {
         let first = all.iter().find(|again| of(again).intersects(ALARMS));
         first.map_or_else(|| "none".into(), |again| format!("tick {}: {}", again.tick, of(again)))

@@ -47,7 +47,8 @@ pub(super) struct MapOptions {
     /// Also simulate every point and count the disagreements with the poles.
     #[arg(long)]
     simulate: bool,
-    /// Override a key of the scenario; repeatable. Example: --set drive.period_s=5e-4.
+    /// Override a key of the scenario; repeatable. Example: --set drive.period_s=5e-4 for a motor or joint, --set
+    /// controller.k_l=20 for other plants.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Output folder of map.svg and map.csv, with the feature png also map.png [default: out/SCENARIO-map].

@@ -64,7 +64,8 @@ pub(super) struct MonteCarloOptions {
     /// Number of threads [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Override a key of the scenario for all trials; repeatable. Example: --set drive.period_s=5e-4.
+    /// Override a key of the scenario for all trials; repeatable. Example: --set drive.period_s=5e-4 for a motor or
+    /// joint, --set controller.k_l=20 for other plants.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     #[command(flatten)]

@@ -32,7 +32,8 @@ use crate::report::write_whole;
 pub(super) struct ReportOptions {
     /// Scenarios or earlier reports, shown side by side [default: built-in joint of the paper].
     files: Vec<PathBuf>,
-    /// Override a key of every scenario; repeatable. Example: --set drive.surface_rad_s=100.
+    /// Override a key of every scenario; repeatable. Example: --set drive.period_s=5e-4 for a motor or joint, --set
+    /// controller.k_l=20 for other plants.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Output file; an existing file is kept unless --force is given [default: out/SCENARIO-report.html, which is
@@ -386,7 +387,7 @@ fn about(experiment: &Experiment, subject: &Subject<'_>) -> Section {
     table.row(["compiler", env!("HOST_SIM_COMPILER")]);
     table.row(["integration of the plant", &moved(experiment)]);
     let warnings = experiment.warnings.iter().map(|warning| format!("warning: {warning}"));
-    let chosen = experiment.drive.iter().flat_map(|drive| drive.chosen.clone());
+    let chosen = chosen(experiment);
     Section {
         heading: "Scenario".into(),
         says: [experiment.headline()].into_iter().chain(chosen).chain(warnings).collect(),
@@ -394,6 +395,23 @@ fn about(experiment: &Experiment, subject: &Subject<'_>) -> Section {
         files: vec![(file.into(), text.into())],
         ..Section::default()
     }
+}
+
+/// Returns the bandwidths and their limiting factor. A drive with one gain set has no high gains, although the rule of
+/// a coupled joint finds them.
+pub(super) fn chosen(experiment: &Experiment) -> Vec<String> {
+    let Some(drive) = &experiment.drive else { return Vec::new() };
+    let mut lines = drive.chosen.clone();
+    if drive.designed.form().gain_sets == 1 {
+        for line in &mut lines {
+            if let Some((before, after)) = line.split_once(" (high gains ")
+                && let Some((_, rest)) = after.split_once(')')
+            {
+                *line = format!("{before}{rest}");
+            }
+        }
+    }
+    lines
 }
 
 /// Returns the integration method of the plant and its accuracy, as tested in `loop_sim::exact` and `solver`.

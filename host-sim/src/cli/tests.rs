@@ -584,7 +584,9 @@ fn export_goes_to_stdout_or_into_a_file_that_is_not_lost_by_a_slip() {
     assert_eq!(spoken(&limited).2, "");
     assert!(text.starts_with("/* ") && text.contains("edo_smc_tick(") && text.trim_end().ends_with("#endif"), "{text}");
 
-    assert_eq!(spoken(&["export", "--paper", "--standalone", "-o", &file]).1, format!("wrote {file}\n"));
+    let (code, out, _) = spoken(&["export", "--paper", "--standalone", "-o", &file]);
+    let whole = format!("wrote {file}: the whole controller as one C99 file, no library needed (`--lang c` without ");
+    assert!(code == status::DONE && out.starts_with(&whole), "{out}");
     assert_eq!(std::fs::read_to_string(&file).expect("the file"), text);
     let (code, out, err) = spoken(&["export", "--paper", "--lang", "rust", "-o", &file]);
     assert_eq!((code, out.as_str()), (status::BAD_INPUT, ""));
@@ -619,7 +621,8 @@ fn a_certificate_is_about_the_file_beside_it() {
     assert!(folder.names("").is_empty(), "nothing is written without a solver");
 
     let (code, out, err) = with(&solver_that_says(&folder, "unsat"), &[]);
-    assert_eq!((code, out), (status::DONE, format!("wrote {c}\nwrote {certificate}\n")), "{err}");
+    assert!(code == status::DONE && out.starts_with(&format!("wrote {c}: the whole controller as ")), "{out} {err}");
+    assert!(out.ends_with(&format!("\nwrote {certificate}: proof certificate of the C file\n")), "{out}");
     let text = std::fs::read_to_string(&certificate).expect("a certificate");
     let check = std::process::Command::new("sha256sum").args(["--check", "mine.txt"]).current_dir(&folder.0).output();
     let check = check.expect("sha256sum");
@@ -1258,4 +1261,121 @@ fn a_joint_commissions_itself_and_tells_each_step() {
     let (status, _, err) = spoken(&["commission", &folder.file("m.toml", coarse), "-o", &other, "--out", &out]);
     assert_eq!(status, status::FAILED);
     assert!(err.contains("b identified to +-") && !folder.0.join("u.toml").exists(), "{err}");
+}
+
+/// Returns the long help of every command: the name, the text of the command, and the text of each option.
+fn helps() -> Vec<(String, String, Vec<(String, String)>)> {
+    let command = Cli::command();
+    let of = |command: &clap::Command| {
+        let said = |text: Option<&clap::builder::StyledStr>| text.map(ToString::to_string).unwrap_or_default();
+        let options = command
+            .get_arguments()
+            .map(|option| (option.get_id().to_string(), said(option.get_long_help().or(option.get_help()))));
+        (command.get_name().to_owned(), said(command.get_long_about()), options.collect())
+    };
+    command.get_subcommands().map(of).collect()
+}
+
+/// Returns the settings of the examples in the help of an option.
+fn settings(help: &str) -> Vec<String> {
+    let examples = help.split_once("Example: ").map_or("", |(_, examples)| examples);
+    let after = examples.split("--set ").skip(1).filter_map(|rest| rest.split_whitespace().next());
+    after.map(|set| set.trim_end_matches(['.', ',']).to_owned()).collect()
+}
+
+#[test]
+fn an_example_of_a_setting_fits_a_template_and_a_command_for_every_plant_has_one_for_each() {
+    let fits = |text: &str, set: &String| {
+        scenario::parse(&Source { file: "it", text, sets: std::slice::from_ref(set) }, "it").is_ok()
+    };
+    let mut count = 0;
+    for (command, _, options) in helps() {
+        for (_, help) in options.iter().filter(|(id, _)| id == "sets") {
+            let examples = settings(help);
+            assert!(!examples.is_empty(), "{command}: {help}");
+            count += examples.len();
+            for set in &examples {
+                let fitting = scenario::STARTS.iter().filter(|(_, text)| fits(text, set));
+                assert!(fitting.count() > 0, "{command}: --set {set} fits no template");
+            }
+            let plants: &[&str] = match command.as_str() {
+                // Its help has an example for drives alone.
+                "design" | "replay" | "tune" => &[],
+                "identify" | "commission" | "compare" => &["motor", "joint"],
+                _ => &["paper", "motor", "joint", "chain", "own"],
+            };
+            for (plant, text) in scenario::STARTS.iter().filter(|(plant, _)| plants.contains(plant)) {
+                assert!(examples.iter().any(|set| fits(text, set)), "{command}: no example for {plant}: {examples:?}");
+            }
+        }
+    }
+    assert!(count > 15, "{count} examples");
+}
+
+#[test]
+fn the_example_of_every_command_parses_and_runs_on_a_template() {
+    let folder = Folder::new("examples");
+    folder.file("record.csv", include_str!("../../../tests/data/identify_joint_20bit.csv"));
+    let mut ran = BTreeSet::new();
+    for (command, help, _) in helps() {
+        let examples = help.lines().filter(|line| line.starts_with("Example"));
+        for example in examples.filter_map(|line| Some(line.split_once("host-sim ")?.1)) {
+            let line = example.split(" > ").next().expect("a command");
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let parsed = Cli::try_parse_from(["host-sim"].iter().chain(&words));
+            assert!(parsed.is_ok(), "host-sim {line}: {}", parsed.expect_err("an error"));
+            // They need a board, an emulator or a firmware; `new` writes to the current folder and has its own test.
+            if ["pil", "hil", "budget", "new"].contains(&command.as_str()) {
+                continue;
+            }
+            let shorter: &[&str] = if command == "tune" { &["--evaluations", "6"] } else { &[] };
+            let mut told = Vec::new();
+            for (plant, text) in scenario::STARTS {
+                let named = |name: &str| folder.path(&format!("{plant}-{name}"));
+                folder.file(&format!("{plant}-mine.toml"), text);
+                let placed = words.iter().map(|word| match *word {
+                    "mine.toml" | "drive.h" => named(word),
+                    "record.csv" => folder.path(word),
+                    "10000" => "20".into(),
+                    _ => (*word).to_owned(),
+                });
+                let mut placed: Vec<String> = placed.collect();
+                if matches!(command.as_str(), "run" | "map" | "monte-carlo" | "tune" | "identify" | "commission") {
+                    placed.extend(["--out".into(), named("out")]);
+                }
+                if matches!(command.as_str(), "tune" | "identify" | "commission") {
+                    placed.extend(["--to".into(), named(&format!("{command}.toml"))]);
+                }
+                let args: Vec<&str> = placed.iter().map(String::as_str).chain(shorter.iter().copied()).collect();
+                let (status, _, err) = spoken(&args);
+                // With so few evaluations a limit may stay unmet.
+                if status == status::DONE || (command == "tune" && status == status::FAILED) {
+                    ran.insert(command.clone());
+                    break;
+                }
+                told.push(format!("{plant}: {err}"));
+            }
+            assert!(ran.contains(&command), "host-sim {line}: {told:#?}");
+        }
+    }
+    let expected = ["commission", "completions", "design", "export", "identify", "map", "monte-carlo", "run", "tune"];
+    assert!(expected.iter().all(|command| ran.contains(*command)), "{ran:?}");
+}
+
+#[test]
+fn a_drive_with_one_gain_set_is_reported_without_high_gains() {
+    let folder = Folder::new("one-set");
+    let file = folder.file("j.toml", scenario::JOINT);
+    let page = folder.path("page.html");
+    let coupled = ["--set", "drive.tuning=coupled", "--set", "span_s=0.2"];
+    for (set, says) in [("drive.gain_sets=2", true), ("drive.gain_sets=1", false)] {
+        let sets = [&coupled[..], &["--set", set]].concat();
+        let (status, out, err) = spoken(&[&["run", &file, "--no-files"], &sets[..]].concat());
+        assert!(status == status::DONE && out.contains("in the worst corner"), "{out}{err}");
+        assert_eq!(out.contains("high gains"), says, "{out}");
+        let (status, _, err) =
+            spoken(&[&["report", &file, "--map", "none", "-o", &page, "--force"], &sets[..]].concat());
+        assert_eq!(status, status::DONE, "{err}");
+        assert_eq!(std::fs::read_to_string(&page).expect("a page").contains("(high gains"), says);
+    }
 }
