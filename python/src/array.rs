@@ -26,7 +26,7 @@ pub(crate) fn floats<'py>(
 }
 
 /// Returns a row of unsigned integers.
-pub(crate) fn flags<'py>(py: Python<'py>, values: impl Iterator<Item = u32>) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn flags(py: Python<'_>, values: impl Iterator<Item = u32>) -> PyResult<Bound<'_, PyAny>> {
     let bytes: Vec<u8> = values.flat_map(u32::to_ne_bytes).collect();
     of_bytes(py, &bytes, "u4", &[bytes.len() / 4])
 }

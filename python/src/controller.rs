@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use controller_core::drive::{Sample, Target};
-use loop_sim::port::drive::{AnyLaw, Law, target_at};
+use loop_sim::port::drive::{AnyLaw, DriveDesign, Law, target_at};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use loop_sim::sensor::encoder::Mounted;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
@@ -196,7 +196,8 @@ impl Controller {
     pub(crate) fn of(text: Arc<Text>) -> PyResult<Self> {
         let experiment = text.experiment().map_err(|error| text.told(&error))?;
         let designed = experiment.drive.as_ref().map(|drive| drive.designed);
-        let encoders: Vec<Mounted> = designed.iter().flat_map(|it| it.encoders()).map(|(_, mounted)| mounted).collect();
+        let encoders: Vec<Mounted> =
+            designed.iter().flat_map(DriveDesign::encoders).map(|(_, mounted)| mounted).collect();
         let order = experiment.plant.order();
         let inner = match &designed {
             None => Some(Inner::Chain(experiment.port, order)),
@@ -270,7 +271,7 @@ impl Controller {
         has_places: bool,
         state: Option<Vec<f64>>,
     ) -> PyResult<Self> {
-        let it = Self::of(Arc::new(Text { text, file, name, sets, has_places }))?;
+        let it = Self::of(Arc::new(Text { toml: text, file, name, sets, has_places }))?;
         if let Some(state) = state
             && !it.lock().0.set_state(&state)
         {
@@ -441,7 +442,7 @@ impl Controller {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let Text { text, file, name, sets, has_places } = slf.get().text.as_ref().clone();
+        let Text { toml: text, file, name, sets, has_places } = slf.get().text.as_ref().clone();
         let state = slf.get().lock().0.state();
         let arguments = (text, file, name, sets, has_places, state).into_pyobject(slf.py())?;
         Ok((slf.get_type().into_any(), arguments))

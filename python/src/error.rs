@@ -34,9 +34,9 @@ fn with_parts(text: String, [key, cause, remedy]: [&str; 3]) -> PyErr {
 
 /// Returns the exception for a scenario. Without places, for a scenario from keywords, a line has its message only.
 pub(crate) fn of_scenario(error: &scenario::ScenarioError, has_places: bool) -> PyErr {
-    let line = |parts: ErrorParts<'_>| match parts.place.starts_with("--set ") {
-        false if has_places => format!("{}: {}", parts.place, parts.message),
-        _ => parts.message.to_owned(),
+    let line = |ErrorParts { place, message, .. }: ErrorParts<'_>| {
+        let is_shown = has_places && !place.starts_with("--set ");
+        if is_shown { format!("{place}: {message}") } else { message.to_owned() }
     };
     let lines: Vec<String> = error.parts().map(line).collect();
     let first = error.parts().next().map_or([""; 3], |it| [it.key, it.cause, it.remedy]);

@@ -20,7 +20,7 @@ use crate::trace::Run;
 /// Text of a scenario and `KEY=VALUE` settings on top of it.
 #[derive(Clone)]
 pub(crate) struct Text {
-    pub(crate) text: String,
+    pub(crate) toml: String,
     /// Name of the file in messages and in exported files.
     pub(crate) file: String,
     /// Name of a scenario without the key `name`.
@@ -32,7 +32,7 @@ pub(crate) struct Text {
 
 impl Text {
     pub(crate) fn source(&self) -> Source<'_> {
-        Source { file: &self.file, text: &self.text, sets: &self.sets }
+        Source { file: &self.file, text: &self.toml, sets: &self.sets }
     }
 
     pub(crate) fn experiment(&self) -> Result<Experiment, scenario::ScenarioError> {
@@ -92,7 +92,7 @@ struct DesignJson {
 /// Returns the gains of a scenario by their keys.
 fn gains(experiment: &Experiment) -> serde_json::Value {
     if let Some(drive) = &experiment.drive {
-        return study::tune::settings(&drive.designed).into_iter().map(|(key, values)| (key, values)).collect();
+        return study::tune::settings(&drive.designed).into_iter().collect();
     }
     let Some(spec) = &experiment.spec else { return serde_json::Value::Null };
     let (n, config) = (spec.config.n, &spec.config.padded);
@@ -180,7 +180,7 @@ impl Core {
         sets: Vec<String>,
         has_places: bool,
     ) -> PyResult<Self> {
-        let text = Arc::new(Text { text, file, name, sets, has_places });
+        let text = Arc::new(Text { toml: text, file, name, sets, has_places });
         let theirs = text.clone();
         let facts = task::run(py, None, move |_| theirs.experiment().map(|it| Facts::of(&it)))?;
         let facts = facts.map_err(|error| text.told(&error))?;
@@ -188,7 +188,7 @@ impl Core {
     }
 
     fn parts(&self) -> (String, String, String, Vec<String>, bool) {
-        let Text { text, file, name, sets, has_places } = self.text.as_ref().clone();
+        let Text { toml: text, file, name, sets, has_places } = self.text.as_ref().clone();
         (text, file, name, sets, has_places)
     }
 
@@ -270,9 +270,10 @@ fn may_be_exported(experiment: &Experiment, paper: bool, no_limits: bool) -> Res
 
 /// Returns a scenario text with these values, each in TOML. `None` removes a key.
 #[pyfunction]
+#[allow(clippy::needless_pass_by_value, reason = "a list of Python arrives as a value")]
 pub(crate) fn rewritten(text: &str, changes: Vec<(String, Option<String>)>) -> PyResult<String> {
-    let changes = changes.iter().map(|(key, value)| (key.as_str(), value.as_deref()));
-    scenario::rewritten(text, changes).map_err(|error| of_scenario(&error, true))
+    let all = changes.iter().map(|(key, value)| (key.as_str(), value.as_deref()));
+    scenario::rewritten(text, all).map_err(|error| of_scenario(&error, true))
 }
 
 /// Returns the template of a plant with this name.

@@ -22,13 +22,13 @@ fn stopped() -> Failure {
 
 impl Text {
     fn subject<'a>(&'a self, sets: &'a [String]) -> Subject<'a> {
-        Subject { file: &self.file, text: &self.text, name: &self.name, sets }
+        Subject { file: &self.file, text: &self.toml, name: &self.name, sets }
     }
 
     fn bench(&self) -> Result<Bench, Failure> {
         // An error of the scenario itself has its key.
         self.experiment()?;
-        Ok(Bench::new(&self.file, &self.text, &self.sets)?)
+        Ok(Bench::new(&self.file, &self.toml, &self.sets)?)
     }
 }
 
