@@ -391,6 +391,16 @@ impl<D: ControlLaw> Running<D> {
         }
     }
 
+    /// Returns the state, or `None` before the start.
+    pub const fn state(&self) -> Option<&D::State> {
+        self.state.as_ref()
+    }
+
+    /// Replaces the state by a state of such a controller. `None` is the state before the start.
+    pub fn set_state(&mut self, state: Option<D::State>) {
+        self.state = state;
+    }
+
     /// Returns true if a valid sample has started the controller.
     pub const fn is_started(&self) -> bool {
         self.state.is_some()

@@ -13,6 +13,7 @@ pub mod compared;
 pub mod drive;
 pub mod finer;
 pub mod in_process;
+mod numbers;
 
 /// Output of one tick. Every `f32` of a controller is exact in these `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,11 +146,26 @@ pub trait ControllerPort: Send {
     /// Reports the value that the actuator has held since the last tick.
     fn report_applied(&mut self, u: f64);
 
+    /// Reports that `periods` periods have passed without a tick. A controller without a plant model has nothing to do.
+    fn missed(&mut self, periods: u32) {
+        let _ = periods;
+    }
+
     /// Clears the state. The next valid sample starts the controller again.
     ///
     /// # Errors
     /// Fails if the controller cannot be reached.
     fn reset(&mut self) -> Result<(), PortError>;
+
+    /// Returns the state as numbers, exact to the bit and of one length. Empty for a controller that does not show it.
+    fn state(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Restores a [`state`](Self::state). Returns `false` for numbers that are not a state of this controller.
+    fn set_state(&mut self, numbers: &[f64]) -> bool {
+        numbers.is_empty()
+    }
 
     /// Returns the indices, from 0, of the channels with an observer.
     fn observed(&self) -> &[usize];

@@ -113,6 +113,43 @@ impl Trace {
     pub fn error(&self, row: &Row) -> f64 {
         row.x[self.follows.unwrap_or(0)] - row.r
     }
+
+    /// Returns the names of the columns of the trace as a table: the numbers of a row, then `health`. States with a
+    /// name and a unit have them in place of `x1`, `x2`, ..
+    pub fn columns(&self, states: &[(&str, &str)]) -> Vec<String> {
+        let per_channel = |name: &'static str| (1..=self.states()).map(move |i| format!("{name}{i}"));
+        let mut names = vec!["t_s".to_owned()];
+        let column = |&(name, unit): &(&str, &str)| format!("{name}_{unit}").replace([' ', '/'], "_").to_lowercase();
+        names.extend(states.iter().take(self.states()).map(column));
+        names.extend(per_channel("x").skip(states.len()));
+        if self.follows.is_some() {
+            names.extend(["r", "error"].map(str::to_owned));
+        }
+        names.extend(["u", "u_held", "sigma", "sigma_star"].map(str::to_owned));
+        names.extend(per_channel("d"));
+        names.extend(self.estimated().map(|i| format!("d_hat{}", i + 1)));
+        names.push("health".to_owned());
+        names
+    }
+
+    /// Returns the numbers of a row in the order of the [`columns`](Self::columns), without `health`.
+    pub fn values<'a>(&'a self, row: &'a Row) -> impl Iterator<Item = f64> + 'a {
+        let n = self.states();
+        std::iter::once(row.t_s)
+            .chain(row.x[..n].iter().copied())
+            .chain(self.follows.map(|_| [row.r, self.error(row)]).into_iter().flatten())
+            .chain([row.u, row.u_held, row.sigma, row.sigma_star])
+            .chain(row.d[..n].iter().copied())
+            .chain(self.estimated().map(|i| row.d_hat[i]))
+    }
+
+    fn states(&self) -> usize {
+        self.order.min(MAX_ORDER)
+    }
+
+    fn estimated(&self) -> impl Iterator<Item = usize> + '_ {
+        self.observed.iter().copied().filter(|&i| i < self.states())
+    }
 }
 
 /// Keeps every row.

@@ -62,13 +62,69 @@ fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
 /// one pass. A file without these errors is designed, and the design reports one error at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScenarioError {
-    lines: Vec<String>,
+    lines: Vec<Line>,
+}
+
+/// One error: its place and its message.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Line {
+    place: String,
+    message: String,
+}
+
+/// One error in parts, for a program to show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ErrorParts<'a> {
+    /// `FILE`, `FILE:LINE:COLUMN` or `--set ARGUMENT`.
+    pub place: &'a str,
+    /// Message without its place.
+    pub message: &'a str,
+    /// Invalid key; empty if there is no single one.
+    pub key: &'a str,
+    /// The cause.
+    pub cause: &'a str,
+    /// Remedy; empty if the message has none.
+    pub remedy: &'a str,
+}
+
+/// Beginnings of a remedy within a message.
+const REMEDIES: [&str; 11] = [
+    "; ",
+    ", expected ",
+    ": expected ",
+    ": take ",
+    ": set ",
+    ": give ",
+    ": leave ",
+    ": lower ",
+    ": raise ",
+    ": if ",
+    ": start ",
+];
+
+impl Line {
+    fn parts(&self) -> ErrorParts<'_> {
+        let Self { place, message } = self;
+        let named = message.strip_prefix("unknown key `").or_else(|| message.strip_prefix('`'));
+        let (key, rest) = named.and_then(|named| named.split_once('`')).unwrap_or(("", message));
+        // An unknown key is the cause itself.
+        let rest = if message.starts_with('`') { rest.strip_prefix(": ").unwrap_or(rest) } else { message };
+        let found = REMEDIES.iter().filter_map(|begin| rest.find(begin)).min();
+        // Every beginning has a mark and a blank.
+        let (cause, remedy) = found.map_or((rest, ""), |at| (&rest[..at], &rest[at + 2..]));
+        ErrorParts { place, message, key, cause, remedy }
+    }
 }
 
 impl ScenarioError {
     /// Returns an error of the file as a whole.
     pub(super) fn of_file(file: &str, message: impl Into<String>) -> Self {
-        Self { lines: vec![one_line(&format!("{file}: {}", message.into()))] }
+        Self { lines: vec![Line { place: one_line(file), message: one_line(&message.into()) }] }
+    }
+
+    /// Returns every error in parts.
+    pub fn parts(&self) -> impl Iterator<Item = ErrorParts<'_>> {
+        self.lines.iter().map(Line::parts)
     }
 
     /// Appends the lines of another error.
@@ -80,7 +136,9 @@ impl ScenarioError {
 
 impl fmt::Display for ScenarioError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.lines.join("\n"))
+        let lines: Vec<String> =
+            self.lines.iter().map(|Line { place, message }| format!("{place}: {message}")).collect();
+        f.write_str(&lines.join("\n"))
     }
 }
 
@@ -121,6 +179,27 @@ mod tests {
         // Beyond the end and inside a character there is still a place, never a panic.
         assert_eq!(line_and_column("a\n", 99), (2, 1));
         assert_eq!(line_and_column("σ", 1), (1, 2));
+    }
+
+    #[test]
+    fn an_error_comes_apart_into_key_cause_and_remedy() {
+        let parts = |message: &str| {
+            let error = ScenarioError::of_file("a.toml:1:2", message);
+            let ErrorParts { place, key, cause, remedy, .. } = error.parts().next().expect("an error");
+            assert_eq!(place, "a.toml:1:2");
+            [key, cause, remedy].map(str::to_owned)
+        };
+        for (message, expected) in [
+            (
+                "`motor.inertia_kg_m2`: found -1, expected a number above 0",
+                ["motor.inertia_kg_m2", "found -1", "expected a number above 0"],
+            ),
+            ("unknown key `k_ll`; did you mean `k_l`?", ["k_ll", "unknown key `k_ll`", "did you mean `k_l`?"]),
+            ("`drive.x`: no speed: leave it out, or not", ["drive.x", "no speed", "leave it out, or not"]),
+            ("not TOML", ["", "not TOML", ""]),
+        ] {
+            assert_eq!(parts(message), expected);
+        }
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub use drive::{
     JointErrorTable, JointScenario, JointTable, ModeKey, MotorDriveTable, MotorErrorTable, MotorScenario, MotorTable,
     NumberOrRange, ReferenceKind, ReferenceTable, TuningKey,
 };
-pub use error::{ScenarioError, Source};
+pub use error::{ErrorParts, ScenarioError, Source};
 pub use rewrite::rewritten;
 
 use document::KeyPath;

@@ -29,8 +29,10 @@ use std::f64::consts::FRAC_PI_2;
 
 use controller_core::drive::{Joint, Motor};
 use loop_sim::plant::{self, Imperfections, JointBody, Plant, Shaft};
-use loop_sim::port::drive::Motion;
+use loop_sim::port::drive::{DriveDesign, Motion};
+use loop_sim::sensor::encoder::Mounted;
 use loop_sim::signal::Signal;
+use scenario::{Drive, Source};
 use serde::Serialize;
 
 mod alone;
@@ -184,6 +186,38 @@ impl PlantData {
     pub const fn with_lag(lag_s: f64) -> Self {
         Self { lag_s, cogging_per_turn: None, tolerance: 0.6, noise_steps: 0.0, gear: 1.0 }
     }
+
+    /// Returns the data of a scenario with its drive: its gear and its current loop. Cogging has periods per turn of
+    /// the motor; the tolerance is in percent, the noise in counts rms.
+    pub fn of(
+        source: &Source<'_>,
+        drive: &Drive,
+        cogging_per_turn: Option<f64>,
+        [tolerance_percent, noise_steps]: [f64; 2],
+    ) -> Self {
+        Self {
+            cogging_per_turn: cogging_per_turn.map(|per_turn| per_turn * gear_of_encoder(&drive.designed)),
+            tolerance: tolerance_percent / 100.0,
+            noise_steps,
+            gear: turns_of_gear(source, &drive.designed),
+            ..Self::with_lag(drive.current_lag_s)
+        }
+    }
+}
+
+/// Returns the gear ratio of the file; 1 without a gear.
+fn turns_of_gear(source: &Source<'_>, designed: &DriveDesign) -> f64 {
+    let part = |k: u32| {
+        let key = format!("{}.gear[{k}]", designed.name());
+        scenario::number_at(source, &key).ok().flatten().filter(|it| *it > 0.0)
+    };
+    part(1).zip(part(2)).map_or(1.0, |(num, den)| num / den)
+}
+
+/// Returns the revolutions of the motor per revolution behind the gear, as its encoder counts them.
+fn gear_of_encoder(designed: &DriveDesign) -> f64 {
+    let of = |mounted: &Mounted| f64::from(mounted.encoder.gear_num) / f64::from(mounted.encoder.gear_den);
+    designed.encoders().last().map_or(1.0, |(_, motor)| of(motor))
 }
 
 /// Identified parameter.

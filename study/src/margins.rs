@@ -77,6 +77,20 @@ pub struct Loop {
     asked: DVector<f64>,
 }
 
+/// Sampled loop as matrices: x(k+1) = A x(k) + B w(k), y(k) = C x(k).
+///
+/// The open loop has the transfer function L. The closed loop goes from w, which is added to u at the plant input, to
+/// u; its transfer function is S - 1 = -L/(1 + L).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Matrices {
+    /// Matrix A, row by row.
+    pub a: Vec<Vec<f64>>,
+    /// Column B.
+    pub b: Vec<f64>,
+    /// Row C.
+    pub c: Vec<f64>,
+}
+
 /// Reason why a loop has no margins.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MarginsError {
@@ -277,6 +291,16 @@ impl Loop {
             input,
             held,
         })
+    }
+
+    /// Returns the open and the closed loop as matrices.
+    pub fn matrices(&self) -> [Matrices; 2] {
+        let rows = |of: &DMatrix<f64>| of.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let all = |of: &DVector<f64>| of.iter().copied().collect::<Vec<_>>();
+        let Response { a, b, c } = &self.open;
+        // L is minus the response of u to v.
+        let open = Matrices { a: rows(a), b: all(b), c: c.iter().map(|entry| -entry).collect() };
+        [open, Matrices { a: rows(&self.closed), b: all(&self.input), c: all(&self.held) }]
     }
 
     /// Returns the eigenvalues of the closed loop, slowest (largest magnitude) first.

@@ -32,6 +32,7 @@ mod test;
 mod thumb;
 mod traceability;
 mod wasm;
+mod wheel;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

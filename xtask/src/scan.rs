@@ -15,8 +15,13 @@ const SKIPPED: [&str; 4] = ["target", "out", ".git", "node_modules"];
 const WIDTH: usize = 120;
 
 /// Separate workspaces, each with its own lints.
-const WORKSPACES: [&str; 4] =
-    ["firmware/Cargo.toml", "controller-capi/Cargo.toml", "benches/chip/Cargo.toml", "benches/speed/Cargo.toml"];
+const WORKSPACES: [&str; 5] = [
+    "firmware/Cargo.toml",
+    "controller-capi/Cargo.toml",
+    "benches/chip/Cargo.toml",
+    "benches/speed/Cargo.toml",
+    "python/Cargo.toml",
+];
 
 /// Returns the number of Rust files read, or the first finding.
 pub(crate) fn check(root: &Path) -> Result<String, String> {

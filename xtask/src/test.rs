@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use crate::step::{Failure, Gate, Invocation, Outcome, end};
 use crate::{
     attack, bench, budget, capi, cluster, docs, evidence, firmware, first, fuzz, means, mutate, paper_map, prose,
-    prove, sbom, scan, setup, thumb, wasm,
+    prove, sbom, scan, setup, thumb, wasm, wheel,
 };
 
 /// Variable that makes a test run at its full size.
@@ -31,11 +31,12 @@ struct Part {
 }
 
 /// Parts of the deep tier, longest first, so that the last ones fill both cores.
-const PARTS: [Part; 9] = [
+const PARTS: [Part; 10] = [
     Part { name: "shapes", holds: "every test at full size, lanes of every configuration", run: shapes },
     Part { name: "machine", holds: "machine code of library, exported C and assembly against the tick", run: machine },
     Part { name: "mutation", holds: "symbols of the paper broken deliberately", run: mutate::run },
     Part { name: "first", holds: "the default features: first commands, left-out commands", run: first::run },
+    Part { name: "python", holds: "the wheel in a fresh environment, against host-sim; notebooks", run: wheel::run },
     Part { name: "wasm", holds: "the loop in WebAssembly, bit for bit", run: wasm::run },
     Part { name: "random", holds: "a minute of random campaigns, libFuzzer on the serial protocol", run: random },
     Part { name: "proofs", holds: "statements about every input, a certificate", run: prove::run },

@@ -34,6 +34,7 @@
 use super::monitor::{LARGEST, lessened};
 use super::motor::{decay, lesser};
 use crate::real::Real as _;
+use crate::running::{Words, next};
 
 /// Two lower gain sets, and the conditions of their use. Part of a [`RestBand`](super::RestBand).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,6 +119,14 @@ impl Swing {
         let Self { mean, side, reversals, set, ticks, returns, q, v, d, u } = *self;
         let heard = [mean, side, reversals].map(f32::to_bits).into_iter();
         heard.chain([set, ticks.to_bits(), returns]).chain([q, v, d, u].map(f32::to_bits))
+    }
+
+    pub(super) fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let [mean, side, reversals] = Words::from_words(words)?;
+        let set = words.next().filter(|set| *set as usize <= SHARES.len())?;
+        let (ticks, returns) = (next(words)?, words.next()?);
+        let [q, v, d, u] = Words::from_words(words)?;
+        Some(Self { mean, side, reversals, set, ticks, returns, q, v, d, u })
     }
 }
 

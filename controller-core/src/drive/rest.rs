@@ -63,7 +63,7 @@ use super::motor::decay;
 use super::target::Target;
 use crate::controller::Output;
 use crate::health::Health;
-use crate::running::{ControlLaw, Running};
+use crate::running::{ControlLaw, Running, Words, next};
 
 /// Learning of a rest band: may the band widen when the shaft slips, and may the gains sink when it swings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -171,6 +171,23 @@ impl Resting {
         let Self { share, width, side, stood, anchor, slipped, turn, angle, swing } = *self;
         let rest = [share, width, side, stood, anchor, slipped].map(f32::to_bits);
         rest.into_iter().chain([turn as u32, angle.to_bits()]).chain(swing.words())
+    }
+
+    /// Returns the state of these [`words`](Self::words), or `None` if there are too few or a number is not finite.
+    pub fn from_words(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let [share, width, side, stood, anchor, slipped] = Words::from_words(words)?;
+        let turn = words.next()? as i32;
+        Some(Self {
+            share,
+            width,
+            side,
+            stood,
+            anchor,
+            slipped,
+            turn,
+            angle: next(words)?,
+            swing: Swing::from_words(words)?,
+        })
     }
 }
 

@@ -240,13 +240,8 @@ impl Subject {
         if common.motor_alone && designed.encoders().len() == 1 {
             return Err(bad(format!("{name}: --motor-alone is for a [joint]: a [motor] has one encoder")));
         }
-        let known = PlantData {
-            cogging_per_turn: common.cogging.map(|per_turn| per_turn * gear(&designed)),
-            tolerance: common.tolerance / 100.0,
-            noise_steps: common.noise_steps,
-            gear: turns_of_gear(&Source { file: &name, text: &text, sets: &common.sets }, &designed),
-            ..PlantData::with_lag(drive.current_lag_s)
-        };
+        let source = Source { file: &name, text: &text, sets: &common.sets };
+        let known = PlantData::of(&source, drive, common.cogging, [common.tolerance, common.noise_steps]);
         let to = common.to.clone().unwrap_or_else(|| PathBuf::from(format!("{}-identified.toml", experiment.name)));
         let folder = folder_of(common.out.as_ref(), &experiment.name, what);
         Ok(Self { name, text, experiment, designed, known, to, folder })
@@ -267,21 +262,6 @@ impl Subject {
     fn source<'a>(&'a self, common: &'a Common) -> Source<'a> {
         Source { file: &self.name, text: &self.text, sets: &common.sets }
     }
-}
-
-/// Returns the gear ratio of the file; 1 without a gear.
-fn turns_of_gear(source: &Source<'_>, designed: &DriveDesign) -> f64 {
-    let part = |k: u32| {
-        let key = format!("{}.gear[{k}]", designed.name());
-        scenario::number_at(source, &key).ok().flatten().filter(|it| *it > 0.0)
-    };
-    part(1).zip(part(2)).map_or(1.0, |(num, den)| num / den)
-}
-
-/// Returns the revolutions of the motor per revolution behind the gear, as its encoder counts them.
-fn gear(designed: &DriveDesign) -> f64 {
-    let of = |mounted: &Mounted| f64::from(mounted.encoder.gear_num) / f64::from(mounted.encoder.gear_den);
-    designed.encoders().last().map_or(1.0, |(_, motor)| of(motor))
 }
 
 /// Output of `identify --json`.

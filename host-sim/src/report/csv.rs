@@ -26,8 +26,7 @@ use std::io::{self, Write};
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-use loop_sim::MAX_ORDER;
-use loop_sim::trace::{Row, Trace};
+use loop_sim::trace::Trace;
 use scenario::StateName;
 
 use crate::report::write_whole;
@@ -45,10 +44,10 @@ pub fn write(trace: &Trace, states: &[StateName], every: NonZeroUsize, path: &Pa
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_to(trace: &Trace, states: &[StateName], every: NonZeroUsize, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "{}", header(trace, states).join(","))?;
+    writeln!(out, "{}", trace.columns(states).join(","))?;
     let last = trace.rows.len().saturating_sub(1);
     for (_, row) in trace.rows.iter().enumerate().filter(|(k, _)| *k % every == 0 || *k == last) {
-        for value in values(trace, row) {
+        for value in trace.values(row) {
             // `Debug` of an f64 is its shortest exact text, with an exponent where that is shorter.
             write!(out, "{value:?},")?;
         }
@@ -57,46 +56,12 @@ pub fn write_to(trace: &Trace, states: &[StateName], every: NonZeroUsize, out: &
     Ok(())
 }
 
-fn header(trace: &Trace, states: &[StateName]) -> Vec<String> {
-    let per_channel = |name: &'static str| (1..=order(trace)).map(move |i| format!("{name}{i}"));
-    let mut names = vec!["t_s".to_owned()];
-    let column = |&(name, unit): &StateName| format!("{name}_{unit}").replace([' ', '/'], "_").to_lowercase();
-    names.extend(states.iter().take(order(trace)).map(column));
-    names.extend(per_channel("x").skip(states.len()));
-    if trace.follows.is_some() {
-        names.extend(["r", "error"].map(str::to_owned));
-    }
-    names.extend(["u", "u_held", "sigma", "sigma_star"].map(str::to_owned));
-    names.extend(per_channel("d"));
-    names.extend(observed(trace).map(|i| format!("d_hat{}", i + 1)));
-    names.push("health".to_owned());
-    names
-}
-
-/// Returns the numbers of a row in the order of the header.
-fn values<'a>(trace: &'a Trace, row: &'a Row) -> impl Iterator<Item = f64> + 'a {
-    let n = order(trace);
-    std::iter::once(row.t_s)
-        .chain(row.x[..n].iter().copied())
-        .chain(trace.follows.map(|_| [row.r, trace.error(row)]).into_iter().flatten())
-        .chain([row.u, row.u_held, row.sigma, row.sigma_star])
-        .chain(row.d[..n].iter().copied())
-        .chain(observed(trace).map(|i| row.d_hat[i]))
-}
-
-fn order(trace: &Trace) -> usize {
-    trace.order.min(MAX_ORDER)
-}
-
-fn observed(trace: &Trace) -> impl Iterator<Item = usize> + '_ {
-    trace.observed.iter().copied().filter(|&i| i < order(trace))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use controller_core::Health;
-    use loop_sim::trace::Ending;
+    use loop_sim::MAX_ORDER;
+    use loop_sim::trace::{Ending, Row};
 
     /// Numbers without a finite decimal expansion, subnormal, huge, negative zero.
     const AWKWARD: [f64; 6] = [0.1, 1.0 / 3.0, 5e-324, f64::MAX, -0.0, -1.234_567_890_123_456_7e-7];
@@ -132,7 +97,7 @@ mod tests {
         let text = String::from_utf8(text).unwrap();
         let mut lines = text.lines();
         assert_eq!(lines.next(), Some("t_s,x1,x2,x3,x4,u,u_held,sigma,sigma_star,d1,d2,d3,d4,d_hat2,d_hat4,health"));
-        let expected: Vec<u64> = values(&trace, &trace.rows[0]).map(f64::to_bits).collect();
+        let expected: Vec<u64> = trace.values(&trace.rows[0]).map(f64::to_bits).collect();
         assert_eq!(expected.len(), 15);
         for line in lines.by_ref().take(3) {
             let (numbers, health) = line.rsplit_once(',').unwrap();

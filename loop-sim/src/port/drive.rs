@@ -19,6 +19,7 @@
 
 use std::any::Any;
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::sync::Arc;
 
 use controller_core::drive::{
@@ -28,13 +29,13 @@ use controller_core::drive::{
 use controller_core::{ControlLaw as _, Health, MAX_R, Output, Real, Running};
 
 use crate::MAX_ORDER;
-use crate::port::{ControllerPort, PortError, Tick};
+use crate::port::{ControllerPort, PortError, Tick, numbers};
 use crate::sensor::encoder::Mounted;
 
 mod in_f64;
 mod kind;
 
-pub use kind::{Bandwidths, DriveAtRest, DriveDesign, DriveOf, Thresholds};
+pub use kind::{AnyLaw, Bandwidths, DriveAtRest, DriveDesign, DriveOf, Thresholds};
 
 /// Units of an angle in fixed point, per revolution.
 const TWO_32: f64 = 4_294_967_296.0;
@@ -267,6 +268,14 @@ fn turns_and_rest(angle_rad: f64) -> (i32, f64) {
     (turn as i32, angle_rad - turn * TAU)
 }
 
+/// Returns the target with this angle, rad, and its derivatives. Missing derivatives are 0.
+pub fn target_at<const N: usize>(jet: &[f64]) -> Target<f32, i32, N> {
+    let (turn, rest) = turns_and_rest(jet.first().copied().unwrap_or(0.0));
+    let mut target = Target { turn, jet: std::array::from_fn(|j| jet.get(j).map_or(0.0, |&rate| rate as f32)) };
+    target.jet[0] = rest as f32;
+    target
+}
+
 /// Returns the targets of a profile from rest, one per tick from the start on. Goals that the profile refuses are
 /// skipped.
 fn path<T: Real<Count = i32>, const M: usize, const J: usize>(
@@ -448,11 +457,26 @@ pub trait Law<const E: usize, const N: usize>: Send {
     /// Reports the value that the actuator has held since the last tick.
     fn report_applied(&mut self, u: f32);
 
+    /// Reports that `periods` periods have passed without a tick.
+    fn missed(&mut self, periods: u32) {
+        let _ = periods;
+    }
+
     /// Clears the state. The next counts start the controller again.
     ///
     /// # Errors
     /// Fails if the controller cannot be reached.
     fn reset(&mut self) -> Result<(), PortError>;
+
+    /// Returns the state as numbers, exact to the bit and of one length. Empty for a controller that does not show it.
+    fn state(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Restores a [`state`](Self::state). Returns `false` for numbers that are not a state of this controller.
+    fn set_state(&mut self, numbers: &[f64]) -> bool {
+        numbers.is_empty()
+    }
 
     /// Returns the fingerprint of the design, or `None` if it is not available.
     fn fingerprint(&self) -> Option<u32>;
@@ -495,6 +519,15 @@ impl Around {
     }
 }
 
+/// Returns the words of the state of a drive that are integers: two flags, and the counts of `encoders` encoders.
+fn whole_words(encoders: usize) -> [Range<usize>; 2] {
+    let fresh = 10 + encoders;
+    [0..1, fresh..fresh + 2 + 2 * encoders]
+}
+
+/// Words of the state of a rest band that are integers: the revolution, the lower set and its returns.
+const WHOLE_OF_REST: &[Range<usize>] = &[6..7, 11..12, 13..14];
+
 /// Drive in this process.
 struct Whole<L: Watched<E>, const E: usize> {
     running: Running<Monitored<L, E>>,
@@ -529,9 +562,34 @@ where
         self.running.report_applied(u);
     }
 
+    fn missed(&mut self, periods: u32) {
+        self.running.missed(periods);
+    }
+
     fn reset(&mut self) -> Result<(), PortError> {
         self.running.reset();
         Ok(())
+    }
+
+    fn state(&self) -> Vec<f64> {
+        let at_zero = Target { turn: 0, jet: [0.0; N] };
+        let still = L::sample([Some(0); E], &at_zero, &at_zero);
+        let mut state = numbers::of(&self.running, &whole_words(E), &still);
+        state.extend(numbers::numbers::<f32>(self.resting.words(), WHOLE_OF_REST));
+        state
+    }
+
+    fn set_state(&mut self, state: &[f64]) -> bool {
+        let of_rest = Resting::START.words().count();
+        let Some((law, rest)) = state.len().checked_sub(of_rest).and_then(|at| state.split_at_checked(at)) else {
+            return false;
+        };
+        let resting = Resting::from_words(&mut numbers::words::<f32>(rest, WHOLE_OF_REST));
+        let Some(resting) = resting.filter(|_| numbers::restore(&mut self.running, &whole_words(E), law)) else {
+            return false;
+        };
+        self.resting = resting;
+        true
     }
 
     fn fingerprint(&self) -> Option<u32> {

@@ -3,6 +3,8 @@
 //! Orders, precision and observed channels are types of `controller-core`. A scenario selects them at run time. So this
 //! module holds every instance that a valid scenario can request. There is no second implementation.
 
+use std::ops::Range;
+use std::slice;
 use std::sync::{Mutex, PoisonError};
 
 use controller_core::{
@@ -14,7 +16,7 @@ use controller_core::{
 use crate::MAX_ORDER;
 use crate::expression::Expression;
 use crate::linear::{LawAtRest, Still};
-use crate::port::{ControllerPort, PortError, Tick};
+use crate::port::{ControllerPort, PortError, Tick, numbers};
 
 /// Precision of the controller. The plant is always f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -264,6 +266,9 @@ impl<T: Real, const N: usize> NominalModel<T, N> for AnyModel<T, N> {
     }
 }
 
+/// Words of a state that are integers: its flag.
+const FLAG: &[Range<usize>] = slice::from_ref(&(0..1));
+
 /// Running controller with an f64 interface.
 struct InProcess<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> {
     running: Running<Guessing<Controller<T, AnyModel<T, N>, N, R, MASK, O>>>,
@@ -307,9 +312,21 @@ impl<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> Co
         self.running.report_applied(T::from_f64(u));
     }
 
+    fn missed(&mut self, periods: u32) {
+        self.running.missed(periods);
+    }
+
     fn reset(&mut self) -> Result<(), PortError> {
         self.running.reset();
         Ok(())
+    }
+
+    fn state(&self) -> Vec<f64> {
+        numbers::of(&self.running, FLAG, &[T::ZERO; N])
+    }
+
+    fn set_state(&mut self, state: &[f64]) -> bool {
+        numbers::restore(&mut self.running, FLAG, state)
     }
 
     fn observed(&self) -> &[usize] {

@@ -5,6 +5,7 @@
 //! a [`Form`].
 
 use std::any::Any;
+use std::f64::consts::TAU;
 
 use controller_core::drive::{
     Aim, Bounds, ChainModel, CoupledDrive, DriveError, DriveLaw, Encoder, EncoderForm, Fence, JointBandwidths,
@@ -377,8 +378,15 @@ impl<D, const E: usize> DriveOf<D, E> {
     {
         let reaction = self.monitors.reaction;
         let around = self.around();
-        let law = self.design.law(self.form, &self.monitors, Run(reaction, around))?;
+        let law = self.own_law()?;
         Ok(Box::new(Drive::<E, N, P>::new(law, (self.mounted, around), self.form, reaction, motion)))
+    }
+
+    fn own_law<const N: usize, const P: usize>(&self) -> Result<Box<dyn Law<E, N>>, DriveError>
+    where
+        D: DriveKind<E, N, P>,
+    {
+        self.design.law(self.form, &self.monitors, Run(self.monitors.reaction, self.around()))
     }
 
     fn fence<const N: usize, const P: usize>(&self) -> Option<Fence>
@@ -453,6 +461,32 @@ where
     (D::NAMES, &D::SEEN, D::KEYS)
 }
 
+/// Returns the targets of a motion as this kind of drive plays them.
+fn targets<D, const E: usize, const N: usize, const P: usize>(
+    drive: &DriveOf<D, E>,
+    motion: &Motion,
+    ticks: usize,
+) -> Vec<Vec<f64>>
+where
+    D: DriveKind<E, N, P>,
+{
+    let mut player = motion.played::<f32, P, N>(drive.form.delay_ticks as u32);
+    let jet = |Target { turn, jet }: Target<f32, i32, N>| {
+        let mut jet = jet.map(f64::from).to_vec();
+        jet[0] += TAU * f64::from(turn);
+        jet
+    };
+    let mut jets = Vec::with_capacity(ticks + 1);
+    for _ in 0..ticks {
+        let [begin, end] = player.next_tick();
+        if jets.is_empty() {
+            jets.push(jet(begin));
+        }
+        jets.push(jet(end));
+    }
+    jets
+}
+
 /// Returns the trajectory of a motion, with the continuity of this kind of drive.
 fn jets<D, const E: usize, const N: usize, const P: usize>(
     _: &DriveOf<D, E>,
@@ -462,6 +496,14 @@ where
     D: DriveKind<E, N, P>,
 {
     Box::new(motion.jets::<P, 4>())
+}
+
+/// Controller of a drive of either kind in this process, without a reference.
+pub enum AnyLaw {
+    /// Controller of a motor.
+    Motor(Box<dyn Law<1, 2>>),
+    /// Controller of a joint.
+    Joint(Box<dyn Law<2, 4>>),
 }
 
 /// Drive of either kind before it runs.
@@ -647,6 +689,23 @@ impl DriveDesign {
     /// Fails with the error of the design.
     pub fn live(&self, motion: &Motion) -> Result<Box<dyn LivePort>, DriveError> {
         each!(self, drive => drive.live(motion))
+    }
+
+    /// Returns the controller with its monitors, in this process. The caller gives it the counts and the targets.
+    ///
+    /// # Errors
+    /// Fails with the error of the design.
+    pub fn law(&self) -> Result<AnyLaw, DriveError> {
+        Ok(match self {
+            Self::Motor(drive) => AnyLaw::Motor(drive.own_law()?),
+            Self::Joint(drive) => AnyLaw::Joint(drive.own_law()?),
+        })
+    }
+
+    /// Returns r, r', .. at the ends of the first `ticks` ticks of a motion, as the drive plays it in f32, with whole
+    /// revolutions included. The first entry is the begin of the first tick.
+    pub fn targets(&self, motion: &Motion, ticks: usize) -> Vec<Vec<f64>> {
+        each!(self, drive => targets(drive, motion, ticks))
     }
 
     /// Returns the rest band and the fence around the controller.

@@ -1,0 +1,368 @@
+"""Scenarios: from dictionaries, text, files or a data sheet."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import pathlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _edo_smc, _progress, _studies, _toml
+from ._design import Design
+from ._edo_smc import Controller
+from ._trace import Trace
+
+
+class Scenario:
+    """A plant with its controller, sensor, reference and load: all keys of a scenario file.
+
+    `source` is a dictionary of its tables, a TOML text, or a path (`os.PathLike`, or a `str` that ends in `.toml`).
+    `settings` are keys on top of it: `{"drive.period_s": 5e-4}`. The scenario is checked at once.
+
+    Raises `ScenarioError` with `key`, `cause` and `remedy` of the first error.
+    """
+
+    def __init__(
+        self,
+        source: Mapping[str, Any] | str | os.PathLike[str],
+        *,
+        settings: Mapping[str, Any] | None = None,
+    ) -> None:
+        sets = _toml.settings(settings or {})
+        if isinstance(source, Mapping):
+            text = _edo_smc.rewritten("", list(_toml.changes(source)))
+            name = str(source.get("name", "scenario"))
+            self._core = _edo_smc.Core(text, f"{name}.toml", name, sets, False)
+        elif isinstance(source, str) and not (source.endswith(".toml") and "\n" not in source):
+            self._core = _edo_smc.Core(source, "scenario.toml", "scenario", sets, True)
+        else:
+            path = pathlib.Path(source)
+            # Only the name of the file is exported: the same scenario gives the same bytes in every folder.
+            self._core = _edo_smc.Core(path.read_text(encoding="utf-8"), path.name, path.stem, sets, True)
+
+    @classmethod
+    def template(cls, plant: str, name: str | None = None) -> Scenario:
+        """Returns the template of a plant: `motor`, `joint`, `chain`, `own` or `paper`."""
+        return cls._of(_edo_smc.template(name or plant, plant), name or plant)
+
+    @classmethod
+    def _of(cls, text: str, name: str, file: str | None = None, sets: Sequence[str] = (), places: bool = True) -> Scenario:
+        it = Scenario.__new__(Scenario)
+        it._core = _edo_smc.Core(text, file or f"{name}.toml", name, list(sets), places)
+        return it
+
+    def with_settings(self, settings: Mapping[str, Any]) -> Scenario:
+        """Returns the scenario with these keys on top: `{"drive.period_s": 5e-4}`, or whole tables."""
+        text, file, name, sets, places = self._core.parts()
+        return Scenario._of(text, name, file, [*sets, *_toml.settings(settings)], places)
+
+    @functools.cached_property
+    def _facts(self) -> dict[str, Any]:
+        return json.loads(self._core.facts())
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self._facts["name"]
+
+    @property
+    def title(self) -> str:
+        """Title of the scenario."""
+        return self._facts["title"]
+
+    @property
+    def kind(self) -> str:
+        """`motor`, `joint` or `chain`."""
+        return self._facts["kind"]
+
+    @property
+    def period_s(self) -> float:
+        """Sampling period, s."""
+        return self._facts["period_s"]
+
+    @property
+    def span_s(self) -> float:
+        """Length of a run, s."""
+        return self._facts["span_s"]
+
+    @property
+    def order(self) -> int:
+        """Number of states of the plant."""
+        return self._facts["order"]
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings of the design."""
+        return self._facts["warnings"]
+
+    @property
+    def design_hash(self) -> str | None:
+        """Fingerprint of the controller, as in its exported files."""
+        return self._facts["design_hash"]
+
+    @property
+    def toml(self) -> str:
+        """Text of the scenario, without its settings."""
+        return self._core.parts()[0]
+
+    @property
+    def settings(self) -> list[str]:
+        """Settings on top of the text, each `KEY=VALUE` as for `host-sim --set`."""
+        return self._core.parts()[3]
+
+    def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
+        """Writes the text with its settings as a scenario file for `host-sim`. An existing file is an error."""
+        text, _, _, sets, _ = self._core.parts()
+        changes = [(key, it) for key, it in (entry.split("=", 1) for entry in sets)]
+        path = pathlib.Path(path)
+        with path.open("x", encoding="utf-8") as file:
+            file.write(_edo_smc.rewritten(text, changes))
+        return path
+
+    def design(self, *, margin: str | float | None = None, uncertain_percent: float | None = None) -> Design:
+        """Returns the closed loop at rest: poles, margins of all gain sets, worst corners, noise.
+
+        `margin` (drives) is `"fast"`, `"standard"`, or a peak sensitivity from 1.2 to 3. `uncertain_percent` is the
+        tolerance of the data sheet.
+        """
+        wanted = {"drive.margin": margin, "drive.uncertain_percent": uncertain_percent}
+        given = {key: it for key, it in wanted.items() if it is not None}
+        return Design((self.with_settings(given) if given else self)._core.design())
+
+    def controller(self) -> Controller:
+        """Returns the controller alone, before its first tick."""
+        return self._core.controller()
+
+    def simulate(
+        self,
+        *,
+        reference: Mapping[str, Any] | None = None,
+        load: Sequence[Mapping[str, Any]] | Mapping[str, Any] | None = None,
+        friction: Mapping[str, Any] | None = None,
+        error: Mapping[str, Any] | None = None,
+        progress: bool = True,
+        **tables: Any,
+    ) -> Trace:
+        """Runs the closed loop and returns its trace.
+
+        Each argument replaces a table of the scenario: `reference=dict(kind="move", to_rad=1.0)`,
+        `load=[dict(kind="step", amplitude=0.1, t0_s=1.0)]`, `friction=dict(coulomb_n_m=0.01)`,
+        `error=dict(inertia_percent=50.0)`. Other tables and keys of the scenario are keywords too: `span_s=1.0`.
+        """
+        if isinstance(load, Mapping):
+            load = [load]
+        given = {"reference": reference, "load": load, "friction": friction, "error": error, **tables}
+        given = {key: it for key, it in given.items() if it is not None}
+        scenario = self.with_settings(given) if given else self
+        ticks = round(scenario.span_s / scenario.period_s) + 1
+        with _progress.bar(ticks, " ticks", progress) as told:
+            return Trace(scenario._core.simulate(told))
+
+    def reference(self) -> np.ndarray:
+        """Returns r, r', .. at the begin of every tick of a run, shape (J, K + 1). Drives only."""
+        return self._core.reference()
+
+    def export_c(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        prefix: str = "edo_smc",
+        force: bool = False,
+        paper: bool = False,
+        no_limits: bool = False,
+    ) -> pathlib.Path:
+        """Writes the controller as one C99 file and returns its path.
+
+        The bytes are those of `host-sim export FILE --standalone`. The file is `NAME_drive.h`, for a chain `NAME.h`. An
+        existing file is an error unless `force` is set.
+        """
+        text, _ = self._core.c_text(prefix, paper, no_limits)
+        end = "" if self.kind == "chain" else "_drive"
+        path = pathlib.Path(folder) / f"{self.name}{end}.h"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("w" if force else "x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        return path
+
+    def compare(
+        self,
+        *,
+        evaluations: int = 150,
+        seed: int = 1,
+        noise_a: Sequence[float] = (),
+        progress: bool = True,
+    ) -> _studies.Comparison:
+        """Compares edo-smc with baseline controllers, all tuned with the same search budget. Drives only."""
+        return _studies.compare(self._core, evaluations, seed, noise_a, progress)
+
+    def tune(
+        self,
+        *,
+        noise_a: float | None = None,
+        settling_s: float | None = None,
+        move_rad: float | None = None,
+        load_rad: float | None = None,
+        cycles: int | None = None,
+        uncertain_percent: int | None = None,
+        evaluations: int = 150,
+        seed: int = 1,
+        progress: bool = True,
+    ) -> _studies.Tuned:
+        """Tunes a drive to a specification; metrics without a limit are minimised.
+
+        `uncertain_percent` is 20 or 50. The result has the tuned scenario.
+        """
+        limits = (noise_a, settling_s, move_rad, load_rad)
+        effort = (evaluations, seed, cycles)
+        return _studies.tune(self._core, limits, uncertain_percent, effort, progress)
+
+    def map(
+        self,
+        *,
+        x: str | None = None,
+        y: str | None = None,
+        preset: str | None = None,
+        corners: float | None = None,
+        figure: str | None = None,
+        at_most: float | None = None,
+        at_least: float | None = None,
+        simulate: bool = False,
+        progress: bool = True,
+    ) -> _studies.Map:
+        """Computes stability and performance over two keys, `x="drive.period_s=1e-4..1e-2:log:40"`, or a preset.
+
+        The presets are `gain`, `rate`, `delay`, `jitter`, `plant` and `corners`.
+        """
+        words = (x, y, preset, figure)
+        return _studies.map(self._core, words, (corners, at_most, at_least), simulate, progress)
+
+    def monte_carlo(
+        self,
+        *,
+        vary: Sequence[str] | Mapping[str, str] = (),
+        uncertain_percent: float | str | None = None,
+        trials: int = 1000,
+        seed: int = 1,
+        progress: bool = True,
+    ) -> _studies.MonteCarlo:
+        """Simulates random variations: `vary={"error.inertia_percent": "uniform(-50,50)"}`, or all plant parameters.
+
+        `uncertain_percent` is a number, or `"50:corners"`, `"50:sobol"`. Trial i depends on the seed and i only.
+        """
+        if isinstance(vary, Mapping):
+            vary = [f"{key}={it}" for key, it in vary.items()]
+        percent = None if uncertain_percent is None else str(uncertain_percent)
+        return _studies.monte_carlo(self._core, list(vary), percent, trials, seed, progress)
+
+    def identify(
+        self,
+        record: Any,
+        *,
+        cogging_per_turn: float | None = None,
+        tolerance_percent: float = 60.0,
+        noise_counts: float = 0.0,
+        motor_alone: bool = False,
+    ) -> _studies.Identified:
+        """Identifies the parameters of a motor or joint from a recording.
+
+        `record` is a path of a CSV file, a `pandas.DataFrame`, or a dictionary of arrays, shape (K,): `tick` or `t_s`,
+        `count_motor`, `u_held_a`, and for a joint `count_link`.
+
+        Raises `Refused` if the recording cannot support a design.
+        """
+        text, _, name, _, _ = self._core.parts()
+        found = _studies.identify(self._core, record, cogging_per_turn, tolerance_percent, noise_counts, motor_alone)
+        found.scenario = Scenario._of(found.toml, name)
+        return found
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self._facts['headline']}>"
+
+    def __str__(self) -> str:
+        return self._facts["headline"]
+
+    def __reduce__(self) -> Any:
+        text, file, name, sets, places = self._core.parts()
+        return _restored, (text, name, file, sets, places)
+
+
+def _restored(*parts: Any) -> Scenario:
+    return Scenario._of(*parts)
+
+
+@functools.cache
+def _top_keys(plant: str) -> frozenset[str]:
+    """Returns the keys of a scenario outside of its tables, and the names of its tables."""
+    return frozenset(json.loads(_edo_smc.schema(plant))["properties"])
+
+
+#: Tables of a template whose keys stay unless they are given. A given table replaces every other one.
+_MERGED = ("drive", "monitor")
+
+
+class _OfDataSheet(Scenario):
+    """A scenario by its data sheet: the template of its plant with other values."""
+
+    _plant: str
+    _sheet: str
+
+    def __init__(self, **keys: Any) -> None:
+        top = _top_keys(self._plant)
+        sheet = {key: it for key, it in keys.items() if key not in top}
+        tables = {key: it for key, it in keys.items() if key in top and it is not None}
+        name = str(tables.get("name", self._plant))
+        changes: list[tuple[str, str | None]] = [(key, None) for key in self._dropped(tables)]
+        changes += list(_toml.changes({**self._own(), **sheet}, f"{self._sheet}."))
+        changes += list(_toml.changes(tables))
+        text = _edo_smc.rewritten(_edo_smc.template(self._plant, self._plant), changes)
+        self._core = _edo_smc.Core(text, f"{name}.toml", name, [], False)
+
+    def _dropped(self, tables: Mapping[str, Any]) -> list[str]:
+        # The numbers of the template belong to another plant.
+        given = [key for key, it in tables.items() if not isinstance(it, (str, int, float)) and key not in _MERGED]
+        return [self._sheet, "encoder", *given]
+
+    def _own(self) -> dict[str, Any]:
+        return {}
+
+
+class Motor(_OfDataSheet):
+    """A motor with one encoder, by its data sheet.
+
+    Keywords are the keys of the table `motor`: `inertia_kg_m2`, `torque_n_m_per_a`, `max_current_a` (required),
+    `damping_n_m_s`, `gear`, .. Other tables are dictionaries: `encoder=dict(bits=14)` (required), `drive=..`,
+    `limits=..`. Everything else is the template of `host-sim new --plant motor`.
+    """
+
+    _plant = _sheet = "motor"
+
+
+class Joint(_OfDataSheet):
+    """A flexible joint with two encoders, by its data sheet.
+
+    Keywords are the keys of the table `joint`: `link_inertia_kg_m2`, `motor_inertia_kg_m2`, `stiffness_n_m`,
+    `torque_n_m_per_a`, `max_current_a` (required), `weight_n_m`, .. Other tables are dictionaries:
+    `encoder=dict(link=dict(bits=20), motor=dict(bits=20))` (required), `drive=..`, `limits=..`. Everything else is the
+    template of `host-sim new --plant joint`.
+    """
+
+    _plant = _sheet = "joint"
+
+
+class Chain(_OfDataSheet):
+    """A plant as a chain of n integrators.
+
+    Keywords are the keys of the table `plant`: `order`, `a`, `b`, `x0`, `disturbance`. The controller is a dictionary:
+    `controller=dict(surface_bandwidth_rad_s=4.0, observer=[dict(channel=2, order=1, bandwidth_rad_s=40.0)])`. Without one it is
+    the controller of the template of `host-sim new --plant chain`, which has order 3.
+    """
+
+    _plant = "chain"
+    _sheet = "plant"
+
+    def _own(self) -> dict[str, Any]:
+        return {"kind": "chain"}

@@ -1,0 +1,255 @@
+"""Results of the studies that take seconds."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import pathlib
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _edo_smc, _progress, _text
+
+if TYPE_CHECKING:
+    from ._scenario import Scenario
+
+
+class Comparison:
+    """edo-smc and baseline controllers at each noise limit.
+
+    `entries` has a dictionary for each controller and limit: `law`, `limit_a`, `cost`, `knobs`, and the metrics.
+    """
+
+    def __init__(self, told: str) -> None:
+        self.data: dict[str, Any] = json.loads(told)
+
+    @property
+    def entries(self) -> list[dict[str, Any]]:
+        """Controllers at their noise limits."""
+        return self.data["entries"]
+
+    def to_pandas(self) -> Any:
+        """Returns a `pandas.DataFrame` with a row for each controller and limit."""
+        import pandas
+
+        return pandas.DataFrame([{key: it for key, it in entry.items() if key != "knobs"} for entry in self.entries])
+
+    def __repr__(self) -> str:
+        def rows(limit: float) -> list[_text.Row]:
+            of_limit = sorted((it for it in self.entries if it["limit_a"] == limit), key=lambda it: it["cost"])
+            return [(it["law"], it["load_rad"], "rad under the load step") for it in of_limit]
+
+        limits = sorted({entry["limit_a"] for entry in self.entries})
+        return _text.text("Comparison", [(f"current noise up to {limit:.3g} A rms", rows(limit)) for limit in limits])
+
+
+def compare(core: Any, evaluations: int, seed: int, noise_a: Sequence[float], progress: bool) -> Comparison:
+    laws, limits = _edo_smc.compared(core)
+    total = laws * (len(noise_a) or limits) * evaluations
+    with _progress.bar(total, " evaluations", progress) as told:
+        return Comparison(_edo_smc.compare(core, evaluations, seed, [float(it) for it in noise_a], told))
+
+
+class Tuned:
+    """A drive tuned to a specification.
+
+    `scenario` is the tuned scenario, `settings` its keys, `missed` the limits that are not met, and `data` everything
+    as dictionaries.
+    """
+
+    def __init__(self, told: str, toml: str, scenario: Scenario) -> None:
+        self.data: dict[str, Any] = json.loads(told)
+        self.toml = toml
+        self.scenario = scenario
+
+    @property
+    def missed(self) -> list[str]:
+        """Limits that are not met; empty if the specification is met."""
+        return self.data["missed"]
+
+    @property
+    def settings(self) -> dict[str, list[float]]:
+        """Keys of the table `drive`."""
+        return dict(self.data["settings"])
+
+    def __repr__(self) -> str:
+        worst = self.data["found"]["worst"]
+        rows = [(key, it, "") for key, it in worst.items()]
+        settings = [(key, it[0] if len(it) == 1 else str(it), "") for key, it in self.settings.items()]
+        verdict = f"NOT MET: {', '.join(self.missed)}" if self.missed else "met"
+        title = f"Tuned {self.data['scenario']}: specification {verdict}"
+        return _text.text(title, [("worst corner", rows), ("[drive]", settings)])
+
+
+def tune(core: Any, limits: Sequence[float | None], percent: int | None, effort: Any, progress: bool) -> Tuned:
+    from ._scenario import Scenario
+
+    if percent not in (None, 20, 50):
+        raise ValueError(f"uncertain_percent = {percent}: expected 20 or 50")
+    with _progress.bar(None, " evaluations", progress) as told:
+        found, toml = _edo_smc.tune(core, list(limits), None if percent is None else percent == 50, effort, told)
+    _, _, name, _, _ = core.parts()
+    return Tuned(found, toml, Scenario._of(toml, f"{name}-tuned"))
+
+
+class Map:
+    """Stability and performance over two keys, or in all corners.
+
+    `x` and `y` are the values of the axes; `values` has the shape (len(y), len(x)) and `good` too. A point without a
+    design is NaN.
+    """
+
+    def __init__(self, told: str) -> None:
+        whole = json.loads(told)
+        self.data: dict[str, Any] = whole["map"]
+        axes = self.data["axes"]
+        self._names = [axis["key"] for axis in axes]
+        points = self.data["points"]
+        figure = "figure" if any("figure" in point for point in points) else "decay_per_s"
+        values = [np.nan if "refused" in it or it[figure] is None else it[figure] for it in points]
+        shape = (-1, len(axes[0]["values"])) if axes else (-1,)
+        #: Value of each point.
+        self.values: np.ndarray = np.array(values, dtype=float).reshape(shape)
+        #: True where a point is good.
+        self.good: np.ndarray = np.array(whole["good"], dtype=bool).reshape(shape) if axes else np.array([], bool)
+        #: Values of the axes as written in a scenario.
+        self.axes: list[list[str]] = [axis["values"] for axis in axes]
+
+    @property
+    def figure(self) -> str:
+        """Name of the value."""
+        return self.data["figure"]
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draws the map with matplotlib; the line encloses the good points. Returns the figure."""
+        import matplotlib.pyplot as plt
+
+        if not self.axes:
+            raise ValueError("a map of corners has no axes: see `data`")
+        if axes is None:
+            _, axes = plt.subplots(layout="constrained")
+        values = np.atleast_2d(self.values)
+        x = _numbers(self.axes[0])
+        y = _numbers(self.axes[1]) if len(self.axes) > 1 else np.arange(values.shape[0])
+        drawn = axes.pcolormesh(x, y, values, shading="nearest")
+        good = np.atleast_2d(self.good)
+        if min(good.shape) > 1 and good.any() and not good.all():
+            axes.contour(x, y, good.astype(float), levels=[0.5], colors="white")
+        axes.figure.colorbar(drawn, ax=axes, label=self.figure)
+        axes.set_xlabel(self._names[0])
+        axes.set_ylabel(self._names[1] if len(self._names) > 1 else "")
+        return axes.figure
+
+    def __repr__(self) -> str:
+        if self.axes:
+            return f"<Map of {self.figure} over {' and '.join(self._names)}: {int(self.good.sum())} of {self.good.size} good>"
+        return f"<Map of {len(self.data['points'])} corners>"
+
+
+def _numbers(values: Sequence[str]) -> np.ndarray:
+    try:
+        return np.array([float(it) for it in values])
+    except ValueError:
+        return np.arange(len(values))
+
+
+def map(core: Any, words: Sequence[str | None], numbers: Sequence[float | None], simulate: bool, progress: bool) -> Map:
+    with _progress.bar(None, " points", progress) as told:
+        return Map(_edo_smc.map(core, list(words), list(numbers), simulate, told))
+
+
+class MonteCarlo:
+    """Random variations of a scenario.
+
+    `trials["metrics.u_peak"]` is a column, shape (N,); `outcomes` has a word for each trial.
+    """
+
+    def __init__(self, names: list[str], outcomes: list[str], numbers: np.ndarray, facts: str) -> None:
+        #: Names of the columns: drawn keys, `ended_at_s`, metrics.
+        self.columns = names
+        self.outcomes: np.ndarray = np.array(outcomes)
+        #: All numbers, shape (columns, N).
+        self.numbers = numbers
+        known = json.loads(facts)
+        #: Unit of each column that has one.
+        self.units: dict[str, str] = known["units"]
+        #: Numbers of the scenario without drawn values.
+        self.of_file: dict[str, float] = known["of_file"]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self.columns:
+            raise KeyError(name)
+        return self.numbers[self.columns.index(name)]
+
+    def __len__(self) -> int:
+        return len(self.outcomes)
+
+    def to_pandas(self) -> Any:
+        """Returns a `pandas.DataFrame` with a row for each trial."""
+        import pandas
+
+        return pandas.DataFrame({"outcome": self.outcomes, **{name: self[name] for name in self.columns}})
+
+    def __repr__(self) -> str:
+        words, counts = np.unique(self.outcomes, return_counts=True)
+        return _text.text(f"{len(self)} trials", [("outcome", [(str(w), int(n), "") for w, n in zip(words, counts)])])
+
+
+def monte_carlo(core: Any, vary: list[str], percent: str | None, trials: int, seed: int, progress: bool) -> MonteCarlo:
+    with _progress.bar(trials, " trials", progress) as told:
+        return MonteCarlo(*_edo_smc.monte_carlo(core, vary, percent, trials, seed, told))
+
+
+class Identified:
+    """Parameters identified from a recording.
+
+    `parameters` has a dictionary for each: `name`, `meaning`, `unit`, `value`, `interval`, `sheet`. `scenario` is the
+    scenario with them.
+    """
+
+    scenario: Scenario
+
+    def __init__(self, told: str, toml: str) -> None:
+        self.data: dict[str, Any] = json.loads(told)
+        self.toml = toml
+
+    @property
+    def parameters(self) -> list[dict[str, Any]]:
+        """Identified parameters with their intervals."""
+        return self.data["parameters"]
+
+    def __getitem__(self, name: str) -> float:
+        return next(it["value"] for it in self.parameters if it["name"] == name)
+
+    def __repr__(self) -> str:
+        rows = [
+            (f"{it['name']}, {it['meaning']}", it["value"], f"± {_text.number(it['interval'])} {it['unit']}")
+            for it in self.parameters
+        ]
+        return _text.text("Identified", [("parameters", rows)])
+
+
+def identify(
+    core: Any, record: Any, cogging: float | None, tolerance: float, noise: float, motor_alone: bool
+) -> Identified:
+    if isinstance(record, (str, os.PathLike)):
+        path = pathlib.Path(record)
+        text, file = path.read_text(encoding="utf-8"), str(path)
+    else:
+        text, file = _csv(record), "record"
+    return Identified(*_edo_smc.identify(core, text, file, cogging, [tolerance, noise], motor_alone))
+
+
+def _csv(record: Any) -> str:
+    """Returns columns as CSV; each number is the shortest text that reads back to its bits."""
+    names = list(record.keys()) if isinstance(record, Mapping) else list(record.columns)
+    columns = [np.asarray(record[name]).tolist() for name in names]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows([int(it) if float(it).is_integer() else repr(it) for it in row] for row in zip(*columns))
+    return out.getvalue()

@@ -1,0 +1,456 @@
+//! The controller alone: samples or counts in, u out.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use controller_core::drive::{Sample, Target};
+use loop_sim::port::drive::{AnyLaw, DriveDesign, Law, target_at};
+use loop_sim::port::{ControllerPort, PortError, Tick};
+use loop_sim::sensor::encoder::Mounted;
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyFloat, PyInt, PyTuple};
+
+use crate::array;
+use crate::error::of_argument;
+use crate::scenario::Text;
+
+/// Ticks between two looks for a signal, some milliseconds.
+const CHUNK: usize = 1 << 16;
+
+/// Controller with `E` encoders and `N` numbers per target.
+struct DriveTicks<const E: usize, const N: usize> {
+    law: Box<dyn Law<E, N>>,
+    mounted: [Mounted; E],
+    /// Target at the begin of the coming tick; `None` before the first one.
+    begin: Option<Target<f32, i32, N>>,
+}
+
+impl<const E: usize, const N: usize> DriveTicks<E, N> {
+    fn of(law: Box<dyn Law<E, N>>, encoders: &[Mounted]) -> Option<Self> {
+        Some(Self { law, mounted: encoders.try_into().ok()?, begin: None })
+    }
+
+    /// Runs a tick. The target belongs to its end; a tick begins where the last one ended.
+    fn tick(&mut self, counts: &[f64], jet: &[f64]) -> Result<Tick, PortError> {
+        let end = target_at(jet);
+        let begin = self.begin.replace(end).unwrap_or(end);
+        let count = |i: usize| counts.get(i).and_then(|&count| self.mounted[i].upright(count));
+        let counts = std::array::from_fn(count);
+        let (output, disturbance) = self.law.tick(&Sample { counts, begin, end })?;
+        let mut estimates = <[[f64; 3]; 6]>::default();
+        for (i, d) in disturbance.into_iter().enumerate() {
+            estimates[2 * i + 1][0] = f64::from(d);
+        }
+        let [u, sigma, sigma_star] = [output.u, output.sigma, output.sigma_star].map(f64::from);
+        Ok(Tick { u, sigma, sigma_star, estimates, health: output.health })
+    }
+
+    /// Returns the state of the controller, then the target: 1 if there is one, its revolution, its jet.
+    fn state(&self) -> Vec<f64> {
+        let mut state = self.law.state();
+        let Target { turn, jet } = self.begin.unwrap_or(Target { turn: 0, jet: [0.0; N] });
+        state.extend([f64::from(u8::from(self.begin.is_some())), f64::from(turn)]);
+        state.extend(jet.map(f64::from));
+        state
+    }
+
+    fn set_state(&mut self, state: &[f64]) -> bool {
+        let Some((law, [has_target, turn, jet @ ..])) =
+            state.len().checked_sub(2 + N).and_then(|at| state.split_at_checked(at))
+        else {
+            return false;
+        };
+        let begin = Target { turn: *turn as i32, jet: std::array::from_fn(|j| jet[j] as f32) };
+        let is_ours = self.law.set_state(law);
+        if is_ours {
+            self.begin = (*has_target == 1.0).then_some(begin);
+        }
+        is_ours
+    }
+}
+
+/// Controller of any kind.
+enum Inner {
+    Chain(Box<dyn ControllerPort>, usize),
+    Motor(DriveTicks<1, 2>),
+    Joint(DriveTicks<2, 4>),
+}
+
+/// Evaluates an expression for a drive of either kind, or another one for a chain.
+macro_rules! each {
+    ($inner:expr, $port:ident => $of_chain:expr, $drive:ident => $of_drive:expr) => {
+        match $inner {
+            Inner::Chain($port, _) => $of_chain,
+            Inner::Motor($drive) => $of_drive,
+            Inner::Joint($drive) => $of_drive,
+        }
+    };
+}
+
+impl Inner {
+    /// Returns the number of inputs, and the largest number of entries of a target.
+    const fn sizes(&self) -> (usize, usize) {
+        match self {
+            Self::Chain(_, order) => (*order, 0),
+            Self::Motor(_) => (1, 2),
+            Self::Joint(_) => (2, 4),
+        }
+    }
+
+    fn tick(&mut self, sample: &[f64], target: &[f64]) -> Result<Tick, PortError> {
+        each!(self, port => port.tick(sample), drive => drive.tick(sample, target))
+    }
+
+    fn state(&self) -> Vec<f64> {
+        each!(self, port => port.state(), drive => drive.state())
+    }
+
+    fn set_state(&mut self, state: &[f64]) -> bool {
+        each!(self, port => port.set_state(state), drive => drive.set_state(state))
+    }
+}
+
+/// The controller alone: the tick that runs on the chip, with the bits of the chip.
+///
+/// A chain takes its state x, n numbers. A motor takes a count, a joint the counts of link and motor; `None` or NaN is
+/// a lost count. A drive also takes a target: the angle (in speed control the speed) at the end of the tick, or the
+/// angle and its derivatives, rad and s. A tick begins at the target of the tick before it.
+///
+/// The first valid sample starts the controller at once, as in a simulation.
+#[pyclass(frozen, module = "edo_smc")]
+pub(crate) struct Controller {
+    text: Arc<Text>,
+    encoders: Vec<Mounted>,
+    period_s: f64,
+    is_speed: bool,
+    initial: Vec<f64>,
+    inner: Mutex<(Inner, Option<Tick>)>,
+}
+
+fn broken(error: &PortError) -> PyErr {
+    PyRuntimeError::new_err(error.to_string())
+}
+
+/// Numbers of one tick, without allocation.
+#[derive(Clone, Copy)]
+struct Few {
+    numbers: [f64; 6],
+    count: usize,
+}
+
+impl Few {
+    const NONE: Self = Self { numbers: [0.0; 6], count: 0 };
+
+    fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let mut few = Self::NONE;
+        let mut push = |number: f64| -> PyResult<()> {
+            let place = few.numbers.get_mut(few.count);
+            *place.ok_or_else(|| PyValueError::new_err("more than 6 numbers for one tick"))? = number;
+            few.count += 1;
+            Ok(())
+        };
+        if value.is_none() {
+            push(f64::NAN)?;
+        } else if value.is_instance_of::<PyFloat>() || value.is_instance_of::<PyInt>() {
+            push(value.extract()?)?;
+        } else {
+            // The numbers of an array as a list, or the number of a scalar: faster than one by one.
+            let tolist = value.getattr_opt(intern!(value.py(), "tolist"))?;
+            let plain = tolist.map_or_else(|| Ok(value.clone()), |tolist| tolist.call0())?;
+            if plain.is_instance_of::<PyFloat>() || plain.is_instance_of::<PyInt>() {
+                push(plain.extract()?)?;
+            } else {
+                for item in plain.try_iter()? {
+                    let item = item?;
+                    push(if item.is_none() { f64::NAN } else { item.extract()? })?;
+                }
+            }
+        }
+        Ok(few)
+    }
+
+    fn numbers(&self) -> &[f64] {
+        &self.numbers[..self.count]
+    }
+}
+
+/// Returns the columns of an array (rows, K), or of a row alone, one after the other.
+fn columns(array: &Bound<'_, PyAny>, name: &str, rows: std::ops::RangeInclusive<usize>) -> PyResult<(usize, Vec<f64>)> {
+    let shaped = |found: String| {
+        let (least, most) = (rows.start(), rows.end());
+        let wanted = if least == most { format!("({most}, K)") } else { format!("({least} to {most}, K)") };
+        of_argument(name, &format!("found shape {found}"), &format!("expected {wanted}, time last"))
+    };
+    let (shape, numbers) = array::columns(array)?;
+    let count = match shape[..] {
+        [_] => 1,
+        [count, _] => count,
+        _ => 0,
+    };
+    if rows.contains(&count) { Ok((count, numbers)) } else { Err(shaped(format!("{shape:?}"))) }
+}
+
+impl Controller {
+    /// Designs the controller of a scenario.
+    pub(crate) fn of(text: Arc<Text>) -> PyResult<Self> {
+        let experiment = text.experiment().map_err(|error| text.told(&error))?;
+        let designed = experiment.drive.as_ref().map(|drive| drive.designed);
+        let encoders: Vec<Mounted> =
+            designed.iter().flat_map(DriveDesign::encoders).map(|(_, mounted)| mounted).collect();
+        let order = experiment.plant.order();
+        let inner = match &designed {
+            None => Some(Inner::Chain(experiment.port, order)),
+            Some(designed) => match designed.law().map_err(|error| PyValueError::new_err(error.to_string()))? {
+                AnyLaw::Motor(law) => DriveTicks::of(law, &encoders).map(Inner::Motor),
+                AnyLaw::Joint(law) => DriveTicks::of(law, &encoders).map(Inner::Joint),
+            },
+        };
+        let inner = inner.ok_or_else(|| PyRuntimeError::new_err("a drive has as many encoders as its law"))?;
+        let is_speed = designed.is_some_and(|it| it.form().follows == loop_sim::port::drive::Follows::Speed);
+        let (period_s, initial) = (experiment.period_s, inner.state());
+        Ok(Self { text, encoders, period_s, is_speed, initial, inner: Mutex::new((inner, None)) })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, (Inner, Option<Tick>)> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns the jet of a target: in speed control a number alone is the speed.
+    fn jet(&self, target: Few) -> Few {
+        if !(self.is_speed && target.count == 1) {
+            return target;
+        }
+        let mut jet = Few { count: 2, ..Few::NONE };
+        jet.numbers[1] = target.numbers[0];
+        jet
+    }
+
+    fn encoder(&self, index: usize) -> PyResult<&Mounted> {
+        let remedy = format!("this controller has {} encoders, from 0", self.encoders.len());
+        self.encoders.get(index).ok_or_else(|| of_argument("encoder", &index.to_string(), &remedy))
+    }
+}
+
+/// Outputs of many ticks: u, and on request all of them.
+struct Outputs {
+    u: Vec<f64>,
+    all: Option<Vec<Tick>>,
+}
+
+impl Outputs {
+    fn of(
+        inner: &mut Inner,
+        samples: &[f64],
+        targets: &[f64],
+        rows: [usize; 2],
+        ticks: usize,
+        out: &mut Self,
+    ) -> Result<(), PortError> {
+        let [inputs, jets] = rows;
+        for k in 0..ticks {
+            let tick = inner.tick(&samples[k * inputs..][..inputs], &targets[k * jets..][..jets])?;
+            out.u.push(tick.u);
+            if let Some(all) = &mut out.all {
+                all.push(tick);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[pymethods]
+impl Controller {
+    #[new]
+    #[pyo3(signature = (text, file, name, sets, has_places, state = None))]
+    fn new(
+        text: String,
+        file: String,
+        name: String,
+        sets: Vec<String>,
+        has_places: bool,
+        state: Option<Vec<f64>>,
+    ) -> PyResult<Self> {
+        let it = Self::of(Arc::new(Text { toml: text, file, name, sets, has_places }))?;
+        if let Some(state) = state
+            && !it.lock().0.set_state(&state)
+        {
+            return Err(PyValueError::new_err("the state does not belong to this controller"));
+        }
+        Ok(it)
+    }
+
+    /// Sampling period, s.
+    #[getter]
+    fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Runs one tick and returns u. `target` is for a drive only.
+    #[pyo3(signature = (sample, target = None))]
+    fn tick(&self, sample: &Bound<'_, PyAny>, target: Option<&Bound<'_, PyAny>>) -> PyResult<f64> {
+        let sample = Few::of(sample)?;
+        let jet = target.map_or(Ok(Few::NONE), Few::of).map(|target| self.jet(target))?;
+        let mut inner = self.lock();
+        let (inputs, jets) = inner.0.sizes();
+        if sample.count != inputs {
+            let cause = format!("found {} numbers", sample.count);
+            return Err(of_argument("sample", &cause, &format!("expected {inputs}")));
+        }
+        if jet.count > jets || (jets > 0 && jet.count == 0) {
+            let remedy = if jets == 0 { "a chain has no target".into() } else { format!("expected 1 to {jets}") };
+            return Err(of_argument("target", &format!("found {} numbers", jet.count), &remedy));
+        }
+        let tick = inner.0.tick(sample.numbers(), jet.numbers()).map_err(|error| broken(&error))?;
+        inner.1 = Some(tick);
+        Ok(tick.u)
+    }
+
+    /// Runs K ticks and returns u, shape (K,).
+    ///
+    /// `samples` has the shape (n, K) for a chain, (K,) for a motor and (2, K) for a joint. `targets` has the shape
+    /// (K,) or (J, K) with the angle and up to 1 (motor) or 3 (joint) derivatives. With `full=True` the result is a
+    /// dictionary of `u`, `sigma`, `sigma_star`, `health` and `d_hat`, shape (n, K).
+    #[pyo3(signature = (samples, targets = None, *, full = false))]
+    fn ticks<'py>(
+        &self,
+        py: Python<'py>,
+        samples: &Bound<'py, PyAny>,
+        targets: Option<&Bound<'py, PyAny>>,
+        full: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (inputs, jets) = self.lock().0.sizes();
+        let (_, samples) = columns(samples, "samples", inputs..=inputs)?;
+        let ticks = samples.len() / inputs;
+        let (mut rows, mut jet) = match targets {
+            Some(targets) if jets > 0 => columns(targets, "targets", 1..=jets)?,
+            None if jets == 0 => (0, Vec::new()),
+            _ => return Err(PyTypeError::new_err("a drive needs targets, a chain has none")),
+        };
+        if jets > 0 && jet.len() != rows * ticks {
+            let cause = format!("found {} ticks", jet.len() / rows);
+            return Err(of_argument("targets", &cause, &format!("expected {ticks}, as many as samples")));
+        }
+        if self.is_speed && rows == 1 {
+            (rows, jet) = (2, jet.into_iter().flat_map(|speed| [0.0, speed]).collect());
+        }
+        let mut out = Outputs { u: Vec::with_capacity(ticks), all: full.then(|| Vec::with_capacity(ticks)) };
+        for from in (0..ticks).step_by(CHUNK) {
+            let count = CHUNK.min(ticks - from);
+            let (samples, jet) = (&samples[from * inputs..], &jet[from * rows..]);
+            let done = py.detach(|| Outputs::of(&mut self.lock().0, samples, jet, [inputs, rows], count, &mut out));
+            done.map_err(|error| broken(&error))?;
+            py.check_signals()?;
+        }
+        let u = array::floats(py, out.u, &[ticks])?;
+        let Some(all) = out.all else { return Ok(u) };
+        self.lock().1 = all.last().copied();
+        let result = PyDict::new(py);
+        result.set_item("u", u)?;
+        result.set_item("sigma", array::floats(py, all.iter().map(|tick| tick.sigma), &[ticks])?)?;
+        result.set_item("sigma_star", array::floats(py, all.iter().map(|tick| tick.sigma_star), &[ticks])?)?;
+        result.set_item("health", array::flags(py, all.iter().map(|tick| u32::from(tick.health.bits())))?)?;
+        let channels = if jets > 0 { 2 * inputs } else { inputs };
+        let all = &all;
+        let d_hat = (0..channels).flat_map(|i| all.iter().map(move |tick| tick.estimates[i][0]));
+        result.set_item("d_hat", array::floats(py, d_hat, &[channels, ticks])?)?;
+        Ok(result.into_any())
+    }
+
+    /// Outputs of the last tick: `u`, `sigma`, `sigma_star`, `health`, `d_hat`; `None` before the first tick.
+    #[getter]
+    fn output<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let (tick, (inputs, jets)) = {
+            let inner = self.lock();
+            (inner.1, inner.0.sizes())
+        };
+        let Some(Tick { u, sigma, sigma_star, estimates, health }) = tick else { return Ok(None) };
+        let output = PyDict::new(py);
+        for (name, value) in [("u", u), ("sigma", sigma), ("sigma_star", sigma_star)] {
+            output.set_item(name, value)?;
+        }
+        output.set_item("health", health.bits())?;
+        let channels = if jets > 0 { 2 * inputs } else { inputs };
+        output.set_item("d_hat", array::floats(py, estimates.iter().take(channels).map(|row| row[0]), &[channels])?)?;
+        Ok(Some(output))
+    }
+
+    /// Reports the u that the actuator holds since the last tick, if it differs from the output of the tick.
+    fn applied(&self, u: f64) {
+        each!(&mut self.lock().0, port => port.report_applied(u), drive => drive.law.report_applied(u as f32));
+    }
+
+    /// Reports that `periods` periods have passed without a tick.
+    fn missed(&self, periods: u32) {
+        each!(&mut self.lock().0, port => port.missed(periods), drive => drive.law.missed(periods));
+    }
+
+    /// Erases the state. The next valid sample starts the controller.
+    fn reset(&self) {
+        let mut inner = self.lock();
+        inner.0.set_state(&self.initial);
+        inner.1 = None;
+    }
+
+    /// State of the controller, shape (S,), exact to the bit. The first number is 1 after the start, else 0. Then
+    /// follow the numbers of the tick, of the rest band, and of the last target.
+    #[getter]
+    fn get_state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        array::floats(py, self.lock().0.state(), &[self.initial.len()])
+    }
+
+    #[setter]
+    fn set_state(&self, state: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (_, state) = array::columns(state)?;
+        let mut inner = self.lock();
+        if inner.0.set_state(&state) {
+            inner.1 = None;
+            return Ok(());
+        }
+        let remedy = format!("expected the {} numbers that `state` of this controller returns", self.initial.len());
+        Err(of_argument("state", &format!("found {} numbers", state.len()), &remedy))
+    }
+
+    /// Returns the count of an encoder at this angle, rad, with its sign and offset: a whole number.
+    #[pyo3(signature = (angle_rad, encoder = 0))]
+    fn count(&self, angle_rad: f64, encoder: usize) -> PyResult<i64> {
+        Ok(self.encoder(encoder)?.count(angle_rad) as i64)
+    }
+
+    /// Returns the counts of an encoder at these angles, shape (K,).
+    #[pyo3(signature = (angles_rad, encoder = 0))]
+    fn counts<'py>(
+        &self,
+        py: Python<'py>,
+        angles_rad: &Bound<'py, PyAny>,
+        encoder: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mounted = self.encoder(encoder)?;
+        let (_, angles) = array::columns(angles_rad)?;
+        let count = angles.len();
+        array::floats(py, angles.into_iter().map(|angle| mounted.count(angle)), &[count])
+    }
+
+    fn __copy__(&self) -> PyResult<Self> {
+        let it = Self::of(self.text.clone())?;
+        it.lock().0.set_state(&self.lock().0.state());
+        Ok(it)
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.__copy__()
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let Text { toml: text, file, name, sets, has_places } = slf.get().text.as_ref().clone();
+        let state = slf.get().lock().0.state();
+        let arguments = (text, file, name, sets, has_places, state).into_pyobject(slf.py())?;
+        Ok((slf.get_type().into_any(), arguments))
+    }
+
+    fn __repr__(&self) -> String {
+        let (inputs, jets) = self.lock().0.sizes();
+        let takes = if jets > 0 { format!("{inputs} count(s) and a target") } else { format!("x of {inputs} numbers") };
+        format!("Controller({takes}, period_s={})", self.period_s)
+    }
+}

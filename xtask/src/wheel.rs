@@ -1,0 +1,56 @@
+//! Python package: the wheel is built, installed in an environment of its own, and tested against `host-sim`.
+
+use std::fs;
+
+use crate::python::Environment;
+use crate::step::{Failure, Gate, Invocation, Outcome};
+
+const MANIFEST: &str = "python/Cargo.toml";
+/// Separate target folder, because the module has features and profiles of its own.
+const TARGET_DIR: &str = "target/python";
+const WHEELS: &str = "target/python/wheels";
+const RERUN: &str = "cargo xtask test --deep python";
+/// maturin builds the wheel. Tests and notebooks need the other packages, all wheels of PyPI.
+const ENVIRONMENT: Environment = Environment {
+    folder: "target/python-env",
+    packages: &[
+        "maturin==1.16.0",
+        "numpy==2.4.6",
+        "pytest==9.2.0",
+        "matplotlib==3.11.2",
+        "pandas==3.1.1",
+        "xarray==2026.9.0",
+        "control==0.10.2",
+        "tqdm==4.70.1",
+        "nbclient==0.11.0",
+        "nbformat==5.11.1",
+        "ipykernel==7.4.0",
+    ],
+    rerun: RERUN,
+};
+
+/// Builds and installs the wheel, and runs its tests.
+pub(crate) fn run(gate: &mut Gate) -> Outcome {
+    let cargo = |arguments: &[&str]| Invocation::cargo(arguments).env("CARGO_TARGET_DIR", TARGET_DIR);
+    let format = cargo(&["fmt", "--manifest-path", MANIFEST, "--check"]);
+    let clippy = cargo(&["clippy", "--release", "--manifest-path", MANIFEST, "--", "-D", "warnings"]);
+    gate.commands("format and lints, Python package", &[format, clippy])?;
+    gate.step("environment of the Python package", |gate| ENVIRONMENT.ready(gate))?;
+    let python = ENVIRONMENT.program("python");
+    let emptied = gate.root.join(WHEELS);
+    if emptied.exists() {
+        let failed = |error| Failure { reason: format!("{WHEELS}: {error}"), rerun: RERUN.into() };
+        fs::remove_dir_all(&emptied).map_err(failed)?;
+    }
+    let build = Invocation::new(&ENVIRONMENT.program("maturin"), &["build", "--release", "--manifest-path", MANIFEST])
+        .with(&["--target-dir", TARGET_DIR, "--out", WHEELS]);
+    // From the folder of the wheels only, so that no other package of this name is installed.
+    let install = Invocation::new(&python, &["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"])
+        .with(&["--no-index", "--find-links", WHEELS, "edo-smc"]);
+    gate.commands("wheel of the Python package", &[build, install])?;
+    let program = gate.built()?.path("host-sim")?.display().to_string();
+    let tests = Invocation::new(&python, &["-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib"])
+        .with(&["--rootdir", "python", "-c", "python/pyproject.toml", "python/tests"])
+        .env("EDO_SMC_HOST_SIM", &program);
+    gate.commands("tests of the Python package", &[tests])
+}
