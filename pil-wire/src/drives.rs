@@ -151,6 +151,9 @@ pub trait Tuned<const E: usize, const N: usize>: DriveLaw<E, N> + Watched<E> + C
     /// Returns the limits of the current, A.
     fn limits(design: &Self::Design) -> Limits;
 
+    /// Returns the encoder of each shaft.
+    fn encoders(design: &Self::Design) -> [Encoder; E];
+
     /// Returns a plan at rest.
     fn rest(goal: Rest<f32>) -> Self::Plan;
 
@@ -187,6 +190,10 @@ impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
 
     fn limits(design: &MotorDesign) -> Limits {
         design.limits
+    }
+
+    fn encoders(design: &MotorDesign) -> [Encoder; 1] {
+        [design.encoder]
     }
 
     fn rest(goal: Rest<f32>) -> Self::Plan {
@@ -226,6 +233,10 @@ macro_rules! tuned_joint {
 
             fn limits(design: &JointDesign) -> Limits {
                 design.limits
+            }
+
+            fn encoders(design: &JointDesign) -> [Encoder; 2] {
+                design.encoders
             }
 
             fn rest(goal: Rest<f32>) -> Self::Plan {

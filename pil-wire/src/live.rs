@@ -23,7 +23,9 @@
 //!
 //! The tests run all of this without a chip.
 
-use controller_core::drive::{Axis, DriveEstimates, DriveLaw, Frame, Monitored, Reference, Rest, Stretch, Target};
+use controller_core::drive::{
+    Axis, DriveEstimates, DriveLaw, Encoder, Frame, Monitored, Reference, Rest, Stretch, Target,
+};
 use controller_core::{ControlLaw, Health, Output, RetuneError, Words};
 
 use crate::drives::{MOST_DRIVE_WORDS, Tuned};
@@ -285,7 +287,7 @@ impl<L: Tuned<E, N>, const E: usize, const N: usize> Live<L, E, N> {
             Request::Swap { at_rest } => return self.swap(at_rest, machine),
             Request::Order(Order::Freeze) => machine.between(Seat::freeze),
             Request::Order(Order::Release) => machine.between(Seat::release),
-            Request::Order(Order::Reset) => reset(self.period_s, machine)?,
+            Request::Order(Order::Reset) => reset(&self.design, self.period_s, machine)?,
             Request::Order(Order::Record) => self.record(machine)?,
             Request::Order(Order::EndRecord) => {
                 machine.between(|seat| seat.track.iter_mut().for_each(Track::end));
@@ -506,6 +508,7 @@ fn observed<L: Tuned<E, N>, const E: usize, const N: usize>(machine: &mut impl M
 ///
 /// A stopped drive estimates no speed, so the speed is measured from the counts.
 fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(
+    design: &L::Design,
     period_s: f64,
     machine: &mut impl Machine<L, E, N>,
 ) -> Result<(), Refusal> {
@@ -514,31 +517,20 @@ fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(
     if !health.intersects(Health::STOPPED | Health::INPUT_REJECTED) {
         return Err(Refusal::of(Reason::NotStopped));
     }
-    let (begin, first) = placed(&law, Rest { turn: 0, angle: 0.0 }, machine);
-    let first = first.ok_or(Refusal::of(Reason::Absent))?;
-    let ticks = (RESET_S / period_s) as u32 + 1;
-    let (mut tick, mut last, mut way_rad) = (begin, first, 0.0_f32);
-    while tick.wrapping_sub(begin) < ticks {
-        let before = tick;
-        until(machine, |seat| seat.axis.tick_number() != before);
-        let near = Rest { turn: last.turn, angle: last.position[0] };
-        let place;
-        (tick, place) = placed(&law, near, machine);
-        // A lost count is no motion.
-        last = place.unwrap_or(last);
-        let turned_rad = last.turn.wrapping_sub(first.turn) as f32 * core::f32::consts::TAU;
-        for (to, from) in last.position.iter().zip(first.position) {
-            way_rad = way_rad.max((turned_rad + to - from).abs());
-        }
-    }
-    let speed_rad_s = way_rad / (tick.wrapping_sub(begin) as f32 * period_s as f32);
+    let speed_rad_s = turning(L::encoders(design), period_s, machine)?;
     if speed_rad_s > RESET_RAD_S {
-        return Err(Refusal { reason: Reason::Moving, target: speed_rad_s.to_bits(), request: RESET_RAD_S.to_bits() });
+        let [target, request] = [speed_rad_s, RESET_RAD_S].map(f32::to_bits);
+        return Err(Refusal { reason: Reason::Moving, target, request });
     }
+    let (counts, tick) = machine.between(|seat| (seat.counts, seat.axis.tick_number()));
+    let still = L::rest(Rest { turn: 0, angle: 0.0 }).at(tick);
+    let state = law.start(&<Monitored<L, E> as DriveLaw<E, N>>::sample(counts, &still, &still));
+    let state = state.ok_or(Refusal::of(Reason::Absent))?;
+    let DriveEstimates { turn, position, .. } = law.estimates(&state);
     // The plan is set before the controller, so its first tick sees no jump from the old plan.
     let start = machine.between(|seat| {
         let start = seat.axis.tick_number().wrapping_add(2);
-        seat.axis.play_at(start, L::rest(Rest { turn: last.turn, angle: last.position[0] }));
+        seat.axis.play_at(start, L::rest(Rest { turn, angle: position[0] }));
         start
     });
     until(machine, |seat| seat.axis.tick_number().wrapping_sub(start) as i32 > 0);
@@ -546,17 +538,40 @@ fn reset<L: Tuned<E, N>, const E: usize, const N: usize>(
     Ok(())
 }
 
-/// Returns the number of the coming tick, and the estimates of a drive that starts at the present counts, in the
-/// revolution nearest to `near`. `None` without valid counts.
-fn placed<L: Tuned<E, N>, const E: usize, const N: usize>(
-    law: &Monitored<L, E>,
-    near: Rest<f32>,
+/// Measures the speed of the fastest shaft over [`RESET_S`], rad/s behind the gear.
+fn turning<L: Tuned<E, N>, const E: usize, const N: usize>(
+    encoders: [Encoder; E],
+    period_s: f64,
     machine: &mut impl Machine<L, E, N>,
-) -> (u32, Option<DriveEstimates<f32, i32, E>>) {
-    let (tick, counts) = machine.between(|seat| (seat.axis.tick_number(), seat.counts));
-    let still = L::rest(near).at(tick);
-    let state = law.start(&<Monitored<L, E> as DriveLaw<E, N>>::sample(counts, &still, &still));
-    (tick, state.map(|state| law.estimates(&state)))
+) -> Result<f32, Refusal> {
+    let (begin, counts) = machine.between(|seat| (seat.axis.tick_number(), seat.counts));
+    let mut last = [0; E];
+    for (to, from) in last.iter_mut().zip(counts) {
+        *to = from.ok_or(Refusal::of(Reason::Absent))?;
+    }
+    let ticks = (RESET_S / period_s) as u32 + 1;
+    let (mut tick, mut moved, mut way_rad) = (begin, [0_i64; E], 0.0_f32);
+    while tick.wrapping_sub(begin) < ticks {
+        let before = tick;
+        until(machine, |seat| seat.axis.tick_number() != before);
+        let counts;
+        (tick, counts) = machine.between(|seat| (seat.axis.tick_number(), seat.counts));
+        for (i, encoder) in encoders.iter().enumerate() {
+            // A lost count is no motion.
+            let count = counts[i].unwrap_or(last[i]);
+            moved[i] += difference(encoder, last[i], count);
+            last[i] = count;
+            way_rad = way_rad.max((moved[i] as f32 * encoder.unit_rad() as f32).abs());
+        }
+    }
+    Ok(way_rad / (tick.wrapping_sub(begin) as f32 * period_s as f32))
+}
+
+/// Returns the counts from one count of an encoder to another, over less than half of its counter.
+const fn difference(encoder: &Encoder, from: i32, to: i32) -> i64 {
+    let states = encoder.counter() as i64;
+    let half = states / 2;
+    (to as i64 - from as i64 + half).rem_euclid(states) - half
 }
 
 /// Returns a frame as protocol words.

@@ -682,7 +682,8 @@ fn estimated(seen: &Observed, design: &Loadable) -> String {
     for (shaft, [position, speed, _, load]) in shafts(design).iter().zip(seen.estimates) {
         let position = significant(turns_rad(seen) + f64::from(position), 6);
         // Writing to a String cannot fail.
-        let _ = write!(text, "; {shaft} {position} rad, {} rad/s, load {} N m", number(speed), number(load));
+        let begin = if text.is_empty() { "" } else { "; " };
+        let _ = write!(text, "{begin}{shaft} {position} rad, {} rad/s, load {} N m", number(speed), number(load));
     }
     text
 }
@@ -699,7 +700,7 @@ fn in_words(seen: &Observed, design: &Loadable, period_s: f64, unit: &str) -> St
     // Writing to a String cannot fail.
     let _ = write!(text, ", r = {} rad", significant(turns_rad(seen) + f64::from(seen.reference), 6));
     if !is_stopped {
-        text.push_str(&estimated(seen, design));
+        let _ = write!(text, "; {}", estimated(seen, design));
     }
     let _ = write!(text, "; u = {} A", number(seen.u));
     if !is_stopped {
@@ -715,7 +716,7 @@ fn in_words(seen: &Observed, design: &Loadable, period_s: f64, unit: &str) -> St
     let _ =
         write!(text, "; interrupt: longest run {} {unit}, {} late", seen.worst, plural(seen.missed as usize, "tick"));
     if is_stopped {
-        let _ = write!(text, "\nestimates of the tick of the stop{}", estimated(seen, design));
+        let _ = write!(text, "\nestimates of the tick of the stop: {}", estimated(seen, design));
     }
     text
 }

@@ -14,12 +14,18 @@ pub(super) struct Keyed {
     pub key: &'static str,
     /// Value on the side of the gear that the key refers to.
     pub value: f64,
+    /// Plant, which decides the unit of sigma*.
+    model: Model,
 }
 
 impl fmt::Display for Keyed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { key, value } = self;
-        let unit = unit(key);
+        let Self { key, value, model } = self;
+        let unit = match (*key, model) {
+            ("monitor.sigma_star", Model::Joint) => "rad/s^3",
+            ("monitor.sigma_star", _) => "rad/s",
+            _ => unit(key),
+        };
         write!(f, "{}{}{unit}", shown(*value), if unit.is_empty() { "" } else { " " })
     }
 }
@@ -146,7 +152,7 @@ impl Side {
             "stuck" => value *= number("period_s")?,
             _ => {}
         }
-        Some(Keyed { key, value: value / self.gear.powi(power) })
+        Some(Keyed { key, value: value / self.gear.powi(power), model: design.instance.model })
     }
 
     /// Returns the keyed numbers in which two designs differ, the other design second, and the names of the numbers
@@ -202,11 +208,12 @@ mod tests {
 
     #[test]
     fn a_number_has_the_unit_of_its_key() {
-        let said = |key, value| Keyed { key, value }.to_string();
+        let said = |key, value| Keyed { key, value, model: Model::Joint }.to_string();
         assert_eq!(said("motor.inertia_kg_m2", 2e-4), "0.0002 kg m^2");
         assert_eq!(said("drive.surface_rad_s", 120.0), "120 rad/s");
         assert_eq!(said("drive.reaching_per_s", 150.5), "150.5 1/s");
         assert_eq!(said("encoder.bits", 14.0), "14");
         assert_eq!(said("drive.period_s", 2e-4), "0.0002 s");
+        assert_eq!(said("monitor.sigma_star", 2.5), "2.5 rad/s^3");
     }
 }
