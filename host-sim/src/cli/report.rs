@@ -387,7 +387,7 @@ fn about(experiment: &Experiment, subject: &Subject<'_>) -> Section {
     table.row(["compiler", env!("HOST_SIM_COMPILER")]);
     table.row(["integration of the plant", &moved(experiment)]);
     let warnings = experiment.warnings.iter().map(|warning| format!("warning: {warning}"));
-    let chosen = chosen(experiment);
+    let chosen = experiment.drive.iter().flat_map(|drive| drive.chosen.clone());
     Section {
         heading: "Scenario".into(),
         says: [experiment.headline()].into_iter().chain(chosen).chain(warnings).collect(),
@@ -395,23 +395,6 @@ fn about(experiment: &Experiment, subject: &Subject<'_>) -> Section {
         files: vec![(file.into(), text.into())],
         ..Section::default()
     }
-}
-
-/// Returns the bandwidths and their limiting factor. A drive with one gain set has no high gains, although the rule of
-/// a coupled joint finds them.
-pub(super) fn chosen(experiment: &Experiment) -> Vec<String> {
-    let Some(drive) = &experiment.drive else { return Vec::new() };
-    let mut lines = drive.chosen.clone();
-    if drive.designed.form().gain_sets == 1 {
-        for line in &mut lines {
-            if let Some((before, after)) = line.split_once(" (high gains ")
-                && let Some((_, rest)) = after.split_once(')')
-            {
-                *line = format!("{before}{rest}");
-            }
-        }
-    }
-    lines
 }
 
 /// Returns the integration method of the plant and its accuracy, as tested in `loop_sim::exact` and `solver`.

@@ -166,8 +166,8 @@ impl Console<'_> {
         metrics: &Metrics,
         json: &RunJson<'_>,
     ) -> Result<(), Failure> {
-        for line in super::report::chosen(experiment) {
-            self.say(&line)?;
+        for line in experiment.drive.iter().flat_map(|drive| &drive.chosen) {
+            self.say(line)?;
         }
         self.say(&table(experiment, metrics, &json.figures, json.design, trace).to_string())?;
         for line in json.design.into_iter().flat_map(design::short) {

@@ -1572,7 +1572,7 @@ impl<'a> JointDesigns<'a> {
     fn in_words(&self, period_s: f64) -> Vec<String> {
         let design = self.design(period_s);
         match &self.as_whole {
-            Some(as_whole) => as_whole.in_words(&design),
+            Some(as_whole) => as_whole.in_words(&design, self.form.gain_sets),
             None => joint_in_words(&design, self.tuning, self.drive),
         }
     }

@@ -187,13 +187,14 @@ impl AsWhole {
         })
     }
 
-    /// Returns the bandwidths and their limiting factor, in words.
-    pub(super) fn in_words(&self, design: &JointDesign) -> Vec<String> {
+    /// Returns the bandwidths and their limiting factor, in words, for this number of gain sets.
+    pub(super) fn in_words(&self, design: &JointDesign, gain_sets: usize) -> Vec<String> {
         let (w, [link_steps, motor_steps]) = (design.bandwidths, design.gate_steps);
         let mut lines = Vec::new();
         if let Some(rule) = &self.rule {
             let fast = rule
                 .fast
+                .filter(|_| gain_sets > 1)
                 .map_or(String::new(), |fast| format!(" (high gains {:.2} and {:.2})", fast.peak, fast.corner_peak));
             lines.push(format!(
                 "coupled design by rule, limited by {}: peak sensitivity {:.2} nominal, {:.2} in the worst \
