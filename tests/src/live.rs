@@ -55,7 +55,8 @@ pub struct Chip {
 impl Chip {
     fn tick(&mut self) {
         if !self.disturbance.stuck[0] {
-            self.count = (self.x[0] / TAU * 1_048_576.0).floor() as i32;
+            // The counter wraps; a float saturates.
+            self.count = (self.x[0] / TAU * 1_048_576.0).floor() as i64 as i32;
         }
         let counts = [Some(self.count).filter(|_| !self.disturbance.lost[0])];
         let is_to_change = self.seat.is_to_change();

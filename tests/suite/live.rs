@@ -392,7 +392,7 @@ fn a_reset_in_the_emulator_is_refused_with_the_speed_and_accepted_at_rest() {
     assert!(said.status == 2 && said.err.contains("reset: ") && said.err.contains(" r/min)"), "{said:?}");
     assert!(said.err.contains("Wait until ") && said.err.contains(", then `reset`"), "{said:?}");
     // Without the load friction brings the shaft to rest, and the drive starts again there.
-    let said = live(&folder, "motor", &format!("{}wait 1\nreset\nwait 0.1\nshow\nquit\n", trip("0.05")), &[]);
+    let said = live(&folder, "motor", &format!("{}wait 6\nreset\nwait 0.1\nshow\nquit\n", trip("0.05")), &[]);
     let shown = said.out.lines().find(|line| line.starts_with("t = ")).unwrap_or_else(|| panic!("{said:?}"));
     assert!(said.status == 0 && said.err.contains("alarm: ") && !shown.contains("stopped"), "{said:?}");
 }

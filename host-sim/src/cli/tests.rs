@@ -1263,8 +1263,11 @@ fn a_joint_commissions_itself_and_tells_each_step() {
     assert!(err.contains("b identified to +-") && !folder.0.join("u.toml").exists(), "{err}");
 }
 
+/// Names or texts in pairs: of a command or of an option.
+type Pairs = Vec<(String, String)>;
+
 /// Returns the long help of every command: the name, the text of the command, and the text of each option.
-fn helps() -> Vec<(String, String, Vec<(String, String)>)> {
+fn helps() -> Vec<(String, String, Pairs)> {
     let command = Cli::command();
     let of = |command: &clap::Command| {
         let said = |text: Option<&clap::builder::StyledStr>| text.map(ToString::to_string).unwrap_or_default();
