@@ -19,8 +19,8 @@ def test_keywords_of_a_design_are_keys_of_the_drive(motor):
     fast, standard = motor.design(), motor.design(margin="standard", uncertain_percent=10.0)
     assert standard.margins["sensitivity_peak"] < fast.margins["sensitivity_peak"]
     assert standard.gains["surface_rad_s"] != fast.gains["surface_rad_s"]
-    assert fast.is_stable and set(fast.gain_sets) == {"quiet", "fast"}
-    assert set(fast.worst_corners["fast"]) == {"name", "sensitivity_peak"}
+    assert fast.is_stable and set(fast.gain_sets) == {"base", "high"}
+    assert set(fast.worst_corners["high"]) == {"name", "sensitivity_peak"}
     assert fast.noise_rms == pytest.approx(fast.noise[0]["u_rms"])
     with pytest.raises(edo_smc.ScenarioError) as caught:
         motor.design(margin=9.0)
