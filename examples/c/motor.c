@@ -6,7 +6,7 @@
  *     main loop, in the remaining time:          plans: onto a sine, then to rest at half a radian
  *
  * `make run-motor` runs it in the emulator with a simulated motor and prints the largest difference between the true
- * angle and the plan. For a board fill in the lines marked BOARD and build with `make motor EMULATED=`.
+ * angle and the plan. For a board fill in the three functions marked BOARD and build with `make board`.
  */
 #include "board.h"
 #include <stdbool.h>
@@ -65,13 +65,13 @@ void TIM3_IRQHandler(void) {
     }
     edo_smc_plan_play(&plans[playing], end, &sample.end);
     const unsigned health = edo_smc_watched_tick(&monitor, &state, &sample, &output);
-    if (started) {
-        trouble |= health;
-    } else if (edo_smc_estimates(&state, &here)) {
-        /* No current flows yet: hold the present position until the first plan. */
+    if ((health & EDO_SMC_WAITS) != 0u && edo_smc_estimates(&state, &here)) {
+        /* At a start, and after edo_smc_watched_reset: no current flows yet. Hold the present position. */
         (void)edo_smc_plan_rest(&plans[playing], here.turn, here.position);
         edo_smc_plan_at(&plans[playing], end, &sample.end);
-        started = (health & EDO_SMC_WAITS) == 0u;
+    } else if (state.started) {
+        started = true;
+        trouble |= health;
     }
     const float held = current(output.u);
     if (held < output.u || held > output.u) {

@@ -36,7 +36,9 @@ static void simulated_motor_advance(void) {
 
 static uint32_t encoder(void) {
     const int32_t count = (int32_t)floorf(angle / (float)EDO_SMC_ENCODER_UNIT_RAD + 0.5f);
-    return (uint32_t)((EDO_SMC_ENCODER_REVERSED ? -count : count) + EDO_SMC_ENCODER_OFFSET_COUNTS);
+    const int64_t states = EDO_SMC_ENCODER_STATES ? EDO_SMC_ENCODER_STATES : 4294967296LL;
+    const int64_t rest = ((EDO_SMC_ENCODER_REVERSED ? -count : count) + EDO_SMC_ENCODER_OFFSET_COUNTS) % states;
+    return (uint32_t)(rest < 0 ? rest + states : rest); /* as the register of the counter */
 }
 
 static bool encoder_is_good(void) { return true; }

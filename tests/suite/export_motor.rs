@@ -18,6 +18,7 @@ fn make(folder: &Folder, drive: &str, goal: &str, variables: &[&str]) -> Output 
         .args(["--no-print-directory", "-s", "-B", "-C"])
         .arg(path("../examples/c"))
         .args([goal, &format!("DRIVE={drive}"), &format!("MOTOR={}", folder.path("motor.elf"))])
+        .arg(format!("BOARD={}", folder.path("board.elf")))
         .args(variables)
         .stdin(Stdio::null())
         .output()
@@ -131,6 +132,7 @@ fn the_example_runs_at_every_rate_and_delay_and_with_a_motor_of_a_hundredth_of_t
         (&["drive.period_s=1e-4", "drive.delay_ticks=3"], 2.0e-3),
         (&small, BAR_RAD),
         (&["encoder.reversed=true", "encoder.offset_counts=1000"], BAR_RAD),
+        (&["encoder.counts_per_turn=10000", "encoder.states=10000"], BAR_RAD),
     ] {
         let said = driven(&folder, &exported(&folder, sets));
         let (sine, to_rest) = (peak(&said, OF_SINE), peak(&said, OF_MOVE));
@@ -156,13 +158,11 @@ fn an_interrupt_longer_than_its_period_and_a_missing_file_end_with_a_message() {
     let err = String::from_utf8_lossy(&none.stderr);
     assert!(!none.status.success() && err.contains("none.h: host-sim export YOUR_MOTOR.toml"), "{err}");
     // -B with an existing file does not claim that it is missing.
-    let err = make(&folder, &drive, "motor", &[]).stderr;
+    let err = make(&folder, &drive, "board", &[]).stderr;
     assert!(err.is_empty(), "{}", String::from_utf8_lossy(&err));
 
     // The image for a board has no simulated motor, so its interrupt has a bound.
-    let board = make(&folder, &drive, "motor", &["EMULATED="]);
-    assert!(board.status.success(), "{}", String::from_utf8_lossy(&board.stderr));
-    let image = folder.path("motor.elf");
+    let image = folder.path("board.elf");
     let spoken = host_sim(&["budget", "--elf", &image, "--symbol", "TIM3_IRQHandler", "--barrier", "3"]);
     assert_eq!(spoken.status, 0, "{}", spoken.err);
     let bound = spoken.out.lines().find_map(|line| line.strip_prefix("bound"));
