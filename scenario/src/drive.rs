@@ -622,9 +622,10 @@ pub struct JointDriveTable {
     /// Period T of the ticks, s. Default 1e-3.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub period_s: f64 = 1e-3,
-    /// Set of bandwidths. "coupled" designs both shafts as one system, with gains by rule from the data sheet that are
-    /// stable in every corner of uncertain_percent. Default: "coupled" for a stiff spring, with K/J_l above the square
-    /// of the position bandwidth. Else "normal" if both encoders have at least 16 bits per revolution, else "quiet".
+    /// Set of bandwidths. "coupled" designs both shafts as one system, with base gains by rule from the data sheet that
+    /// are stable in every corner of uncertain_percent. Default: "coupled" for a stiff spring, with K/J_l above the
+    /// square of the position bandwidth. Else "normal" if both encoders have at least 16 bits per revolution, else
+    /// "quiet".
     pub tuning: Option<TuningKey>,
     /// Stability margin of tuning = "coupled": "fast" (peak sensitivity up to 2.4), "standard" (up to 1.7), or the
     /// nominal peak sensitivity, 1.2 to 3. Default "fast".

@@ -59,11 +59,7 @@ pub fn gain_sets(designed: &DriveDesign, at_rest: &AtRest) -> Result<Vec<GainSet
             let it = Loop::with(at_rest, plant, law.as_ref(), period_s)?;
             if it.spectral_radius(1.0)? < 1.0 { it.margins().map(Some) } else { Ok(None) }
         };
-        // The rule checks the high gains of a coupled joint in corners of ratios. The corners here assume that a set
-        // stays active, but a burst of the high gains is limited in time.
-        let is_bounded = designed.is_whole() && name == "high";
-        let corners = if is_bounded { &[][..] } else { &at_rest.corners[..] };
-        let corners = corners.iter().map(|Corner { name, plant }| {
+        let corners = at_rest.corners.iter().map(|Corner { name, plant }| {
             let sensitivity_peak = margins(plant.as_ref())?.map(|margins| margins.sensitivity_peak);
             Ok(WorstCorner { name: name.clone(), sensitivity_peak })
         });

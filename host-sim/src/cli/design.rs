@@ -164,6 +164,12 @@ pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
         add(format!("{head}{what}, {} % used: {meaning}", percent(*used)));
     }
     corners(design, &mut add);
+    let is_joint = experiment.drive.as_ref().is_some_and(|drive| drive.designed.is_whole());
+    let is_weak = |set: &GainSet| set.worst.as_ref().is_some_and(|worst| worst.sensitivity_peak.is_none());
+    if is_joint && design.gain_sets.get(1).is_some_and(is_weak) {
+        add("the high gains are unstable in a corner if they stay on; the drive limits their time (docs/joints.md)"
+            .into());
+    }
     guarantee(design).into_iter().for_each(&mut add);
     for warning in &experiment.warnings {
         add(format!("warning: {warning}"));
@@ -213,7 +219,7 @@ fn corners(design: &Design, line: &mut impl FnMut(String)) {
     if let (Some(LeastDamped { corner, damping_ratio, frequency_rad_s }), [], true) =
         (&design.got.least_damped, &unstable[..], *corners > 0)
     {
-        let place = if corner.is_empty() { "the data sheet" } else { corner };
+        let place = if corner.is_empty() { "the plant of this file" } else { corner };
         let (ratio, at) = (number(*damping_ratio), number(*frequency_rad_s));
         line(format!("least damping ratio {ratio}, of a pole at {at} rad/s, with {place}"));
     }
@@ -294,7 +300,7 @@ fn guarantee(design: &Design) -> Option<String> {
     let peaks = design.gain_sets.iter().map(|set| Some(set.margins?.sensitivity_peak));
     let peak = peaks.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)?;
     Some(format!(
-        "a peak |S| of {} guarantees {} deg of phase margin and an upper gain margin of {}",
+        "the largest peak |S| above, {}, guarantees {} deg of phase margin and an upper gain margin of {}",
         number(peak),
         number(2.0 * libm::asin(0.5 / peak).to_degrees()),
         number(peak / (peak - 1.0))
@@ -342,8 +348,13 @@ pub(super) fn table(design: &Design, experiment: &Experiment) -> Table {
     };
     let or = |value: Option<f64>, none: &str| value.map_or_else(|| none.to_owned(), number);
     let Margins { crossover_rad_s, phase_deg, delay_s, gain_up, gain_down, sensitivity_peak, peak_rad_s } = *margins;
-    row("crossover", or(crossover_rad_s, "none"), "rad/s", "loop gain 1, loop opened at the plant input");
-    row("phase margin", or(phase_deg, "unlimited"), "deg", "phase at crossover above -180 deg");
+    row(
+        "crossover",
+        or(crossover_rad_s, "none"),
+        "rad/s",
+        "highest frequency of loop gain 1, opened at the plant input",
+    );
+    row("phase margin", or(phase_deg, "unlimited"), "deg", "smallest phase above -180 deg at loop gain 1");
     let ticks = delay_s.map_or_else(String::new, |delay| format!(", {} ticks", number(delay / design.period_s)));
     row(
         "delay margin",
@@ -366,6 +377,10 @@ pub(super) fn table(design: &Design, experiment: &Experiment) -> Table {
                 "rms, linearised loop; counts and declared noise",
             );
         }
+    }
+    if let (Some(total), true) = (design.noise(), design.noise.iter().filter(|it| it.sensor_rms > 0.0).count() > 1) {
+        let u = experiment.control_unit;
+        row(&format!("{}, all encoders", noise_name(u)), number(total), u, "root of the sum of squares");
     }
     for Bound { name, value, unit, meaning } in &design.bounds {
         row(name, number(*value), unit, meaning);

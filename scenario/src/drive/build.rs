@@ -975,7 +975,7 @@ fn at_rest(
 ) -> AtRest {
     let parts = [
         ("friction, cogging and load", true),
-        ("the high gains", form.gain_sets > 1),
+        ("the switching of the gain sets", form.gain_sets > 1),
         ("angles other than 0", sensed.len() > 1),
         ("jitter", sensing.jitter > 0.0),
     ];

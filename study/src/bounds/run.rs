@@ -33,7 +33,7 @@ const LITTLE: f64 = 0.01;
 /// Relative change of a gain that is tried.
 const STEP: f64 = 0.1;
 /// Effects outside of the loop matrices that the bounds contain.
-const IN_BOUNDS: [&str; 2] = ["friction, cogging and load", "the high gains"];
+const IN_BOUNDS: [&str; 2] = ["friction, cogging and load", "the switching of the gain sets"];
 
 /// Contribution of one cause to the bounds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
