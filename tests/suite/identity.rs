@@ -98,6 +98,8 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
         "motor",
         &[
             &[],
+            // A number of states needs the counts of a revolution.
+            &["encoder.counts_per_turn=4096"],
             &["monitor.reaction=\"joined_stop\"", "drive.fallback=0"],
             &["drive.gain_sets=1", "motor.gear=[9, 1]", "motor.load_inertia_kg_m2=0.01"],
             &[
@@ -128,6 +130,7 @@ const CONTEXTS: [(&str, &[&[&str]]); 5] = [
         "joint",
         &[
             &[],
+            &["encoder.link.counts_per_turn=4096", "encoder.motor.counts_per_turn=4096"],
             &["monitor.reaction=\"joined_stop\"", "drive.fallback=0", "joint.gear=[9, 1]"],
             &["drive.gain_sets=1"],
             // Lag, noise and margin belong to a design as a whole.
