@@ -70,6 +70,15 @@ void board_number(float value, unsigned width, unsigned digits) {
     board_text(&text[at]);
 }
 
+void board_row(float time_s, float planned_rad, float angle_rad, float ampere) {
+    board_number(time_s, 8, 1);
+    board_number(planned_rad, 12, 6);
+    board_number(angle_rad, 12, 6);
+    board_number(angle_rad - planned_rad, 12, 6);
+    board_number(ampere, 10, 3);
+    board_text("\n");
+}
+
 uint32_t board_bits(float value) {
     const union {
         float number;

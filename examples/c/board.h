@@ -19,6 +19,8 @@ void board_hex(uint32_t word);
 uint32_t board_bits(float value);
 /* Sends a number with this many decimals, in a column of this width. */
 void board_number(float value, unsigned width, unsigned digits);
+/* Sends a line of a table: time, planned and true angle, their difference, current. */
+void board_row(float time_s, float planned_rad, float angle_rad, float ampere);
 
 /* Starts TIM3, which calls TIM3_IRQHandler at this rate. */
 void board_ticker_start(uint32_t rate_hz);

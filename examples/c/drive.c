@@ -244,12 +244,7 @@ static void report_until(uint32_t last) {
         board_sleep();
         if (line.tick > told) {
             told = line.tick;
-            board_number((float)told * (float)PERIOD_S, 8, 1);
-            board_number(line.planned, 12, 6);
-            board_number(line.angle, 12, 6);
-            board_number(line.angle - line.planned, 12, 6);
-            board_number(line.ampere, 10, 3);
-            board_text("\n");
+            board_row((float)told * (float)PERIOD_S, line.planned, line.angle, line.ampere);
         }
     }
 }

@@ -86,12 +86,7 @@ static void simulated_motor_print_line(void) {
     static uint32_t printed;
     if (line.tick > printed) {
         printed = line.tick;
-        board_number((float)printed * (float)EDO_SMC_PERIOD_S, 8, 1);
-        board_number(line.planned, 12, 6);
-        board_number(line.angle, 12, 6);
-        board_number(line.angle - line.planned, 12, 6);
-        board_number(line.ampere, 10, 3);
-        board_text("\n");
+        board_row((float)printed * (float)EDO_SMC_PERIOD_S, line.planned, line.angle, line.ampere);
     }
 }
 

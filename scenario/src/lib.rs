@@ -631,6 +631,18 @@ pub fn number_at(source: &Source<'_>, key: &str) -> Result<Option<f64>, Scenario
     Ok(tree.get(&path).map_or_else(|| check::default_of(schema(kind), &path), |node| node.json().as_f64()))
 }
 
+/// Returns the gear ratio of a drive, motor revolutions per output revolution; 1 without a gear. `plant` is `motor` or
+/// `joint`.
+///
+/// # Errors
+/// Returns an error if the text is not TOML.
+pub fn gear_at(source: &Source<'_>, plant: &str) -> Result<f64, ScenarioError> {
+    let part = |k: u32| number_at(source, &format!("{plant}.gear[{k}]"));
+    let is_part = |part: &f64| *part > 0.0;
+    let parts = part(1)?.filter(is_part).zip(part(2)?.filter(is_part));
+    Ok(parts.map_or(1.0, |(num, den)| num / den))
+}
+
 /// Returns the text at a key, if the file or an argument sets it.
 ///
 /// # Errors

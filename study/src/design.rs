@@ -209,7 +209,9 @@ impl ClosedLoop {
             if spectral_radius < 1.0 { (Some(it.margins()?), it.noise_gains()) } else { (None, Vec::new()) };
         let poles = it.poles_beside(values, alpha_per_s);
         let decay_per_s = decay_per_s(&poles);
-        let (unstable_corners, least_damped) = crate::margins::corners(at_rest, law, period_s)?;
+        let (unstable_corners, of_corners) = crate::margins::corners(at_rest, law, period_s)?;
+        let nominal = LeastDamped::of("", poles.iter().copied(), period_s);
+        let least_damped = nominal.into_iter().chain(of_corners).reduce(LeastDamped::lesser);
         let corners = at_rest.corners.len();
         Ok(Self { spectral_radius, decay_per_s, poles, margins, corners, unstable_corners, least_damped, noise_gains })
     }

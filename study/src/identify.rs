@@ -199,19 +199,10 @@ impl PlantData {
             cogging_per_turn: cogging_per_turn.map(|per_turn| per_turn * gear_of_encoder(&drive.designed)),
             tolerance: tolerance_percent / 100.0,
             noise_steps,
-            gear: turns_of_gear(source, &drive.designed),
+            gear: scenario::gear_at(source, drive.designed.name()).unwrap_or(1.0),
             ..Self::with_lag(drive.current_lag_s)
         }
     }
-}
-
-/// Returns the gear ratio of the file; 1 without a gear.
-fn turns_of_gear(source: &Source<'_>, designed: &DriveDesign) -> f64 {
-    let part = |k: u32| {
-        let key = format!("{}.gear[{k}]", designed.name());
-        scenario::number_at(source, &key).ok().flatten().filter(|it| *it > 0.0)
-    };
-    part(1).zip(part(2)).map_or(1.0, |(num, den)| num / den)
 }
 
 /// Returns the revolutions of the motor per revolution behind the gear, as its encoder counts them.

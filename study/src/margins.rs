@@ -503,10 +503,10 @@ pub struct UnstableCorner {
     pub spectral_radius: f64,
 }
 
-/// Oscillatory pole with the least damping over the data sheet and all corners.
+/// Oscillatory pole with the least damping, over some plants.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeastDamped {
-    /// Deviations of the plant in the corner; empty for the data sheet itself.
+    /// Deviations of the plant in the corner; empty for the plant of the file.
     pub corner: String,
     /// Damping ratio -Re(s)/|s| of the pole s = ln(z)/T; negative for a growing oscillation.
     pub damping_ratio: f64,
@@ -514,8 +514,25 @@ pub struct LeastDamped {
     pub frequency_rad_s: f64,
 }
 
+impl LeastDamped {
+    /// Returns the least damped of these poles. `None` if no pole oscillates for longer than a tick.
+    pub(crate) fn of(corner: &str, poles: impl IntoIterator<Item = Root>, period_s: f64) -> Option<Self> {
+        let damped = |pole: Root| {
+            let frequency_rad_s = libm::hypot(pole.re, pole.im);
+            let damping_ratio = -pole.re / frequency_rad_s;
+            Self { corner: corner.into(), damping_ratio, frequency_rad_s }
+        };
+        let slow = poles.into_iter().filter(|pole| pole.im > 0.0 && pole.re * period_s > -1.0);
+        slow.map(damped).reduce(Self::lesser)
+    }
+
+    pub(crate) fn lesser(self, other: Self) -> Self {
+        if other.damping_ratio < self.damping_ratio { other } else { self }
+    }
+}
+
 /// Returns the corners of a scenario whose loop with this controller is unstable, worst first, and the pole with the
-/// least damping; `None` if no pole oscillates.
+/// least damping in a corner; `None` if no pole oscillates.
 ///
 /// # Errors
 /// A corner cannot be integrated, or has no finite matrices.
@@ -525,28 +542,18 @@ pub fn corners(
     period_s: f64,
 ) -> Result<(Vec<UnstableCorner>, Option<LeastDamped>), MarginsError> {
     let mut unstable = Vec::new();
-    let mut least: Option<LeastDamped> = None;
-    let sheet = ("", at_rest.plant.as_ref());
-    let corners = at_rest.corners.iter().map(|Corner { name, plant }| (name.as_str(), plant.as_ref()));
-    for (name, plant) in [sheet].into_iter().chain(corners) {
-        let it = Loop::with(at_rest, plant, law, period_s)?;
+    let mut damped = Vec::new();
+    for Corner { name, plant } in &at_rest.corners {
+        let it = Loop::with(at_rest, plant.as_ref(), law, period_s)?;
         let values = it.eigenvalues()?;
         let spectral_radius = values.first().map_or(0.0, |z| libm::hypot(z.re, z.im));
-        if spectral_radius >= 1.0 && !name.is_empty() {
-            unstable.push(UnstableCorner { name: name.into(), spectral_radius });
+        if spectral_radius >= 1.0 {
+            unstable.push(UnstableCorner { name: name.clone(), spectral_radius });
         }
-        // A pole that decays within some ticks does not show as an oscillation.
-        let poles = values.into_iter().map(|z| it.pole(z));
-        for pole in poles.filter(|pole| pole.im > 0.0 && pole.re * period_s > -1.0) {
-            let frequency_rad_s = libm::hypot(pole.re, pole.im);
-            let damping_ratio = -pole.re / frequency_rad_s;
-            if least.as_ref().is_none_or(|least| damping_ratio < least.damping_ratio) {
-                least = Some(LeastDamped { corner: name.into(), damping_ratio, frequency_rad_s });
-            }
-        }
+        damped.extend(LeastDamped::of(name, values.into_iter().map(|z| it.pole(z)), period_s));
     }
     unstable.sort_by(|a, b| b.spectral_radius.total_cmp(&a.spectral_radius));
-    Ok((unstable, least))
+    Ok((unstable, damped.into_iter().reduce(LeastDamped::lesser)))
 }
 
 /// Returns the unstable corners of [`corners`].

@@ -131,11 +131,9 @@ impl Side {
     /// Fails if the scenario is not TOML.
     pub(super) fn of(source: &Source<'_>, model: Model) -> Result<Self, ScenarioError> {
         let plant = if model == Model::Joint { "joint" } else { "motor" };
-        let of = |key: String| scenario::number_at(source, &key);
-        let ends = [of(format!("{plant}.gear[1]"))?, of(format!("{plant}.gear[2]"))?];
-        let gear = if let [Some(num), Some(den)] = ends { num / den } else { 1.0 };
-        let rotor = of("motor.inertia_kg_m2".into())?;
-        Ok(Self { gear, load_kg_m2: rotor.and(of("motor.load_inertia_kg_m2".into())?) })
+        let rotor = scenario::number_at(source, "motor.inertia_kg_m2")?;
+        let load = scenario::number_at(source, "motor.load_inertia_kg_m2")?;
+        Ok(Self { gear: scenario::gear_at(source, plant)?, load_kg_m2: rotor.and(load) })
     }
 
     /// Returns the number with this name as a key of the scenario. `None` if no key sets it.
