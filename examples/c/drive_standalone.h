@@ -78,12 +78,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x60e9ad74u
-#error "two designs with the prefix drive, 0x60e9ad74u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x60e9ad74u
+#if DRIVE_STANDALONE != 0x31dbd633u
+#error "two designs with the prefix drive, 0x31dbd633u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x31dbd633u
 #endif
 #else
-#define DRIVE_STANDALONE 0x60e9ad74u
+#define DRIVE_STANDALONE 0x31dbd633u
 
 #include <float.h>
 #include <stdbool.h>
@@ -114,6 +114,13 @@
 #define DRIVE_MAX_CURRENT_A 30.0 /* of either sign */
 #define DRIVE_DELAY_TICKS 0 /* from the computation of a current to its output */
 #define DRIVE_CURRENT_LAG_S 0.0002 /* time constant of the current loop */
+#define DRIVE_LINK_INERTIA_KG_M2 0.23
+#define DRIVE_LINK_DAMPING_N_M_S 0.07
+#define DRIVE_WEIGHT_N_M 0.23 /* torque of the weight in the level position */
+#define DRIVE_STIFFNESS_N_M 9.0 /* per rad */
+#define DRIVE_MOTOR_INERTIA_KG_M2 0.000931 /* of the motor, all behind the gear */
+#define DRIVE_MOTOR_DAMPING_N_M_S 0.07
+#define DRIVE_TORQUE_N_M_PER_A 0.119
 #define DRIVE_ENCODER_LINK_BITS 20 /* on the shaft itself; counts up with the angle, 0 at angle 0 */
 #define DRIVE_ENCODER_LINK_STATES 1048576u /* number of counts before it wraps; 0 for 2^32 */
 #define DRIVE_ENCODER_LINK_COUNTS_PER_TURN 1048576

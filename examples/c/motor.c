@@ -1,33 +1,49 @@
-/* A position drive of your own motor in C: encoder count in, current out.
+/* A position drive of your own motor or flexible joint in C: encoder counts in, current out.
  *
- * The controller is one file, exported from the data sheet of the motor (docs/c.md, "Exported C99 file"):
+ * The controller is one file, exported from the data sheet (docs/c.md, "Exported C99 file"):
  *
  *     timer interrupt, every EDO_SMC_PERIOD_S:   count -> watched tick along the plan -> current -> PWM
  *     main loop, in the remaining time:          plans: onto a sine, then to rest at half a radian
  *
- * `make run-motor` runs it in the emulator with a simulated motor and prints the largest difference between the true
- * angle and the plan. For a board fill in the three functions marked BOARD and build with `make board`.
+ * `make run-motor` runs it in the emulator with a simulated motor or joint and prints the largest difference between the
+ * true angle and the plan. For a board fill in the functions marked BOARD and build with `make board`.
  */
 #include "board.h"
+#include <math.h>
 #include <stdbool.h>
 #ifndef DRIVE
 #define DRIVE "motor_drive.h"
 #endif
 #include DRIVE
-#ifndef EDO_SMC_INERTIA_KG_M2
-#error "motor.c drives a [motor] with the prefix edo_smc; a joint is in drive.c"
+#ifndef EDO_SMC_TORQUE_N_M_PER_A
+#error "motor.c drives a [motor] or a [joint], exported with the prefix edo_smc"
 #endif
 
 #ifdef EMULATED
 #include "simulated_motor.h"
 #else
-/* BOARD: returns the raw counter register. */
+/* BOARD: returns the raw counter register; a joint has two encoders. */
+#ifdef EDO_SMC_STIFFNESS_N_M
+static uint32_t encoder_link(void) { return 0u; }
+static uint32_t encoder_motor(void) { return 0u; }
+#else
 static uint32_t encoder(void) { return 0u; }
+#endif
 /* BOARD: returns false if an absolute encoder sent a bad frame. */
 static bool encoder_is_good(void) { return true; }
 /* BOARD: commands the current loop or PWM; returns the current that the stage really holds, A. */
 static float current(float ampere) { return ampere; }
 #endif
+
+/* The sine has 1 rad and a frequency of at most 1 Hz, at which it takes at most 30 % of the torque that is left. */
+#ifdef EDO_SMC_STIFFNESS_N_M
+#define INERTIA_KG_M2 (EDO_SMC_LINK_INERTIA_KG_M2 + EDO_SMC_MOTOR_INERTIA_KG_M2)
+#define TORQUE_N_M (EDO_SMC_TORQUE_N_M_PER_A * EDO_SMC_MAX_CURRENT_A - EDO_SMC_WEIGHT_N_M)
+#else
+#define INERTIA_KG_M2 EDO_SMC_INERTIA_KG_M2
+#define TORQUE_N_M (EDO_SMC_TORQUE_N_M_PER_A * EDO_SMC_MAX_CURRENT_A)
+#endif
+static double frequency_hz;
 
 #define TICKS_OF(seconds) ((uint32_t)((seconds) / EDO_SMC_PERIOD_S + 0.5))
 /* Time from the computation of a plan to its first tick, s. A plan takes some ten thousand cycles of software doubles,
@@ -55,8 +71,14 @@ void TIM3_IRQHandler(void) {
 #ifdef EMULATED
     simulated_motor_advance();
 #endif
+#ifdef EDO_SMC_STIFFNESS_N_M
+    sample.count_link = encoder_link();
+    sample.count_motor = encoder_motor();
+    sample.lost_link = sample.lost_motor = !encoder_is_good();
+#else
     sample.count = encoder();
     sample.lost = !encoder_is_good();
+#endif
     sample.begin = sample.end; /* a tick begins at the end of the previous tick */
     const uint32_t end = tick + EDO_SMC_DELAY_TICKS + 1u;
     if (ready && end == changeover) {
@@ -67,7 +89,11 @@ void TIM3_IRQHandler(void) {
     const unsigned health = edo_smc_watched_tick(&monitor, &state, &sample, &output);
     if ((health & EDO_SMC_WAITS) != 0u && edo_smc_estimates(&state, &here)) {
         /* At a start, and after edo_smc_watched_reset: no current flows yet. Hold the present position. */
+#ifdef EDO_SMC_STIFFNESS_N_M
+        (void)edo_smc_plan_rest(&plans[playing], here.turn, here.position_link);
+#else
         (void)edo_smc_plan_rest(&plans[playing], here.turn, here.position);
+#endif
         edo_smc_plan_at(&plans[playing], end, &sample.end);
     } else if (state.started) {
         started = true;
@@ -103,7 +129,7 @@ static void hand_over(bool made) {
     ready = made;
 }
 
-static void onto_a_sine(double amplitude_rad, double frequency_hz, double seconds) {
+static void onto_a_sine(double amplitude_rad, double seconds) {
     edo_smc_jet present;
     edo_smc_plan *const plan = next_plan(&present);
     hand_over(
@@ -131,19 +157,28 @@ int main(void) {
     while (!started) {
         board_sleep();
     }
+    const double fastest_hz = sqrt(0.3 * TORQUE_N_M / INERTIA_KG_M2) / TWO_PI;
+    frequency_hz = (fastest_hz < 1.0) ? fastest_hz : 1.0;
+    const double second = 1.0 / frequency_hz; /* a period of the sine */
 #ifdef EMULATED
     board_text("  time s  planned rad    true rad   error rad current A\n");
-    judged = TICKS_OF(0.25);
+    judged = TICKS_OF(0.5 * second);
 #endif
-    onto_a_sine(1.0, 1.0, 0.23);
-    wait_until(TICKS_OF(2.25));
+    onto_a_sine(1.0, 0.48 * second);
+    wait_until(TICKS_OF(2.25 * second));
 #ifdef EMULATED
-    simulated_motor_print_peak("sine of 1 rad at 1 Hz, from 0.25 s on", tick);
+    board_text("sine of 1 rad at ");
+    board_number((float)frequency_hz, 0, 3);
+    board_text(" Hz, from ");
+    board_number((float)(0.5 * second), 0, 2);
+    simulated_motor_print_peak(" s on", tick);
 #endif
-    to_rest_at(0, 0.5f, 0.3);
-    wait_until(TICKS_OF(2.75));
+    to_rest_at(0, 0.5f, 0.3 * second);
+    wait_until(TICKS_OF(2.75 * second));
 #ifdef EMULATED
-    simulated_motor_print_peak("from there to rest at 0.5 rad in 0.3 s", tick);
+    board_text("from there to rest at 0.5 rad in ");
+    board_number((float)(0.3 * second), 0, 2);
+    simulated_motor_print_peak(" s", tick);
 #endif
     board_text("status flags of all ticks: ");
     board_hex(trouble);

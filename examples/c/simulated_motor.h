@@ -1,6 +1,6 @@
-/* The motor of motor.c in the emulator: rotor, friction, cogging, current loop and encoder of the exported data sheet.
- * No data sheet lists friction and cogging, so their sizes are shares of the largest torque. Include it once, after the
- * exported file. It also compares the true angle with the plan and prints the result. */
+/* The motor or joint of motor.c in the emulator: rotor, spring and link, friction, cogging, current loop and encoders of
+ * the exported data sheet. No data sheet lists friction and cogging, so their sizes are shares of the largest torque.
+ * Include it once, after the exported file. It also compares the true angle with the plan and prints the result. */
 #ifndef SIMULATED_MOTOR_H
 #define SIMULATED_MOTOR_H
 
@@ -14,32 +14,71 @@
 
 static const float coulomb = 0.01f * PEAK_N_M, at_rest = 0.016f * PEAK_N_M, stribeck = 0.1f; /* N m, N m, rad/s */
 static const float cogging = 0.006f * PEAK_N_M, cogs = 7.0f;                                /* N m, per revolution */
-static float angle, speed, flowing, commanded;
+static float angle, speed; /* of the controlled shaft: the motor, or the link of a joint */
+static float flowing, commanded;
+#ifdef EDO_SMC_STIFFNESS_N_M
+static float motor_angle, motor_speed;
+#define MOTOR_ANGLE motor_angle
+#define MOTOR_SPEED motor_speed
+#define MOTOR_INERTIA ((float)EDO_SMC_MOTOR_INERTIA_KG_M2)
+#define MOTOR_DAMPING ((float)EDO_SMC_MOTOR_DAMPING_N_M_S)
+#else
+#define MOTOR_ANGLE angle
+#define MOTOR_SPEED speed
+#define MOTOR_INERTIA ((float)EDO_SMC_INERTIA_KG_M2)
+#define MOTOR_DAMPING ((float)EDO_SMC_DAMPING_N_M_S)
+#endif
 
 /* Moves the motor by one control period. */
 static void simulated_motor_advance(void) {
     const float step = (float)EDO_SMC_PERIOD_S / (float)STEPS;
     const float follows = (EDO_SMC_CURRENT_LAG_S > (double)step) ? step / (float)EDO_SMC_CURRENT_LAG_S : 1.0f;
     /* Friction passes through zero with a slope that this step can integrate. */
-    const float steepest = 2.0f * step * at_rest / (float)EDO_SMC_INERTIA_KG_M2;
+    const float steepest = 2.0f * step * at_rest / MOTOR_INERTIA;
     const float smooth = (steepest > 0.005f) ? steepest : 0.005f;
     for (int k = 0; k < STEPS; k++) {
-        const float bell = speed / stribeck;
-        const float friction = (coulomb + (at_rest - coulomb) * expf(-bell * bell)) * tanhf(speed / smooth);
-        const float torque = (float)EDO_SMC_TORQUE_N_M_PER_A * flowing - (float)EDO_SMC_DAMPING_N_M_S * speed -
-                             friction - cogging * sinf(cogs * angle);
+        const float bell = MOTOR_SPEED / stribeck;
+        const float friction = (coulomb + (at_rest - coulomb) * expf(-bell * bell)) * tanhf(MOTOR_SPEED / smooth);
+        float torque = (float)EDO_SMC_TORQUE_N_M_PER_A * flowing - MOTOR_DAMPING * MOTOR_SPEED - friction -
+                       cogging * sinf(cogs * MOTOR_ANGLE);
+#ifdef EDO_SMC_STIFFNESS_N_M
+        const float spring = (float)EDO_SMC_STIFFNESS_N_M * (motor_angle - angle);
+        torque -= spring;
+        speed += step / (float)EDO_SMC_LINK_INERTIA_KG_M2 *
+                 (spring - (float)EDO_SMC_LINK_DAMPING_N_M_S * speed - (float)EDO_SMC_WEIGHT_N_M * sinf(angle));
+#endif
         flowing += follows * (commanded - flowing);
-        speed += step / (float)EDO_SMC_INERTIA_KG_M2 * torque;
+        MOTOR_SPEED += step / MOTOR_INERTIA * torque;
+        MOTOR_ANGLE += step * MOTOR_SPEED;
+#ifdef EDO_SMC_STIFFNESS_N_M
         angle += step * speed;
+#endif
     }
 }
 
-static uint32_t encoder(void) {
-    const int32_t count = (int32_t)floorf(angle / (float)EDO_SMC_ENCODER_UNIT_RAD + 0.5f);
-    const int64_t states = EDO_SMC_ENCODER_STATES ? EDO_SMC_ENCODER_STATES : 4294967296LL;
-    const int64_t rest = ((EDO_SMC_ENCODER_REVERSED ? -count : count) + EDO_SMC_ENCODER_OFFSET_COUNTS) % states;
-    return (uint32_t)(rest < 0 ? rest + states : rest); /* as the register of the counter */
+/* Returns the register of a counter at this angle; `states` 0 for 2^32. */
+static uint32_t count_at(float at, double unit_rad, uint32_t states, bool is_reversed, int64_t offset) {
+    const int64_t count = (int64_t)floorf(at / (float)unit_rad + 0.5f);
+    const int64_t whole = (states != 0u) ? (int64_t)states : 4294967296LL;
+    const int64_t rest = ((is_reversed ? -count : count) + offset) % whole;
+    return (uint32_t)(rest < 0 ? rest + whole : rest);
 }
+
+#ifdef EDO_SMC_STIFFNESS_N_M
+static uint32_t encoder_link(void) {
+    return count_at(angle, EDO_SMC_ENCODER_LINK_UNIT_RAD, EDO_SMC_ENCODER_LINK_STATES, EDO_SMC_ENCODER_LINK_REVERSED,
+                    EDO_SMC_ENCODER_LINK_OFFSET_COUNTS);
+}
+static uint32_t encoder_motor(void) {
+    return count_at(motor_angle, EDO_SMC_ENCODER_MOTOR_UNIT_RAD, EDO_SMC_ENCODER_MOTOR_STATES,
+                    EDO_SMC_ENCODER_MOTOR_REVERSED, EDO_SMC_ENCODER_MOTOR_OFFSET_COUNTS);
+}
+#else
+static uint32_t encoder(void) {
+    return count_at(angle, EDO_SMC_ENCODER_UNIT_RAD, EDO_SMC_ENCODER_STATES, EDO_SMC_ENCODER_REVERSED,
+                    EDO_SMC_ENCODER_OFFSET_COUNTS);
+}
+#endif
 
 static bool encoder_is_good(void) { return true; }
 
@@ -90,9 +129,9 @@ static void simulated_motor_print_line(void) {
     }
 }
 
-/* Prints the largest error since tick `judged`; the next one counts from `next`. */
-static void simulated_motor_print_peak(const char *of, uint32_t next) {
-    board_text(of);
+/* Ends a line with the largest error since tick `judged`; the next one counts from `next`. */
+static void simulated_motor_print_peak(const char *end, uint32_t next) {
+    board_text(end);
     board_text(": peak error ");
     board_number(peak, 0, 6);
     board_text(" rad\n");

@@ -7,7 +7,7 @@
 
 use std::fmt::Write as _;
 
-use controller_core::drive::{ALARMS, Bounds, Encoder, LowerGains, MotorDesign, Mounting};
+use controller_core::drive::{ALARMS, Bounds, Encoder, JointDesign, LowerGains, MotorDesign, Mounting};
 use controller_core::drives;
 use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction, Thresholds};
 use scenario::Drive;
@@ -537,13 +537,24 @@ impl C<'_> {
         if let Reaction::JoinedStop { ticks } = exported.drive.designed.reaction() {
             let _ = writeln!(out, "#define {capitals}_STOP_TICKS {ticks}u /* duration of the stop after an alarm */");
         }
-        if let DriveDesign::Motor(DriveOf { design: MotorDesign { motor, .. }, .. }) = exported.drive.designed {
-            let _ = write!(
-                out,
-                "#define {capitals}_INERTIA_KG_M2 {:?} /* at the controlled shaft, behind the gear */\n\
-                 #define {capitals}_TORQUE_N_M_PER_A {:?}\n#define {capitals}_DAMPING_N_M_S {:?}\n",
-                motor.inertia_kg_m2, motor.torque_n_m_per_a, motor.damping_n_m_s,
-            );
+        let plant: &[(&str, f64, &str)] = match exported.drive.designed {
+            DriveDesign::Motor(DriveOf { design: MotorDesign { motor, .. }, .. }) => &[
+                ("INERTIA_KG_M2", motor.inertia_kg_m2, " /* at the controlled shaft, behind the gear */"),
+                ("TORQUE_N_M_PER_A", motor.torque_n_m_per_a, ""),
+                ("DAMPING_N_M_S", motor.damping_n_m_s, ""),
+            ],
+            DriveDesign::Joint(DriveOf { design: JointDesign { joint, .. }, .. }) => &[
+                ("LINK_INERTIA_KG_M2", joint.link_inertia_kg_m2, ""),
+                ("LINK_DAMPING_N_M_S", joint.link_damping_n_m_s, ""),
+                ("WEIGHT_N_M", joint.weight_n_m, " /* torque of the weight in the level position */"),
+                ("STIFFNESS_N_M", joint.stiffness_n_m, " /* per rad */"),
+                ("MOTOR_INERTIA_KG_M2", joint.motor_inertia_kg_m2, " /* of the motor, all behind the gear */"),
+                ("MOTOR_DAMPING_N_M_S", joint.motor_damping_n_m_s, ""),
+                ("TORQUE_N_M_PER_A", joint.torque_n_m_per_a, ""),
+            ],
+        };
+        for (name, value, note) in plant {
+            let _ = writeln!(out, "#define {capitals}_{name} {value:?}{note}");
         }
         for (shaft, encoder, mounting) in exported.encoders() {
             let name = format!("{capitals}_ENCODER{}", shaft.to_ascii_uppercase());

@@ -327,6 +327,68 @@ fn the_equations_of_the_page_are_those_of_the_file_and_its_commands_work() {
     assert!(fs::read_to_string(folder.0.join("pendulum.h")).expect("the C file").contains("edo_smc_tick("));
 }
 
+/// Guides whose commands run in a test. The files that a page does not make itself are templates.
+const GUIDES: [&str; 9] =
+    ["c", "commissioning", "comparison", "joints", "own-plant", "paper", "robustness", "tuning", "verification"];
+/// Parts of commands that need firmware, a board, a recording or a solver, and the test that runs such a command.
+const ELSEWHERE: [(&str, &str); 6] = [
+    ("--port", "a board"),
+    ("--image", "suite, `commission`"),
+    ("--elf", "suite, `export_motor`"),
+    ("record.csv", "`commission` of this crate"),
+    ("--certificate", "deep part `proofs`"),
+    ("figures", "suite, `figures`"),
+];
+/// Commands that take minutes: only the deep tier runs them.
+const LONG: [&str; 3] = ["compare", "commission", "monte-carlo"];
+
+/// Every command of a guide succeeds on a template. README, tutorial and the page on own plants also show their output.
+#[test]
+fn the_commands_of_the_guides_run() {
+    let deep = std::env::var_os("DEEP").is_some_and(|value| value == "1");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let (mut count, mut wrong) = (0, Vec::new());
+    for page in GUIDES {
+        let folder = Folder::new(&format!("guide-{page}"));
+        let templates = [("mine", "motor"), ("wrist", "motor"), ("elbow", "joint"), ("own", "own")];
+        for (name, plant) in templates {
+            assert_eq!(ran_in(&folder, &["new", name, "--plant", plant]).0, 0);
+        }
+        let text = fs::read_to_string(root.join(format!("docs/{page}.md"))).expect("the page");
+        for line in text.replace("\\\n", " ").lines() {
+            let line = line.trim().trim_start_matches("$ ");
+            let begins = ["cargo run --release -- ", "cargo run --release --features chip -- ", "host-sim "];
+            let Some(words) = begins.iter().find_map(|begin| line.strip_prefix(begin)) else { continue };
+            let command = words.split(" #").next().unwrap_or(words).trim();
+            let is_long = LONG.iter().any(|long| command.starts_with(long));
+            let is_pattern = command.contains("[-") || command.contains(" ..") || command.contains(['`', '<', '|']);
+            if is_pattern || ELSEWHERE.iter().any(|(part, _)| command.contains(part)) || is_long && !deep {
+                continue;
+            }
+            // The quotes of a shell; no argument of a page has a blank in them.
+            let plain = command.replace('\'', "").replace("examples/c/motor_drive.h", "motor_drive.h");
+            let mut args: Vec<String> = plain.split_whitespace().map(str::to_owned).collect();
+            if let Some(source) = args.iter_mut().find(|arg| arg.starts_with("examples/")) {
+                *source = root.join(&source).display().to_string();
+            }
+            match &*args[0] {
+                "new" => _ = fs::remove_file(folder.0.join(format!("{}.toml", args[1]))),
+                // A smaller search than the default of the command, which takes half an hour.
+                "compare" => args.extend(["--evaluations", "1"].map(String::from)),
+                _ => {}
+            }
+            let (status, _, err) = ran_in(&folder, &args.iter().map(|arg| &**arg).collect::<Vec<_>>());
+            count += 1;
+            if status != 0 {
+                wrong.push(format!("docs/{page}.md: {command}: {err}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    println!("{count} commands");
+    assert!(count >= if deep { 22 } else { 17 }, "{count} commands");
+}
+
 /// Another motor than in the template: three times the inertia, twice the torque constant, 16 bits.
 #[test]
 fn three_commands_take_a_motor_of_one_s_own_along_a_sine() {

@@ -45,8 +45,8 @@ use wide::{Aligned, Wide};
 
 /// Number of loops in a batch.
 pub const LANES: usize = 64;
-/// Number of counted flags: the bits of [`Health`].
-const TROUBLES: usize = 8;
+/// Number of counted flags: the low bits of [`Health`]. The others belong to drives, which no lane runs.
+const FLAGS: usize = 8;
 /// Longest delay of a sensor, ticks. Each tick of delay takes 3 kB.
 const MOST_DELAY_TICKS: usize = 1000;
 
@@ -111,13 +111,14 @@ pub struct Judged {
     /// Metrics of the trial.
     pub metrics: Metrics,
     /// Number of ticks with each flag, by its bit in [`Health`].
-    ticks_with: [u32; TROUBLES],
+    ticks_with: [u32; FLAGS],
 }
 
 impl Judged {
-    /// Returns the number of ticks in which the controller reported this flag. `flag` must be a single flag.
+    /// Returns the number of ticks in which the controller reported this flag. `flag` must be a single flag. A flag
+    /// of a drive is never reported.
     pub fn ticks_with(&self, flag: Health) -> usize {
-        self.ticks_with[flag.bits().trailing_zeros() as usize % TROUBLES] as usize
+        self.ticks_with.get(flag.bits().trailing_zeros() as usize).map_or(0, |count| *count as usize)
     }
 }
 

@@ -41,7 +41,7 @@ impl Figures {
             torque_errors: of_shafts.unwrap_or_default(),
             tracking: experiment.tracking(trace),
             noise: experiment.noise(trace),
-            ticks_with: TROUBLES.map(|(flag, name)| (name, ticks_with(trace, flag))).into(),
+            ticks_with: FLAGS.map(|(flag, name)| (name, ticks_with(trace, flag))).into(),
         }
     }
 
@@ -52,7 +52,7 @@ impl Figures {
             torque_errors: Vec::new(),
             tracking: None,
             noise: None,
-            ticks_with: TROUBLES.map(|(flag, name)| (name, judged.ticks_with(flag))).into(),
+            ticks_with: FLAGS.map(|(flag, name)| (name, judged.ticks_with(flag))).into(),
         }
     }
 }
@@ -127,8 +127,8 @@ pub fn unit_of(path: &str, experiment: &Experiment) -> String {
     }
 }
 
-/// Status flags of a controller and their names in JSON.
-pub const TROUBLES: [(Health, &str); 10] = [
+/// Every status flag of a controller with its name in JSON.
+pub const FLAGS: [(Health, &str); 16] = [
     (Health::INPUT_REJECTED, "input_rejected"),
     (Health::SATURATED, "saturated"),
     (Health::SIGMA_STAR_OVER_BOUND, "sigma_star_over_bound"),
@@ -137,8 +137,14 @@ pub const TROUBLES: [(Health, &str); 10] = [
     (Health::STUCK_AT_LIMIT, "stuck_at_limit"),
     (Health::STOPPED, "stopped"),
     (Health::POSITION_STEPPED, "position_stepped"),
+    (Health::WAITS, "waits"),
     (Health::WRONG_WAY, "wrong_way"),
     (Health::OSCILLATES, "oscillates"),
+    (Health::BRAKES, "brakes"),
+    (Health::OVERSPEED, "overspeed"),
+    (Health::FOLLOWING_ERROR, "following_error"),
+    (Health::END_OF_RANGE, "end_of_range"),
+    (Health::HUNTS, "hunts"),
 ];
 
 /// Returns the number of ticks with this status flag.

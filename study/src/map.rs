@@ -251,16 +251,25 @@ const ERRORS: [&Errors; 3] = [
     ],
 ];
 
+/// Numbers of a data sheet that may be 0, and their keys.
+const ZEROS: [(&str, &str); 2] = [("weight", "joint.weight_n_m"), ("damping", "motor.damping_n_m_s")];
+
 impl MayBeOff {
-    /// Returns the uncertain parameters of a scenario: all error keys of a drive or of the paper's joint, the constants
-    /// of equations, the nonzero coefficients of a chain. Any other plant has none.
+    /// Returns the uncertain parameters of a scenario: the error keys of a drive, except of a number that is 0, or of
+    /// the paper's joint, the constants of equations, the nonzero coefficients of a chain. Any other plant has none.
     ///
     /// # Errors
     /// The file is not TOML.
     pub fn of(subject: &Subject<'_>) -> Result<Self, Error> {
         let takes = |errors: &&&Errors| errors[0].1.iter().all(|key| subject.with(&[format!("{key}=0.01")]).is_ok());
         if let Some(errors) = ERRORS.iter().find(takes) {
-            let numbers = errors.iter().map(|(name, keys, percent)| Uncertain {
+            // A number of the data sheet that is 0 stays 0.
+            let is_zero = |name: &str| {
+                let sheet = ZEROS.iter().find(|(zero, _)| *zero == name).map(|(_, key)| subject.number_at(key));
+                sheet.is_some_and(|value| value.unwrap_or(0.0) == 0.0)
+            };
+            let errors = errors.iter().filter(|(name, ..)| !is_zero(name));
+            let numbers = errors.map(|(name, keys, percent)| Uncertain {
                 name: (*name).into(),
                 keys: keys.iter().map(ToString::to_string).collect(),
                 deviation: Deviation::Error(*percent),

@@ -978,3 +978,43 @@ fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
         assert_eq!(said_by_exported_rust(&folder("drive-rust"), name, &scenario, WHAT_IT_IS), said, "{name}");
     }
 }
+
+/// Simulated motor of the template: 0.05 N m/A, 2e-4 kg m², 14 bits, 1 kHz, with friction. It stands at 0.5 rad when
+/// the drive starts.
+const MOVED: &str = "
+fn main() {
+    let mut control = Control::new();
+    let (mut angle, mut speed) = (0.5_f64, 0.0_f64);
+    for tick in 0..1500 {
+        if tick == 100 {
+            control.move_to(0, 1.5, 500);
+        }
+        let count = (angle * 16384.0 / std::f64::consts::TAU).floor() as i32;
+        let u = control.tick(Some(count), None);
+        for _ in 0..20 {
+            let torque = 0.05 * f64::from(u) - 0.005 * (100.0 * speed).clamp(-1.0, 1.0);
+            speed += 5e-5 * torque / 2e-4;
+            angle += 5e-5 * speed;
+        }
+        if tick == 99 || tick == 350 {
+            println!(\"{angle}\");
+        }
+    }
+    println!(\"{angle}\");
+}
+";
+
+/// The code of docs/rust.md starts where the shaft is and moves it.
+#[test]
+fn the_drive_of_the_rust_page_compiles_and_moves_a_motor() {
+    let page = fs::read_to_string(path("../docs/rust.md")).expect("the page");
+    let section = page.split_once("## Your exported drive in your interrupt").expect("the section").1;
+    let code = section.split_once("```rust\n").expect("the code").1.split_once("```").expect("its end").0;
+    assert!(code.contains("\nmod motor_drive;\n"));
+    let program = code.replace("\nmod motor_drive;\n", "\nuse exported as motor_drive;\n") + MOVED;
+    let said = said_by_exported_rust(&folder("drive-page"), "page", scenario::MOTOR, &program);
+    let angles: Vec<f64> = said.lines().map(|line| line.parse().expect("an angle")).collect();
+    let [before, halfway, after] = angles[..] else { panic!("{said}") };
+    println!("{said}");
+    assert!((before - 0.5).abs() < 2e-3 && (halfway - 1.0).abs() < 2e-2 && (after - 1.5).abs() < 2e-3, "{said}");
+}

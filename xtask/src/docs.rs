@@ -16,9 +16,6 @@ const HEADER: &str = "controller-core/katex.html";
 /// Address of KaTeX in the header, up to its version.
 const NETWORK: &str = "https://cdn.jsdelivr.net/npm/katex@";
 const PAGES: &str = "target/doc";
-/// Program that makes a book of the pages, its version, and the folder of installed programs.
-const MDBOOK: &str = "0.5.4";
-const TOOLS: &str = "target/tools";
 
 /// Builds the pages and checks their formulas.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
@@ -33,19 +30,6 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
         }
         Ok(format!("{sources} sources, {pages} pages"))
     })
-}
-
-/// Builds the pages in `docs` as a book for a browser, in `target/book`.
-pub(crate) fn book(gate: &mut Gate) -> Outcome {
-    let program = format!("{TOOLS}/bin/mdbook");
-    if Invocation::new(&program, &["--version"]).answer_in(gate).is_none_or(|answer| !answer.contains(MDBOOK)) {
-        let install = Invocation::cargo(&["install", "mdbook", "--locked", "--version", MDBOOK, "--root", TOOLS]);
-        gate.commands(
-            &format!("mdbook {MDBOOK}"),
-            &[install.with(&["--no-default-features", "--features", "search"])],
-        )?;
-    }
-    gate.commands("book in target/book", &[Invocation::new(&program, &["build", "docs"])])
 }
 
 /// Computes the tables and figures of docs/tuning.md, docs/joints.md, docs/evidence/commissioning.md,
@@ -70,12 +54,49 @@ pub(crate) fn tables(gate: &mut Gate) -> Outcome {
 
 /// Builds the pages with a local copy of KaTeX, for reading without a connection.
 pub(crate) fn offline(gate: &mut Gate) -> Outcome {
+    const RERUN: &str = "cargo xtask docs --offline";
     run(gate)?;
-    let failed = |reason: String| Failure { reason, rerun: String::from("cargo xtask docs --offline") };
+    let katex = katex(gate, RERUN)?;
+    gate.check("pages for reading offline", RERUN, |gate| {
+        let pages = gate.root.join(PAGES);
+        lay_beside(&katex.distribution, &pages.join("katex"))?;
+        let mut local = 0;
+        for file in files_with(&pages, "html").map_err(|error| format!("{}: {error}", pages.display()))? {
+            let text = fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+            let depth = file.strip_prefix(&pages).map_or(0, |below| below.components().count() - 1);
+            let text = katex.beside(&text, depth);
+            if let Some(from) = loaded(&text) {
+                return Err(format!("{} loads {from}: is it of an item that is gone? remove {PAGES}", file.display()));
+            }
+            fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?;
+            local += 1;
+        }
+        Ok(format!("{local} pages; begin at {}", pages.join("controller_core/index.html").display()))
+    })
+}
+
+/// KaTeX, which renders the formulas, on this machine.
+pub(crate) struct Katex {
+    version: String,
+    /// Folder of the scripts, the style and the fonts.
+    pub distribution: PathBuf,
+}
+
+impl Katex {
+    /// Returns a page that loads KaTeX from `katex/`, `depth` folders above it.
+    pub(crate) fn beside(&self, page: &str, depth: usize) -> String {
+        beside(page, &self.version, depth)
+    }
+}
+
+/// Fetches KaTeX from the registry of npm, once. `rerun` is the command for the message.
+pub(crate) fn katex(gate: &mut Gate, rerun: &str) -> Result<Katex, Failure> {
+    let failed = |reason: String| Failure { reason, rerun: rerun.into() };
     let header = fs::read_to_string(gate.root.join(HEADER)).map_err(|error| failed(format!("{HEADER}: {error}")))?;
     let version = version(&header).ok_or_else(|| failed(format!("{HEADER} does not take KaTeX from {NETWORK}")))?;
     let fetched = PathBuf::from("target/katex").join(version);
-    if !gate.root.join(&fetched).join("package/dist/katex.min.js").exists() {
+    let distribution = gate.root.join(&fetched).join("package/dist");
+    if !distribution.join("katex.min.js").exists() {
         if Invocation::new("npm", &["--version"]).answer().is_none() {
             let remedy = "no npm, which fetches KaTeX: install Node.js (on Debian, as root: apt-get install npm)";
             return Err(failed(String::from(remedy)));
@@ -88,22 +109,7 @@ pub(crate) fn offline(gate: &mut Gate) -> Outcome {
         let unpack = Invocation::new("tar", &["-xzf", &archive, "-C", &folder]);
         gate.commands(&format!("KaTeX {version}"), &[pack, unpack])?;
     }
-    gate.check("pages for reading offline", "cargo xtask docs --offline", |gate| {
-        let pages = gate.root.join(PAGES);
-        lay_beside(&gate.root.join(&fetched).join("package/dist"), &pages.join("katex"))?;
-        let mut local = 0;
-        for file in files_with(&pages, "html").map_err(|error| format!("{}: {error}", pages.display()))? {
-            let text = fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
-            let depth = file.strip_prefix(&pages).map_or(0, |below| below.components().count() - 1);
-            let text = text.replace(header.trim(), &beside(&header, version, depth));
-            if let Some(from) = loaded(&text) {
-                return Err(format!("{} loads {from}: is it of an item that is gone? remove {PAGES}", file.display()));
-            }
-            fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?;
-            local += 1;
-        }
-        Ok(format!("{local} pages; begin at {}", pages.join("controller_core/index.html").display()))
-    })
+    Ok(Katex { version: version.into(), distribution })
 }
 
 /// Returns the version of KaTeX in a header, for example `0.19.1`.
@@ -111,9 +117,9 @@ fn version(header: &str) -> Option<&str> {
     header.split_once(NETWORK)?.1.split('/').next()
 }
 
-/// Returns the header for a page at a folder depth. Local files need no checksum.
-fn beside(header: &str, version: &str, depth: usize) -> String {
-    let local = header.replace(&format!("{NETWORK}{version}/dist/"), &format!("{}katex/", "../".repeat(depth)));
+/// Returns a page at a folder depth that loads KaTeX from local files, which need no checksum.
+fn beside(page: &str, version: &str, depth: usize) -> String {
+    let local = page.replace(&format!("{NETWORK}{version}/dist/"), &format!("{}katex/", "../".repeat(depth)));
     let mut text = String::new();
     let mut rest = local.trim();
     while let Some((before, after)) = rest.split_once("integrity=\"") {
@@ -124,14 +130,14 @@ fn beside(header: &str, version: &str, depth: usize) -> String {
 }
 
 /// Returns an address from which a page loads a script or a style.
-fn loaded(page: &str) -> Option<&str> {
+pub(crate) fn loaded(page: &str) -> Option<&str> {
     let tags = page.split('<').filter(|tag| tag.starts_with("script") || tag.starts_with("link"));
     let mut addresses = tags.flat_map(|tag| tag.split('"')).filter(|value| value.contains("://"));
     addresses.next()
 }
 
 /// Copies the parts of a distribution that a browser needs: scripts, style, fonts.
-fn lay_beside(distribution: &Path, folder: &Path) -> Result<(), String> {
+pub(crate) fn lay_beside(distribution: &Path, folder: &Path) -> Result<(), String> {
     let told = |path: &Path, error: &std::io::Error| format!("{}: {error}", path.display());
     fs::create_dir_all(folder.join("contrib")).map_err(|error| told(folder, &error))?;
     fs::create_dir_all(folder.join("fonts")).map_err(|error| told(folder, &error))?;
@@ -191,8 +197,14 @@ fn spoiled(source: &str) -> Option<String> {
     })
 }
 
+/// Returns a formula of a Markdown page whose stars Markdown takes for emphasis.
+pub(crate) fn starred(page: &str) -> Option<&str> {
+    // A code span may contain a `$`, so the formulas are sought between the spans.
+    page.split('`').step_by(2).find_map(|text| formulas(text).find(|formula| formula.matches('*').count() > 1))
+}
+
 /// Returns the error of a page whose formulas are not rendered correctly.
-fn unrendered(page: &str) -> Option<String> {
+pub(crate) fn unrendered(page: &str) -> Option<String> {
     let body = page.split_once("<body").map_or(page, |(_, body)| body);
     let text = without_code(body).replace("$$", "$");
     if text.contains('$') && !page.contains("renderMathInElement") {
@@ -201,7 +213,10 @@ fn unrendered(page: &str) -> Option<String> {
     let marked =
         |formula: &&str| ["<em>", "</em>", "<strong>", "</strong>", "<a "].iter().any(|tag| formula.contains(tag));
     formulas(&text).find(marked).map(|formula| {
-        format!("markdown reads `_` or `*` of `{}` as emphasis: put a blank before the `_`", formula.trim())
+        format!(
+            "markdown reads `_` or `*` of `{}` as emphasis: put a blank before the `_`, write \\ast",
+            formula.trim()
+        )
     })
 }
 
@@ -237,6 +252,12 @@ mod tests {
         assert!(spoiled("//! $a \\cr \\cr b$").is_some());
         assert_eq!(spoiled("//! $a\\ b \\cr c$"), None);
         assert_eq!(spoiled("//! $a \\thinspace b$, `\\,` and\n//! ```\n//! $\\,$\n//! ```\n"), None);
+    }
+
+    #[test]
+    fn two_stars_in_a_formula_are_found() {
+        assert_eq!(starred("a $x^* + y^*$ b"), Some("x^* + y^*"));
+        assert_eq!(starred("*a* $x^*$ and `$ * *` *b*"), None);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 
 mod attack;
 mod bench;
+mod book;
 mod budget;
 mod built;
 mod capi;
@@ -122,7 +123,7 @@ const ACTIONS: [Action; 29] = [
         run: evidence::eva,
     },
     Action { name: "paper-map", help: "check the equations of docs/paper.md against the sources", run: paper_map::run },
-    Action { name: "book", help: "build the documentation as a book, target/book/index.html", run: docs::book },
+    Action { name: "book", help: "build the documentation as a book, target/book/docs/index.html", run: book::run },
     Action { name: "prose", help: "check pages and comments against the style sheet, and all links", run: prose::run },
     Action { name: "prose --lower", help: "lower the limits of the comments to the present counts", run: prose::lower },
     Action { name: "sbom", help: "write bills of materials (SPDX) of the built images and libraries", run: sbom::run },

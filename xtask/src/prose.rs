@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::docs::starred;
 use crate::links;
 use crate::python::Environment;
 use crate::scan::files_with;
@@ -73,6 +74,7 @@ fn checked(root: &Path) -> Result<String, String> {
         let count = Count::of_page(text);
         words += count.words;
         problems.extend(count.problems(name, TARGETS));
+        problems.extend(starred(text).map(|formula| format!("{name}: write \\ast for the stars of `{formula}`")));
         problems.extend(count.longest.iter().map(|it| format!("{name}: a sentence of over {LONGEST} words: {it}")));
     }
     let (crates, limits) = (crates(root)?, limits(root)?);

@@ -114,9 +114,7 @@ impl ExportOptions {
             },
         }))
     }
-}
 
-impl ExportOptions {
     /// Returns the content of each output file, and for C the other form.
     fn contents(&self, is_drive: bool) -> [String; 2] {
         let what = if is_drive { "drive" } else { "controller" };

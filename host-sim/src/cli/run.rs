@@ -13,7 +13,7 @@ use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment, Mu};
 use serde::Serialize;
 use study::design::Design;
-use study::figures::{Figures, TROUBLES, ticks_with};
+use study::figures::{FLAGS, Figures, ticks_with};
 use study::margins;
 use study::number::{significant, typed};
 use terminal::stop;
@@ -398,7 +398,7 @@ pub(super) fn how_it_went(
         _ => "NO",
     };
     row("bounded", bounded.into(), &ticks);
-    for (flag, _) in TROUBLES {
+    for (flag, _) in FLAGS {
         let count = ticks_with(trace, flag);
         if count > 0 {
             row(&format!("ticks with {flag}"), count.to_string(), "reported by the controller");

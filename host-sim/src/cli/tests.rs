@@ -11,7 +11,7 @@ use super::*;
 use link::remote::for_target;
 use link::transport::{Loopback, Transport, TransportError};
 use pil_wire::Reply;
-use study::figures::TROUBLES;
+use study::figures::FLAGS;
 
 /// Settings of a run of 0.2 s.
 const SHORT: [&str; 4] = ["--set", "span_s=0.2", "--set", "window_s=[0.1, 0.2]"];
@@ -92,7 +92,7 @@ fn assert_is_run_json(text: &str) -> Json {
         "window_s",
     ];
     assert_eq!(keys(&json["metrics"]), BTreeSet::from(metrics));
-    let flags = TROUBLES.map(|(_, name)| name);
+    let flags = FLAGS.map(|(_, name)| name);
     assert_eq!(keys(&json["ticks_with"]), BTreeSet::from(flags));
     for error in json["metrics"]["estimation_error_ultimate"].as_array().expect("a list") {
         let unit = error["unit"].as_str().map(|_| "unit");
@@ -226,12 +226,10 @@ fn trouble_that_the_controller_told_stands_in_the_table() {
     let row = out.lines().find(|line| line.starts_with("ticks with input rejected")).expect("a row");
     assert_eq!(row.split_whitespace().nth(4), Some("201"), "{row}");
     let (_, out, _) = spoken(&[&SHORT[..], &sets[..], &["--json"]].concat());
-    let counts = serde_json::json!({
-        "input_rejected": 201, "saturated": 0, "sigma_star_over_bound": 0, "sample_lost": 0,
-        "disturbance_over_bound": 0, "stuck_at_limit": 0, "stopped": 0, "position_stepped": 0, "wrong_way": 0,
-        "oscillates": 0
-    });
-    assert_eq!(assert_is_run_json(&out)["ticks_with"], counts);
+    let told = assert_is_run_json(&out);
+    for (flag, count) in told["ticks_with"].as_object().expect("counts") {
+        assert_eq!(*count, if flag == "input_rejected" { 201 } else { 0 }, "{flag}");
+    }
 }
 
 #[test]

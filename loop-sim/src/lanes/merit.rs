@@ -1,7 +1,7 @@
 //! Metrics computed during the run, equal to those that [`measure`](crate::metrics::measure) computes from a trace.
 
 use super::wide::Wide;
-use super::{Instructions, Judged, LANES, LaneOutputs, TROUBLES};
+use super::{FLAGS, Instructions, Judged, LANES, LaneOutputs};
 use controller_core::Real;
 
 use crate::MAX_ORDER;
@@ -26,9 +26,9 @@ pub(super) struct Merit {
     farthest: Wide,
     /// Last tick outside the band, counted from 1. 0 for none.
     outside: Wide,
-    ticks_with: [Wide<u32>; TROUBLES],
+    ticks_with: [Wide<u32>; FLAGS],
     /// Counts of the latest ticks, in bytes, and `late_ticks`, the number of these ticks.
-    lately: [Wide<u8>; TROUBLES],
+    lately: [Wide<u8>; FLAGS],
     late_ticks: u8,
 }
 
@@ -50,8 +50,8 @@ impl Merit {
             began: none,
             farthest: none,
             outside: none,
-            ticks_with: [Wide::of_all(0); TROUBLES],
-            lately: [Wide::of_all(0); TROUBLES],
+            ticks_with: [Wide::of_all(0); FLAGS],
+            lately: [Wide::of_all(0); FLAGS],
             late_ticks: 0,
         }
     }
@@ -68,7 +68,7 @@ impl Merit {
         }
         note_all(self.instructions, self, (k + 1) as f64, y, &told.u);
         if told.health.0.iter().fold(0, |all, health| all | health) != 0 {
-            note_troubles(self.instructions, &mut self.lately, &told.health);
+            note_flags(self.instructions, &mut self.lately, &told.health);
             self.late_ticks += 1;
             if self.late_ticks == u8::MAX {
                 self.sum_up();
@@ -146,7 +146,7 @@ vectorised! {
 }
 
 vectorised! {
-    fn note_troubles[;](lately: &mut [Wide<u8>; TROUBLES], health: &Wide<u8>,) {
+    fn note_flags[;](lately: &mut [Wide<u8>; FLAGS], health: &Wide<u8>,) {
         for (flag, counts) in lately.iter_mut().enumerate() {
             for l in 0..LANES {
                 counts[l] = counts[l].wrapping_add(health[l] >> flag & 1);

@@ -75,7 +75,7 @@ fn alone(campaign: &Campaign<'_>, Trial { plant, x0, seed }: Trial<'_>) -> Optio
     let ending = close_loop(setup, &mut trace).ok()?;
     let with = |flag: usize| trace.rows.iter().filter(|row| row.health.bits() >> flag & 1 == 1).count();
     let is_whole = ending == crate::trace::Ending::Finished;
-    Some((measure(&trace, window_s, settling_band), (0..TROUBLES).map(with).collect(), is_whole))
+    Some((measure(&trace, window_s, settling_band), (0..FLAGS).map(with).collect(), is_whole))
 }
 
 /// Returns the bits of the metrics, including NaN.
@@ -107,6 +107,10 @@ fn held(campaign: &Campaign<'_>, trials: &[(Box<dyn Plant>, Vec<f64>)]) -> usize
         assert_eq!(bits(&found.metrics), bits(&metrics), "lane {l}: {found:?}, alone {metrics:?}");
         let counted: Vec<usize> = found.ticks_with.iter().map(|count| *count as usize).collect();
         assert_eq!(counted, ticks_with, "lane {l}");
+        // A flag of a drive is not mistaken for one of the counted flags.
+        for bit in FLAGS..16 {
+            assert_eq!(found.ticks_with(Health::from_bits(1 << bit)), 0, "lane {l}");
+        }
     }
     ran
 }

@@ -1374,20 +1374,20 @@ fn motor_in_words(
         format!("limited by {:.2} ms of loop delay (sampling, current loop, computation)", 1e3 * lost_s)
     };
     let reaching = format!("reaching gain {reaching_per_s:.0} 1/s, innovation gate {:.0} counts", design.gate_steps);
+    let high = (form.gain_sets > 1).then(|| format!(" (high gains {:.0})", observer_rad_s * design.fast_ratio));
+    let observer = format!("observer bandwidth {observer_rad_s:.0} rad/s{}", high.unwrap_or_default());
     match (rule, form.follows) {
-        (MotorMargin::Fast, Follows::Position) => vec![
-            format!("position bandwidth {surface_rad_s:.0} rad/s, {why}"),
-            format!("observer bandwidth {observer_rad_s:.0} rad/s, {reaching}"),
-        ],
-        (MotorMargin::Standard, Follows::Position) => vec![
-            format!("observer bandwidth {observer_rad_s:.0} rad/s, {why}"),
-            format!("position bandwidth {surface_rad_s:.0} rad/s, {reaching}"),
-        ],
+        (MotorMargin::Fast, Follows::Position) => {
+            vec![format!("position bandwidth {surface_rad_s:.0} rad/s, {why}"), format!("{observer}, {reaching}")]
+        }
+        (MotorMargin::Standard, Follows::Position) => {
+            vec![format!("{observer}, {why}"), format!("position bandwidth {surface_rad_s:.0} rad/s, {reaching}")]
+        }
         (_, Follows::Speed) => vec![
             format!(
                 "speed bandwidth {reaching_per_s:.0} rad/s, from a rule bandwidth of {surface_rad_s:.0} rad/s, {why}"
             ),
-            format!("observer bandwidth {observer_rad_s:.0} rad/s, {reaching}"),
+            format!("{observer}, {reaching}"),
         ],
     }
 }
@@ -1491,7 +1491,7 @@ fn wide_gates(load_n_m: f64, strongest_n_m: f64) -> Option<String> {
 }
 
 /// Returns the bandwidths and their origin, in words.
-fn joint_in_words(design: &JointDesign, tuning: TuningKey, drive: &JointDriveTable) -> Vec<String> {
+fn joint_in_words(design: &JointDesign, tuning: TuningKey, drive: &JointDriveTable, gain_sets: usize) -> Vec<String> {
     let (w, [link_steps, motor_steps]) = (design.bandwidths, design.gate_steps);
     let word = match tuning {
         TuningKey::Quiet => "quiet",
@@ -1507,11 +1507,24 @@ fn joint_in_words(design: &JointDesign, tuning: TuningKey, drive: &JointDriveTab
     vec![
         format!("position bandwidth {:.0} rad/s, {why}", w.surface_rad_s),
         format!(
-            "observer bandwidths {:.0} (link) and {:.0} rad/s (motor), reaching gain {:.0} 1/s, innovation gates \
+            "observer bandwidths {:.0} (link) and {:.0} rad/s (motor){}, reaching gain {:.0} 1/s, innovation gates \
              {link_steps:.0} and {motor_steps:.0} counts",
-            w.link_rad_s, w.motor_rad_s, w.reaching_per_s
+            w.link_rad_s,
+            w.motor_rad_s,
+            high_gains(design, gain_sets),
+            w.reaching_per_s
         ),
     ]
+}
+
+/// Returns the observer bandwidths of the high gains, in words; empty with one gain set.
+pub(super) fn high_gains(design: &JointDesign, gain_sets: usize) -> String {
+    let [link, motor] = design.fast_ratios;
+    let w = design.bandwidths;
+    if gain_sets == 1 {
+        return String::new();
+    }
+    format!(", high gains {:.0} and {:.0} rad/s", link * w.link_rad_s, motor * w.motor_rad_s)
 }
 
 /// Designs of a joint for several periods.
@@ -1573,7 +1586,7 @@ impl<'a> JointDesigns<'a> {
         let design = self.design(period_s);
         match &self.as_whole {
             Some(as_whole) => as_whole.in_words(&design, self.form.gain_sets),
-            None => joint_in_words(&design, self.tuning, self.drive),
+            None => joint_in_words(&design, self.tuning, self.drive, self.form.gain_sets),
         }
     }
 }

@@ -9,6 +9,7 @@ use controller_core::drive::{Coupled, JointBandwidths, JointDesign};
 use loop_sim::port::drive::Form;
 
 use super::JointDriveTable;
+use super::build::high_gains;
 use super::joint_rule::{JointRule, JointSheet, Refused, joint_rule};
 use super::margin::{MarginKey, MarginRule};
 use crate::resolve::Problem;
@@ -208,9 +209,13 @@ impl AsWhole {
             lines.push("coupled design, bandwidths set by the file".into());
         }
         lines.push(format!(
-            "poles of the rigid shaft {:.0} and {:.0} 1/s, observer bandwidths {:.0} (link) and {:.0} rad/s (motor), \
+            "poles of the rigid shaft {:.0} and {:.0} 1/s, observer bandwidths {:.0} (link) and {:.0} rad/s (motor){}, \
              innovation gates {link_steps:.0} and {motor_steps:.0} counts",
-            w.surface_rad_s, w.reaching_per_s, w.link_rad_s, w.motor_rad_s
+            w.surface_rad_s,
+            w.reaching_per_s,
+            w.link_rad_s,
+            w.motor_rad_s,
+            high_gains(design, gain_sets)
         ));
         lines
     }
