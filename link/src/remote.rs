@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use controller_core::drive::{Sample, Target};
 use controller_core::{Output, RetuneError};
 use loop_sim::MAX_ORDER;
-use loop_sim::port::drive::{DriveDesign, Follows, Form, Law};
+use loop_sim::port::drive::{DriveDesign, Follows, Form, Law, Reaction};
 use loop_sim::port::in_process::{Download, ModelKind};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use pil_wire::{
@@ -119,6 +119,19 @@ pub fn for_target(experiment: &Experiment) -> Result<Loadable, String> {
             None => format!("{name}: a target computes in f32; set controller.precision=f32"),
         }),
     }
+}
+
+/// Returns the design of a drive for a target that ticks by its own interrupt.
+///
+/// # Errors
+/// Returns the reason and the remedy if that firmware cannot run the drive.
+pub fn for_interrupt(drive: &DriveDesign) -> Result<Loadable, String> {
+    if matches!(drive.reaction(), Reaction::JoinedStop { .. }) {
+        return Err("monitor.reaction = \"joined_stop\": the firmware `drive` and `motor` plan no stop after an alarm. \
+                    Set monitor.reaction='brake' or monitor.reaction='fallback'"
+            .into());
+    }
+    Loadable::try_from(drive)
 }
 
 /// Traffic counters of a connection.
@@ -323,6 +336,25 @@ pub fn form_in_words(instance: Instance) -> String {
     let late = if has(Instance::LATE) { "one tick" } else { "no tick" };
     let follows = if has(Instance::SPEED) { ", speed control" } else { "" };
     format!("{designed}, {sets} (drive.gain_sets), {late} of delay (drive.delay_ticks){follows}")
+}
+
+/// Returns the keys of a scenario that select the form of a drive, with their values.
+pub fn form_keys(instance: Instance) -> [(&'static str, &'static str); 5] {
+    let has = |bit: u8| instance.mask & bit != 0;
+    let is_joint = instance.model == Model::Joint;
+    let (key, value) = match (is_joint, instance.r) {
+        (true, _) if instance.is_whole() => ("drive.tuning", "\"coupled\""),
+        (true, _) => ("drive.tuning", "\"normal\", ..: one observer per encoder"),
+        (false, 4) => ("drive.observer_states", "4"),
+        (false, _) => ("drive.observer_states", "3"),
+    };
+    [
+        ("the plant", if is_joint { "[joint]" } else { "[motor]" }),
+        (key, value),
+        ("drive.gain_sets", if has(Instance::TWO_SETS) { "2" } else { "1" }),
+        ("drive.delay_ticks", if has(Instance::LATE) { "1" } else { "0" }),
+        ("drive.mode", if has(Instance::SPEED) { "\"speed\"" } else { "\"position\"" }),
+    ]
 }
 
 /// Returns the message for a refused request.
