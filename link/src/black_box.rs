@@ -260,10 +260,7 @@ impl BlackBox {
         }
     }
 
-    fn run_law<L: Tuned<E, N>, const E: usize, const N: usize>(
-        &self,
-        other: Option<&Loadable>,
-    ) -> Result<Ran, String> {
+    fn run_law<L: Tuned<E, N>, const E: usize, const N: usize>(&self, other: Option<&Loadable>) -> Result<Ran, String> {
         let instance = self.design.instance;
         let read = |words: &[u32]| L::read(words).map_err(|refusal| in_words(&refusal, instance));
         let (_, law) = read(&self.design.words)?;

@@ -193,15 +193,13 @@ impl From<PortError> for Failure {
 fn designed(name: &str, text: &str, sets: &[String]) -> Result<Loadable, Failure> {
     let mut experiment = scenario::parse(&Source { file: name, text, sets }, "drive")?;
     experiment.leave_rest_band();
-    if experiment.drive.is_none() {
+    let Some(drive) = &experiment.drive else {
         return Err(bad(format!("{name}: expected the scenario of a drive, with [motor] or [joint]")));
-    }
+    };
     if let Some(why) = refused_as_unstable(&experiment) {
         return Err(bad(format!("{name}: {why}")));
     }
-    for_target(&experiment).map_err(bad)?;
-    let drive = experiment.drive.as_ref().map(|drive| for_interrupt(&drive.designed));
-    drive.unwrap_or_else(|| Err("expected a drive".into())).map_err(|why| bad(format!("{name}: {why}")))
+    for_interrupt(&drive.designed).map_err(|why| bad(format!("{name}: {why}")))
 }
 
 impl<'a> Console<'a> {
@@ -272,7 +270,7 @@ impl<'a> Console<'a> {
         self.say(&format!("drive of a {what} at {} Hz; `help` lists the commands", significant(hz, 6)))?;
         let Some((name, text, _)) = &session.scenario else { return Ok(()) };
         let ours = designed(name, text, &[])?;
-        of_one_form(name, &ours, design, &FIRMWARE)?;
+        of_one_form(name, &ours, design, &STARTED)?;
         let side = Side::of(&Source { file: name, text, sets: &[] }, design.instance.model)?;
         let (keyed, rest) = side.differences(design, &ours);
         for [there, here] in &keyed {
@@ -459,7 +457,10 @@ impl<'a> Console<'a> {
             ));
             alarm.reported = alarm.reported.union(flags);
         } else if is_stopped && !alarm.stopped {
-            self.note(&format!("stopped before {}: the current is off; `reset` restarts the drive", at(seen.tick, period_s)));
+            self.note(&format!(
+                "stopped before {}: the current is off; `reset` restarts the drive",
+                at(seen.tick, period_s)
+            ));
         }
         if !present.is_ok() {
             alarm.seen = seen.tick;
@@ -501,7 +502,11 @@ impl<'a> Console<'a> {
 
     fn set(&mut self, session: &mut Session<'a>, sets: &[&str]) -> Result<(), Failure> {
         let Some((name, text, before)) = &session.scenario else {
-            return Err(bad("set: no scenario given: start with one, as in `host-sim live firmware/drive.toml`"));
+            return Err(bad(format!(
+                "set: {}: this session has no scenario. Start again with the scenario that the firmware was designed \
+                 from, as in `host-sim live firmware/drive.toml`",
+                sets.join(" ")
+            )));
         };
         let mut all = before.clone();
         all.extend(sets.iter().map(ToString::to_string));
@@ -510,7 +515,8 @@ impl<'a> Console<'a> {
         let side = Side::of(&source, running.instance.model)?;
         // Before the design: a rule that the new value breaks is not the reason.
         typed_as_fixed("set", &side, &source, running, &FIRMWARE)?;
-        let design = designed(name, text, &all)?;
+        let design = designed(name, text, &all)
+            .map_err(|Failure { status, message }| Failure { status, message: format!("set: {message}") })?;
         of_one_form(&format!("set: {}", sets.join(" ")), &design, running, &FIRMWARE)?;
         of_one_firmware(&format!("set: {}", sets.join(" ")), &side, &design, running, &FIRMWARE)?;
         has_effect("set", &source, before.len())?;
@@ -726,6 +732,10 @@ struct Host {
 
 const FIRMWARE: Host =
     Host { name: "the firmware", remedy: "Build firmware from a scenario with this value (docs/live.md)" };
+const STARTED: Host = Host {
+    name: "the firmware",
+    remedy: "Give the scenario of this firmware, or build firmware from this scenario (docs/live.md)",
+};
 const RECORDED: Host =
     Host { name: "the recorded drive", remedy: "Use `host-sim run` to simulate a drive with this value" };
 
@@ -734,10 +744,14 @@ fn of_one_form(place: &str, design: &Loadable, running: &Loadable, host: &Host) 
     if design.instance == running.instance {
         return Ok(());
     }
+    let kinds = [design, running].map(kind);
+    if kinds[0] != kinds[1] {
+        return Err(bad(format!("{place}: [{}]: {} has a [{}]. {}", kinds[0], host.name, kinds[1], host.remedy)));
+    }
     let forms = form_keys(design.instance).into_iter().zip(form_keys(running.instance));
     let differ: Vec<String> = forms
         .filter(|(ours, theirs)| ours != theirs)
-        .map(|((ours, value), (theirs, expected))| format!("{ours} = {value}, {} has {theirs} = {expected}", host.name))
+        .map(|((key, value), (_, expected))| format!("{key} = {value}: {} has {key} = {expected}", host.name))
         .collect();
     Err(bad(format!("{place}: {}. {}", differ.join("; "), host.remedy)))
 }
@@ -747,7 +761,7 @@ fn is_fixed(number: &str) -> bool {
     number == "period_s" || number.starts_with("encoder")
 }
 
-/// Checks that a scenario sets no other period, encoder or gear than the drive has.
+/// Checks that a scenario sets no other form, period, encoder or gear than the drive has.
 fn typed_as_fixed(
     place: &str,
     side: &Side,
@@ -755,10 +769,22 @@ fn typed_as_fixed(
     running: &Loadable,
     host: &Host,
 ) -> Result<(), Failure> {
+    for (key, has) in form_keys(running.instance) {
+        let number = scenario::number_at(source, key)?.map(|typed| typed.to_string());
+        let typed =
+            number.or(scenario::text_at(source, key)?.filter(|_| key == "drive.mode").map(|it| format!("{it:?}")));
+        if let Some(typed) = typed.filter(|typed| typed != has) {
+            return Err(bad(format!("{place}: {key} = {typed}: {} has {key} = {has}. {}", host.name, host.remedy)));
+        }
+    }
     for has in running.names().iter().filter(|name| is_fixed(name)).filter_map(|name| side.keyed(running, name)) {
         let typed = scenario::number_at(source, has.key)?.filter(|typed| (typed - has.value).abs() > 1e-9 * has.value);
         if let Some(typed) = typed {
-            return Err(bad(format!("{place}: {} = {typed}: {}", has.key, fixed(&format!(" ({} = {has})", has.key), host))));
+            return Err(bad(format!(
+                "{place}: {} = {typed}: {}",
+                has.key,
+                fixed(&format!(" ({} = {has})", has.key), host)
+            )));
         }
     }
     Ok(())
@@ -808,9 +834,9 @@ fn has_effect(place: &str, source: &Source<'_>, from: usize) -> Result<(), Failu
         let others = [&sets[..k], &sets[k + 1..]].concat();
         if of(&others) == whole && !is_in_force(file, text, &others, &sets[k]) {
             return Err(bad(format!(
-                "{place}: {}: no effect, the design of the drive stays the same. Keys of the simulation and the rest \
-                 band change nothing on a drive: change a key of [drive], [monitor], [motor] or [joint] that the \
-                 design depends on",
+                "{place}: {}: no effect, the design of the drive stays the same. The value is in force, or the key \
+                 belongs to the simulation, the mounting of the encoder or the rest band. Give another value, or a \
+                 key that the design depends on",
                 sets[k]
             )));
         }

@@ -32,9 +32,8 @@ pub(super) const fn without(health: Health, other: Health) -> Health {
 
 /// Returns the causes of an alarm.
 pub(super) fn causes(flags: Health, design: &Loadable, values: Values) -> String {
-    let bound = |name: &str| {
-        Side::BEHIND_GEAR.keyed(design, name).map_or_else(String::new, |it| format!("{} = {it}", it.key))
-    };
+    let bound =
+        |name: &str| Side::BEHIND_GEAR.keyed(design, name).map_or_else(String::new, |it| format!("{} = {it}", it.key));
     let number = |value: f32| significant(f64::from(value), 4);
     let loads = || loads(design, values.loads_n_m);
     let is_joint = design.instance.model == Model::Joint;
