@@ -340,8 +340,8 @@ fn a_scenario_of_another_form_is_refused_with_the_keys_that_differ() {
     let image = path("../firmware/target/thumbv7em-none-eabihf/release/drive").display().to_string();
     std::fs::write(folder.path("script"), "show\n").expect("room");
     let said = host_sim(&["live", &file, "--image", &image, "--script", &folder.path("script")]);
-    let told = "drive.tuning = \"normal\", ..: one observer per encoder: the firmware has drive.tuning = \"coupled\". Give \
-                the scenario of this firmware";
+    let told = "drive.tuning = \"normal\", ..: one observer per encoder: the firmware has drive.tuning = \"coupled\". \
+                Give the scenario of this firmware";
     assert!(said.status == 2 && said.err.contains(told), "{said:?}");
 }
 
