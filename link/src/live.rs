@@ -249,8 +249,7 @@ impl<T: Transport> LiveDrive<T> {
         Ok(rows)
     }
 
-    /// Reads the newest tick of the trace buffer, which must be frozen, with its number. After an alarm this is the tick
-    /// of the alarm.
+    /// Reads the newest tick of the trace buffer, which must be frozen, with its number: after an alarm its tick.
     ///
     /// # Errors
     /// Fails with the reason if the drive refuses the request.
