@@ -373,7 +373,7 @@ fn a_message_of_live_names_keys_and_units_as_they_are_typed() {
             "set friction.coulomb_n_m=0.01",
             &["set: friction.coulomb_n_m=0.01: no effect", "Give another value, or a key"],
         ),
-        ("set reference.angle_rad=2", &["set: reference.angle_rad=2: no effect"]),
+        ("set reference.to_rad=2", &["set: reference.to_rad=2: no effect"]),
         ("set span_s=3", &["set: span_s=3: no effect"]),
         ("set error.inertia_percent=3", &["set: error.inertia_percent=3: no effect"]),
         ("set encoder.reversed=true", &["set: encoder.reversed=true: no effect"]),
@@ -524,7 +524,7 @@ fn a_reset_in_the_emulator_is_refused_with_the_speed_and_accepted_at_rest() {
     // Without the load friction brings the shaft to rest, and the drive starts again there.
     let said = live(&folder, "motor", &format!("{}wait 6\nreset\nwait 0.1\nshow\nquit\n", trip("0.05")), &[]);
     let shown = said.out.lines().find(|line| line.starts_with("t = ")).unwrap_or_else(|| panic!("{said:?}"));
-    assert!(said.status == 0 && said.err.contains("alarm: ") && !shown.contains("stopped"), "{said:?}");
+    assert!(said.status == 0 && said.err.contains("alarm at t = ") && !shown.contains("stopped"), "{said:?}");
 }
 
 /// An alarm during a design download: the trace buffer keeps the ticks before the alarm, and the design is rejected.
