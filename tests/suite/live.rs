@@ -373,7 +373,7 @@ fn a_message_of_live_names_keys_and_units_as_they_are_typed() {
             "set friction.coulomb_n_m=0.01",
             &["set: friction.coulomb_n_m=0.01: no effect", "Give another value, or a key"],
         ),
-        ("set reference.to_rad=2", &["set: reference.to_rad=2: no effect"]),
+        ("set seed=3", &["set: seed=3: no effect"]),
         ("set span_s=3", &["set: span_s=3: no effect"]),
         ("set error.inertia_percent=3", &["set: error.inertia_percent=3: no effect"]),
         ("set encoder.reversed=true", &["set: encoder.reversed=true: no effect"]),
@@ -385,8 +385,8 @@ fn a_message_of_live_names_keys_and_units_as_they_are_typed() {
         ("plot nowhere", &["the folder nowhere does not exist"]),
         ("move 5 0.001", &["move: 0.001 s is too short for 90 % of the current limit", " s or more"]),
         ("reset", &["reset: the drive has not stopped"]),
-        ("trace", &["trace: expected `trace FILE`"]),
-        ("blackbox", &["expected `trace FILE`"]),
+        ("trace", &["trace: expected `trace FILE [--force]`"]),
+        ("blackbox", &["expected `trace FILE [--force]`"]),
     ] {
         let said = live(&folder, "motor", line, &[]);
         assert!(said.status == 2 && told.iter().all(|told| said.err.contains(told)), "{line}: {said:?}");

@@ -515,8 +515,10 @@ impl<'a> Console<'a> {
         let side = Side::of(&source, running.instance.model)?;
         // Before the design: a rule that the new value breaks is not the reason.
         typed_as_fixed("set", &side, &source, running, &FIRMWARE)?;
-        let design = designed(name, text, &all)
-            .map_err(|Failure { status, message }| Failure { status, message: format!("set: {message}") })?;
+        let design = designed(name, text, &all).map_err(|Failure { status, message }| Failure {
+            status,
+            message: format!("set: {}", message.trim_start_matches("--set ")),
+        })?;
         of_one_form(&format!("set: {}", sets.join(" ")), &design, running, &FIRMWARE)?;
         of_one_firmware(&format!("set: {}", sets.join(" ")), &side, &design, running, &FIRMWARE)?;
         has_effect("set", &source, before.len())?;
