@@ -18,7 +18,7 @@ use controller_core::drive::{
     CoupledDrive, DriveLaw as _, Frame, JointDrive, LAYOUT, Monitored, MotorDrive, Position, Target, replay,
 };
 use controller_core::{ControlLaw, Health, Output, Running, Words};
-use pil_wire::{CORE_VERSION, Counts, Instance, LAYOUT_ID, Model, Tuned, checksum, halves};
+use pil_wire::{CORE_VERSION, Counts, Instance, LAYOUT_ID, MAX_E, Model, Tuned, checksum, halves};
 
 use crate::remote::{Loadable, in_words};
 
@@ -201,7 +201,17 @@ impl BlackBox {
     /// # Errors
     /// Fails if the numbers or the state are invalid.
     pub fn replay(&self) -> Result<Vec<Again>, String> {
-        self.run(None)
+        self.run(None).map(|(done, _)| done)
+    }
+
+    /// Replays the ticks and returns the last one with the load estimate of each shaft, N m. `None` without a tick, or
+    /// before the start.
+    ///
+    /// # Errors
+    /// Fails like [`replay`](Self::replay).
+    pub fn last(&self) -> Result<Option<(Again, [f32; MAX_E])>, String> {
+        let (done, loads) = self.run(None)?;
+        Ok(done.last().copied().zip(loads))
     }
 
     /// Replays the ticks with another design of the same form from the first tick on.
@@ -216,10 +226,10 @@ impl BlackBox {
         if period_s.to_bits() != other_s.to_bits() {
             return Err(format!("the other design has a period of {other_s} s: must be {period_s} s, as recorded"));
         }
-        self.run(Some(design))
+        self.run(Some(design)).map(|(done, _)| done)
     }
 
-    fn run(&self, other: Option<&Loadable>) -> Result<Vec<Again>, String> {
+    fn run(&self, other: Option<&Loadable>) -> Result<Ran, String> {
         macro_rules! of {
             ($($model:ident $states:literal $form:literal: $law:ty, $e:literal, $n:literal;)*) => {
                 match self.design.instance {
@@ -250,10 +260,7 @@ impl BlackBox {
         }
     }
 
-    fn run_law<L: Tuned<E, N>, const E: usize, const N: usize>(
-        &self,
-        other: Option<&Loadable>,
-    ) -> Result<Vec<Again>, String> {
+    fn run_law<L: Tuned<E, N>, const E: usize, const N: usize>(&self, other: Option<&Loadable>) -> Result<Ran, String> {
         let instance = self.design.instance;
         let read = |words: &[u32]| L::read(words).map_err(|refusal| in_words(&refusal, instance));
         let (_, law) = read(&self.design.words)?;
@@ -312,9 +319,13 @@ impl BlackBox {
             let again = replay(&mut running, narrow(&half.begin), &frames).zip(half.ticks());
             done.extend(again.map(|((now, _), (tick, then))| Again { tick, then: *then, now }));
         }
-        Ok(done)
+        let loads = running.estimates().map(|it| std::array::from_fn(|i| it.load.get(i).copied().unwrap_or(0.0)));
+        Ok((done, loads))
     }
 }
+
+/// Ticks of a replay, and the load estimates after the last one, N m.
+type Ran = (Vec<Again>, Option<[f32; MAX_E]>);
 
 /// Parser state of a file.
 #[derive(Default)]

@@ -109,7 +109,7 @@ impl<T: Transport> LiveDrive<T> {
         self.plan(Some(goal), ticks)
     }
 
-    /// Stops at the nearest reachable position, in this number of ticks or more.
+    /// Comes to rest in this number of ticks: in more at the limits, in fewer if the drive already slows down.
     ///
     /// # Errors
     /// Fails with the reason if the drive refuses the stop.
@@ -249,6 +249,23 @@ impl<T: Transport> LiveDrive<T> {
         Ok(rows)
     }
 
+    /// Reads the newest tick of the trace buffer, which must be frozen, with its number: after an alarm its tick.
+    ///
+    /// # Errors
+    /// Fails with the reason if the drive refuses the request.
+    pub fn newest_remembered(&mut self) -> Result<Option<(u32, Remembered)>, PortError> {
+        let [first, count, ..] = self.recall(Part::Half(1))?;
+        let Some(last) = count.checked_sub(1) else { return Ok(None) };
+        Ok(Some((first.wrapping_add(last), self.remembered(1, last)?)))
+    }
+
+    /// Reads a tick of a half of the trace buffer.
+    fn remembered(&mut self, half: u32, index: u32) -> Result<Remembered, PortError> {
+        let [counts @ .., u, health, _, _, _, _, _] = self.recall(Part::Frame(half, index))?;
+        Remembered::from_words(counts, u, health)
+            .ok_or_else(|| PortError::Refused(format!("invalid reply from the drive: frame {index}")))
+    }
+
     /// Reads the trace buffer, which must be frozen.
     ///
     /// # Errors
@@ -266,11 +283,7 @@ impl<T: Transport> LiveDrive<T> {
                 state.extend(self.recall(Part::State(half, state.len() as u32))?);
             }
             state.truncate(state_words as usize);
-            let frames = (0..count).map(|index| {
-                let [counts @ .., u, health, _, _, _, _, _] = self.recall(Part::Frame(half, index))?;
-                Remembered::from_words(counts, u, health)
-                    .ok_or_else(|| PortError::Refused(format!("invalid reply from the drive: frame {index}")))
-            });
+            let frames = (0..count).map(|index| self.remembered(half, index));
             let frames = frames.collect::<Result<_, _>>()?;
             let begin = controller_core::drive::Target {
                 turn: turn as i32,

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use controller_core::drive::{Sample, Target};
 use controller_core::{Output, RetuneError};
 use loop_sim::MAX_ORDER;
-use loop_sim::port::drive::{DriveDesign, Follows, Form, Law};
+use loop_sim::port::drive::{DriveDesign, Follows, Form, Law, Reaction};
 use loop_sim::port::in_process::{Download, ModelKind};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use pil_wire::{
@@ -119,6 +119,24 @@ pub fn for_target(experiment: &Experiment) -> Result<Loadable, String> {
             None => format!("{name}: a target computes in f32; set controller.precision=f32"),
         }),
     }
+}
+
+/// Returns the design of a drive for a target that ticks by its own interrupt.
+///
+/// # Errors
+/// Returns the reason and the remedy if that firmware cannot run the drive.
+pub fn for_interrupt(drive: &DriveDesign) -> Result<Loadable, String> {
+    if drive.fence().is_some() {
+        return Err("limits: the firmware has no limits of position and speed. Remove the table [limits], or set \
+                    limits={}"
+            .into());
+    }
+    if matches!(drive.reaction(), Reaction::JoinedStop { .. }) {
+        return Err("monitor.reaction = \"joined_stop\": the firmware plans no stop after an alarm. \
+                    Set monitor.reaction='brake' or monitor.reaction='fallback'"
+            .into());
+    }
+    Loadable::try_from(drive)
 }
 
 /// Traffic counters of a connection.
@@ -294,6 +312,9 @@ fn agree(identity: &Identity) -> Result<(), PortError> {
     reason.map_or(Ok(()), |(reason, target, host)| Err(PortError::Refused(mismatch(reason, target, host))))
 }
 
+/// Part of the message for a request that the firmware does not know.
+pub const OTHER_FIRMWARE: &str = "its firmware is another or older";
+
 const REMEDY: &str = "build and flash the firmware of this version (`cargo xtask firmware`)";
 
 fn mismatch(reason: Reason, target: u32, host: u32) -> String {
@@ -312,7 +333,7 @@ fn mismatch(reason: Reason, target: u32, host: u32) -> String {
 }
 
 /// Describes the form of a drive by its scenario keys.
-pub fn form_in_words(instance: Instance) -> String {
+fn form_in_words(instance: Instance) -> String {
     let has = |bit: u8| instance.mask & bit != 0;
     let designed = match instance.model {
         Model::Joint if instance.is_whole() => "joint's drive designed as a whole (drive.tuning = \"coupled\")".into(),
@@ -323,6 +344,24 @@ pub fn form_in_words(instance: Instance) -> String {
     let late = if has(Instance::LATE) { "one tick" } else { "no tick" };
     let follows = if has(Instance::SPEED) { ", speed control" } else { "" };
     format!("{designed}, {sets} (drive.gain_sets), {late} of delay (drive.delay_ticks){follows}")
+}
+
+/// Returns the keys of a scenario that select the form of a drive, with their values.
+pub fn form_keys(instance: Instance) -> [(&'static str, &'static str); 4] {
+    let has = |bit: u8| instance.mask & bit != 0;
+    let is_joint = instance.model == Model::Joint;
+    let (key, value) = match (is_joint, instance.r) {
+        (true, _) if instance.is_whole() => ("drive.tuning", "\"coupled\""),
+        (true, _) => ("drive.tuning", "\"normal\", ..: one observer per encoder"),
+        (false, 4) => ("drive.observer_states", "4"),
+        (false, _) => ("drive.observer_states", "3"),
+    };
+    [
+        (key, value),
+        ("drive.gain_sets", if has(Instance::TWO_SETS) { "2" } else { "1" }),
+        ("drive.delay_ticks", if has(Instance::LATE) { "1" } else { "0" }),
+        ("drive.mode", if has(Instance::SPEED) { "\"speed\"" } else { "\"position\"" }),
+    ]
 }
 
 /// Returns the message for a refused request.
@@ -363,7 +402,7 @@ pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
             Some(error) => format!("the design cannot take over from the one that runs: {error}"),
             None => "the design cannot take over from the one that runs".into(),
         },
-        Reason::Kind => format!("the target does not support request {request}: its firmware is another or older"),
+        Reason::Kind => format!("the target does not support request {request}: {OTHER_FIRMWARE}"),
         Reason::Goal => "the goal is not a number, or farther than 10000 revolutions from 0".into(),
         Reason::TooFast if target == 0 => "no move there of up to 100 s stays within 90 % of the current limit".into(),
         Reason::TooFast => {

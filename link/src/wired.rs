@@ -23,7 +23,7 @@ use study::identify::Record;
 use study::identify::record::unwrapped;
 
 use crate::live::LiveDrive;
-use crate::remote::Loadable;
+use crate::remote::{Loadable, for_interrupt};
 use crate::transport::Transport;
 
 /// Length of a row of a record, s. A slower drive takes one tick per row, and a short memory needs longer rows.
@@ -144,7 +144,7 @@ impl<'a, T: Transport> Wired<'a, T> {
 }
 
 fn loadable(designed: &DriveDesign) -> Result<Loadable, Stopped> {
-    Loadable::try_from(designed).map_err(Stopped::Design)
+    for_interrupt(designed).map_err(Stopped::Design)
 }
 
 impl<T: Transport> Stand for Wired<'_, T> {

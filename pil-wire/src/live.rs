@@ -559,19 +559,12 @@ fn turning<L: Tuned<E, N>, const E: usize, const N: usize>(
         for (i, encoder) in encoders.iter().enumerate() {
             // A lost count is no motion.
             let count = counts[i].unwrap_or(last[i]);
-            moved[i] += difference(encoder, last[i], count);
+            moved[i] += i64::from(encoder.moved(last[i], count));
             last[i] = count;
             way_rad = way_rad.max((moved[i] as f32 * encoder.unit_rad() as f32).abs());
         }
     }
     Ok(way_rad / (tick.wrapping_sub(begin) as f32 * period_s as f32))
-}
-
-/// Returns the counts from one count of an encoder to another, over less than half of its counter.
-const fn difference(encoder: &Encoder, from: i32, to: i32) -> i64 {
-    let states = encoder.counter() as i64;
-    let half = states / 2;
-    (to as i64 - from as i64 + half).rem_euclid(states) - half
 }
 
 /// Returns a frame as protocol words.

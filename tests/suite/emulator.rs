@@ -221,7 +221,13 @@ fn an_image_that_is_missing_or_none_or_the_wrong_one_is_told_with_the_remedy() {
         ),
         (readme.clone(), format!("{}: not an ELF file\n", readme.display())),
         (silent.clone(), format!("; check that {} is the firmware `pil` of this version\n", silent.display())),
-        (image("drive"), "the target does not support request 4: its firmware is another or older\n".into()),
+        (
+            image("drive"),
+            format!(
+                "its firmware is another or older; check that {} is the firmware `pil` of this version\n",
+                image("drive").display()
+            ),
+        ),
     ];
     // Each wait for an answer is 5 s of a busy emulator; the fast tier has another test of it.
     for (image, ending) in cases.into_iter().filter(|(image, _)| deep() || *image != silent) {

@@ -129,6 +129,19 @@ impl Encoder {
         Ok(())
     }
 
+    /// Returns the motion from one count to another, in counts, reduced to within half a counter.
+    ///
+    /// ```
+    /// use controller_core::drive::Encoder;
+    ///
+    /// // A timer with a reload value of 9999 that wraps backwards.
+    /// let encoder = Encoder::incremental(16, 10_000).wrapping_at(10_000);
+    /// assert_eq!(encoder.moved(3, 9_998), -5);
+    /// ```
+    pub fn moved(&self, from: i32, to: i32) -> i32 {
+        self.sensor().moved(to.wrapping_sub(from))
+    }
+
     pub(crate) const fn sensor(&self) -> Sensor<f64> {
         let (turns, counts) = self.base();
         // At least four bases wide: with any content of the memory, the angle stays bounded.

@@ -3,7 +3,9 @@
 //! The drive is the firmware `drive` or `motor`, in the emulator or on a board. Commands come from stdin or a script,
 //! one per line. While no command is pending the drive is observed every 0.1 s.
 
+mod alarm;
 mod keys;
+mod line;
 
 use std::fmt::Write as _;
 use std::io::{self, BufRead, Read};
@@ -25,13 +27,14 @@ use terminal::table::Table;
 use whole_file::FileKind;
 
 use super::target::{present, rate};
-use super::{Console, Failure, bad, failed, read_text, status};
+use super::{Console, Failure, bad, failed, free, read_text, status, write_file};
 use crate::report::plot::{BLACK, Figure, Panel, Series, Style};
-use crate::report::write_whole;
+use crate::report::{FIGURE, write_whole};
+use alarm::{Values, alarms, causes, without};
 use keys::Side;
 use link::black_box::{Again, BlackBox};
 use link::live::LiveDrive;
-use link::remote::{Loadable, for_target, form_in_words};
+use link::remote::{Loadable, for_interrupt, for_target, form_keys};
 use link::transport::faulty::Rates;
 use link::transport::{BAUD, Emulator, Faulty, Serial, Stoppable, Transport, TransportError};
 
@@ -47,23 +50,30 @@ const LONGEST_LINE: u64 = 1000;
 const MOST_ROWS: usize = 1 << 20;
 /// Shortest time between two writes of the page.
 const REDRAWN: Duration = Duration::from_millis(500);
+/// Word of a command that may overwrite a file.
+const FORCE: &str = "--force";
+/// Largest distance of a goal from angle 0 on the target, rad: 10000 revolutions.
+const FURTHEST_RAD: f64 = 10_000.0 * std::f64::consts::TAU;
+/// Time without its flags after which an alarm has ended, s.
+const OVER_S: f64 = 1.0;
 /// Time span of the drive that the page shows, s.
 const SHOWN_S: f64 = 10.0;
 
 /// Commands with their help.
-const COMMANDS: [(&str, &str); 12] = [
-    ("show", "print the state of the drive"),
+const COMMANDS: [(&str, &str); 13] = [
+    ("show", "print angles, speeds, loads, current command u, status flags and interrupt time"),
     ("move RAD [S]", "move to rest at an angle in S seconds; without S as fast as the limits allow"),
-    ("stop [S]", "controlled stop in S seconds or more [default: 0.2]"),
-    ("set KEY=VALUE ..", "change keys of the scenario: designed on the target, switched without a step in u"),
-    ("wait S", "observe the drive for S seconds"),
-    ("trace FILE", "save the trace buffer for `host-sim replay`"),
-    ("reset", "restart after an alarm, at rest at the present angle; rejected while a shaft turns"),
-    ("release", "empty the trace buffer and continue recording"),
-    ("plot FOLDER", "write a figure of all observations so far"),
+    ("stop [S]", "come to rest in S seconds [default: 0.2]; longer at the limits, shorter if already slowing down"),
+    ("set KEY=VALUE ..", "change keys of the design on top of earlier changes, without a step in u"),
+    ("wait S", "let S seconds of the drive pass"),
+    ("trace FILE [--force]", "save the trace buffer for `host-sim replay`; --force overwrites the file"),
+    ("reset", "restart after an alarm, at rest where the shaft is; rejected above 0.5 rad/s behind the gear"),
+    ("release", "empty the trace buffer and let it run again; an alarm must be saved first"),
+    ("plot FOLDER [--force]", "write a figure of the session into a folder; --force overwrites it"),
     ("stick [link] [motor]", "simulated plant only: freeze these encoders, release the others"),
     ("load N_M", "simulated plant only: apply a load torque, N m"),
-    ("quit", "quit; the drive keeps running"),
+    ("help", "list the commands"),
+    ("quit", "leave the drive as it is"),
 ];
 
 #[derive(Args, Debug)]
@@ -85,6 +95,9 @@ pub(super) struct LiveOptions {
     /// Output HTML file with a figure of the last 10 s; a browser reloads it by itself while the session runs.
     #[arg(long, value_name = "FILE")]
     page: Option<PathBuf>,
+    /// Overwrite the files of --record and --page.
+    #[arg(long)]
+    force: bool,
     /// Seed of the faults.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "faults", help_heading = "Experiments")]
     seed: u64,
@@ -144,10 +157,24 @@ struct Session<'a> {
     scenario: Option<(String, String, Vec<String>)>,
     seen: Vec<Observed>,
     disturbance: Disturbance,
-    stopped: bool,
+    alarm: AlarmState,
     page: Option<Page>,
     /// Unit of the target's stopwatch.
     unit: &'static str,
+}
+
+/// Alarms of a session as far as they were reported.
+#[derive(Default)]
+struct AlarmState {
+    /// Flags that were reported and have not ended, and the tick in which one of them was last seen.
+    reported: Health,
+    seen: u32,
+    /// True if the drive was stopped, braked or had a frozen trace buffer in the last observation.
+    stopped: bool,
+    braked: bool,
+    frozen: bool,
+    /// Tick of the alarm in the trace buffer that no file has yet.
+    unsaved: Option<u32>,
 }
 
 /// HTML page with a figure of the last observations, which a browser reloads every second.
@@ -166,13 +193,13 @@ impl From<PortError> for Failure {
 fn designed(name: &str, text: &str, sets: &[String]) -> Result<Loadable, Failure> {
     let mut experiment = scenario::parse(&Source { file: name, text, sets }, "drive")?;
     experiment.leave_rest_band();
-    if experiment.drive.is_none() {
+    let Some(drive) = &experiment.drive else {
         return Err(bad(format!("{name}: expected the scenario of a drive, with [motor] or [joint]")));
-    }
+    };
     if let Some(why) = refused_as_unstable(&experiment) {
         return Err(bad(format!("{name}: {why}")));
     }
-    for_target(&experiment).map_err(bad)
+    for_interrupt(&drive.designed).map_err(|why| bad(format!("{name}: {why}")))
 }
 
 impl<'a> Console<'a> {
@@ -189,12 +216,16 @@ impl<'a> Console<'a> {
             None => None,
             Some(file) => Some(read_text(file, FileKind::SETTINGS)?),
         };
+        let page = options.page.iter().cloned();
+        let record = options.record.iter().flat_map(|file| [file.clone(), file.with_extension(FIGURE)]);
+        page.chain(record).try_for_each(|file| free(&file, options.force))?;
         let drive = self.reached(options)?;
         let disturbance = Disturbance::default();
         let page = options.page.as_ref().map(|file| Page { file: file.clone(), due: Instant::now() });
         // The firmware counts core cycles on a chip, and in the emulator executed instructions.
         let unit = if options.reach.is_port() { "cycles" } else { "instructions" };
-        let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, stopped: false, page, unit };
+        let alarm = AlarmState::default();
+        let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, alarm, page, unit };
         self.greet(&session)?;
         // A request to stop first saves the observations.
         let _kept = stop::keeping();
@@ -239,7 +270,7 @@ impl<'a> Console<'a> {
         self.say(&format!("drive of a {what} at {} Hz; `help` lists the commands", significant(hz, 6)))?;
         let Some((name, text, _)) = &session.scenario else { return Ok(()) };
         let ours = designed(name, text, &[])?;
-        of_one_form(name, &ours, design)?;
+        of_one_form(name, &ours, design, &STARTED)?;
         let side = Side::of(&Source { file: name, text, sets: &[] }, design.instance.model)?;
         let (keyed, rest) = side.differences(design, &ours);
         for [there, here] in &keyed {
@@ -298,20 +329,18 @@ impl<'a> Console<'a> {
 
     /// Executes one command. Returns `false` for `quit`.
     fn obey(&mut self, session: &mut Session<'a>, line: &str) -> Result<bool, Failure> {
-        let line = line.split('#').next().unwrap_or_default().trim();
-        let mut words = line.split_whitespace();
-        let Some(command) = words.next() else { return Ok(true) };
-        let words: Vec<&str> = words.collect();
+        let words = line::words(line);
+        let Some((&command, words)) = words.split_first() else { return Ok(true) };
         let period_s = session.drive.period_s();
         let refused = |error| refused_at(command, error);
         let ticks = |text: &str| -> Result<u32, Failure> {
             let time_s = positive(command, text)?;
             Ok(((time_s / period_s).round() as u32).max(1))
         };
-        match (command, words.as_slice()) {
+        match (command, words) {
             ("help", []) => {
                 for (command, what) in COMMANDS {
-                    self.say(&format!("  {command:<22}{what}"))?;
+                    self.say(&format!("  {command:<24}{what}"))?;
                 }
             }
             ("quit", []) => return Ok(false),
@@ -321,6 +350,12 @@ impl<'a> Console<'a> {
             }
             ("move", [angle, time @ ..]) if time.len() < 2 => {
                 let angle_rad = finite(command, angle)?;
+                if angle_rad.abs() > FURTHEST_RAD {
+                    return Err(bad(format!(
+                        "move: {angle} rad: expected -{0} to {0} rad (10000 revolutions). Give an angle in this range",
+                        FURTHEST_RAD.floor()
+                    )));
+                }
                 let ticks = time.first().map_or(Ok(0), |text| ticks(text))?;
                 let planned = session.drive.move_to(angle_rad, ticks).map_err(refused)?;
                 self.say(&moved(&format!("to {angle} rad"), planned, period_s))?;
@@ -331,23 +366,27 @@ impl<'a> Console<'a> {
             }
             ("set", sets @ [_, ..]) => self.set(session, sets)?,
             ("wait", [time]) => self.wait(session, ticks(time)?)?,
-            ("trace" | "blackbox", [file]) => self.keep(session, Path::new(file))?,
+            ("trace" | "blackbox", [file]) if *file != FORCE => self.keep(session, Path::new(file), false)?,
+            ("trace" | "blackbox", [file, FORCE] | [FORCE, file]) => self.keep(session, Path::new(file), true)?,
             ("reset", []) => {
                 let seen = self.look(session)?;
                 if let Some(why) = still_brakes(&seen, session.drive.design()) {
                     return Err(bad(format!("reset: {why}")));
                 }
                 session.drive.order(Order::Reset).map_err(refused)?;
-                session.stopped = false;
-                self.say("reset: at rest at the present angle")?;
+                let unsaved = std::mem::take(&mut session.alarm).unsaved;
+                let lost = unsaved.map_or_else(String::new, |tick| {
+                    format!("; discarded the unsaved trace buffer of the alarm at {}", at(tick, period_s))
+                });
+                self.say(&format!("reset: at rest at the present angle{lost}"))?;
             }
-            ("release", []) => session.drive.order(Order::Release).map_err(refused)?,
-            ("plot", [folder]) => {
-                figure(&session.seen, session)
-                    .write(Path::new(folder), "live")
-                    .map_err(|error| Failure::writing(folder, &error))?;
+            ("release", []) => self.release(session)?,
+            ("plot", [folder]) if *folder != FORCE => self.plot(session, Path::new(folder), false)?,
+            ("plot", [folder, FORCE] | [FORCE, folder]) => self.plot(session, Path::new(folder), true)?,
+            _ => {
+                let done = disturb(session, command, words)?;
+                self.say(&done)?;
             }
-            _ => disturb(session, command, &words)?,
         }
         Ok(true)
     }
@@ -374,16 +413,7 @@ impl<'a> Console<'a> {
             session.seen.drain(..MOST_ROWS / 2);
         }
         session.seen.push(seen);
-        let stopped = seen.health.contains(Health::STOPPED);
-        if stopped && !session.stopped {
-            self.note(&format!(
-                "alarm: the drive stopped before t = {} s (tick {}); save the trace buffer with `trace FILE`, restart \
-                 with `reset`",
-                significant(f64::from(seen.tick) * session.drive.period_s(), 6),
-                seen.tick
-            ));
-        }
-        session.stopped = stopped;
+        self.report_alarms(session, &seen)?;
         if let Some(page) = &mut session.page
             && Instant::now() >= page.due
         {
@@ -394,18 +424,104 @@ impl<'a> Console<'a> {
         Ok(seen)
     }
 
+    /// Prints a line for each alarm that begins, with its cause, and for a stop after braking.
+    fn report_alarms(&mut self, session: &mut Session<'a>, seen: &Observed) -> Result<(), Failure> {
+        let Session { drive, alarm, .. } = session;
+        let is_stopped = seen.health.contains(Health::STOPPED);
+        let brakes = seen.health.contains(Health::BRAKES);
+        let period_s = drive.period_s();
+        // A drive that has stopped or brakes rejects its input. This is no other alarm.
+        let is_known = alarm.stopped || alarm.braked;
+        let is_new = seen.frozen && !alarm.frozen && !is_known;
+        let begins = is_new.then(|| drive.newest_remembered()).transpose()?.flatten();
+        let begins = begins.map(|(tick, of)| (tick, alarms(of.health), Some(of.u))).filter(|it| !it.1.is_ok());
+        alarm.unsaved = begins.map(|it| it.0).or(alarm.unsaved);
+        let goes_on = !is_stopped && !brakes && seen.started && !seen.health.contains(Health::WAITS);
+        let present = if goes_on { alarms(seen.health) } else { Health::OK };
+        let others = without(present, alarm.reported);
+        let others = (begins.is_none() && !others.is_ok()).then_some((seen.tick, others, Some(seen.u)));
+        if let Some((tick, flags, u)) = begins.or(others) {
+            let loads_n_m = seen.started.then(|| seen.estimates.map(|it| it[3]));
+            let values = Values { loads_n_m, sigma_star: Some(seen.sigma_star).filter(|_| !is_stopped), u };
+            let (what, then) = match (is_stopped, brakes) {
+                (true, _) => ("has stopped", "`reset` restarts it"),
+                (_, true) => ("brakes", "`reset` restarts it after the stop"),
+                _ => ("goes on", "`release` lets the buffer run again"),
+            };
+            self.note(&format!(
+                "alarm at {}: {} (estimates of t = {} s); the drive {what}. Save the trace buffer with `trace FILE`; \
+                 {then}",
+                at(tick, period_s),
+                causes(flags, drive.design(), values),
+                significant(f64::from(if is_stopped { tick } else { seen.tick }) * period_s, 6),
+            ));
+            alarm.reported = alarm.reported.union(flags);
+        } else if is_stopped && !alarm.stopped {
+            self.note(&format!(
+                "stopped before {}: the current is off; `reset` restarts the drive",
+                at(seen.tick, period_s)
+            ));
+        }
+        if !present.is_ok() {
+            alarm.seen = seen.tick;
+        } else if f64::from(seen.tick.wrapping_sub(alarm.seen)) * period_s > OVER_S {
+            alarm.reported = Health::OK;
+        }
+        (alarm.stopped, alarm.braked, alarm.frozen) = (is_stopped, brakes, seen.frozen);
+        Ok(())
+    }
+
+    /// Empties the trace buffer, unless it holds an alarm that no file has.
+    fn release(&mut self, session: &mut Session<'a>) -> Result<(), Failure> {
+        self.look(session)?;
+        if let Some(tick) = session.alarm.unsaved {
+            return Err(bad(format!(
+                "release: the trace buffer holds the alarm at {}, which no file has. Save it with `trace FILE`, then \
+                 `release`",
+                at(tick, session.drive.period_s())
+            )));
+        }
+        session.drive.order(Order::Release).map_err(|error| refused_at("release", error))?;
+        session.alarm.frozen = false;
+        self.say("release: the trace buffer is empty and records")
+    }
+
+    /// Writes a figure of all observations into a folder.
+    fn plot(&mut self, session: &Session<'a>, folder: &Path, force: bool) -> Result<(), Failure> {
+        let path = folder.join("live").with_extension(FIGURE);
+        free(&path, force)?;
+        let failed = |error: io::Error| Failure::writing(folder.display(), &error);
+        figure(&session.seen, session).write(folder, "live").map_err(failed)?;
+        let time = |seen: Option<&Observed>| {
+            seen.map_or_else(String::new, |seen| significant(f64::from(seen.tick) * session.drive.period_s(), 6))
+        };
+        let [from, to] = [session.seen.first(), session.seen.last()].map(time);
+        let count = plural(session.seen.len(), "observation");
+        self.say(&format!("wrote {}: {count}, t = {from} to {to} s", path.display()))
+    }
+
     fn set(&mut self, session: &mut Session<'a>, sets: &[&str]) -> Result<(), Failure> {
         let Some((name, text, before)) = &session.scenario else {
-            return Err(bad("set: no scenario given: start with one, as in `host-sim live firmware/drive.toml`"));
+            return Err(bad(format!(
+                "set: {}: this session has no scenario. Start again with the scenario that the firmware was designed \
+                 from, as in `host-sim live firmware/drive.toml`",
+                sets.join(" ")
+            )));
         };
         let mut all = before.clone();
         all.extend(sets.iter().map(ToString::to_string));
-        let design = designed(name, text, &all)?;
         let running = session.drive.design();
-        let place = format!("set: {}", sets.join(" "));
-        of_one_form(&place, &design, running)?;
-        let side = Side::of(&Source { file: name, text, sets: &all }, design.instance.model)?;
-        of_one_firmware(&place, &side, &design, running)?;
+        let source = Source { file: name, text, sets: &all };
+        let side = Side::of(&source, running.instance.model)?;
+        // Before the design: a rule that the new value breaks is not the reason.
+        typed_as_fixed("set", &side, &source, running, &FIRMWARE)?;
+        let design = designed(name, text, &all).map_err(|Failure { status, message }| Failure {
+            status,
+            message: format!("set: {}", message.trim_start_matches("--set ")),
+        })?;
+        of_one_form(&format!("set: {}", sets.join(" ")), &design, running, &FIRMWARE)?;
+        of_one_firmware(&format!("set: {}", sets.join(" ")), &side, &design, running, &FIRMWARE)?;
+        has_effect("set", &source, before.len())?;
         let swapped = session.drive.swap(&design).map_err(|error| refused_at("set", error))?;
         let Swapped { tick, ticks, time, u: [before, after], .. } = swapped;
         if let Some((_, _, sets)) = &mut session.scenario {
@@ -423,7 +539,10 @@ impl<'a> Console<'a> {
     }
 
     /// Saves the trace buffer as a file. A running buffer is frozen while it is read.
-    fn keep(&mut self, session: &mut Session<'a>, file: &Path) -> Result<(), Failure> {
+    fn keep(&mut self, session: &mut Session<'a>, file: &Path, force: bool) -> Result<(), Failure> {
+        // Before seconds of reading.
+        free(file, force)?;
+        self.look(session)?;
         let was_frozen = session.drive.observe()?.frozen;
         let refused = |error| refused_at("trace", error);
         if !was_frozen {
@@ -439,11 +558,19 @@ impl<'a> Console<'a> {
             black_box.scenario = text.lines().map(ToOwned::to_owned).collect();
             black_box.sets.clone_from(sets);
         }
-        write_whole(file, |out| out.write_all(black_box.to_text().as_bytes()))
-            .map_err(|error| Failure::writing(file.display(), &error))?;
-        let span_s = black_box.len() as f64 * session.drive.period_s();
-        let span = significant(span_s, 4);
-        self.say(&format!("wrote {}: the last {} ticks ({span} s)", file.display(), black_box.len()))
+        write_file(file, &black_box.to_text(), force)?;
+        session.alarm.unsaved = None;
+        let period_s = session.drive.period_s();
+        let span = significant(black_box.len() as f64 * period_s, 4);
+        self.say(&format!("wrote {}: the last {} ticks ({span} s)", file.display(), black_box.len()))?;
+        let last = black_box.last().map_err(|why| failed(named(file, &why)))?;
+        if let Some((Again { tick, then, now }, loads)) = last.filter(|(last, _)| !alarms(last.then.health).is_ok()) {
+            let (flags, u) = (alarms(then.health), Some(then.u));
+            let values = Values { loads_n_m: Some(loads), sigma_star: Some(now.sigma_star), u };
+            let causes = causes(flags, session.drive.design(), values);
+            self.say(&format!("alarm at {}: {causes}", at(tick, period_s)))?;
+        }
+        Ok(())
     }
 
     pub(super) fn replay(&mut self, options: &ReplayOptions) -> Result<u8, Failure> {
@@ -468,7 +595,14 @@ impl<'a> Console<'a> {
             };
             let mut all = if scenario.is_some() { Vec::new() } else { black_box.sets.clone() };
             all.extend(sets.iter().cloned());
+            let source = Source { file: &name, text: &text, sets: &all };
+            let side = Side::of(&source, black_box.design.instance.model)?;
+            typed_as_fixed("--set", &side, &source, &black_box.design, &RECORDED)?;
             let design = designed(&name, &text, &all)?;
+            let place = if sets.is_empty() { name.clone() } else { format!("--set {}", sets.join(" --set ")) };
+            of_one_form(&place, &design, &black_box.design, &RECORDED)?;
+            of_one_firmware(&place, &side, &design, &black_box.design, &RECORDED)?;
+            has_effect("--set", &source, all.len() - sets.len())?;
             Some(black_box.replay_with(&design).map_err(|why| bad(named(file, &why)))?)
         };
         let shown = other.as_ref().unwrap_or(&again);
@@ -506,24 +640,38 @@ fn verdict(ticks: usize, differ: usize, other: Option<&[Again]>) -> String {
     format!("result: {recorded} with the recorded design; {off} of {ticks} ticks differ with the other design")
 }
 
-/// Executes a command for the simulated plant on the target.
-fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<(), Failure> {
-    match (command, words) {
-        ("stick", shafts) if shafts.iter().all(|shaft| matches!(*shaft, "link" | "motor")) => {
-            let is_joint = session.drive.design().instance.model == Model::Joint;
-            let [link, motor] = ["link", "motor"].map(|shaft| shafts.contains(&shaft));
-            session.disturbance.stuck = if is_joint { [link, motor] } else { [motor, false] };
+/// Executes a command for the simulated plant on the target. Returns the new state of the plant.
+fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<String, Failure> {
+    let mut disturbance = session.disturbance;
+    let done = match (command, words) {
+        ("stick", named) => {
+            let shafts = shafts(session.drive.design());
+            if let Some(other) = named.iter().find(|shaft| !shafts.contains(shaft)) {
+                let (has, kind) = (shafts.join(" and "), kind(session.drive.design()));
+                let plural = if shafts.len() > 1 { "encoders" } else { "one encoder" };
+                return Err(bad(format!(
+                    "stick: {other}: this {kind} has {plural}, {has}. Use `stick {}`, or `stick` for none",
+                    shafts.join(" ")
+                )));
+            }
+            for (i, shaft) in shafts.iter().enumerate() {
+                disturbance.stuck[i] = named.contains(shaft);
+            }
+            format!("stick: frozen encoders: {}", if named.is_empty() { "none".into() } else { named.join(", ") })
         }
         ("load", [torque]) => {
             let load_n_m = finite(command, torque)? as f32;
             if !load_n_m.is_finite() {
-                return Err(bad(format!("load: {torque} N m: beyond the range of f32")));
+                return Err(bad(format!("load: {torque} N m: expected at most {:e} N m", f32::MAX)));
             }
-            session.disturbance.load_n_m = load_n_m;
+            disturbance.load_n_m = load_n_m;
+            format!("load: {torque} N m")
         }
         _ => return Err(bad(unknown(command))),
-    }
-    session.drive.disturb(session.disturbance).map_err(|error| refused_at(command, error))
+    };
+    session.drive.disturb(disturbance).map_err(|error| refused_at(command, error))?;
+    session.disturbance = disturbance;
+    Ok(done)
 }
 
 /// Returns the next line without its end, or the reason why it is invalid. `None` at the end of the input.
@@ -576,30 +724,126 @@ pub(super) fn way(
     })
 }
 
+/// Drive that another design must fit, in words.
+struct Host {
+    /// Subject of a sentence.
+    name: &'static str,
+    /// Remedy for a difference that no design can have.
+    remedy: &'static str,
+}
+
+const FIRMWARE: Host =
+    Host { name: "the firmware", remedy: "Build firmware from a scenario with this value (docs/live.md)" };
+const STARTED: Host = Host {
+    name: "the firmware",
+    remedy: "Give the scenario of this firmware, or build firmware from this scenario (docs/live.md)",
+};
+const RECORDED: Host =
+    Host { name: "the recorded drive", remedy: "Use `host-sim run` to simulate a drive with this value" };
+
 /// Checks that two designs are of one form.
-fn of_one_form(place: &str, design: &Loadable, running: &Loadable) -> Result<(), Failure> {
+fn of_one_form(place: &str, design: &Loadable, running: &Loadable, host: &Host) -> Result<(), Failure> {
     if design.instance == running.instance {
         return Ok(());
     }
-    let [ours, theirs] = [design, running].map(|it| form_in_words(it.instance));
-    Err(bad(format!(
-        "{place}: this is a {ours}; the firmware runs a {theirs}. Change these keys, or build firmware from this \
-         scenario (docs/live.md)"
-    )))
+    let kinds = [design, running].map(kind);
+    if kinds[0] != kinds[1] {
+        return Err(bad(format!("{place}: [{}]: {} has a [{}]. {}", kinds[0], host.name, kinds[1], host.remedy)));
+    }
+    let forms = form_keys(design.instance).into_iter().zip(form_keys(running.instance));
+    let differ: Vec<String> = forms
+        .filter(|(ours, theirs)| ours != theirs)
+        .map(|((key, value), (_, expected))| format!("{key} = {value}: {} has {key} = {expected}", host.name))
+        .collect();
+    Err(bad(format!("{place}: {}. {}", differ.join("; "), host.remedy)))
 }
 
-/// Checks that a design has the period, the encoders and the gear of the firmware, which no new design changes.
-fn of_one_firmware(place: &str, side: &Side, design: &Loadable, running: &Loadable) -> Result<(), Failure> {
-    let is_fixed = |name: &str| name == "period_s" || name.starts_with("encoder");
+/// Returns true if no new design changes this number of a drive.
+fn is_fixed(number: &str) -> bool {
+    number == "period_s" || number.starts_with("encoder")
+}
+
+/// Checks that a scenario sets no other form, period, encoder or gear than the drive has.
+fn typed_as_fixed(
+    place: &str,
+    side: &Side,
+    source: &Source<'_>,
+    running: &Loadable,
+    host: &Host,
+) -> Result<(), Failure> {
+    for (key, has) in form_keys(running.instance) {
+        let number = scenario::number_at(source, key)?.map(|typed| typed.to_string());
+        let typed =
+            number.or(scenario::text_at(source, key)?.filter(|_| key == "drive.mode").map(|it| format!("{it:?}")));
+        if let Some(typed) = typed.filter(|typed| typed != has) {
+            return Err(bad(format!("{place}: {key} = {typed}: {} has {key} = {has}. {}", host.name, host.remedy)));
+        }
+    }
+    for has in running.names().iter().filter(|name| is_fixed(name)).filter_map(|name| side.keyed(running, name)) {
+        let typed = scenario::number_at(source, has.key)?.filter(|typed| (typed - has.value).abs() > 1e-9 * has.value);
+        if let Some(typed) = typed {
+            return Err(bad(format!(
+                "{place}: {} = {typed}: {}",
+                has.key,
+                fixed(&format!(" ({} = {has})", has.key), host)
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that a design has the period, the encoders and the gear of the drive.
+fn of_one_firmware(
+    place: &str,
+    side: &Side,
+    design: &Loadable,
+    running: &Loadable,
+    host: &Host,
+) -> Result<(), Failure> {
     let mut differ = design.names().into_iter().zip(design.numbers().zip(running.numbers()));
     let Some((name, _)) = differ.find(|(name, (one, other))| is_fixed(name) && one.to_bits() != other.to_bits()) else {
         return Ok(());
     };
     let has = side.keyed(running, &name).map_or_else(String::new, |it| format!(" ({} = {it})", it.key));
-    Err(bad(format!(
-        "{place}: period, encoder and gear are fixed in the firmware{has}. Build firmware from a scenario with this \
-         setting (docs/live.md)"
-    )))
+    Err(bad(format!("{place}: {}", fixed(&has, host))))
+}
+
+fn fixed(has: &str, host: &Host) -> String {
+    format!("period, encoder and gear are fixed in {}{has}. {}", host.name, host.remedy)
+}
+
+/// Returns true if a setting gives its key the value that the scenario has, as text or number.
+fn is_in_force(name: &str, text: &str, before: &[String], set: &str) -> bool {
+    let key = set.split('=').next().unwrap_or_default().trim();
+    let with = [before, &[set.to_owned()]].concat();
+    let [then, now] = [before, &with].map(|sets| {
+        let source = Source { file: name, text, sets };
+        (scenario::number_at(&source, key).ok().flatten(), scenario::text_at(&source, key).ok().flatten())
+    });
+    now == then && now != (None, None)
+}
+
+/// Checks that each setting from this one on changes the design.
+fn has_effect(place: &str, source: &Source<'_>, from: usize) -> Result<(), Failure> {
+    let Source { file, text, sets } = *source;
+    let of = |sets: &[String]| {
+        let mut experiment = scenario::parse(&Source { file, text, sets }, "drive").ok()?;
+        experiment.leave_rest_band();
+        for_target(&experiment).ok()
+    };
+    let whole = of(sets);
+    for k in from..sets.len() {
+        let others = [&sets[..k], &sets[k + 1..]].concat();
+        if of(&others) == whole && !is_in_force(file, text, &others, &sets[k]) {
+            return Err(bad(format!(
+                "{place}: {}: no effect, the design of the drive stays the same. The value is in force, or the key \
+                 belongs to the simulation, the mounting of the encoder or the rest band. Give another value, or a \
+                 key that the design depends on",
+                sets[k]
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Returns the reason why a drive that brakes cannot be reset yet.
@@ -614,6 +858,11 @@ fn still_brakes(seen: &Observed, design: &Loadable) -> Option<String> {
         significant(speed_rad_s, 3),
         significant(speed_rad_s * 30.0 / std::f64::consts::PI, 3)
     ))
+}
+
+/// Returns the time and number of a tick.
+fn at(tick: u32, period_s: f64) -> String {
+    format!("t = {} s (tick {tick})", significant(f64::from(tick) * period_s, 6))
 }
 
 /// Returns a count with its noun.
@@ -841,5 +1090,20 @@ fn replayed_figure(all: &[Again], file: &str, sets: &[String], period_s: f64) ->
             ..Panel::default()
         }],
         columns: 1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_help_of_a_session_has_the_words_of_its_page() {
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/live.md");
+        let page = std::fs::read_to_string(page).expect("the page");
+        let rows = page.lines().skip_while(|line| !line.starts_with("| command |")).skip(2);
+        let rows: Vec<&str> = rows.take_while(|line| line.starts_with('|')).collect();
+        let expected = COMMANDS.map(|(command, what)| format!("| `{command}` | {what} |"));
+        assert_eq!(rows, expected);
     }
 }

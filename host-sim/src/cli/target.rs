@@ -174,6 +174,10 @@ impl<'a> Console<'a> {
                 Failure { status: status::INTERRUPTED, message: "stopped on request, before the first tick".into() }
             }
             PortError::Silent { heard, .. } => failed(format!("{error}; {}", question(*heard))),
+            // Something answered.
+            PortError::Refused(why) if why.contains(remote::OTHER_FIRMWARE) => {
+                failed(format!("{error}; {}", question(1)))
+            }
             _ => failed(error.to_string()),
         })?;
         Ok(Link { remote, log })

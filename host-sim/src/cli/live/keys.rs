@@ -60,7 +60,7 @@ fn unit(key: &str) -> &'static str {
 type Power = i32;
 
 /// Keys of the numbers of a motor's design, by their names in the layout.
-const MOTOR: [(&str, &str, Power); 18] = [
+const MOTOR: [(&str, &str, Power); 19] = [
     ("period_s", "drive.period_s", 0),
     ("motor.inertia_kg_m2", "motor.inertia_kg_m2", 2),
     ("motor.torque_n_m_per_a", "motor.torque_n_m_per_a", 1),
@@ -79,6 +79,7 @@ const MOTOR: [(&str, &str, Power); 18] = [
     ("safe", "drive.fallback", 0),
     ("d", "monitor.load_n_m", 0),
     ("sigma*", "monitor.sigma_star", 0),
+    ("stuck", "monitor.saturated_s", 0),
 ];
 
 /// Keys of the numbers of a joint's design, by their names in the layout.
@@ -125,6 +126,9 @@ pub(super) struct Side {
 }
 
 impl Side {
+    /// Numbers behind the gear, for keys that refer to the output.
+    pub(super) const BEHIND_GEAR: Self = Self { gear: 1.0, load_kg_m2: None };
+
     /// Reads the gear and the inertia of the load.
     ///
     /// # Errors
