@@ -147,6 +147,14 @@ impl Console<'_> {
             bench.uncertain().join(", ")
         ))?;
         self.say(&table(answer, options.cycles).to_string())?;
+        for Lost { run, corners, first } in &answer.stopped {
+            self.say(&format!(
+                "warning: {run}: the monitors stop the drive in {corners} of {} plants, first: {first}. The table is \
+                 without monitors; drive.uncertain_percent = {} sets them for this tolerance",
+                answer.found.worst.corners + 1,
+                answer.specification.percent()
+            ))?;
+        }
         self.say("[drive]")?;
         for (key, values) in &answer.settings {
             self.say(&format!("{key} = {}", value_of(key, values)))?;

@@ -196,7 +196,8 @@ fn a_point_is_as_bad_as_its_worst_corner() {
     assert_eq!(together.corners.len(), 16);
     // A weight of 0 has no error, so no corner is computed twice.
     let level = ["joint.weight_n_m=0".to_owned()];
-    assert_eq!(corners(&subject(scenario::JOINT, &level), 20.0, &[]).expect("corners").len(), 16);
+    let level = Subject { sets: &level, ..subject };
+    assert_eq!(corners(&level, 20.0, &[]).expect("corners").len(), 16);
     assert!(together.corners.iter().all(|corner| !corner.name.contains("K ")));
     together.figure = Some("design.spectral_radius".into());
     let points = answered(&together);

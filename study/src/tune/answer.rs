@@ -72,6 +72,9 @@ pub struct Answer {
     /// Runs that fail in a corner.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<Lost>,
+    /// Runs in which the monitors of the file stop the drive in a corner. All other numbers are without monitors.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stopped: Vec<Lost>,
     /// Best result of each search.
     pub pareto: Vec<SearchResult>,
     /// Number of searches, including searches without a result.
@@ -195,13 +198,19 @@ pub fn tune(
     let text = with_settings(&text, &settings)?;
     let tuned = Subject { text: &text, sets: &[], ..*subject };
     let experiment = tuned.with(&[])?;
-    let designed = experiment.drive.as_ref().map_or(best.designed, |drive| drive.designed);
+    let written = experiment.drive.as_ref().map_or(best.designed, |drive| drive.designed);
+    // The bench judges the gains, as in the search: a drive that a monitor stopped has no error to compare.
+    let designed = written.telling().without_rest_band();
     let refused = || Error::failed("the tuned drive is invalid");
     let design = of_ours(&designed).ok_or_else(refused)?;
     // The data sheet plant, without the errors of the file.
     let no_error = ["error={}".to_owned()];
     let found = Found::of(bench, &designed, specification.is_wide, true).ok_or_else(refused)?;
     let missed = specification.missed(&found);
+    let lost = bench.lost(&design, specification.is_wide);
+    let watched = of_ours(&written.without_rest_band()).ok_or_else(refused)?;
+    let mut stopped = bench.lost(&watched, specification.is_wide);
+    stopped.retain(|it| !lost.contains(it));
     let met = entries.iter().filter(|entry| {
         let Entry { job, found, .. } = entry;
         job.specification.noise_a > specification.noise_a && job.specification.missed(found).is_empty()
@@ -220,7 +229,8 @@ pub fn tune(
         data_sheet_percent: tolerance_percent(&Subject { sets: &no_error, ..tuned }, specification.percent()).ok(),
         settings,
         // A failed run counts as a missed limit.
-        lost: if missed.is_empty() { Vec::new() } else { bench.lost(&design, specification.is_wide) },
+        lost: if missed.is_empty() { Vec::new() } else { lost },
+        stopped,
         missed,
         met_with_noise_a: met.map(|entry| entry.job.specification.noise_a).min_by(f64::total_cmp),
         pareto: entries.iter().map(tried).collect(),

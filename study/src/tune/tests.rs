@@ -6,6 +6,7 @@ use rayon::ThreadPoolBuilder;
 
 use super::*;
 use crate::compare::of_ours;
+use crate::map::Subject;
 use crate::sized;
 
 fn motor() -> Bench {
@@ -79,6 +80,20 @@ fn a_joint_known_to_half_has_no_unstable_corner_and_a_small_error_under_load() {
     // With the nominal plant the error is far smaller: its corners differ.
     let known = Found::of(&bench, &bench.designed, false, true).expect("a drive");
     assert!(known.worst.load_rad < 0.8 * best.worst.load_rad, "{known:?}");
+
+    // The result has the metrics of its search. The monitors of the file, set for ±20 %, would stop it in some corners.
+    for (sets, is_stopped) in [(&[][..], true), (&["drive.uncertain_percent=50", "drive.gain_sets=2"], false)] {
+        let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+        let subject = Subject { file: "joint.toml", text: scenario::JOINT, sets: &sets, name: "joint" };
+        let bench = Bench::new("joint.toml", scenario::JOINT, &sets).expect("a file");
+        let stop = AtomicBool::new(false);
+        let effort = Effort { evaluations: 1, seed: 1, most_cycles: None };
+        let answer = tune(&bench, &subject, &specification, effort, Watch::new(&stop, &|| {})).expect("a drive");
+        let answer = answer.expect("not stopped");
+        assert_eq!((answer.missed.len(), answer.lost.len()), (0, 0), "{answer:?}");
+        assert_eq!(!answer.stopped.is_empty(), is_stopped, "{answer:?}");
+        assert!(answer.pareto.iter().any(|it| it.found == answer.found), "{answer:?}");
+    }
 }
 
 #[test]
