@@ -682,6 +682,25 @@ fn mounted(
     Mounted { encoder, mounting: Mounting { is_reversed: table.reversed, offset_counts: table.offset_counts } }
 }
 
+/// Returns a warning for a motor counter of a joint that covers less than a revolution of the link: at another angle the
+/// two encoders contradict each other.
+fn starts_near_zero(table: &EncoderTable, gear: Gear) -> Option<String> {
+    let (bits, states) = counter(table, "encoder.motor").ok()?;
+    let bare = Encoder::incremental(bits, table.counts_per_turn.unwrap_or(1 << bits.min(24))).wrapping_at(states);
+    let ratio = if table.behind_gear { 1.0 } else { gear.ratio() };
+    let half_span = 0.5 * bare.counter() as f64 * bare.unit_rad() / ratio;
+    (half_span < 0.999 * std::f64::consts::PI).then(|| {
+        let whole = (f64::from(bare.counts_per_turn) * ratio).ceil();
+        format!(
+            "encoder.motor: {} states cover {half_span:.4} rad of the link on each side of 0. The drive starts and \
+             restarts only there, elsewhere it waits without current. Count the motor revolutions in firmware, and set \
+             encoder.motor.states = {whole} with enough encoder.motor.bits and counts_per_turn = {}",
+            bare.counter(),
+            bare.counts_per_turn
+        )
+    })
+}
+
 fn imperfections(table: &FrictionTable, lag_s: f64, gear: f64, supply: Option<Supply>) -> Imperfections {
     Imperfections {
         friction: Friction {
@@ -1632,6 +1651,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let load_n_m = designs.by.load_n_m;
     let design = |period_s: f64| designs.design(period_s);
     let mut warnings = common.warnings();
+    warnings.extend(starts_near_zero(&file.encoder.motor, turns));
     warnings.extend(asked_states(&file.encoder.link, "encoder.link"));
     warnings.extend(asked_states(&file.encoder.motor, "encoder.motor"));
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
