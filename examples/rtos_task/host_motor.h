@@ -31,7 +31,11 @@ static uint32_t encoder(void)
     return (uint32_t)(int64_t)floor(angle_rad / EDO_SMC_ENCODER_UNIT_RAD + 0.5) % EDO_SMC_ENCODER_STATES;
 }
 
-static void current(float ampere) { held_a = (double)ampere; }
+static float current(float ampere)
+{
+    held_a = (double)ampere;
+    return ampere;
+}
 
 /* Keeps the largest distance of the true angle from the plan. */
 static void host_motor_compare(unsigned health, bool has_started, const edo_smc_target *planned)

@@ -20,8 +20,8 @@
 #ifdef FREERTOS
 /* BOARD: returns the raw counter register. */
 static uint32_t encoder(void) { return 0u; }
-/* BOARD: commands the current loop, A. */
-static void current(float ampere) { (void)ampere; }
+/* BOARD: commands the current loop; returns the current that the stage really holds, A. */
+static float current(float ampere) { return ampere; }
 #else
 #include "host_motor.h"
 #endif
@@ -38,6 +38,15 @@ static volatile bool ready;
 static uint32_t changeover; /* first tick of the other plan */
 static volatile uint32_t tick;
 static volatile bool started;
+
+/* Changes over to the other plan at its first tick. */
+static void change_over(uint32_t at)
+{
+    if (ready && (int32_t)(at - changeover) >= 0) {
+        playing = playing ^ 1u;
+        ready = false;
+    }
+}
 
 static void control_task(void *unused)
 {
@@ -57,15 +66,13 @@ static void control_task(void *unused)
 #ifndef WITHOUT_MISSED
             edo_smc_missed(&state, late);
 #endif
+            change_over(tick + EDO_SMC_DELAY_TICKS);
             edo_smc_plan_at(&plans[playing], tick + EDO_SMC_DELAY_TICKS, &sample.end);
         }
         const uint32_t end = tick + EDO_SMC_DELAY_TICKS + 1u;
         sample.count = encoder();
         sample.begin = sample.end;
-        if (ready && (int32_t)(end - changeover) >= 0) {
-            playing = playing ^ 1u;
-            ready = false;
-        }
+        change_over(end);
         edo_smc_plan_play(&plans[playing], end, &sample.end);
         const unsigned health = edo_smc_watched_tick(&monitor, &state, &sample, &output);
         if ((health & EDO_SMC_WAITS) != 0u && edo_smc_estimates(&state, &here)) {
@@ -73,7 +80,10 @@ static void control_task(void *unused)
             edo_smc_plan_at(&plans[playing], end, &sample.end);
         }
         started = state.started && ((health & EDO_SMC_WAITS) == 0u);
-        current(output.u);
+        const float held = current(output.u);
+        if (held < output.u || held > output.u) {
+            (void)edo_smc_report_applied(&state, held); /* the only anti-windup */
+        }
         tick = tick + 1u;
 #ifndef FREERTOS
         host_motor_compare(health, started, &sample.begin);
@@ -85,12 +95,16 @@ static void control_task(void *unused)
 static void move_to(float angle_rad, double seconds)
 {
     edo_smc_jet present;
-    while (ready || !started) {
-        vTaskDelay(1);
-    }
-    changeover = tick + EDO_SMC_DELAY_TICKS + 2u + TICKS_OF(LEAD_S);
-    edo_smc_plan_jet(&plans[playing], changeover, &present);
-    const bool made = edo_smc_plan_move(&plans[playing ^ 1u], &present, changeover, TICKS_OF(seconds), 0, angle_rad);
+    bool made;
+    do {
+        while (ready || !started) {
+            vTaskDelay(1);
+        }
+        changeover = tick + EDO_SMC_DELAY_TICKS + 2u + TICKS_OF(LEAD_S);
+        edo_smc_plan_jet(&plans[playing], changeover, &present);
+        made = edo_smc_plan_move(&plans[playing ^ 1u], &present, changeover, TICKS_OF(seconds), 0, angle_rad);
+        /* Again if other tasks held this one until after its first tick. */
+    } while (made && (int32_t)(changeover - (tick + EDO_SMC_DELAY_TICKS + 1u)) <= 0);
     __atomic_thread_fence(__ATOMIC_SEQ_CST); /* the plan is in memory before the control task sees the flag */
     ready = made;
 }
@@ -108,6 +122,10 @@ static void plan_task(void *unused)
 
 int main(void)
 {
+    const double ratio = (double)PERIOD / (EDO_SMC_PERIOD_S * configTICK_RATE_HZ);
+    if (!(ratio > 0.999 && ratio < 1.001)) {
+        return 2; /* the control period must be a whole number of RTOS ticks */
+    }
     (void)xTaskCreate(control_task, "control", 512, NULL, 3, NULL);
     (void)xTaskCreate(plan_task, "plan", 512, NULL, 1, NULL);
     vTaskStartScheduler();

@@ -6,6 +6,7 @@
 static EdoSmcDrive drive;
 static double angle = 3.0 * 6.283185307179586 + 0.2;
 static double speed, ampere;
+static unsigned flags;
 
 static void advance()
 {
@@ -22,6 +23,7 @@ static void run(int ticks)
     for (int k = 0; k < ticks; k++) {
         ampere = (double)drive.tick((uint32_t)(int64_t)floor(angle / EDO_SMC_ENCODER_UNIT_RAD + 0.5));
         advance();
+        flags |= drive.health();
     }
 }
 
@@ -42,10 +44,14 @@ int main()
     check("holds the angle of the start, rad", fabs(drive.angle() - begin) < 1e-3, drive.angle());
     check("takes a move", drive.moveTo(7.0, 0.3) && drive.isMoving(), 0.0);
     run(100);
-    check("no second move while one waits or set-points run", !drive.setTarget(0.0), 0.0);
-    advance();
-    drive.missed(1u);
+    check("no set-point during a move", !drive.setTarget(0.0), 0.0);
+    flags = 0u;
+    for (int k = 0; k < 3; k++) {
+        advance(); /* three periods without a tick, at a speed of 30 rad/s */
+    }
+    drive.missed(3u);
     run(400);
+    check("missed ticks cost no count", (flags & (EDO_SMC_SAMPLE_LOST | EDO_SMC_POSITION_STEPPED)) == 0u, (double)flags);
     check("rests at the target, rad", fabs(drive.angle() - 7.0) < 1e-3 && !drive.isMoving(), drive.angle());
     check("no alarm", (drive.health() & ~(unsigned)(EDO_SMC_HUNTS)) == 0u, (double)drive.health());
     check("takes limits", drive.setLimits(20.0, 400.0), 0.0);
