@@ -60,7 +60,7 @@ typedef uint32_t TickType_t;
 TickType_t xTaskGetTickCount(void);
 void vTaskDelay(const TickType_t ticks);
 void vTaskDelayUntil(TickType_t *const last, const TickType_t period);
-long xTaskCreate(void (*run)(void *), const char *name, uint16_t words, void *with, unsigned long priority, void *handle);
+long xTaskCreate(void (*run)(void *), const char *name, uint16_t words, void *with, unsigned long level, void *handle);
 void vTaskStartScheduler(void);
 ";
 
@@ -173,7 +173,25 @@ impl Work {
         Invocation::new("cmake", &["--install", &build, "--prefix", &installed]).run(gate)?;
         fs::rename(&installed, &moved).map_err(failed)?;
         self.host(gate, "found", &[&format!("-DCMAKE_PREFIX_PATH={moved}")])?;
-        self.host(gate, "fetched", &[&format!("-DEDO_SMC_SOURCE={}", self.root.display())])
+        self.host(gate, "fetched", &[&format!("-DEDO_SMC_SOURCE={}", self.root.display())])?;
+        self.export_alone(gate)
+    }
+
+    /// Exports a scenario in a build without the package and its archives.
+    fn export_alone(&self, gate: &Gate) -> Outcome {
+        let (sources, build) = (self.at("alone"), self.at("alone/build"));
+        let (functions, scenario) = (self.of("controller-capi/cmake/edo_smc.cmake"), self.of(MOTOR));
+        let list = format!(
+            "cmake_minimum_required(VERSION 3.21)\nproject(alone C)\ninclude({functions})\n\
+             add_library(alone OBJECT alone.c)\nedo_smc_export(TARGET alone SCENARIO {scenario})\n"
+        );
+        fs::create_dir_all(&sources).map_err(failed)?;
+        fs::write(Path::new(&sources).join("CMakeLists.txt"), list).map_err(failed)?;
+        let source = "#include \"motor_drive.h\"\nbool alone(void) { return edo_smc_modes_ok(); }\n";
+        fs::write(Path::new(&sources).join("alone.c"), source).map_err(failed)?;
+        let host_sim = format!("-DEDO_SMC_HOST_SIM={}", self.host_sim);
+        Invocation::new("cmake", &["-S", &sources, "-B", &build, "--log-level=WARNING", &host_sim]).run(gate)?;
+        Invocation::new("cmake", &["--build", &build]).run(gate)
     }
 
     /// Builds the program for this machine and runs it.
