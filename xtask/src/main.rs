@@ -21,6 +21,7 @@ mod fuzz;
 mod links;
 mod means;
 mod mutate;
+mod packages;
 mod paper_map;
 mod prose;
 mod prove;
