@@ -412,7 +412,9 @@ pub(crate) fn in_words(refusal: &Refusal, instance: Instance) -> String {
         Reason::NotStopped => "the drive has not stopped: there is nothing to reset".into(),
         Reason::NotFrozen => "the trace buffer is recording: freeze it first".into(),
         Reason::Frozen => {
-            "the trace buffer is frozen, and another design would erase it: read it, then `release` or `reset`".into()
+            "the trace buffer is frozen, and another design would erase it: save it with `trace FILE`, then \
+                           `reset` a stopped drive or `release` the buffer"
+                .into()
         }
         Reason::Absent => "the part does not exist, or there is no valid count to start from".into(),
         Reason::Late => "the chip has no time left to plan: its interrupt takes too much".into(),

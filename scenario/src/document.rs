@@ -329,7 +329,7 @@ enum SetError {
 impl fmt::Display for SetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Argument => f.write_str("expected KEY=VALUE, as in controller.k_l=100"),
+            Self::Argument => f.write_str("expected KEY=VALUE without blanks, as in span_s=2"),
             Self::Path(path) => {
                 write!(f, "`{path}` is not a key path; expected one like controller.observer[1].printed")
             }

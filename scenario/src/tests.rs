@@ -568,7 +568,7 @@ fn the_disturbance_of_the_paper_comes_with_the_paper_s_readings_alone() {
 fn a_wrong_set_is_told_with_the_argument() {
     let cases = [
         ("controller.kl=1", "unknown key `controller.kl`; did you mean `k_l`?"),
-        ("controller.k_l", "expected KEY=VALUE, as in controller.k_l=100"),
+        ("controller.k_l", "expected KEY=VALUE without blanks, as in span_s=2"),
         ("controller.k_l=", "\"\" is not a TOML value (a number, true, \"text\", a [list] or a {table})"),
         ("controller.k_l=[1", "\"[1\" is not a TOML value (a number, true, \"text\", a [list] or a {table})"),
         ("=1", "`` is not a key path; expected one like controller.observer[1].printed"),
@@ -622,7 +622,7 @@ fn a_syntax_error_is_told_at_its_place() {
 #[test]
 fn a_message_is_one_line_whatever_is_in_the_file() {
     assert_eq!(error("\"a\\nb\\u001b\" = 1", &[]).split(';').next(), Some("a.toml:1:1: unknown key `a\\nb\\u{1b}`"));
-    assert_eq!(error("", &["x\n"]), "--set x\\n: expected KEY=VALUE, as in controller.k_l=100");
+    assert_eq!(error("", &["x\n"]), "--set x\\n: expected KEY=VALUE without blanks, as in span_s=2");
 }
 
 #[test]

@@ -980,27 +980,44 @@ fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
 }
 
 /// Simulated motor of the template: 0.05 N m/A, 2e-4 kg m², 14 bits, 1 kHz, with friction. It stands at 0.5 rad when
-/// the drive starts.
+/// the drive starts. In the move the drive misses two interrupts. Then a blocked shaft raises an alarm, and it restarts.
 const MOVED: &str = "
 fn main() {
     let mut control = Control::new();
     let (mut angle, mut speed) = (0.5_f64, 0.0_f64);
-    for tick in 0..1500 {
+    let (mut u, mut seen) = (0.0, Health::OK);
+    for tick in 0..3000 {
         if tick == 100 {
             control.move_to(0, 1.5, 500);
         }
-        let count = (angle * 16384.0 / std::f64::consts::TAU).floor() as i32;
-        let u = control.tick(Some(count), None);
+        if tick == 302 {
+            control.missed(2);
+        }
+        if tick == 1900 {
+            assert!(seen.contains(Health::STOPPED) && u == 0.0, \"{seen}, {u} A\");
+            control.restart();
+        }
+        if tick == 2000 {
+            control.move_to(0, angle as f32 + 0.5, 300);
+        }
+        if !(300..302).contains(&tick) {
+            let count = (angle * 16384.0 / std::f64::consts::TAU).floor() as i32;
+            let output = control.tick(Some(count), None);
+            u = output.u;
+            seen = if tick == 1500 || tick == 1900 { output.health } else { seen | output.health };
+        }
+        // A load above the bound of the monitor.
+        let load = if (1500..1520).contains(&tick) { 0.45 } else { 0.0 };
         for _ in 0..20 {
-            let torque = 0.05 * f64::from(u) - 0.005 * (100.0 * speed).clamp(-1.0, 1.0);
+            let torque = 0.05 * f64::from(u) - load - 0.005 * (100.0 * speed).clamp(-1.0, 1.0);
             speed += 5e-5 * torque / 2e-4;
             angle += 5e-5 * speed;
         }
-        if tick == 99 || tick == 350 {
+        if [99, 303, 350, 1499, 1999, 2999].contains(&tick) {
             println!(\"{angle}\");
         }
     }
-    println!(\"{angle}\");
+    assert!(!seen.contains(Health::STOPPED), \"{seen}\");
 }
 ";
 
@@ -1014,7 +1031,8 @@ fn the_drive_of_the_rust_page_compiles_and_moves_a_motor() {
     let program = code.replace("\nmod motor_drive;\n", "\nuse exported as motor_drive;\n") + MOVED;
     let said = said_by_exported_rust(&folder("drive-page"), "page", scenario::MOTOR, &program);
     let angles: Vec<f64> = said.lines().map(|line| line.parse().expect("an angle")).collect();
-    let [before, halfway, after] = angles[..] else { panic!("{said}") };
+    let [before, missed, halfway, after, stopped, moved] = angles[..] else { panic!("{said}") };
     println!("{said}");
     assert!((before - 0.5).abs() < 2e-3 && (halfway - 1.0).abs() < 2e-2 && (after - 1.5).abs() < 2e-3, "{said}");
+    assert!(missed < halfway && (stopped - after).abs() > 2e-3 && (moved - stopped - 0.5).abs() < 3e-3, "{said}");
 }

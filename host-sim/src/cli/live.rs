@@ -473,13 +473,20 @@ impl<'a> Console<'a> {
 
     /// Empties the trace buffer, unless it holds an alarm that no file has.
     fn release(&mut self, session: &mut Session<'a>) -> Result<(), Failure> {
-        self.look(session)?;
+        let is_stopped = self.look(session)?.health.contains(Health::STOPPED);
         if let Some(tick) = session.alarm.unsaved {
+            let then = if is_stopped { "`reset`" } else { "`release`" };
             return Err(bad(format!(
                 "release: the trace buffer holds the alarm at {}, which no file has. Save it with `trace FILE`, then \
-                 `release`",
+                 {then}",
                 at(tick, session.drive.period_s())
             )));
+        }
+        if is_stopped {
+            return Err(bad(
+                "release: the drive is stopped, and its trace buffer would freeze at once. `reset` restarts \
+                            the drive and empties the buffer",
+            ));
         }
         session.drive.order(Order::Release).map_err(|error| refused_at("release", error))?;
         session.alarm.frozen = false;

@@ -155,6 +155,9 @@ impl Console<'_> {
                 answer.specification.percent()
             ))?;
         }
+        if let Some(why) = answer.refused_by_export.as_ref() {
+            self.say(&format!("warning: export rejects the tuned file: {why}"))?;
+        }
         self.say("[drive]")?;
         for (key, values) in &answer.settings {
             self.say(&format!("{key} = {}", value_of(key, values)))?;

@@ -199,11 +199,11 @@ impl AsWhole {
                 .map_or(String::new(), |fast| format!(" (high gains {:.2} and {:.2})", fast.peak, fast.corner_peak));
             lines.push(format!(
                 "coupled design by rule, limited by {}: peak sensitivity {:.2} nominal, {:.2} in the worst \
-                 corner{fast}; current noise {:.2} % of the current limit",
+                 corner{fast}; current noise {} % of the current limit",
                 rule.binding,
                 rule.peak,
                 rule.corner_peak,
-                100.0 * rule.noise_share
+                percent(rule.noise_share)
             ));
         } else {
             lines.push("coupled design, bandwidths set by the file".into());
@@ -219,6 +219,12 @@ impl AsWhole {
         ));
         lines
     }
+}
+
+/// Returns a share in percent; a small one keeps its digits.
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent < 0.095 { format!("{percent:.1e}") } else { format!("{percent:.2}") }
 }
 
 /// Returns the result of the rule for a data sheet, from the cache if possible.

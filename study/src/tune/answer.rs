@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::{Effort, Entry, Found, Job, Specification, searches, settings};
 use crate::chip::cycles;
 use crate::compare::{Bench, Lost, Worst, of_ours};
+use crate::design::refused_as_unstable;
 use crate::map::{Subject, tolerance_percent};
 use crate::{Error, Watch};
 
@@ -75,6 +76,9 @@ pub struct Answer {
     /// Runs in which the monitors of the file stop the drive in a corner. All other numbers are without monitors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stopped: Vec<Lost>,
+    /// Reason why the file cannot be exported: an unstable corner within the tolerance that it declares.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused_by_export: Option<String>,
     /// Best result of each search.
     pub pareto: Vec<SearchResult>,
     /// Number of searches, including searches without a result.
@@ -231,6 +235,7 @@ pub fn tune(
         // A failed run counts as a missed limit.
         lost: if missed.is_empty() { Vec::new() } else { lost },
         stopped,
+        refused_by_export: refused_as_unstable(&experiment),
         missed,
         met_with_noise_a: met.map(|entry| entry.job.specification.noise_a).min_by(f64::total_cmp),
         pareto: entries.iter().map(tried).collect(),
