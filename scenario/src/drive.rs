@@ -168,8 +168,8 @@ pub struct EncoderTable {
     /// Counts per revolution of the encoder: four per line of an incremental encoder. Default 2^bits.
     #[schemars(range(min = 4, max = 16_777_216))]
     pub counts_per_turn: Option<u32>,
-    /// True if the encoder is behind the gear, false if it is on the motor shaft. Default false. The encoder of a joint's
-    /// link is always behind the gear.
+    /// True if the encoder is behind the gear, false if it is on the motor shaft. Default false. The encoder of a
+    /// joint's link is always behind the gear.
     pub behind_gear: bool,
     /// True if the count decreases while the angle increases. Default false.
     pub reversed: bool,

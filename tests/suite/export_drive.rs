@@ -980,7 +980,7 @@ fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
 }
 
 /// Simulated motor of the template: 0.05 N m/A, 2e-4 kg m², 14 bits, 1 kHz, with friction. It stands at 0.5 rad when
-/// the drive starts. In the move the drive misses two interrupts. Then a blocked shaft raises an alarm, and it restarts.
+/// the drive starts. In the move the drive misses two interrupts. Then a load raises an alarm, and the drive restarts.
 const MOVED: &str = "
 fn main() {
     let mut control = Control::new();

@@ -1,5 +1,5 @@
-//! The pages in `docs` as a book for a browser, in `target/book`. It needs no connection: KaTeX is beside the pages, and
-//! so is every file of the project that a page links to.
+//! The pages in `docs` as a book for a browser, in `target/book`. It needs no connection: KaTeX is beside the pages,
+//! and so is each file of the project that a page links to.
 
 use std::collections::BTreeSet;
 use std::fs;

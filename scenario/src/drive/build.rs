@@ -682,8 +682,8 @@ fn mounted(
     Mounted { encoder, mounting: Mounting { is_reversed: table.reversed, offset_counts: table.offset_counts } }
 }
 
-/// Returns a warning for a motor counter of a joint that covers less than a revolution of the link: at another angle the
-/// two encoders contradict each other.
+/// Returns a warning for a motor counter of a joint that covers less than a revolution of the link: at another angle
+/// the two encoders contradict each other.
 fn starts_near_zero(table: &EncoderTable, gear: Gear) -> Option<String> {
     let (bits, states) = counter(table, "encoder.motor").ok()?;
     let bare = Encoder::incremental(bits, table.counts_per_turn.unwrap_or(1 << bits.min(24))).wrapping_at(states);
