@@ -531,7 +531,14 @@ fn every_kind_of_file_has_a_design() {
         (&motor, &["drive.observer_states=4", "encoder.bits=20", "drive.period_s=1e-4"]),
         (&joint, &[]),
         (&joint, &["drive.delay_ticks=1", "encoder.link.bits=12", "encoder.motor.bits=12"]),
-        (&joint, &["drive.period_s=2e-3", "joint.gear=[50, 1]", "encoder.motor={bits=20, counts_per_turn=16384}"]),
+        (
+            &joint,
+            &[
+                "drive.period_s=2e-3",
+                "joint.gear=[50, 1]",
+                "encoder.motor={bits=20, counts_per_turn=16384, states=1048576}",
+            ],
+        ),
         (&chain, &["controller.k_s=0.5", "controller.limits={min=-3, max=3}", "controller.samples={max=[1, 1, 1]}"]),
         (&chain, &["sensor.noise=[1e-4, 0, 0]", "sensor.delay_ticks=3", "sensor.jitter=0.5", "actuator.rate_per_s=10"]),
         (&own, &[]),
