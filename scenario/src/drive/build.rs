@@ -691,12 +691,20 @@ fn starts_near_zero(table: &EncoderTable, gear: Gear) -> Option<String> {
     let half_span = 0.5 * bare.counter() as f64 * bare.unit_rad() / ratio;
     (half_span < 0.999 * std::f64::consts::PI).then(|| {
         let whole = (f64::from(bare.counts_per_turn) * ratio).ceil();
+        let remedy = if whole <= u32::MAX.into() {
+            format!(
+                "Count the motor revolutions in firmware, and set encoder.motor.states = {whole} with \
+                 encoder.motor.bits = {} with encoder.motor.counts_per_turn = {}",
+                bits.max(whole.log2().ceil() as u32),
+                bare.counts_per_turn
+            )
+        } else {
+            "Start there".into()
+        };
         format!(
             "encoder.motor: {} states cover {half_span:.4} rad of the link on each side of 0. The drive starts and \
-             restarts only there, elsewhere it waits without current. Count the motor revolutions in firmware, and set \
-             encoder.motor.states = {whole} with enough encoder.motor.bits and counts_per_turn = {}",
-            bare.counter(),
-            bare.counts_per_turn
+             restarts only there, elsewhere it waits without current. {remedy}",
+            bare.counter()
         )
     })
 }
