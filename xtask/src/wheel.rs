@@ -25,6 +25,8 @@ const ENVIRONMENT: Environment = Environment {
         "nbclient==0.11.0",
         "nbformat==5.11.1",
         "ipykernel==7.4.0",
+        // The simulator of a notebook.
+        "mujoco==4.0.0",
     ],
     rerun: RERUN,
 };
