@@ -17,6 +17,7 @@ const ENVIRONMENT: Environment = Environment {
         "maturin==1.16.0",
         "numpy==2.4.6",
         "pytest==9.2.0",
+        "mypy==2.4.1",
         "matplotlib==3.11.2",
         "pandas==3.1.1",
         "xarray==2026.9.0",
