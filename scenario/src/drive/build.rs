@@ -670,7 +670,7 @@ fn mounted(
     let is_known = width.is_some() && counts.is_some();
     let geared = is_known.then(|| Geared { table, key, plant, gear, bare }.encoder());
     let encoder = geared.and_then(|geared| problems.take(geared)).unwrap_or(bare);
-    let half_span = 0.5 * bare.counter() as f64 * bare.unit_rad() / gear.ratio();
+    let half_span = half_span_rad(&bare, gear.ratio());
     if is_known && start_rad.abs() >= half_span {
         let message = format!(
             "the run starts at {start_rad:.4} rad, but the counter of {} states covers only {half_span:.4} rad on each \
@@ -682,13 +682,18 @@ fn mounted(
     Mounted { encoder, mounting: Mounting { is_reversed: table.reversed, offset_counts: table.offset_counts } }
 }
 
+/// Returns the angle behind the gear that a counter before it covers on each side of 0, rad.
+fn half_span_rad(bare: &Encoder, ratio: f64) -> f64 {
+    0.5 * bare.counter() as f64 * bare.unit_rad() / ratio
+}
+
 /// Returns a warning for a motor counter of a joint that covers less than a revolution of the link: at another angle
 /// the two encoders contradict each other.
 fn starts_near_zero(table: &EncoderTable, gear: Gear) -> Option<String> {
     let (bits, states) = counter(table, "encoder.motor").ok()?;
     let bare = Encoder::incremental(bits, table.counts_per_turn.unwrap_or(1 << bits.min(24))).wrapping_at(states);
     let ratio = if table.behind_gear { 1.0 } else { gear.ratio() };
-    let half_span = 0.5 * bare.counter() as f64 * bare.unit_rad() / ratio;
+    let half_span = half_span_rad(&bare, ratio);
     (half_span < 0.999 * std::f64::consts::PI).then(|| {
         let whole = (f64::from(bare.counts_per_turn) * ratio).ceil();
         let remedy = if whole <= u32::MAX.into() {

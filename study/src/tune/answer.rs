@@ -211,7 +211,8 @@ pub fn tune(
     let no_error = ["error={}".to_owned()];
     let found = Found::of(bench, &designed, specification.is_wide, true).ok_or_else(refused)?;
     let missed = specification.missed(&found);
-    let lost = bench.lost(&design, specification.is_wide);
+    // A failed run counts as a missed limit.
+    let lost = if missed.is_empty() { Vec::new() } else { bench.lost(&design, specification.is_wide) };
     let watched = of_ours(&written.without_rest_band()).ok_or_else(refused)?;
     let mut stopped = bench.lost(&watched, specification.is_wide);
     stopped.retain(|it| !lost.contains(it));
@@ -232,8 +233,7 @@ pub fn tune(
         cycles: cycles(&designed),
         data_sheet_percent: tolerance_percent(&Subject { sets: &no_error, ..tuned }, specification.percent()).ok(),
         settings,
-        // A failed run counts as a missed limit.
-        lost: if missed.is_empty() { Vec::new() } else { lost },
+        lost,
         stopped,
         refused_by_export: refused_as_unstable(&experiment),
         missed,
