@@ -649,11 +649,13 @@ fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
 
 /// Checks that a file can be written, before minutes of work.
 fn free(path: &Path, force: bool) -> Result<(), Failure> {
-    if path.exists() && !force {
+    if path.is_dir() || (path.exists() && !force) {
         return Err(exists(path));
     }
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        return Err(bad(format!("{}: the folder {} does not exist", path.display(), folder.display())));
+        let (path, folder, why) =
+            (path.display(), folder.display(), if folder.exists() { "is no folder" } else { "does not exist" });
+        return Err(bad(format!("{path}: the folder {folder} {why}")));
     }
     whole_file::may_be_made(path).map_err(|error| bad(format!("{}: cannot be written: {error}", path.display())))
 }
@@ -667,13 +669,21 @@ fn free_to(to: &Path) -> Result<(), Failure> {
     free(to, false).map_err(|Failure { status, message }| Failure { status, message: format!("--to {message}") })
 }
 
-/// Writes a file to a path checked by [`free_to`]. A file created in the meantime stays.
+/// Writes a scenario to a path checked by [`free_to`]. A file created in the meantime stays. A scenario with a name is
+/// renamed after its file: by its old name it would overwrite the results of the old file.
 fn write_new(to: &Path, text: &str) -> Result<(), Failure> {
+    let name = to.file_stem().map(|stem| format!("{:?}", stem.to_string_lossy()));
+    let is_named = text.lines().take_while(|line| !line.starts_with('[')).any(|line| line.starts_with("name ="));
+    let renamed = is_named.then(|| scenario::rewritten(text, [("name", name.as_deref())]).ok()).flatten();
+    let text = renamed.as_deref().unwrap_or(text);
     whole_file::write(to, Existing::Keep, |out| out.write_all(text.as_bytes()))
         .map_err(|error| Failure::writing(to.display(), &error))
 }
 
 fn exists(path: &Path) -> Failure {
+    if path.is_dir() {
+        return bad(format!("{} is a folder: give the path of a file", path.display()));
+    }
     bad(format!("{} already exists and was not changed; --force overwrites it", path.display()))
 }
 

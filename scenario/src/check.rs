@@ -6,7 +6,7 @@
 
 use serde_json::Value as Json;
 
-use super::document::{KeyPath, Node, NodeValue};
+use super::document::{Entry, KeyPath, Node, NodeValue};
 use super::error::{Origin, nearest, shown};
 use super::resolve::Problem;
 
@@ -109,7 +109,7 @@ impl<'a> Checker<'a> {
                             self.node(&choice["additionalProperties"], &entry.node, &below, faults);
                         }
                         None if faults.len() >= MOST_FAULTS => return,
-                        None => faults.push(self.unknown_key(choice, &below, &entry.key, entry.key_origin)),
+                        None => faults.push(self.unknown_key(choice, &below, entry)),
                     }
                 }
             }
@@ -134,16 +134,18 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn unknown_key(&self, table: &Json, path: &KeyPath, key: &str, origin: Origin) -> Fault {
+    fn unknown_key(&self, table: &Json, path: &KeyPath, entry: &Entry) -> Fault {
+        let key = entry.key.as_str();
         // A key in the wrong table is the most common error in a nested file.
         let elsewhere: Vec<_> =
             all_keys(self.schema).into_iter().filter(|known| known.rsplit('.').next() == Some(key)).collect();
         let names = table["properties"].as_object().into_iter().flatten().map(|(name, _)| name.as_str());
         let hint = match elsewhere.as_slice() {
-            [] => nearest(key, names),
+            [] => in_si(key, &entry.node, names.clone()).unwrap_or_else(|| nearest(key, names)),
             places => format!("; it belongs to {}", places.join(" or ")),
         };
-        Fault { origin, path: path.clone(), message: format!("unknown key `{path}`{hint}"), is_unknown: true }
+        let message = format!("unknown key `{path}`{hint}");
+        Fault { origin: entry.key_origin, path: path.clone(), message, is_unknown: true }
     }
 
     fn collect(&self, part: &'a Json, prefix: &str, keys: &mut Vec<String>) {
@@ -158,6 +160,46 @@ impl<'a> Checker<'a> {
             }
         }
     }
+}
+
+/// Units of data sheets: ending of a key, ending of the key in SI units, and the factor between them.
+const UNITS: [(&str, &str, f64); 20] = [
+    ("_kg_cm2", "_kg_m2", 1e-4),
+    ("_kg_mm2", "_kg_m2", 1e-6),
+    ("_g_cm2", "_kg_m2", 1e-7),
+    ("_g_mm2", "_kg_m2", 1e-9),
+    ("_n_cm", "_n_m", 1e-2),
+    ("_mn_m", "_n_m", 1e-3),
+    ("_mnm", "_n_m", 1e-3),
+    ("_nm", "_n_m", 1.0),
+    ("_mn_m_per_a", "_n_m_per_a", 1e-3),
+    ("_mnm_per_a", "_n_m_per_a", 1e-3),
+    ("_nm_per_a", "_n_m_per_a", 1.0),
+    ("_ma", "_a", 1e-3),
+    ("_rpm", "_rad_s", std::f64::consts::PI / 30.0),
+    ("_hz", "_rad_s", 2.0 * std::f64::consts::PI),
+    ("_deg_s", "_rad_s", std::f64::consts::PI / 180.0),
+    ("_deg", "_rad", std::f64::consts::PI / 180.0),
+    ("_ms", "_s", 1e-3),
+    ("_us", "_s", 1e-6),
+    ("_mv", "_v", 1e-3),
+    ("_mh", "_h", 1e-3),
+];
+
+/// Returns the known key and its value if an unknown key differs only in its unit.
+fn in_si<'a>(key: &str, node: &Node, mut names: impl Iterator<Item = &'a str> + Clone) -> Option<String> {
+    let key = key.to_lowercase();
+    let value = match node.value {
+        NodeValue::Integer(number) => number as f64,
+        NodeValue::Float(number) => number,
+        _ => return None,
+    };
+    UNITS.iter().find_map(|(unit, si, factor)| {
+        let known = format!("{}{si}", key.strip_suffix(unit)?);
+        let known = names.find(|name| *name == known)?;
+        let value: f64 = format!("{:.9e}", value * factor).parse().ok()?;
+        Some(format!("; did you mean `{known}`? In its unit: {known} = {}", shown(value)))
+    })
 }
 
 fn fault(origin: Origin, path: &KeyPath, node: &Node, expected: &str, hint: &str) -> Fault {

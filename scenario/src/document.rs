@@ -333,6 +333,9 @@ impl fmt::Display for SetError {
             Self::Path(path) => {
                 write!(f, "`{path}` is not a key path; expected one like controller.observer[1].printed")
             }
+            Self::Value(text) if text.matches('"').count() % 2 == 1 => {
+                write!(f, "the text {text} lacks a quotation mark: expected \"text\"")
+            }
             Self::Value(text) => {
                 write!(f, "{text:?} is not a TOML value (a number, true, \"text\", a [list] or a {{table}})")
             }
@@ -540,6 +543,7 @@ mod tests {
 
     #[test]
     fn set_takes_toml_values_and_bare_words() {
+        assert_eq!(json("", &["a=\"b"]), "--set a=\"b: the text \"b lacks a quotation mark: expected \"text\"");
         let sets = ["a=1", "b.c=chain", "b.d=[1, 2.5]", "e={f = true}", "g=", "a=1e-3"];
         assert_eq!(json("", &sets[..4]), r#"{"a":1,"b":{"c":"chain","d":[1,2.5]},"e":{"f":true}}"#);
         assert_eq!(

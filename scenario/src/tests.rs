@@ -99,6 +99,23 @@ fn an_unknown_key_is_told_with_its_place_and_the_nearest_name() {
     ]);
 }
 
+/// Units of data sheets are converted, so that the value can be pasted.
+#[test]
+fn a_key_in_another_unit_is_told_with_its_value_in_si_units() {
+    for (text, expected) in [
+        ("[motor]\ninertia_kg_cm2 = 3", "did you mean `inertia_kg_m2`? In its unit: inertia_kg_m2 = 0.0003"),
+        ("[motor]\ntorque_mNm_per_A = 38.5", "did you mean `torque_n_m_per_a`? In its unit: torque_n_m_per_a = 0.0385"),
+        (
+            "[limits]\nmax_speed_rpm = 1500.0\n[motor]",
+            "did you mean `max_speed_rad_s`? In its unit: max_speed_rad_s = 157.0796327",
+        ),
+        ("[motor]\ninertia_kg_cm2 = \"3\"", "did you mean `inertia_kg_m2`?"),
+    ] {
+        let error = parse(&Source { file: "a.toml", text, sets: &[] }, "a").err().expect("an unknown key").to_string();
+        assert!(error.lines().any(|line| line.ends_with(expected)), "{error}");
+    }
+}
+
 #[test]
 fn a_value_of_the_wrong_type_is_told_with_what_was_expected() {
     assert_errors(&[

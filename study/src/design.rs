@@ -47,6 +47,9 @@ pub struct Design {
     pub period_s: f64,
     /// Poles of the design.
     pub asked: Vec<AskedPoles>,
+    /// Bandwidths of the observers, rad/s: of the motor, or of link and motor. Empty without a drive.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub observers_rad_s: Vec<f64>,
     /// Slowest design pole except the offset W, 1/s.
     pub decay_asked_per_s: f64,
     /// Resulting closed loop.
@@ -281,6 +284,10 @@ pub fn design(experiment: &Experiment) -> Result<Design, Error> {
     Ok(Design {
         scenario: experiment.name.clone(),
         period_s: experiment.period_s,
+        observers_rad_s: experiment
+            .drive
+            .as_ref()
+            .map_or_else(Vec::new, |drive| drive.designed.bandwidths().observers_rad_s),
         decay_asked_per_s: rates.fold(f64::INFINITY, f64::min),
         noise: noise.collect(),
         bounds: bounds(experiment),
@@ -521,12 +528,17 @@ fn limits(experiment: &Experiment, at_rest: &AtRest, got: &ClosedLoop) -> Vec<Li
 /// The text includes a stable design and the key that accepts the design anyway. Returns `None` for a scenario without
 /// a drive.
 pub fn refused_as_unstable(experiment: &Experiment) -> Option<String> {
-    experiment.drive.as_ref().filter(|drive| !drive.accepts_unstable)?;
+    let drive = experiment.drive.as_ref().filter(|drive| !drive.accepts_unstable)?;
+    // Its tuning is the suggested one already.
+    let is_by_rule = matches!(&drive.designed, DriveDesign::Joint(joint) if joint.design.coupled.is_some());
     let why = warnings(experiment).into_iter().next()?;
     let is_stable = |got: &ClosedLoop| got.margins.is_some() && got.unstable_corners.is_empty();
     let remedy = match design(experiment) {
         // Only the high gains are unstable; the warning contains the remedy.
         Ok(design) if is_stable(&design.got) => String::new(),
+        Ok(Design { suggested: Some(suggested), .. }) if is_stable(&suggested.got) && is_by_rule => {
+            "leave out the bandwidths of [drive], so that the rule sets them; ".into()
+        }
         Ok(Design { suggested: Some(suggested), .. }) if is_stable(&suggested.got) => {
             let key = |[_, line]: &[String; 2]| format!("drive.{}", line.split("  #").next().unwrap_or(line));
             format!("set {}; ", suggested.lines.iter().map(key).collect::<Vec<_>>().join(" and "))

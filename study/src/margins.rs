@@ -49,6 +49,8 @@ pub struct Margins {
     pub crossover_rad_s: Option<f64>,
     /// Phase margin, degrees; `None` if unlimited.
     pub phase_deg: Option<f64>,
+    /// Frequency of the phase margin, rad/s: with several crossovers not always the highest.
+    pub phase_rad_s: Option<f64>,
     /// Delay margin, s; `None` if unlimited.
     pub delay_s: Option<f64>,
     /// Largest factor of the plant gain; `None` if unlimited.
@@ -139,12 +141,20 @@ impl From<MarginsError> for Error {
 /// # Errors
 /// The scenario has no loop at rest; the loop is unstable, or has no finite matrices.
 pub fn margins(experiment: &Experiment) -> Result<Margins, Error> {
+    margins_and_noise(experiment).map(|it| it.0)
+}
+
+/// Returns the margins of a scenario's loop at rest, and the rms of u from the noise of its sensors.
+///
+/// # Errors
+/// As [`margins`].
+pub fn margins_and_noise(experiment: &Experiment) -> Result<(Margins, f64), Error> {
     let at_rest = experiment.at_rest.as_ref()?;
     let it = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s)?;
     if it.spectral_radius(1.0)? >= 1.0 {
         return Err(Error::failed("the loop at rest is unstable: it has no margins"));
     }
-    Ok(it.margins()?)
+    Ok((it.margins()?, noise_of(&it.noise_gains(), at_rest)))
 }
 
 /// One tick as a map of the combined state, in the order of its fields.
@@ -350,6 +360,7 @@ impl Loop {
         let mut found = Margins {
             crossover_rad_s: None,
             phase_deg: None,
+            phase_rad_s: None,
             delay_s: None,
             gain_up: None,
             gain_down: 0.0,
@@ -623,7 +634,10 @@ impl Margins {
         let lag = if phase < 0.0 { phase + 2.0 * PI } else { phase };
         let least = |known: Option<f64>, value: f64| Some(known.map_or(value, |known| known.min(value)));
         self.crossover_rad_s = Some(self.crossover_rad_s.map_or(omega, |known| known.max(omega)));
-        self.phase_deg = least(self.phase_deg, phase.abs().to_degrees());
+        let phase_deg = phase.abs().to_degrees();
+        if self.phase_deg.is_none_or(|known| phase_deg < known) {
+            (self.phase_deg, self.phase_rad_s) = (Some(phase_deg), Some(omega));
+        }
         self.delay_s = least(self.delay_s, lag / omega);
     }
 

@@ -982,6 +982,10 @@ fn the_exported_rust_of_a_drive_is_the_design_that_the_host_made() {
 /// Simulated motor of the template: 0.05 N m/A, 2e-4 kg m², 14 bits, 1 kHz, with friction. It stands at 0.5 rad when
 /// the drive starts. In the move the drive misses two interrupts. Then a load raises an alarm, and the drive restarts.
 const MOVED: &str = "
+// Shared between tasks, as under RTIC.
+const fn shared<T: Send>() {}
+const _: () = shared::<Control>();
+
 fn main() {
     let mut control = Control::new();
     let (mut angle, mut speed) = (0.5_f64, 0.0_f64);

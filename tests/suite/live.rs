@@ -365,8 +365,18 @@ fn a_message_of_live_names_keys_and_units_as_they_are_typed() {
         ("set drive.gain_sets=1", &["set: drive.gain_sets = 1: the firmware has drive.gain_sets = 2. Build firmware"]),
         (
             "set drive.mode='speed'",
-            &["drive.mode = \"speed\": the firmware has drive.mode = \"position\". Build firmware"],
+            &["drive.mode = \"speed\": the firmware has drive.mode = \"position\". ", "Simulate a speed drive"],
         ),
+        // Its own range comes first: no firmware has it.
+        (
+            "set encoder.bits=40",
+            &["set: encoder.bits=40: `encoder.bits`: found 40, expected a whole number at least 2"],
+        ),
+        ("set drive.lost_ticks=50", &["set: drive.lost_ticks=50: no change: the drive runs with this value"]),
+        ("set span_s=2", &["set: span_s=2: no change"]),
+        ("set drive.surface_rad_s=2000", &["set: drive.surface_rad_s=2000: ", "lower those of [drive], or leave"]),
+        ("load 1e9", &["load: 1e9 N m: expected -50.0 to 50.0 N m (100 times the torque at the current limit)"]),
+        ("trace /", &["/ is a folder: give the path of a file"]),
         ("set monitor.reaction='joined_stop'", &["joined_stop", "plans no stop", "Set monitor.reaction='brake'"]),
         ("set limits.max_speed_rad_s=5", &["set: ", "limits: the firmware has no limits", "Remove the table [limits]"]),
         (
@@ -437,7 +447,7 @@ fn a_session_confirms_its_commands_and_keeps_files() {
     let (trip, plot) = (folder.path("my trip"), folder.path(""));
     let script = format!(
         "help\nstick motor\nstick\nload '0.01'\nload 0\nrelease\nset 'drive.margin=\"standard\"'\nset \
-         drive.margin='standard'\ntrace '{trip}'\nplot {plot}\nplot {plot} --force\ntrace --force '{trip}'\n"
+         drive.margin='fast'\ntrace '{trip}'\nplot {plot}\nplot {plot} --force\ntrace --force '{trip}'\n"
     );
     let said = live(&folder, "motor", &script, &[]);
     assert_eq!(said.status, 0, "{said:?}");
@@ -597,7 +607,7 @@ fn an_alarm_that_lasts_and_stops_nothing_does_not_keep_out_a_better_design() {
 fn jump(spoken: &CommandResult) -> f64 {
     let line = spoken.out.lines().find(|line| line.starts_with("set ")).unwrap_or_else(|| panic!("{spoken:?}"));
     let (_, numbers) = line.split_once(" ticks, u ").expect("both");
-    let numbers = numbers.strip_suffix(" A after").expect("an end").split(" A before, ");
+    let numbers = numbers.split_once(" A after; phase margin ").expect("an end").0.split(" A before, ");
     let numbers: Vec<f64> = numbers.map(|u| u.parse().expect("u")).collect();
     (numbers[1] - numbers[0]).abs()
 }

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use controller_core::Health;
+use controller_core::drive::{ALARMS, FENCED};
 use host_sim::cli;
 use integration_tests::data::path;
 use integration_tests::golden;
@@ -138,8 +140,10 @@ fn the_page_of_status_flags_is_the_source() {
     let mut page = String::from(
         "# Status flags\n\nFor everyone who reads `health` in a trace, in `Health` or in `edo_smc_output_t`. You get \
          every bit with its meaning. You\nneed nothing else. This page is generated from \
-         `controller-core/src/health.rs`.\n\n\
-         | bit | flag | meaning |\n|---:|---|---|\n",
+         `controller-core/src/health.rs`.\n\nAn *alarm* is answered by `monitor.reaction` and freezes the trace buffer \
+         (`drive::ALARMS`, C: `EDO_SMC_ALARMS`). *limit*: an alarm\nof `[limits]` (`drive::FENCED`). The other flags \
+         are only reported.\n\n\
+         | bit | flag | alarm | meaning |\n|---:|---|---|---|\n",
     );
     let mut comment = String::new();
     let mut flags = 0;
@@ -153,7 +157,13 @@ fn the_page_of_status_flags_is_the_source() {
             let bits: u16 = bits.trim_end_matches(");").replace('_', "").parse().expect("the bits of a flag");
             if bits.is_power_of_two() {
                 let plain = without_links(&comment).replace('|', "\\|");
-                let _ = writeln!(page, "| {} | `{name}` | {} |", bits.trailing_zeros(), plain.trim());
+                let flag = Health::from_bits(bits);
+                let alarm = match (ALARMS.contains(flag), FENCED.contains(flag)) {
+                    (true, _) => "alarm",
+                    (_, true) => "limit",
+                    _ => "",
+                };
+                let _ = writeln!(page, "| {} | `{name}` | {alarm} | {} |", bits.trailing_zeros(), plain.trim());
                 flags += 1;
             }
         }

@@ -187,7 +187,7 @@ pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
             "no suggestion: no rule is better, down to an eighth of this period. `host-sim tune` searches further; a \
              drive that is unstable in a corner needs a smaller drive.uncertain_percent",
         )),
-        Some(Suggested { lines, why, got, .. }) => {
+        Some(Suggested { lines, why, got, is_same }) => {
             add(format!("suggested: {why}"));
             let mut last = "";
             for [table, entry] in lines {
@@ -198,6 +198,10 @@ pub(super) fn remarks(design: &Design, experiment: &Experiment) -> Vec<String> {
                 add(entry.clone());
             }
             add(format!("# result: {}", line(got)));
+            // A sound design may be faster than the suggested one.
+            if !is_same && design.got.is_stable() && design.limits.first().is_some_and(|limit| limit.used <= MUCH) {
+                add(format!("# this file: {}", line(&design.got)));
+            }
         }
     }
     lines
@@ -210,6 +214,7 @@ fn corners(design: &Design, line: &mut impl FnMut(String)) {
     let ClosedLoop { corners, unstable_corners: unstable, .. } = &design.got;
     if *corners > 0 {
         let words = match unstable.len() {
+            0 if design.gain_sets.len() > 1 => "all stable with the base gains".into(),
             0 => "all stable".into(),
             count => format!("{count} UNSTABLE, worst first:"),
         };
@@ -347,14 +352,21 @@ pub(super) fn table(design: &Design, experiment: &Experiment) -> Table {
         return table;
     };
     let or = |value: Option<f64>, none: &str| value.map_or_else(|| none.to_owned(), number);
-    let Margins { crossover_rad_s, phase_deg, delay_s, gain_up, gain_down, sensitivity_peak, peak_rad_s } = *margins;
+    let Margins { crossover_rad_s, phase_deg, phase_rad_s, delay_s, gain_up, gain_down, sensitivity_peak, peak_rad_s } =
+        *margins;
     row(
         "crossover",
         or(crossover_rad_s, "none"),
         "rad/s",
         "highest frequency of loop gain 1, opened at the plant input",
     );
-    row("phase margin", or(phase_deg, "unlimited"), "deg", "smallest phase above -180 deg at loop gain 1");
+    let at = phase_rad_s.map_or_else(String::new, |omega| format!(", at {} rad/s", number(omega)));
+    row(
+        "phase margin",
+        or(phase_deg, "unlimited"),
+        "deg",
+        &format!("smallest phase above -180 deg at loop gain 1{at}"),
+    );
     let ticks = delay_s.map_or_else(String::new, |delay| format!(", {} ticks", number(delay / design.period_s)));
     row(
         "delay margin",

@@ -21,6 +21,7 @@ use loop_sim::port::PortError;
 use pil_wire::{Disturbance, Model, Observed, Order, REPLY_LEN, REQUEST_LEN, Swapped};
 use scenario::Source;
 use study::design::refused_as_unstable;
+use study::margins::margins_and_noise;
 use study::number::significant;
 use terminal::stop;
 use terminal::table::Table;
@@ -54,6 +55,8 @@ const REDRAWN: Duration = Duration::from_millis(500);
 const FORCE: &str = "--force";
 /// Largest distance of a goal from angle 0 on the target, rad: 10000 revolutions.
 const FURTHEST_RAD: f64 = 10_000.0 * std::f64::consts::TAU;
+/// Largest load on the simulated plant, as a multiple of the torque at the current limit.
+const LARGEST_LOAD: f64 = 100.0;
 /// Time without its flags after which an alarm has ended, s.
 const OVER_S: f64 = 1.0;
 /// Time span of the drive that the page shows, s.
@@ -520,15 +523,25 @@ impl<'a> Console<'a> {
         let running = session.drive.design();
         let source = Source { file: name, text, sets: &all };
         let side = Side::of(&source, running.instance.model)?;
-        // Before the design: a rule that the new value breaks is not the reason.
-        typed_as_fixed("set", &side, &source, running, &FIRMWARE)?;
-        let design = designed(name, text, &all).map_err(|Failure { status, message }| Failure {
+        let place = format!("set: {}", sets.join(" "));
+        // A fault of the whole design has the file as its place, but the typed values are its cause.
+        let of_typed = |Failure { status, message }| Failure {
             status,
-            message: format!("set: {}", message.trim_start_matches("--set ")),
-        })?;
-        of_one_form(&format!("set: {}", sets.join(" ")), &design, running, &FIRMWARE)?;
-        of_one_firmware(&format!("set: {}", sets.join(" ")), &side, &design, running, &FIRMWARE)?;
+            message: match message.strip_prefix("--set ") {
+                Some(message) => format!("set: {message}"),
+                None => format!("{place}: {}", message.strip_prefix(&format!("{name}: ")).unwrap_or(&message)),
+            },
+        };
+        // Before the design: a rule that the new value breaks is not the reason.
+        typed_as_fixed("set", &side, &source, before.len(), running, &FIRMWARE)?;
+        let design = designed(name, text, &all).map_err(of_typed)?;
+        of_one_form(&place, &design, running, &FIRMWARE)?;
+        of_one_firmware(&place, &side, &design, running, &FIRMWARE)?;
         has_effect("set", &source, before.len())?;
+        if design == *running {
+            return Err(bad(format!("{place}: no change: the drive runs with this value. Give another value")));
+        }
+        let effect = margins_in_words(&source)?;
         let swapped = session.drive.swap(&design).map_err(|error| refused_at("set", error))?;
         let Swapped { tick, ticks, time, u: [before, after], .. } = swapped;
         if let Some((_, _, sets)) = &mut session.scenario {
@@ -536,7 +549,7 @@ impl<'a> Console<'a> {
         }
         self.say(&format!(
             "set {}: active from t = {} s (tick {tick}); design time {time} {} in {ticks} ticks, u {} A before, {} A \
-             after",
+             after; {effect}",
             sets.join(" "),
             significant(f64::from(tick) * session.drive.period_s(), 6),
             session.unit,
@@ -604,12 +617,23 @@ impl<'a> Console<'a> {
             all.extend(sets.iter().cloned());
             let source = Source { file: &name, text: &text, sets: &all };
             let side = Side::of(&source, black_box.design.instance.model)?;
-            typed_as_fixed("--set", &side, &source, &black_box.design, &RECORDED)?;
-            let design = designed(&name, &text, &all)?;
+            let from = all.len() - sets.len();
+            typed_as_fixed("--set", &side, &source, from, &black_box.design, &RECORDED)?;
             let place = if sets.is_empty() { name.clone() } else { format!("--set {}", sets.join(" --set ")) };
+            let design = designed(&name, &text, &all).map_err(|Failure { status, message }| Failure {
+                status,
+                message: if message.starts_with("--set ") || sets.is_empty() {
+                    message
+                } else {
+                    format!("{place}: {message}")
+                },
+            })?;
             of_one_form(&place, &design, &black_box.design, &RECORDED)?;
             of_one_firmware(&place, &side, &design, &black_box.design, &RECORDED)?;
-            has_effect("--set", &source, all.len() - sets.len())?;
+            has_effect("--set", &source, from)?;
+            if design == black_box.design {
+                return Err(bad(format!("{place}: no change: this is the recorded design. Give another value")));
+            }
             Some(black_box.replay_with(&design).map_err(|why| bad(named(file, &why)))?)
         };
         let shown = other.as_ref().unwrap_or(&again);
@@ -667,10 +691,15 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<S
             format!("stick: frozen encoders: {}", if named.is_empty() { "none".into() } else { named.join(", ") })
         }
         ("load", [torque]) => {
-            let load_n_m = finite(command, torque)? as f32;
-            if !load_n_m.is_finite() {
-                return Err(bad(format!("load: {torque} N m: expected at most {:e} N m", f32::MAX)));
+            let load_n_m = finite(command, torque)?;
+            let most_n_m = LARGEST_LOAD * torque_at_limit_n_m(session.drive.design());
+            if load_n_m.abs() > most_n_m {
+                return Err(bad(format!(
+                    "load: {torque} N m: expected -{0} to {0} N m ({LARGEST_LOAD} times the torque at the current limit)",
+                    significant(most_n_m, 3)
+                )));
             }
+            let load_n_m = load_n_m as f32;
             disturbance.load_n_m = load_n_m;
             format!("load: {torque} N m")
         }
@@ -679,6 +708,13 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<S
     session.drive.disturb(disturbance).map_err(|error| refused_at(command, error))?;
     session.disturbance = disturbance;
     Ok(done)
+}
+
+/// Returns the torque behind the gear at the current limit, N m.
+fn torque_at_limit_n_m(design: &Loadable) -> f64 {
+    let number =
+        |end: &str| design.names().iter().position(|name| name.ends_with(end)).and_then(|k| design.numbers().nth(k));
+    number("torque_n_m_per_a").zip(number("limits.max")).map_or(f64::INFINITY, |(per_a, most_a)| per_a * most_a)
 }
 
 /// Returns the next line without its end, or the reason why it is invalid. `None` at the end of the input.
@@ -731,6 +767,12 @@ pub(super) fn way(
     })
 }
 
+/// Key that chooses between a position and a speed.
+const MODE: &str = "drive.mode";
+/// Remedy for a drive that controls a speed.
+const OF_SPEED: &str = "The firmware of `live` moves an angle. Simulate a speed drive with `host-sim run`, and add it to \
+                        your own firmware with `host-sim export`";
+
 /// Drive that another design must fit, in words.
 struct Host {
     /// Subject of a sentence.
@@ -771,26 +813,43 @@ fn is_fixed(number: &str) -> bool {
 }
 
 /// Checks that a scenario sets no other form, period, encoder or gear than the drive has.
+///
+/// The settings from this one on are typed at `place`; an earlier value comes from the file.
 fn typed_as_fixed(
     place: &str,
     side: &Side,
     source: &Source<'_>,
+    from: usize,
     running: &Loadable,
     host: &Host,
 ) -> Result<(), Failure> {
+    let sets = |key: &str| {
+        source.sets[from..].iter().any(|set| {
+            let typed = set.split('=').next().unwrap_or_default().trim();
+            key.split('[').next().unwrap_or_default().ends_with(typed)
+        })
+    };
+    let place = |key: &str| if sets(key) { place } else { source.file };
+    // A value outside its own range is no value of a drive.
+    let invalid = scenario::parse(source, "drive").err();
+    let is_valid = |key: &str| {
+        let is_it = |part: scenario::ErrorParts<'_>| !part.key.is_empty() && key.starts_with(part.key);
+        !invalid.as_ref().is_some_and(|error| error.parts().any(is_it))
+    };
     for (key, has) in form_keys(running.instance) {
         let number = scenario::number_at(source, key)?.map(|typed| typed.to_string());
-        let typed =
-            number.or(scenario::text_at(source, key)?.filter(|_| key == "drive.mode").map(|it| format!("{it:?}")));
-        if let Some(typed) = typed.filter(|typed| typed != has) {
-            return Err(bad(format!("{place}: {key} = {typed}: {} has {key} = {has}. {}", host.name, host.remedy)));
+        let typed = number.or(scenario::text_at(source, key)?.filter(|_| key == MODE).map(|it| format!("{it:?}")));
+        if let Some(typed) = typed.filter(|typed| typed != has && is_valid(key)) {
+            let (place, remedy) = (place(key), if key == MODE { OF_SPEED } else { host.remedy });
+            return Err(bad(format!("{place}: {key} = {typed}: {} has {key} = {has}. {remedy}", host.name)));
         }
     }
     for has in running.names().iter().filter(|name| is_fixed(name)).filter_map(|name| side.keyed(running, name)) {
         let typed = scenario::number_at(source, has.key)?.filter(|typed| (typed - has.value).abs() > 1e-9 * has.value);
-        if let Some(typed) = typed {
+        if let Some(typed) = typed.filter(|_| is_valid(has.key)) {
             return Err(bad(format!(
-                "{place}: {} = {typed}: {}",
+                "{}: {} = {typed}: {}",
+                place(has.key),
                 has.key,
                 fixed(&format!(" ({} = {has})", has.key), host)
             )));
@@ -817,6 +876,22 @@ fn of_one_firmware(
 
 fn fixed(has: &str, host: &Host) -> String {
     format!("period, encoder and gear are fixed in {}{has}. {}", host.name, host.remedy)
+}
+
+/// Returns the margins and the current noise of a scenario's base gains.
+fn margins_in_words(source: &Source<'_>) -> Result<String, Failure> {
+    let experiment = scenario::parse(source, "drive")?;
+    // A drive that `drive.accept_unstable` lets pass has none.
+    let (margins, noise_a) = match margins_and_noise(&experiment) {
+        Ok(found) => found,
+        Err(error) => return Ok(error.to_string()),
+    };
+    let phase = margins.phase_deg.map_or_else(|| "unlimited".into(), |deg| format!("{} deg", significant(deg, 3)));
+    Ok(format!(
+        "phase margin {phase}, peak sensitivity {}, current noise {} A rms (linearised loop)",
+        significant(margins.sensitivity_peak, 3),
+        significant(noise_a, 3)
+    ))
 }
 
 /// Returns true if a setting gives its key the value that the scenario has, as text or number.

@@ -319,8 +319,9 @@ impl Common<'_> {
         Sensing { jitter, off_centre, noise, ..Sensing::IDEAL }
     }
 
-    /// Returns warnings for times after the end of the run, and for incompatible choices.
-    fn warnings(&self) -> Vec<String> {
+    /// Returns warnings for times after the end of the run, for incompatible choices, and for load monitors far above
+    /// the largest torque of the motor.
+    fn warnings(&self, strongest_n_m: f64) -> Vec<String> {
         let Self { span_s, uncertain_percent, plant, .. } = *self;
         let mut warnings = Vec::new();
         let mut late = |key: String, at_s: Option<f64>, what: &str| {
@@ -356,6 +357,7 @@ impl Common<'_> {
                 shown(uncertain_percent)
             ));
         }
+        warnings.extend(wide_monitors(&self.monitor, strongest_n_m));
         warnings
     }
 
@@ -545,7 +547,11 @@ fn motion(
         }
     }
     if mode == ModeKey::Speed && kind != ReferenceKind::Speed {
-        return problem("reference.kind", "drive.mode = \"speed\" follows reference.kind = \"speed\" only");
+        return problem(
+            "reference.kind",
+            "drive.mode = \"speed\" follows reference.kind = \"speed\" only: \
+                         replace the table, as by --set 'reference={kind = \"speed\", speed_rad_s = 10.0}'",
+        );
     }
     let ticks_of = |time_s: f64| ticks_of(time_s, period_s);
     let at_least = |time_s: f64| Some(ticks_of(time_s).max(1));
@@ -768,11 +774,19 @@ fn design_problem(
     let [given, low, high] = [error.given, error.low, error.high].map(short);
     let is_by_rule = plant == "motor" && !is_given;
     if error.field.starts_with("gate_steps") || (is_by_rule && error.field.starts_with("bandwidths.")) {
-        let message = format!(
-            "no design is possible for these numbers ({}): check inertia, torque constant and current for a wrong \
-             power of ten",
-            error.why
-        );
+        let message = if is_given {
+            format!(
+                "no design is possible with these bandwidths ({}): lower those of [drive], or leave them out, so that \
+                 the rule sets them",
+                error.why
+            )
+        } else {
+            format!(
+                "no design is possible for these numbers ({}): check inertia, torque constant and current for a wrong \
+                 power of ten",
+                error.why
+            )
+        };
         return Problem { key: plant.into(), message };
     }
     let key = match error.field {
@@ -1257,7 +1271,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     };
     let design = |period_s: f64| inertia.with_gate(in_play.slowed(by_rule(period_s)));
     let present = by_rule(common.period_s);
-    let mut warnings = common.warnings();
+    let mut warnings = common.warnings(limit * nominal.torque_n_m_per_a);
     warnings.extend(in_play.warning(&present));
     warnings.extend(asked_states(&file.encoder, "encoder"));
     warnings.extend(friction_warnings(&file.friction, limit, &truth));
@@ -1522,6 +1536,20 @@ fn wide_gates(load_n_m: f64, strongest_n_m: f64) -> Option<String> {
     })
 }
 
+/// Returns warnings for bounds of the load monitors that no load reaches while the motor holds it.
+fn wide_monitors(table: &MonitorTable, strongest_n_m: f64) -> Vec<String> {
+    let bounds = [("monitor.load_n_m", table.load_n_m), ("monitor.motor_n_m", table.motor_n_m)];
+    let wide = |(key, bound): (&str, Option<f64>)| {
+        let bound_n_m = bound.filter(|bound| *bound > MOST_SUDDEN * strongest_n_m)?;
+        Some(format!(
+            "{key} = {} is {} times the largest motor torque: a jam or a broken encoder may raise no alarm",
+            shown(bound_n_m),
+            shown(rounded(bound_n_m / strongest_n_m))
+        ))
+    };
+    bounds.into_iter().filter_map(wide).collect()
+}
+
 /// Returns the bandwidths and their origin, in words.
 fn joint_in_words(design: &JointDesign, tuning: TuningKey, drive: &JointDriveTable, gain_sets: usize) -> Vec<String> {
     let (w, [link_steps, motor_steps]) = (design.bandwidths, design.gate_steps);
@@ -1663,13 +1691,16 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let designs = JointDesigns::of(file, (&nominal, limit), [&link, &motor], common.form(drive.gain_sets))?;
     let load_n_m = designs.by.load_n_m;
     let design = |period_s: f64| designs.design(period_s);
-    let mut warnings = common.warnings();
+    let mut warnings = common.warnings(limit * nominal.torque_n_m_per_a);
     warnings.extend(starts_near_zero(&file.encoder.motor, turns));
     warnings.extend(asked_states(&file.encoder.link, "encoder.link"));
     warnings.extend(asked_states(&file.encoder.motor, "encoder.motor"));
     warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
     warnings.extend(designs.as_whole.as_ref().and_then(|it| it.weak(limit * nominal.torque_n_m_per_a)));
     warnings.extend(designs.as_whole.as_ref().and_then(|it| it.idle_set(drive.gain_sets)));
+    warnings.extend((drive.margin.is_some() && designs.as_whole.is_none()).then(|| {
+        "drive.margin has no effect on a joint with one observer per encoder: set drive.tuning = \"coupled\"".into()
+    }));
     warnings.extend(friction_warnings(&file.friction, limit, &truth.motor));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let asked = PlanLimits {

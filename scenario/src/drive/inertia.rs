@@ -16,6 +16,9 @@ pub(super) const MOST_PERCENT: f64 = 50.0;
 const USUAL_PERCENT: f64 = 20.0;
 /// Largest ratio of the ends of a range. Beyond it the monitor thresholds by rule would detect nothing.
 const WIDEST: f64 = 100.0;
+/// Largest ratio of the ends of a range that is proposed. At a ratio of 9 the default design is almost undamped at one
+/// end.
+const USEFUL: f64 = 5.0;
 
 /// Inertia of rotor and load, on the output side of the gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,15 +112,12 @@ pub(super) fn too_uncertain(percent: f64, motor: Option<(&Inertia, &MotorTable, 
         if sheet.inertia_kg_m2.is_none() {
             return String::new();
         }
-        // The tolerance as a range if that is valid, else equal factors to both ends.
         let more = 1.0 + percent / 100.0;
         let less = 1.0 - percent / 100.0;
-        let times = if more < 0.99 * WIDEST * less {
-            [less, more]
-        } else {
-            let factor = more.min(0.99 * WIDEST.sqrt());
-            [1.0 / factor, factor]
-        };
+        if more > USEFUL * less {
+            return ". One design covers no such range: measure the inertia (docs/commissioning.md)".into();
+        }
+        let times = [less, more];
         let whole = times.map(|times| times * inertia.kg_m2);
         let NumberOrRange::Number(load) = sheet.load_inertia_kg_m2 else { return String::new() };
         let rotor = inertia.kg_m2 - load;

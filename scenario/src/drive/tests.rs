@@ -242,6 +242,9 @@ fn a_file_that_says_what_cannot_matter_is_warned_of() {
             "the reference starts with a step: no transition stays within 1.2 A",
         ),
         (JOINT, &["drive.sudden_load_n_m=1e9"], "times the largest motor torque: innovation gates this wide"),
+        (MOTOR, &["monitor.load_n_m=5"], "monitor.load_n_m = 5 is 10 times the largest motor torque: a jam"),
+        (JOINT, &["monitor.motor_n_m=500"], "monitor.motor_n_m = 500 is"),
+        (JOINT, &["drive.margin=1.5"], "drive.margin has no effect on a joint with one observer per encoder"),
     ] {
         let warnings = warned(text, sets);
         assert!(warnings.len() == 1 && warnings[0].contains(expected), "{sets:?}: {warnings:?}");
@@ -1041,24 +1044,19 @@ fn what_is_not_known_to_50_percent_is_told_of_a_range() {
     let inertia = "motor.inertia_kg_m2=2e-4";
     for (percent, sets, words) in [
         (
-            900,
+            65,
             &[inertia][..],
-            "motor.inertia_kg_m2 = [2.02e-5, 0.00198] with drive.uncertain_percent = 20, \
-             for K_t alone (designed for the geometric mean 0.0002)",
+            "motor.inertia_kg_m2 = [7e-5, 0.00033] with drive.uncertain_percent = 20, \
+             for K_t alone (designed for the geometric mean 0.000152)",
         ),
+        (75, &[inertia], "One design covers no such range: measure the inertia (docs/commissioning.md)"),
         (
-            75,
-            &[inertia],
-            "motor.inertia_kg_m2 = [5e-5, 0.00035] with drive.uncertain_percent = 20, \
-             for K_t alone (designed for the geometric mean 0.000132)",
-        ),
-        (
-            300,
+            60,
             &[inertia, "motor.gear=[10, 1]", "motor.load_inertia_kg_m2=0.02"],
-            "motor.load_inertia_kg_m2 = [0, 0.14] with drive.uncertain_percent = 20, \
-             for K_t alone (designed for the geometric mean 0.0566)",
+            "motor.load_inertia_kg_m2 = [0, 0.044] with drive.uncertain_percent = 20, \
+             for K_t alone (designed for the geometric mean 0.0358)",
         ),
-        (300, &[inertia, "motor.gear=[10, 1]"], "kg m^2 of the rotor set motor.inertia_kg_m2 = [5e-5, 0.0008]"),
+        (60, &[inertia, "motor.gear=[10, 1]"], "kg m^2 of the rotor set motor.inertia_kg_m2 = [8e-5, 0.00032]"),
         (
             80,
             &["motor.inertia_kg_m2=[2e-4, 2e-3]"],
