@@ -393,7 +393,7 @@ typedef struct edo_smc_estimates_joint {
  * motion causes no step. Before its start a plan returns its first target. Its end must be less than 2^31 ticks ahead.
  *
  * Make a plan outside of the interrupt: the calculation uses double, which most cores compute in software. Never make
- * it in the plan that is played. Switch to it between two ticks, at `start`. The planner does not check the current. A
+ * it in the plan that is played, except for a rest at a start. Switch to it between two ticks, at `start`. The planner does not check the current. A
  * move of D rad in t s takes up to 5.8 D/t^2 rad/s^2 for a motor.
  *
  * A plan call returns EDO_SMC_OK or a negative status, and a rejected call leaves the plan unchanged. The statuses are
@@ -519,8 +519,9 @@ EDO_SMC_PROFILES(joint, 3)
  * edo_smc_go_on_NAME      computes one tick but never starts the drive, so its cycle bound is lower. Before the start
  *                         it returns EDO_SMC_NOT_STARTED with the fallback as output; then call tick where there is
  *                         time.
- * edo_smc_missed_NAME     reports the number of periods that passed without a tick while the current was held. The
- *                         overflow flag of the timer or a time stamp shows them. Call it before the next tick.
+ * edo_smc_missed_NAME     reports the number of periods that passed without a tick while the current was held. A time
+ *                         stamp of a free-running timer counts them; an update flag is one bit. Call it before the next
+ *                         tick.
  * edo_smc_report_applied_NAME  reports the current (A) that the power stage has held since the last tick, if it is not
  *                         u. This is the only anti-windup. Call it before the next tick. Two equal reports well below
  *                         the output are taken as the limit of the stage for some ticks.
@@ -536,8 +537,10 @@ EDO_SMC_PROFILES(joint, 3)
  *                         limit is violated, it sets the flag in output.health and trips the drive at the next tick. u
  *                         does not change. The target is sample.begin. A drive that waits or has stopped is not
  *                         checked. Before the start it returns EDO_SMC_NOT_STARTED.
- * edo_smc_estimates_NAME  writes the estimates at the instant of the last tick.
- * edo_smc_reset_NAME      clears everything except the design. The next valid sample starts the drive again.
+ * edo_smc_estimates_NAME  writes the estimates at the instant of the last tick. A stopped drive keeps those of its stop:
+ *                         measure its speed from the counts.
+ * edo_smc_reset_NAME      clears everything except the design. Counts that are consistent for 10 ms start the drive
+ *                         again. The shaft must be at rest.
  * edo_smc_retune_NAME     checks another design and switches to it before the next tick. The estimates continue, and u
  *                         has no step. `sample` is the sample of that tick: then call tick with the new design and this
  *                         sample.

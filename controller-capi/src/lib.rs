@@ -141,7 +141,7 @@ macro_rules! instance {
                 unsafe { instance::estimates(design, state, known) }
             }
 
-            /// Clears everything except the design: the next valid sample starts again.
+            /// Clears everything except the design: consistent counts start the drive again.
             ///
             /// # Safety
             /// A pointer that is not NULL points to a state.

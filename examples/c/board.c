@@ -23,7 +23,7 @@ void board_text_start(void) {
     RCC_APB1ENR |= 1u << 17;                               /* USART2 */
     GPIOA_AFRL = (GPIOA_AFRL & ~(0xFu << 8)) | 7u << 8;    /* PA2: alternate function 7 */
     GPIOA_MODER = (GPIOA_MODER & ~(3u << 4)) | 2u << 4;
-    USART2_BRR = (CORE_HZ + 57600u) / 115200u;
+    USART2_BRR = (SERIAL_HZ + 57600u) / 115200u;
     USART2_CR1 = 1u << 13 | 1u << 3;
 }
 
@@ -89,7 +89,7 @@ uint32_t board_bits(float value) {
 
 void board_ticker_start(uint32_t rate_hz) {
     RCC_APB1ENR |= 1u << 1;
-    const uint32_t clocks = CORE_HZ / rate_hz;
+    const uint32_t clocks = TIMER_HZ / rate_hz;
     TIM3_PSC = clocks >> 16; /* the counter has 16 bits */
     TIM3_ARR = clocks / ((clocks >> 16) + 1u) - 1u;
     TIM3_DIER = 1u;

@@ -5,10 +5,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Frequency of the clock of TIM3 and USART2, Hz. After reset the internal oscillator runs; the examples set up no clock.
- * BOARD: after a set-up of 168 MHz with the usual bus divider of 4, TIM3 counts at 84 MHz and USART2 at 42 MHz. */
+/* Clocks of TIM3 and USART2, Hz. After reset the internal oscillator drives both; the examples set up no clock.
+ * BOARD: after a set-up of 168 MHz with the usual bus divider of 4, TIMER_HZ is 84000000u and SERIAL_HZ 42000000u. */
 #ifndef CORE_HZ
 #define CORE_HZ 16000000u
+#endif
+#ifndef TIMER_HZ
+#define TIMER_HZ CORE_HZ
+#endif
+#ifndef SERIAL_HZ
+#define SERIAL_HZ CORE_HZ
 #endif
 
 /* Sends text on USART2 (PA2), 115200 baud. */

@@ -157,7 +157,8 @@ static inline __attribute__((always_inline)) void period(bool longer) {
         playing ^= 1u;
         ready = false;
     }
-    /* BOARD: both raw counter registers. Mark a missing count with the sample's `lost` field. */
+    /* BOARD: both raw counter registers. Mark a missing count with the sample's `lost` field. The simulated joint starts
+     * at angle 0. At another angle put the plan to the estimates while EDO_SMC_WAITS is reported, as motor.c does. */
     const unsigned health = drive_step(counts[0], counts[1], &plans[playing], end, longer, &u);
     current = u; /* BOARD: PWM or current loop; if it applies another current, call report_applied */
     health_seen |= health;

@@ -78,12 +78,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x31dbd633u
-#error "two designs with the prefix drive, 0x31dbd633u here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x31dbd633u
+#if DRIVE_STANDALONE != 0x469e426eu
+#error "two designs with the prefix drive, 0x469e426eu here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0x469e426eu
 #endif
 #else
-#define DRIVE_STANDALONE 0x31dbd633u
+#define DRIVE_STANDALONE 0x469e426eu
 
 #include <float.h>
 #include <stdbool.h>
@@ -1504,9 +1504,9 @@ static inline unsigned drive_lost(drive_state *state, drive_output *output)
     return health;
 }
 
-/* Reports the number of periods that passed without a tick while the current was held. The overflow flag of the timer
- * or a time stamp shows them. Call it before the next tick. Missed periods use at most half of the permitted missing
- * samples. */
+/* Reports the number of periods that passed without a tick while the current was held. A time stamp of a free-running
+ * timer counts them; an update flag is one bit. Call it before the next tick. Missed periods use at most half of the
+ * permitted missing samples. */
 static inline void drive_missed(drive_state *state, uint32_t periods)
 {
     uint32_t left = periods;
@@ -1561,7 +1561,7 @@ static inline bool drive_report_applied(drive_state *state, float u)
 }
 
 /* Writes the estimates at the instant of the last tick. Returns false and writes zeros before the
- * start. */
+ * start. A stopped drive keeps those of its stop: measure its speed from the counts. */
 static inline bool drive_estimates(const drive_state *state, drive_estimates_of *estimates)
 {
     DRIVE_AS_WRITTEN
@@ -1596,7 +1596,7 @@ static inline bool drive_estimates(const drive_state *state, drive_estimates_of 
     return true;
 }
 
-/* Clears everything except the design: the next valid sample starts again. Use it after a fault. */
+/* Clears everything except the design: consistent counts start the drive again. Use it after a fault. */
 static inline void drive_reset(drive_state *state)
 {
     DRIVE_AS_WRITTEN
@@ -1898,7 +1898,7 @@ static inline unsigned drive_watched_lost(drive_monitor *monitor, drive_state *s
     return drive_watch(monitor, state, drive_lost(state, output), output);
 }
 
-/* Clears monitor and state after a stop: the next valid sample starts the drive. */
+/* Clears monitor and state after a stop, at rest: counts that are consistent for 10 ms start the drive. */
 static inline void drive_watched_reset(drive_monitor *monitor, drive_state *state)
 {
     monitor->stopped = false;
@@ -2189,7 +2189,7 @@ static inline bool drive_plan_onto(drive_plan *plan, const drive_goal *goal, con
 /* Makes a permanent rest at 2 pi turn + angle: for a start. This function and the next three return false for invalid
  * arguments and leave the plan unchanged. Invalid are a number that is NaN or above 1e12, a distance of some 10 million
  * revolutions, and ticks outside of 1 to 2^24. The functions use double, in software on most cores. Make a plan outside
- * of the interrupt and never in the plan that is played. Switch to it between two ticks. */
+ * of the interrupt and never in the plan that is played, except for a rest at a start. Switch to it between two ticks. */
 static inline bool drive_plan_rest(drive_plan *plan, int32_t turn, float angle)
 {
     drive_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };

@@ -184,7 +184,10 @@ int main(void) {
 #endif
     board_text("status flags of all ticks: ");
     board_hex(trouble);
-    board_text((trouble & ~((unsigned)EDO_SMC_SATURATED | EDO_SMC_HUNTS)) == 0u ? ", no alarm" : ", see the exported file");
-    board_text("\ndone\n");
+    if ((trouble & ~((unsigned)EDO_SMC_SATURATED | EDO_SMC_HUNTS)) != 0u) {
+        board_text("\n");
+        board_stop("an alarm: the exported file names the flags");
+    }
+    board_text(", no alarm\ndone\n");
     board_end();
 }

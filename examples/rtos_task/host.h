@@ -10,7 +10,7 @@
 #include <stdint.h>
 #include <ucontext.h>
 
-#define configTICK_RATE_HZ 1000
+#define configTICK_RATE_HZ ((unsigned)(1.0 / EDO_SMC_PERIOD_S + 0.5))
 typedef uint32_t TickType_t;
 typedef void (*TaskFunction_t)(void *);
 

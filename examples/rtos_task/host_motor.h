@@ -5,7 +5,7 @@
 #include <stdio.h>
 
 #ifndef HELD_AT
-#define HELD_AT 120u /* RTOS tick, in the first move */
+#define HELD_AT ((TickType_t)(0.12 / EDO_SMC_PERIOD_S)) /* RTOS tick, in the first move */
 #endif
 #ifndef HELD_TICKS
 #define HELD_TICKS 1u
@@ -47,10 +47,12 @@ static void host_motor_compare(unsigned health, bool has_started, const edo_smc_
     }
 }
 
+/* Without a missed tick the error is about half a count. */
 static int host_motor_result(void)
 {
+    const double most_rad = 2.6 * EDO_SMC_ENCODER_UNIT_RAD;
     printf("missed ticks: %u, largest error %.5f rad, error at the end %.5f rad, flags %04x\n", HELD_TICKS, worst_rad,
            last_rad, alarms);
-    return (worst_rad < 1e-3 && fabs(last_rad) < 1e-3) ? 0 : 1;
+    return (worst_rad < most_rad && fabs(last_rad) < most_rad) ? 0 : 1;
 }
 #endif

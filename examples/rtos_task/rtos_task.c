@@ -6,16 +6,16 @@
  * With -DFREERTOS it includes FreeRTOS. Fill in the functions marked BOARD, and give the drive a timer interrupt instead
  * of a task if the period is below some milliseconds: a task has the jitter of the RTOS tick. For Zephyr replace
  * vTaskDelayUntil by k_timer_status_sync, which returns the number of expired periods: more than 1 means missed ones. */
-#ifdef FREERTOS
-#include "FreeRTOS.h"
-#include "task.h"
-#else
-#include "host.h" /* the same calls on this PC */
-#endif
 #ifndef DRIVE
 #define DRIVE "motor_drive.h"
 #endif
 #include DRIVE
+#ifdef FREERTOS
+#include "FreeRTOS.h"
+#include "task.h"
+#else
+#include "host.h" /* the same calls on this PC; an RTOS tick is one control period */
+#endif
 
 #ifdef FREERTOS
 /* BOARD: returns the raw counter register. */
@@ -26,7 +26,9 @@ static float current(float ampere) { return ampere; }
 #include "host_motor.h"
 #endif
 
-#define PERIOD ((TickType_t)(EDO_SMC_PERIOD_S * configTICK_RATE_HZ + 0.5)) /* RTOS ticks per control period */
+/* RTOS ticks per control period. It must be a whole number, which main checks. */
+#define ROUNDED ((TickType_t)(EDO_SMC_PERIOD_S * configTICK_RATE_HZ + 0.5))
+#define PERIOD ((ROUNDED > 0u) ? ROUNDED : 1u)
 #define TICKS_OF(seconds) ((uint32_t)((seconds) / EDO_SMC_PERIOD_S + 0.5))
 #define LEAD_S 0.010 /* time to make a plan before its first tick */
 

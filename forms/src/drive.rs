@@ -1080,9 +1080,9 @@ static inline unsigned @_lost(@_state *state, @_output *output)
             )),
             self.file.c(&filled(
                 "
-/* Reports the number of periods that passed without a tick while the current was held. The overflow flag of the timer
- * or a time stamp shows them. Call it before the next tick. Missed periods use at most half of the permitted missing
- * samples. */
+/* Reports the number of periods that passed without a tick while the current was held. A time stamp of a free-running
+ * timer counts them; an update flag is one bit. Call it before the next tick. Missed periods use at most half of the
+ * permitted missing samples. */
 static inline void @_missed(@_state *state, uint32_t periods)
 {
     uint32_t left = periods;
@@ -1186,13 +1186,13 @@ float @_tick_u(@_state *state, const @_sample *sample);
             ),
             self.function(
                 "Writes the estimates at the instant of the last tick. Returns false and writes zeros before the
- * start.",
+ * start. A stopped drive keeps those of its stop: measure its speed from the counts.",
                 "bool @_estimates(const @_state *state, @_estimates_of *estimates)",
                 estimates,
                 "estimates",
             ),
             self.function(
-                "Clears everything except the design: the next valid sample starts again. Use it after a fault.",
+                "Clears everything except the design: consistent counts start the drive again. Use it after a fault.",
                 "void @_reset(@_state *state)",
                 reset,
                 "output",

@@ -285,6 +285,13 @@ enum Command {
         /// Shell of the script.
         shell: clap_complete::Shell,
     },
+    /// Write the manual pages of all commands.
+    ///
+    /// Example: host-sim man ~/.local/share/man/man1
+    Man {
+        /// Existing folder of the pages.
+        folder: PathBuf,
+    },
 }
 
 fn starts() -> clap::builder::PossibleValuesParser {
@@ -406,6 +413,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Schema { plant }) => console.schema(plant),
         Some(Command::New { name, plant }) => console.new_scenario(name, plant, Path::new(""), &program),
         Some(Command::Completions { shell }) => console.completions(*shell),
+        Some(Command::Man { folder }) => console.manual(folder),
     };
     match done {
         Ok(status) => status,
@@ -599,6 +607,12 @@ impl Console<'_> {
         let mut script = Vec::new();
         clap_complete::generate(shell, &mut Cli::command(), "host-sim", &mut script);
         self.say(String::from_utf8_lossy(&script).trim_end())?;
+        Ok(status::DONE)
+    }
+
+    fn manual(&mut self, folder: &Path) -> Result<u8, Failure> {
+        clap_mangen::generate_to(Cli::command(), folder).map_err(|error| Failure::writing(folder.display(), &error))?;
+        self.say(&format!("wrote the manual pages into {}", folder.display()))?;
         Ok(status::DONE)
     }
 

@@ -38,6 +38,14 @@ class Design:
         self.chosen: list[str] = whole["chosen"]
         #: Warnings of the design.
         self.warnings: list[str] = whole["warnings"]
+        if self._is_weak("high"):
+            self.warnings.append(
+                "the high gains are unstable in a corner if they stay on; the drive limits their time (docs/joints.md)"
+            )
+
+    def _is_weak(self, name: str) -> bool:
+        worst = self.gain_sets.get(name, {}).get("worst")
+        return worst is not None and worst["sensitivity_peak"] is None
 
     @property
     def period_s(self) -> float:
@@ -46,7 +54,9 @@ class Design:
 
     @property
     def poles(self) -> np.ndarray:
-        """Poles of the closed loop ln(z)/T, slowest first, rad/s, shape (n,)."""
+        """Poles of the closed loop ln(z)/T, slowest first, rad/s, shape (n,), without the decay alpha of the start-up
+        offset, which `to_control` has.
+        """
         return _roots(self.data["poles"])
 
     @property
@@ -56,12 +66,12 @@ class Design:
 
     @property
     def is_stable(self) -> bool:
-        """True if the loop is stable with the nominal plant and in all corners."""
+        """True if the loop is stable with the base gains, with the nominal plant and in all corners."""
         return self.data["margins"] is not None and not self.data.get("unstable_corners")
 
     @property
     def margins(self) -> dict[str, float | None] | None:
-        """Margins with the active gains at rest; `None` for an unstable loop, a value `None` for no limit."""
+        """Margins with the base gains, which act at rest. `None` for an unstable loop, a value `None` for no limit."""
         return self.data["margins"]
 
     @property
@@ -104,7 +114,10 @@ class Design:
         """Returns the open and the closed loop as `control.StateSpace` with the sampling period.
 
         The open loop is L, broken at the input of the plant. The closed loop goes from w, which is added to u at the
-        input of the plant, to u: S - 1 = -L/(1 + L).
+        input of the plant, to u: S - 1 = -L/(1 + L). Both have the base gains.
+
+        The open loop of a joint has poles close to |z| = 1, at which `control.stability_margins(L)` finds false
+        margins. Give it the frequency response: `control.stability_margins(control.frd(L, w))`.
         """
         import control
 
@@ -125,7 +138,8 @@ class Design:
                 rows = margins(found["margins"])
                 worst = found["worst"]
                 if worst is not None:
-                    rows.append(("Ms in the worst corner", worst["sensitivity_peak"], worst["name"]))
+                    peak = worst["sensitivity_peak"]
+                    rows.append(("Ms in the worst corner", "UNSTABLE" if peak is None else peak, worst["name"]))
                 sections.append((f"margins, {name} gains", rows))
         else:
             sections.append(("margins", margins(self.margins)))

@@ -134,7 +134,10 @@ class Scenario:
         return Design((self.with_settings(given) if given else self)._core.design())
 
     def controller(self) -> Controller:
-        """Returns the controller alone, before its first tick."""
+        """Returns the controller alone, before its first tick.
+
+        A drive has its monitors and its rest band, as `edo_smc_watched_tick` in C.
+        """
         return self._core.controller()
 
     def simulate(
@@ -214,7 +217,9 @@ class Scenario:
     ) -> _studies.Tuned:
         """Tunes a drive to a specification; metrics without a limit are minimised.
 
-        `uncertain_percent` is 20 or 50. The result has the tuned scenario.
+        `uncertain_percent` is 20 or 50. The result has the tuned scenario, and the margins of its gains, which no
+        search limits. `evaluations` is the number of each search: there are six, for two numbers of gain sets and
+        three noise limits.
         """
         limits = (noise_a, settling_s, move_rad, load_rad)
         effort = (evaluations, seed, cycles)

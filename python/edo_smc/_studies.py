@@ -82,7 +82,14 @@ class Tuned:
         settings = [(key, it[0] if len(it) == 1 else str(it), "") for key, it in self.settings.items()]
         verdict = f"NOT MET: {', '.join(self.missed)}" if self.missed else "met"
         title = f"Tuned {self.data['scenario']}: specification {verdict}"
-        return _text.text(title, [("worst corner", rows), ("[drive]", settings)])
+        peaks: list[_text.Row] = []
+        for it in self.data["gain_sets"]:
+            of, worst = it["margins"] or {}, it["worst"] or {"sensitivity_peak": None, "name": ""}
+            corner = worst["sensitivity_peak"]
+            peaks.append((f"phase margin, {it['name']} gains", of.get("phase_deg"), "deg"))
+            peaks.append((f"Ms, {it['name']} gains", of.get("sensitivity_peak", "UNSTABLE"), ""))
+            peaks.append(("in the worst corner", "UNSTABLE" if corner is None else corner, worst["name"]))
+        return _text.text(title, [("worst corner", rows), ("margins, no search limits them", peaks), ("[drive]", settings)])
 
 
 def tune(core: Any, limits: Sequence[float | None], percent: int | None, effort: Any, progress: bool) -> Tuned:
@@ -157,7 +164,12 @@ def _numbers(values: Sequence[str]) -> np.ndarray:
         return np.arange(len(values))
 
 
+_PRESETS = ["gain", "rate", "delay", "jitter", "plant", "corners"]
+
+
 def map(core: Any, words: Sequence[str | None], numbers: Sequence[float | None], simulate: bool, progress: bool) -> Map:
+    if words[2] is not None and words[2] not in _PRESETS:
+        raise ValueError(f"preset = {_text.unknown(words[2], _PRESETS)}")
     with _progress.bar(None, " points", progress) as told:
         return Map(_edo_smc.map(core, list(words), list(numbers), simulate, told))
 

@@ -43,6 +43,8 @@ class Trace:
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self._kept:
+            if name not in self.columns:
+                raise KeyError(_text.unknown(name, self.columns))
             self._kept[name] = self._run.column(name)
         return self._kept[name]
 

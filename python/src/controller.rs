@@ -46,6 +46,11 @@ impl<const E: usize, const N: usize> DriveTicks<E, N> {
         Ok(Tick { u, sigma, sigma_star, estimates, health: output.health })
     }
 
+    /// Sets the target at the begin of the coming tick.
+    fn begin(&mut self, jet: &[f64]) {
+        self.begin = Some(target_at(jet));
+    }
+
     /// Returns the state of the controller, then the target: 1 if there is one, its revolution, its jet.
     fn state(&self) -> Vec<f64> {
         let mut state = self.law.state();
@@ -102,6 +107,20 @@ impl Inner {
         each!(self, port => port.tick(sample), drive => drive.tick(sample, target))
     }
 
+    fn begin(&mut self, target: &[f64]) {
+        each!(self, _port => (), drive => drive.begin(target));
+    }
+
+    /// Returns a count that is not a whole number of 32 bits, or a target that is not a number.
+    fn unfit(&self, sample: &[f64], target: &[f64]) -> Option<(&'static str, f64)> {
+        if matches!(self, Self::Chain(..)) {
+            return None;
+        }
+        let is_count = |count: &f64| count.is_nan() || (count.fract() == 0.0 && count.abs() < 4_294_967_296.0);
+        let count = sample.iter().find(|count| !is_count(count)).map(|count| ("sample", *count));
+        count.or_else(|| target.iter().find(|angle| !angle.is_finite()).map(|angle| ("target", *angle)))
+    }
+
     fn state(&self) -> Vec<f64> {
         each!(self, port => port.state(), drive => drive.state())
     }
@@ -115,7 +134,10 @@ impl Inner {
 ///
 /// A chain takes its state x, n numbers. A motor takes a count, a joint the counts of link and motor; `None` or NaN is
 /// a lost count. A drive also takes a target: the angle (in speed control the speed) at the end of the tick, or the
-/// angle and its derivatives, rad and s. A tick begins at the target of the tick before it.
+/// angle and its derivatives, rad and s. A target without derivatives is a step of them: give the speed in motion. A
+/// tick begins at the target of the tick before it, the first one at the target of `begin`, else at its own.
+///
+/// The tick of a drive has monitors, as `edo_smc_watched_tick` in C: after an alarm it brakes or stops until `reset`.
 ///
 /// The first valid sample starts the controller at once, as in a simulation.
 #[pyclass(frozen, module = "edo_smc")]
@@ -126,6 +148,17 @@ pub(crate) struct Controller {
     is_speed: bool,
     initial: Vec<f64>,
     inner: Mutex<(Inner, Option<Tick>)>,
+}
+
+/// Refuses a count or a target that no drive takes.
+fn refuse_unfit(unfit: Option<(&str, f64)>) -> PyResult<()> {
+    let Some((name, value)) = unfit else { return Ok(()) };
+    let expected = if name == "sample" {
+        "expected a count, a whole number of up to 32 bits; None is a lost count"
+    } else {
+        "expected a finite number"
+    };
+    Err(of_argument(name, &format!("found {value}"), expected))
 }
 
 fn broken(error: &PortError) -> PyErr {
@@ -227,7 +260,7 @@ impl Controller {
     }
 
     fn encoder(&self, index: usize) -> PyResult<&Mounted> {
-        let remedy = format!("this controller has {} encoders, from 0", self.encoders.len());
+        let remedy = format!("expected a number below {}, the number of encoders", self.encoders.len());
         self.encoders.get(index).ok_or_else(|| of_argument("encoder", &index.to_string(), &remedy))
     }
 }
@@ -301,6 +334,7 @@ impl Controller {
             let remedy = if jets == 0 { "a chain has no target".into() } else { format!("expected 1 to {jets}") };
             return Err(of_argument("target", &format!("found {} numbers", jet.count), &remedy));
         }
+        refuse_unfit(inner.0.unfit(sample.numbers(), jet.numbers()))?;
         let tick = inner.0.tick(sample.numbers(), jet.numbers()).map_err(|error| broken(&error))?;
         inner.1 = Some(tick);
         Ok(tick.u)
@@ -333,6 +367,9 @@ impl Controller {
         }
         if self.is_speed && rows == 1 {
             (rows, jet) = (2, jet.into_iter().flat_map(|speed| [0.0, speed]).collect());
+        }
+        for (count, jet) in samples.chunks(inputs).zip(jet.chunks(rows.max(1))) {
+            refuse_unfit(self.lock().0.unfit(count, jet))?;
         }
         let mut out = Outputs { u: Vec::with_capacity(ticks), all: full.then(|| Vec::with_capacity(ticks)) };
         for from in (0..ticks).step_by(CHUNK) {
@@ -375,14 +412,31 @@ impl Controller {
         Ok(Some(output))
     }
 
+    /// Sets the target at the begin of the first tick, for a drive: `begin(scenario.reference()[:, 0])`.
+    fn begin(&self, target: &Bound<'_, PyAny>) -> PyResult<()> {
+        let jet = self.jet(Few::of(target)?);
+        let mut inner = self.lock();
+        let (_, jets) = inner.0.sizes();
+        if jet.count == 0 || jet.count > jets {
+            let remedy = if jets == 0 { "a chain has no target".into() } else { format!("expected 1 to {jets}") };
+            return Err(of_argument("target", &format!("found {} numbers", jet.count), &remedy));
+        }
+        refuse_unfit(inner.0.unfit(&[], jet.numbers()))?;
+        inner.0.begin(jet.numbers());
+        Ok(())
+    }
+
     /// Reports the u that the actuator holds since the last tick, if it differs from the output of the tick.
     fn applied(&self, u: f64) {
         each!(&mut self.lock().0, port => port.report_applied(u), drive => drive.law.report_applied(u as f32));
     }
 
-    /// Reports that `periods` periods have passed without a tick.
-    fn missed(&self, periods: u32) {
+    /// Reports, before the next tick, that `periods` periods have passed without a tick while u was held.
+    fn missed(&self, periods: i64) -> PyResult<()> {
+        let periods = u32::try_from(periods)
+            .map_err(|_| of_argument("periods", &format!("found {periods}"), "expected a number from 0"))?;
         each!(&mut self.lock().0, port => port.missed(periods), drive => drive.law.missed(periods));
+        Ok(())
     }
 
     /// Erases the state. The next valid sample starts the controller.
@@ -450,7 +504,8 @@ impl Controller {
 
     fn __repr__(&self) -> String {
         let (inputs, jets) = self.lock().0.sizes();
-        let takes = if jets > 0 { format!("{inputs} count(s) and a target") } else { format!("x of {inputs} numbers") };
+        let counts = if inputs == 1 { "a count" } else { "counts of link and motor" };
+        let takes = if jets > 0 { format!("{counts} and a target") } else { format!("x of {inputs} numbers") };
         format!("Controller({takes}, period_s={})", self.period_s)
     }
 }

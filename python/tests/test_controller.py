@@ -2,6 +2,7 @@
 
 import copy
 import ctypes
+import pathlib
 import pickle
 import shutil
 import subprocess
@@ -31,12 +32,8 @@ def test_ticks_of_a_drive_are_those_of_the_loop(drive):
     # A tick begins at the target of the tick before it.
     first = drive.reference()[:, 0]
     u = []
+    controller.begin(first)
     for k in range(len(trace)):
-        if k == 0:
-            state = controller.state
-            width = targets.shape[0]
-            state[-width - 2 :] = [1.0, 0.0, *first]
-            controller.state = state
         u.append(controller.tick(counts[:, k], targets[:, k]))
         controller.applied(trace["u_held"][k])
     assert np.array_equal(u, trace.u)
@@ -195,3 +192,22 @@ def test_the_exported_file_computes_the_same_bits(tmp_path):
     pointer = ctypes.POINTER(ctypes.c_float)
     in_c = [tick(row.ctypes.data_as(pointer)) for row in samples]
     assert np.array_equal(scenario.controller().ticks(samples.T), in_c)
+
+
+def test_counts_and_targets_that_no_drive_takes_are_errors():
+    controller = edo_smc.Scenario.template("motor").controller()
+    for sample, target in [(1.5, 0.1), (2**40, 0.1), (1, float("nan")), (1, [0.1, float("inf")])]:
+        with pytest.raises(edo_smc.ScenarioError, match="expected a"):
+            controller.tick(sample, target)
+        with pytest.raises(edo_smc.ScenarioError, match="expected a"):
+            controller.ticks([sample], np.reshape(target, (-1, 1)))
+    with pytest.raises(edo_smc.ScenarioError, match="found -1"):
+        controller.missed(-1)
+    with pytest.raises(edo_smc.ScenarioError, match="a chain has no target"):
+        edo_smc.Scenario.template("chain").controller().begin(0.0)
+
+
+def test_flags_have_the_names_of_their_page():
+    page = pathlib.Path(__file__).parents[2] / "docs/reference/status.md"
+    rows = [line.split("|") for line in page.read_text().splitlines() if line.startswith("| ") and "`" in line]
+    assert {row[2].strip(" `"): 1 << int(row[1]) for row in rows} == {it.name: it.value for it in edo_smc.Health}

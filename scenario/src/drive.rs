@@ -77,7 +77,8 @@ table! {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorTable {
-    /// Inertia of the rotor, kg m^2, or [smallest, largest]: the design is for the geometric mean of a range. Required.
+    /// Inertia of the rotor and of a load on its shaft, kg m^2, or [smallest, largest]: the design is for the geometric
+    /// mean of a range. Required.
     #[schemars(with = "Option<AboveZero>")]
     pub inertia_kg_m2: Option<NumberOrRange>,
     /// Torque constant K_t, N m/A. Required.

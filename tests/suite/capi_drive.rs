@@ -663,9 +663,37 @@ fn the_drive_in_c_on_the_chip_has_the_currents_of_rust_and_stops_without_its_enc
     }
 }
 
-/// The program of docs/c.md, "Static library".
+/// A motor that stands at 0.7 rad, and no move: prints its angle and the largest current of a second.
+const STANDS: &str = "
+#include <math.h>
+#include <stdio.h>
+static double angle = 0.7, speed;
+static float largest;
+uint32_t encoder_register(void) { return (uint32_t)(int32_t)floor(angle * 16384 / 6.283185307179586); }
+bool encoder_is_good(void) { return true; }
+float set_current(float ampere)
+{
+    largest = fmaxf(largest, fabsf(ampere));
+    speed += 1e-3 * 0.05 * ampere / 2e-4;
+    angle += 1e-3 * speed;
+    return ampere;
+}
+int main(void)
+{
+    if (!start_drive()) {
+        return 1;
+    }
+    for (int k = 0; k < 1000; k++) {
+        control_interrupt();
+    }
+    printf(\"%g %g\\n\", angle, (double)largest);
+    return 0;
+}
+";
+
+/// The program of docs/c.md, "Static library": it compiles, and at a start it holds the shaft where it is.
 #[test]
-fn the_drive_of_the_docs_compiles_here_and_for_the_chip_without_a_warning() {
+fn the_drive_of_the_docs_compiles_here_and_for_the_chip_and_holds_its_place() {
     let page = fs::read_to_string(path("../docs/c.md")).expect("the page");
     let section = page.split_once("### A drive\n").expect("the section").1;
     let program = section.split_once("```c\n").expect("a program").1.split_once("```").expect("its end").0;
@@ -676,6 +704,14 @@ fn the_drive_of_the_docs_compiles_here_and_for_the_chip_without_a_warning() {
         let object = folder.join(format!("{compiler}.o"));
         compile(compiler, &[&STRICT, options, &["-Wconversion", "-O2", "-c", &*include]].concat(), &source, &object);
     }
+    let (stands, made) = (folder.join("stands.c"), folder.join("stands"));
+    fs::write(&stands, [program, STANDS].concat()).expect("the program");
+    let archive = archive("host");
+    compile("cc", &["-std=c99", "-O2", &*include, &*archive, "-lm"], &stands, &made);
+    let said = Command::new(&made).output().expect("it runs").stdout;
+    let said = String::from_utf8_lossy(&said);
+    let numbers: Vec<f64> = said.split_whitespace().map(|number| number.parse().expect("a number")).collect();
+    assert!((numbers[0] - 0.7).abs() < 1e-3 && numbers[1] < 1.0, "{said}");
 }
 
 /// The words of an exported configuration are those of the scenario's design, and the archive takes it.

@@ -13,6 +13,7 @@ mod built;
 mod capi;
 mod cluster;
 mod compiler;
+mod dist;
 mod docs;
 mod evidence;
 mod firmware;
@@ -47,7 +48,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 29] = [
+const ACTIONS: [Action; 30] = [
     Action { name: "setup", help: "check the tools and install missing ones where possible", run: setup::run },
     Action {
         name: "test",
@@ -127,6 +128,7 @@ const ACTIONS: [Action; 29] = [
     Action { name: "book", help: "build the documentation as a book, target/book/docs/index.html", run: book::run },
     Action { name: "prose", help: "check pages and comments against the style sheet, and all links", run: prose::run },
     Action { name: "prose --lower", help: "lower the limits of the comments to the present counts", run: prose::lower },
+    Action { name: "dist", help: "build the files of a release into target/dist, and use them", run: dist::run },
     Action { name: "sbom", help: "write bills of materials (SPDX) of the built images and libraries", run: sbom::run },
     Action {
         name: "mutate",

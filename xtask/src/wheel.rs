@@ -32,14 +32,9 @@ const ENVIRONMENT: Environment = Environment {
     rerun: RERUN,
 };
 
-/// Builds and installs the wheel, and runs its tests.
-pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let cargo = |arguments: &[&str]| Invocation::cargo(arguments).env("CARGO_TARGET_DIR", TARGET_DIR);
-    let format = cargo(&["fmt", "--manifest-path", MANIFEST, "--check"]);
-    let clippy = cargo(&["clippy", "--release", "--manifest-path", MANIFEST, "--", "-D", "warnings"]);
-    gate.commands("format and lints, Python package", &[format, clippy])?;
+/// Builds the wheel.
+pub(crate) fn build(gate: &mut Gate) -> Outcome {
     gate.step("environment of the Python package", |gate| ENVIRONMENT.ready(gate))?;
-    let python = ENVIRONMENT.program("python");
     let emptied = gate.root.join(WHEELS);
     if emptied.exists() {
         let failed = |error| Failure { reason: format!("{WHEELS}: {error}"), rerun: RERUN.into() };
@@ -47,10 +42,21 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     }
     let build = Invocation::new(&ENVIRONMENT.program("maturin"), &["build", "--release", "--manifest-path", MANIFEST])
         .with(&["--target-dir", TARGET_DIR, "--out", WHEELS]);
+    gate.commands("wheel of the Python package", &[build])
+}
+
+/// Builds and installs the wheel, and runs its tests.
+pub(crate) fn run(gate: &mut Gate) -> Outcome {
+    let cargo = |arguments: &[&str]| Invocation::cargo(arguments).env("CARGO_TARGET_DIR", TARGET_DIR);
+    let format = cargo(&["fmt", "--manifest-path", MANIFEST, "--check"]);
+    let clippy = cargo(&["clippy", "--release", "--manifest-path", MANIFEST, "--", "-D", "warnings"]);
+    gate.commands("format and lints, Python package", &[format, clippy])?;
+    build(gate)?;
+    let python = ENVIRONMENT.program("python");
     // From the folder of the wheels only, so that no other package of this name is installed.
     let install = Invocation::new(&python, &["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"])
         .with(&["--no-index", "--find-links", WHEELS, "edo-smc"]);
-    gate.commands("wheel of the Python package", &[build, install])?;
+    gate.commands("installation of the wheel", &[install])?;
     let program = gate.built()?.path("host-sim")?.display().to_string();
     let tests = Invocation::new(&python, &["-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib"])
         .with(&["--rootdir", "python", "-c", "python/pyproject.toml", "python/tests"])

@@ -145,7 +145,7 @@ static inline unsigned @_watched_lost(@_monitor *monitor, @_state *state, @_outp
     return @_watch(monitor, state, @_lost(state, output), output);
 }
 
-/* Clears monitor and state after a stop: the next valid sample starts the drive. */
+/* Clears monitor and state after a stop, at rest: counts that are consistent for 10 ms start the drive. */
 static inline void @_watched_reset(@_monitor *monitor, @_state *state)
 {
     monitor->stopped = false;

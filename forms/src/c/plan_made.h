@@ -55,7 +55,7 @@ $gap$    gap[0] += $tau$ * (double)@_signed(turns);
 /* Makes a permanent rest at 2 pi turn + angle: for a start. This function and the next three return false for invalid
  * arguments and leave the plan unchanged. Invalid are a number that is NaN or above 1e12, a distance of some 10 million
  * revolutions, and ticks outside of 1 to 2^24. The functions use double, in software on most cores. Make a plan outside
- * of the interrupt and never in the plan that is played. Switch to it between two ticks. */
+ * of the interrupt and never in the plan that is played, except for a rest at a start. Switch to it between two ticks. */
 static inline bool @_plan_rest(@_plan *plan, int32_t turn, float angle)
 {
     @_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };

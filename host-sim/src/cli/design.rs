@@ -305,7 +305,7 @@ fn guarantee(design: &Design) -> Option<String> {
     let peaks = design.gain_sets.iter().map(|set| Some(set.margins?.sensitivity_peak));
     let peak = peaks.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)?;
     Some(format!(
-        "the largest peak |S| above, {}, guarantees {} deg of phase margin and an upper gain margin of {}",
+        "the largest nominal peak |S|, {}, guarantees {} deg of phase margin and an upper gain margin of {}",
         number(peak),
         number(2.0 * libm::asin(0.5 / peak).to_degrees()),
         number(peak / (peak - 1.0))

@@ -446,9 +446,13 @@ impl<'a> Console<'a> {
         if let Some((tick, flags, u)) = begins.or(others) {
             let loads_n_m = seen.started.then(|| seen.estimates.map(|it| it[3]));
             let values = Values { loads_n_m, sigma_star: Some(seen.sigma_star).filter(|_| !is_stopped), u };
-            let (what, then) = match (is_stopped, brakes) {
+            // One tick after an alarm no flag shows the reaction yet.
+            let answered = Health::from_bits(stopping(drive.design()).bits() & flags.bits());
+            let will_brake = !answered.is_ok() && stopping(drive.design()).contains(Health::BRAKES);
+            let (what, then) = match (is_stopped, brakes || will_brake) {
                 (true, _) => ("has stopped", "`reset` restarts it"),
                 (_, true) => ("brakes", "`reset` restarts it after the stop"),
+                _ if !answered.is_ok() => ("stops", "`reset` restarts it"),
                 _ => ("goes on", "`release` lets the buffer run again"),
             };
             self.note(&format!(
@@ -540,6 +544,24 @@ impl<'a> Console<'a> {
         has_effect("set", &source, before.len())?;
         if design == *running {
             return Err(bad(format!("{place}: no change: the drive runs with this value. Give another value")));
+        }
+        // What the file says is sent as a whole, with the typed keys.
+        let side = Side::of(&source, design.instance.model)?;
+        let (keyed, _) = side.differences(running, &design);
+        let typed = |key: &str| {
+            let of = |set: &String| set.split('=').next().unwrap_or_default().trim().to_owned();
+            all.iter().any(|set| key.split('[').next().unwrap_or_default() == of(set))
+        };
+        let is_of_file = |key: &str| scenario::number_at(&source, key).is_ok_and(|number| number.is_some());
+        let others = keyed.iter().filter(|[there, _]| !typed(there.key) && is_of_file(there.key));
+        let others: Vec<String> =
+            others.map(|[there, here]| format!("{} = {there} on the drive, {here} in {name}", there.key)).collect();
+        if !others.is_empty() {
+            return Err(bad(format!(
+                "{place}: {name} is not the scenario of this drive, and `set` would change more than you typed: {}. \
+                 Start again with the scenario of the drive, or type these keys too",
+                others.join("; ")
+            )));
         }
         let effect = margins_in_words(&source)?;
         let swapped = session.drive.swap(&design).map_err(|error| refused_at("set", error))?;
@@ -695,7 +717,8 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<S
             let most_n_m = LARGEST_LOAD * torque_at_limit_n_m(session.drive.design());
             if load_n_m.abs() > most_n_m {
                 return Err(bad(format!(
-                    "load: {torque} N m: expected -{0} to {0} N m ({LARGEST_LOAD} times the torque at the current limit)",
+                    "load: {torque} N m: expected -{0} to {0} N m ({LARGEST_LOAD} times the torque at the current \
+                     limit)",
                     significant(most_n_m, 3)
                 )));
             }
@@ -708,6 +731,12 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<S
     session.drive.disturb(disturbance).map_err(|error| refused_at(command, error))?;
     session.disturbance = disturbance;
     Ok(done)
+}
+
+/// Returns the flags at which a drive stops; with [`Health::BRAKES`] it brakes first.
+fn stopping(design: &Loadable) -> Health {
+    let bits = design.names().iter().position(|name| name == "stops_at").and_then(|k| design.numbers().nth(k));
+    Health::from_bits(bits.unwrap_or(0.0) as u16)
 }
 
 /// Returns the torque behind the gear at the current limit, N m.
@@ -770,8 +799,8 @@ pub(super) fn way(
 /// Key that chooses between a position and a speed.
 const MODE: &str = "drive.mode";
 /// Remedy for a drive that controls a speed.
-const OF_SPEED: &str = "The firmware of `live` moves an angle. Simulate a speed drive with `host-sim run`, and add it to \
-                        your own firmware with `host-sim export`";
+const OF_SPEED: &str = "The firmware of `live` moves an angle. Simulate a speed drive with `host-sim run`, and add it \
+                        to your own firmware with `host-sim export`";
 
 /// Drive that another design must fit, in words.
 struct Host {

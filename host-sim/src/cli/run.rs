@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use controller_core::Health;
 use loop_sim::closed_loop::LoopError;
 use loop_sim::metrics::{FAR, Metrics};
 use loop_sim::port::{ControllerPort, PortError};
@@ -326,6 +327,13 @@ fn verdict(experiment: &Experiment, trace: &Trace, metrics: &Metrics, json: &Run
     let (_, ending) = ending(trace, metrics);
     // A chain has no monitors.
     let alarm = experiment.drive.as_ref().and_then(|_| drive::first_alarm(trace));
+    let is_off = trace.rows.last().is_some_and(|row| row.health.contains(Health::STOPPED));
+    let ending = match trace.ending {
+        Ending::Finished if !metrics.bounded && is_off => {
+            "finished, STOPPED after an alarm: without current the shaft did not stay in place".into()
+        }
+        _ => ending,
+    };
     let alarmed =
         alarm.map_or_else(String::new, |(_, t_s, alarms)| format!("; ALARM at t = {} s: {alarms}", typed(t_s, 6)));
     let is_held_by_limits = metrics.bounded && json.warnings.iter().any(|warning| warning.starts_with("UNSTABLE"));

@@ -6,6 +6,8 @@ use clap::Args;
 use serde::Serialize;
 use study::Watch;
 use study::compare::{Bench, LOST, Lost, Worst};
+use study::design::LEAST_PHASE_DEG;
+use study::gain_sets::{GainSet, WorstCorner};
 use study::map::Subject;
 use study::number::significant;
 use study::tune::{Answer, Effort, Found, LARGEST_RADIUS, Limits, Specification, value_of, within_noise};
@@ -15,6 +17,9 @@ use super::{Console, Failure, JOINT, LEFT, ScenarioText, claim_folder, failed, f
 use crate::report::FIGURE;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 
+/// Largest peak of |S| in a corner that the rule for a joint permits.
+const LARGEST_CORNER_PEAK: f64 = 4.8;
+
 #[derive(Args, Debug)]
 pub(super) struct TuneOptions {
     /// Scenario with [joint] or [motor] [default: template of new --plant joint].
@@ -23,7 +28,8 @@ pub(super) struct TuneOptions {
     /// a joint, 1/100 for a motor, as the design rules]. Above 1/100 host-sim design reports too much noise.
     #[arg(long, value_name = "A")]
     noise: Option<f64>,
-    /// Maximum settling time of a planned recovery from 0.1 rad in the worst corner, s.
+    /// Maximum settling time of a planned recovery in the worst corner, s. It starts at 0.1 rad, with an encoder before
+    /// a gear nearer.
     #[arg(long, value_name = "S")]
     settling: Option<f64>,
     /// Maximum error during a move of 1 rad in the worst corner, rad.
@@ -136,12 +142,13 @@ impl Console<'_> {
 
     fn tell_tuned(&mut self, bench: &Bench, answer: &Answer, options: &TuneOptions) -> Result<(), Failure> {
         self.say(&format!(
-            "{}: {}: {} searches of {} evaluations, seed {}; worst of {} corners of ±{} % of {}",
+            "{}: {}: {} searches of {} evaluations, seed {}; recovery from {} rad; worst of {} corners of ±{} % of {}",
             bench.name,
             bench.title,
             answer.searches,
             options.evaluations,
             options.seed,
+            significant(bench.start_rad, 3),
             answer.found.worst.corners,
             answer.specification.percent(),
             bench.uncertain().join(", ")
@@ -154,6 +161,9 @@ impl Console<'_> {
                 answer.found.worst.corners + 1,
                 answer.specification.percent()
             ))?;
+        }
+        if let Some(small) = answer.gain_sets.first().and_then(small_margins) {
+            self.say(&format!("warning: small margins: {small}. Relax the specification, or keep the gains by rule"))?;
         }
         if let Some(why) = answer.refused_by_export.as_ref() {
             self.say(&format!("warning: export rejects the tuned file: {why}"))?;
@@ -175,7 +185,11 @@ impl Console<'_> {
             let options = [("settling", worst.settle_s), ("move", worst.move_rad), ("load", worst.load_rad)];
             let had = options.iter().filter(|(_, value)| *value < LOST);
             let had: Vec<String> = had.map(|(name, value)| format!("--{name} {}", number(*value))).collect();
-            format!("Best result at {} A of current noise: {}. ", number(noise_a), had.join(" "))
+            format!(
+                "Without limits the search ends, at {} A of current noise, with {}. ",
+                number(noise_a),
+                had.join(" ")
+            )
         });
         let told = answer.missed.iter().map(|name| match lost.iter().find(|lost| lost.run == *name) {
             None => (*name).to_owned(),
@@ -196,6 +210,19 @@ impl Console<'_> {
             if specification.is_wide { better } else { "" }
         )))
     }
+}
+
+/// Returns the margins of a gain set below those of the rules, in words. `None` if they are sufficient.
+fn small_margins(set: &GainSet) -> Option<String> {
+    let phase_deg = set.margins.and_then(|margins| margins.phase_deg).filter(|phase| *phase < LEAST_PHASE_DEG);
+    let phase = phase_deg.map(|phase| format!("phase margin {} deg", significant(phase, 3)));
+    let worst = set.worst.as_ref().filter(|worst| worst.sensitivity_peak.is_none_or(|peak| peak > LARGEST_CORNER_PEAK));
+    let peak = worst.map(|WorstCorner { name, sensitivity_peak }| match sensitivity_peak {
+        Some(peak) => format!("peak |S| {} with {name}", significant(*peak, 3)),
+        None => format!("unstable with {name}"),
+    });
+    let told: Vec<String> = phase.into_iter().chain(peak).collect();
+    (!told.is_empty()).then(|| told.join(", "))
 }
 
 /// Formats an error or a time; `lost` for a run that did not settle.
@@ -231,6 +258,12 @@ fn table(answer: &Answer, most_cycles: Option<u32>) -> Table {
         let at_least = if percent == answer.specification.percent() { ">= " } else { "" };
         let percent = format!("{at_least}{percent}");
         table.row(["tolerance of all data sheet values (%)", "", "", &percent, ""]);
+    }
+    for GainSet { name, margins, worst } in &answer.gain_sets {
+        let peak = |peak: Option<f64>| peak.map_or_else(|| "UNSTABLE".into(), |peak| significant(peak, 3));
+        let nominal = peak(margins.map(|margins| margins.sensitivity_peak));
+        let worst = worst.as_ref().map_or_else(String::new, |worst| peak(worst.sensitivity_peak));
+        table.row([&*format!("peak |S|, {name} gains"), "", &nominal, &worst, ""]);
     }
     let most = most_cycles.map_or_else(String::new, |most| most.to_string());
     let verdict = if most.is_empty() { "" } else { "met" };

@@ -175,12 +175,12 @@
  *     # damping_percent = 0.0
  */
 #ifdef EDO_SMC_STANDALONE
-#if EDO_SMC_STANDALONE != 0x01097012u
-#error "two designs with the prefix edo_smc, 0x01097012u here and EDO_SMC_STANDALONE before: export one with another --prefix"
-#define EDO_SMC_STANDALONE 0x01097012u
+#if EDO_SMC_STANDALONE != 0xea887a67u
+#error "two designs with the prefix edo_smc, 0xea887a67u here and EDO_SMC_STANDALONE before: export one with another --prefix"
+#define EDO_SMC_STANDALONE 0xea887a67u
 #endif
 #else
-#define EDO_SMC_STANDALONE 0x01097012u
+#define EDO_SMC_STANDALONE 0xea887a67u
 
 #include <float.h>
 #include <stdbool.h>
@@ -1068,9 +1068,9 @@ static inline unsigned edo_smc_lost(edo_smc_state *state, edo_smc_output *output
     return health;
 }
 
-/* Reports the number of periods that passed without a tick while the current was held. The overflow flag of the timer
- * or a time stamp shows them. Call it before the next tick. Missed periods use at most half of the permitted missing
- * samples. */
+/* Reports the number of periods that passed without a tick while the current was held. A time stamp of a free-running
+ * timer counts them; an update flag is one bit. Call it before the next tick. Missed periods use at most half of the
+ * permitted missing samples. */
 static inline void edo_smc_missed(edo_smc_state *state, uint32_t periods)
 {
     uint32_t left = periods;
@@ -1124,7 +1124,7 @@ static inline bool edo_smc_report_applied(edo_smc_state *state, float u)
 }
 
 /* Writes the estimates at the instant of the last tick. Returns false and writes zeros before the
- * start. */
+ * start. A stopped drive keeps those of its stop: measure its speed from the counts. */
 static inline bool edo_smc_estimates(const edo_smc_state *state, edo_smc_estimates_of *estimates)
 {
     EDO_SMC_AS_WRITTEN
@@ -1147,7 +1147,7 @@ static inline bool edo_smc_estimates(const edo_smc_state *state, edo_smc_estimat
     return true;
 }
 
-/* Clears everything except the design: the next valid sample starts again. Use it after a fault. */
+/* Clears everything except the design: consistent counts start the drive again. Use it after a fault. */
 static inline void edo_smc_reset(edo_smc_state *state)
 {
     EDO_SMC_AS_WRITTEN
@@ -1688,7 +1688,7 @@ static inline unsigned edo_smc_watched_lost(edo_smc_monitor *monitor, edo_smc_st
     return edo_smc_watch(monitor, state, edo_smc_lost(state, output), output);
 }
 
-/* Clears monitor and state after a stop: the next valid sample starts the drive. */
+/* Clears monitor and state after a stop, at rest: counts that are consistent for 10 ms start the drive. */
 static inline void edo_smc_watched_reset(edo_smc_monitor *monitor, edo_smc_state *state)
 {
     monitor->stopped = false;
@@ -1951,7 +1951,7 @@ static inline bool edo_smc_plan_onto(edo_smc_plan *plan, const edo_smc_goal *goa
 /* Makes a permanent rest at 2 pi turn + angle: for a start. This function and the next three return false for invalid
  * arguments and leave the plan unchanged. Invalid are a number that is NaN or above 1e12, a distance of some 10 million
  * revolutions, and ticks outside of 1 to 2^24. The functions use double, in software on most cores. Make a plan outside
- * of the interrupt and never in the plan that is played. Switch to it between two ticks. */
+ * of the interrupt and never in the plan that is played, except for a rest at a start. Switch to it between two ticks. */
 static inline bool edo_smc_plan_rest(edo_smc_plan *plan, int32_t turn, float angle)
 {
     edo_smc_goal goal = { 0, 0.0f, 0.0f, 0.0f, 0u };

@@ -1059,6 +1059,7 @@ fn twin(
     sensing: &Sensing,
     sensed: &[Sensed],
     has_faults: bool,
+    measured: Option<usize>,
 ) -> Option<Twin> {
     let noise_steps = |sensed: &Sensed| sensing.noise.get(sensed.state).map_or(0.0, |noise| noise / sensed.quantum);
     let noise_steps = sensed.iter().map(noise_steps).fold(f64::INFINITY, f64::min);
@@ -1068,8 +1069,10 @@ fn twin(
     let other = finer.map_or(designed, |finer| finer.designed);
     // With the same eccentricity.
     let magnets = Sensing { off_centre: sensing.off_centre.clone(), ..Sensing::IDEAL };
+    // With play the encoder reads another shaft than the law controls.
+    let encoders = other.encoders().into_iter().map(|(state, it)| (measured.unwrap_or(state), it)).collect();
     other.port(motion).ok().filter(|_| !has_faults).map(|port| Twin {
-        sensor: Box::new(Encoders::over(magnets.sensor(0), other.encoders())),
+        sensor: Box::new(Encoders::over(magnets.sensor(0), encoders)),
         port,
         share: finer.map(|finer| finer.share(noise_steps)),
     })
@@ -1129,7 +1132,7 @@ fn experiment<D: Copy, const E: usize>(
     warnings.extend(beyond_gates(&designed, &shafts, &sensing));
     warnings.extend(within_the_band(&designed, common.limits.following_error_rad));
     let sensed = sensed(&mounted, &shafts, &sensing);
-    let twin = twin(&designed, &motion, &sensing, &sensed, has_faults);
+    let twin = twin(&designed, &motion, &sensing, &sensed, has_faults, parts.measured);
     let at_rest = at_rest(law, parts.smooth, (parts.corners, parts.inertia_range), sensed, form, &sensing);
     let measured: Vec<_> = mounted.iter().map(|(state, it)| (parts.measured.unwrap_or(*state), *it)).collect();
     let on_the_plant = common.sensing(&measured, plant.order());

@@ -8,6 +8,7 @@ use super::{Effort, Entry, Found, Job, Specification, searches, settings};
 use crate::chip::cycles;
 use crate::compare::{Bench, Lost, Worst, of_ours};
 use crate::design::refused_as_unstable;
+use crate::gain_sets::{GainSet, gain_sets};
 use crate::map::{Subject, tolerance_percent};
 use crate::{Error, Watch};
 
@@ -60,6 +61,9 @@ pub struct Answer {
     pub found: Found,
     /// Metrics with the nominal plant.
     pub nominal: Worst,
+    /// Gain sets of the tuned drive at rest: their margins, and the worst corner of the tolerance of the file. No
+    /// search limits them.
+    pub gain_sets: Vec<GainSet>,
     /// WCET bound of a tick on a Cortex-M4F, cycles.
     pub cycles: u32,
     /// Deviation of every data sheet number up to which all corners are stable, percent. The search ends at the
@@ -230,6 +234,7 @@ pub fn tune(
         specification: *specification,
         found,
         nominal: bench.nominal(&design),
+        gain_sets: gain_sets(&designed, experiment.at_rest.as_ref()?)?,
         cycles: cycles(&designed),
         data_sheet_percent: tolerance_percent(&Subject { sets: &no_error, ..tuned }, specification.percent()).ok(),
         settings,

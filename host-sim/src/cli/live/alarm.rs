@@ -70,7 +70,8 @@ fn loads(design: &Loadable, loads_n_m: Option<[f32; MAX_E]>) -> String {
     let is_any_over = (0..names.len()).any(is_over);
     let told = shafts(design).iter().enumerate().filter(|(i, _)| !is_any_over || is_over(*i)).map(|(i, shaft)| {
         let value = loads_n_m.map_or_else(String::new, |loads| format!(" {} N m", significant(f64::from(loads[i]), 4)));
-        let bound = bounds[i].as_ref().map_or_else(String::new, |it| format!(", {} = {it}", it.key));
+        let below = if loads_n_m.is_some() && !is_over(i) { " by now, below" } else { "," };
+        let bound = bounds[i].as_ref().map_or_else(String::new, |it| format!("{below} {} = {it}", it.key));
         format!("{shaft} load{value}{bound}")
     });
     told.collect::<Vec<_>>().join(", ")

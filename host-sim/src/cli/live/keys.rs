@@ -116,6 +116,11 @@ const JOINT: [(&str, &str, Power); 30] = [
     ("stuck", "monitor.saturated_s", 0),
 ];
 
+/// Returns the number of a design with this name.
+fn number_of(design: &Loadable, name: &str) -> Option<f64> {
+    design.names().iter().position(|it| it == name).and_then(|k| design.numbers().nth(k))
+}
+
 /// Numbers of a scenario that lie between its keys and its design.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side {
@@ -142,7 +147,7 @@ impl Side {
 
     /// Returns the number with this name as a key of the scenario. `None` if no key sets it.
     pub(super) fn keyed(&self, design: &Loadable, name: &str) -> Option<Keyed> {
-        let number = |name: &str| design.names().iter().position(|it| it == name).and_then(|k| design.numbers().nth(k));
+        let number = |name: &str| number_of(design, name);
         let of: &[(&str, &'static str, Power)] = if design.instance.model == Model::Joint { &JOINT } else { &MOTOR };
         let (name, key, power) = *of.iter().find(|(it, ..)| *it == name)?;
         let mut value = number(name)?;
@@ -159,13 +164,20 @@ impl Side {
 
     /// Returns the keyed numbers in which two designs differ, the other design second, and the names of the numbers
     /// without a key.
+    ///
+    /// Behind the gear if the gear or the load of the file cannot be those of the drive.
     pub(super) fn differences(&self, one: &Loadable, other: &Loadable) -> (Vec<[Keyed; 2]>, Vec<String>) {
         let (mut keyed, mut rest) = (Vec::new(), Vec::new());
+        let is_alike = ["encoder.gear_num", "encoder.gear_den", "encoders[1].gear_num", "encoders[1].gear_den"]
+            .iter()
+            .all(|name| number_of(one, name) == number_of(other, name));
+        let is_heavier = self.keyed(one, "motor.inertia_kg_m2").is_none_or(|inertia| inertia.value > 0.0);
+        let side = if is_alike && is_heavier { *self } else { Self::BEHIND_GEAR };
         for ((name, here), there) in one.names().into_iter().zip(one.numbers()).zip(other.numbers()) {
             if here.to_bits() == there.to_bits() {
                 continue;
             }
-            match (self.keyed(one, &name), self.keyed(other, &name)) {
+            match (side.keyed(one, &name), side.keyed(other, &name)) {
                 (Some(here), Some(there)) if here.to_string() != there.to_string() => keyed.push([here, there]),
                 (Some(_), Some(_)) => {}
                 _ => rest.push(name),
