@@ -34,6 +34,7 @@ mod test;
 mod thumb;
 mod traceability;
 mod wasm;
+mod web;
 mod wheel;
 
 use std::path::{Path, PathBuf};
@@ -47,7 +48,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 29] = [
+const ACTIONS: [Action; 30] = [
     Action { name: "setup", help: "check the tools and install missing ones where possible", run: setup::run },
     Action {
         name: "test",
@@ -102,6 +103,7 @@ const ACTIONS: [Action; 29] = [
         help: "compare the closed loop in WebAssembly with this machine, bit for bit",
         run: wasm::run,
     },
+    Action { name: "web", help: "build the live page, target/web/page, and print its sizes", run: web::run },
     Action {
         name: "cluster",
         help: "test Monte Carlo shards on two Dask workers and pyarrow's reader",
