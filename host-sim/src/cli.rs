@@ -21,6 +21,7 @@
 //! host-sim figures                  reproduce the figures of the paper
 //! host-sim budget                   compute the WCET bound of a function, check the budgets of many
 //! host-sim export [FILE.toml] ..    export the controller as one source file, C or Rust
+//! host-sim view FILE                serve the live page, opened on a scenario or a trace
 //! host-sim schema [--plant P]       print the JSON schema of scenario files
 //! host-sim new NAME [--plant P]     write a commented scenario file: paper, motor, joint, chain, own
 //! host-sim completions SHELL        print a completion script for a shell
@@ -75,6 +76,7 @@ mod report;
 mod run;
 mod target;
 mod tune;
+mod view;
 
 use bounds::BoundsOptions;
 use budget::BudgetOptions;
@@ -88,6 +90,7 @@ use monte_carlo::{MergeOptions, MonteCarloOptions};
 use report::ReportOptions;
 use target::{EmulateOptions, HilOptions, PilOptions};
 use tune::TuneOptions;
+use view::ViewOptions;
 
 /// The exit statuses of the program.
 pub mod status {
@@ -260,6 +263,13 @@ enum Command {
     /// for the static library libedo_smc.a. --lang rust writes a `static` for the crate controller-core. The file
     /// computes the bits of `host-sim run`. Its head names scenario, design and version.
     Export(ExportOptions),
+    /// Serve the live page, opened on a file.
+    ///
+    /// Example: host-sim view mine.toml
+    ///
+    /// Prints the address of the page. FILE is a scenario, or trace.csv of host-sim run. `cargo xtask web` builds the
+    /// page. Only this machine can read it; Ctrl-C ends the server (exit status 130).
+    View(ViewOptions),
     /// Print the JSON schema of scenario files.
     Schema {
         /// Plant type of the schema; `paper`, `chain` and `own` share one.
@@ -410,6 +420,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>, mut console: Console<'_>) -
         Some(Command::Figures { only, out, json }) => console.figures(only, out, *json),
         Some(Command::Budget(options)) => console.budget(options),
         Some(Command::Export(options)) => console.export(options),
+        Some(Command::View(options)) => console.view(options),
         Some(Command::Schema { plant }) => console.schema(plant),
         Some(Command::New { name, plant }) => console.new_scenario(name, plant, Path::new(""), &program),
         Some(Command::Completions { shell }) => console.completions(*shell),

@@ -12,7 +12,7 @@
 
 use controller_core::{
     Benchmark, Config, ControlLaw, Controller, Exp, Guessing, Health, Lanes, Linear, Micromath, Nominal, NominalModel,
-    Real, Shape, shapes,
+    Real, Shape,
 };
 
 use crate::exponential::Branchless;
@@ -180,7 +180,10 @@ fn linear(
             }
         };
     }
-    shapes!(archive => instance)
+    #[cfg(feature = "drives-only")]
+    return instance! { n2_r2_c2: 2 2 0b10 1, };
+    #[cfg(not(feature = "drives-only"))]
+    controller_core::shapes!(archive => instance)
 }
 
 /// Runs Example 1 with the exponential `E` in the controller. The f64 exponential has branches.
@@ -206,7 +209,10 @@ fn benchmark<E: Exp<f32> + Copy>(
             }
         };
     }
-    shapes!(planar => instance)
+    #[cfg(feature = "drives-only")]
+    return instance! { n2_r2_c2: 2 2 0b10 1, };
+    #[cfg(not(feature = "drives-only"))]
+    controller_core::shapes!(planar => instance)
 }
 
 /// Plants of all lanes, which step over the same ticks together.

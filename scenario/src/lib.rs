@@ -610,6 +610,9 @@ fn built(source: &Source<'_>, tree: document::Node, default_name: &str) -> Resul
         let judge = |file: JointScenario, _: &Located, is_whole| drive::joint(&file, default_name, is_whole);
         return Located::judged(source, tree, schema("joint"), judge).map(|(experiment, _)| experiment);
     }
+    if cfg!(feature = "drives-only") {
+        return Err(ScenarioError::of_file(source.file, "this program runs a drive: give a table `motor` or `joint`"));
+    }
     let judge = |scenario: Scenario, file: &Located, _| {
         let foreign = resolve::foreign_keys(&scenario, &|key| file.origin_of(key).is_some(), &|key| file.is_set(key));
         resolve::resolve(scenario, default_name, foreign).map_err(|problems| problems.0)

@@ -678,4 +678,7 @@ macro_rules! linear_of_shape {
         }
     };
 }
+#[cfg(not(feature = "drives-only"))]
 controller_core::shapes!(all => linear_of_shape);
+#[cfg(feature = "drives-only")]
+linear_of_shape! { n2_r2_c2: 2 2 0b10 1, }

@@ -35,6 +35,7 @@ mod test;
 mod thumb;
 mod traceability;
 mod wasm;
+mod web;
 mod wheel;
 
 use std::path::{Path, PathBuf};
@@ -103,6 +104,7 @@ const ACTIONS: [Action; 30] = [
         help: "compare the closed loop in WebAssembly with this machine, bit for bit",
         run: wasm::run,
     },
+    Action { name: "web", help: "build the live page, target/web/page, and print its sizes", run: web::run },
     Action {
         name: "cluster",
         help: "test Monte Carlo shards on two Dask workers and pyarrow's reader",

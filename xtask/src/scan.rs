@@ -15,12 +15,13 @@ const SKIPPED: [&str; 4] = ["target", "out", ".git", "node_modules"];
 const WIDTH: usize = 120;
 
 /// Separate workspaces, each with its own lints.
-const WORKSPACES: [&str; 5] = [
+const WORKSPACES: [&str; 6] = [
     "firmware/Cargo.toml",
     "controller-capi/Cargo.toml",
     "benches/chip/Cargo.toml",
     "benches/speed/Cargo.toml",
     "python/Cargo.toml",
+    "web/Cargo.toml",
 ];
 
 /// Returns the number of Rust files read, or the first finding.

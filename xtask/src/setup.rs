@@ -15,8 +15,8 @@ pub(crate) const CROSS_C: &str = "arm-none-eabi-gcc";
 /// Programs for firmware in C, and their packages.
 const FOR_C: [(&str, &[&str]); 3] =
     [(CROSS_C, &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]), ("make", &["make"]), ("cmake", &["cmake"])];
-/// Browser that opens report pages without a screen.
-const BROWSER: &str = "chromium";
+/// Browser that opens reports and the live page without a screen.
+pub(crate) const BROWSER: &str = "chromium";
 /// Instruction counter on the host.
 const VALGRIND: &str = "valgrind";
 

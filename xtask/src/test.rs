@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use crate::step::{Failure, Gate, Invocation, Outcome, end};
 use crate::{
     attack, bench, budget, capi, cluster, docs, evidence, firmware, first, fuzz, means, mutate, packages, paper_map,
-    prose, prove, sbom, scan, setup, thumb, wasm, wheel,
+    prose, prove, sbom, scan, setup, thumb, wasm, web, wheel,
 };
 
 /// Variable that makes a test run at its full size.
@@ -31,12 +31,13 @@ struct Part {
 }
 
 /// Parts of the deep tier, longest first, so that the last ones fill both cores.
-const PARTS: [Part; 11] = [
+const PARTS: [Part; 12] = [
     Part { name: "shapes", holds: "every test at full size, lanes of every configuration", run: shapes },
     Part { name: "machine", holds: "machine code of library, exported C and assembly against the tick", run: machine },
     Part { name: "mutation", holds: "symbols of the paper broken deliberately", run: mutate::run },
     Part { name: "first", holds: "the default features: first commands, left-out commands", run: first::run },
     Part { name: "python", holds: "the wheel in a fresh environment, against host-sim; notebooks", run: wheel::run },
+    Part { name: "web", holds: "the live page: bits, C file, size, clicks in a browser", run: web::test },
     Part { name: "wasm", holds: "the loop in WebAssembly, bit for bit", run: wasm::run },
     Part { name: "random", holds: "a minute of random campaigns, libFuzzer on the serial protocol", run: random },
     Part { name: "proofs", holds: "statements about every input, a certificate", run: prove::run },

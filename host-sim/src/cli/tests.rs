@@ -1325,8 +1325,8 @@ fn the_example_of_every_command_parses_and_runs_on_a_template() {
             let words: Vec<&str> = line.split_whitespace().collect();
             let parsed = Cli::try_parse_from(["host-sim"].iter().chain(&words));
             assert!(parsed.is_ok(), "host-sim {line}: {}", parsed.expect_err("an error"));
-            // They need a board, an emulator or a firmware; `new` writes to the current folder and has its own test.
-            if ["pil", "hil", "budget", "new"].contains(&command.as_str()) {
+            // They need a board, an emulator, a firmware or a browser; `new` has its own test.
+            if ["pil", "hil", "budget", "new", "view"].contains(&command.as_str()) {
                 continue;
             }
             let shorter: &[&str] = if command == "tune" { &["--evaluations", "6"] } else { &[] };

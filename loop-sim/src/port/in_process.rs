@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 use controller_core::{
     AnyConfig, Benchmark, Config, ConfigError, ControlLaw as _, Controller, Gate, Gated, Guessing, Libm, Limits,
     Linear, MAX_R, Micromath, Nominal, NominalModel, Output, Real, Running, SampleLimits, Shape, Warnings,
-    fingerprint_with, shapes,
+    fingerprint_with,
 };
 
 use crate::MAX_ORDER;
@@ -116,9 +116,16 @@ pub fn build(spec: &ControllerSpec) -> Result<Designed, ConfigError> {
     }
     // The tests of the library use these only: all configurations take half of their compile time.
     #[cfg(test)]
-    return if n == 2 { shapes!(planar => instance) } else { shapes!(archive => instance) };
-    #[cfg(not(test))]
-    shapes!(all => instance)
+    return if n == 2 {
+        controller_core::shapes!(planar => instance)
+    } else {
+        controller_core::shapes!(archive => instance)
+    };
+    // `scenario` refuses everything but a drive then; one instance stands for all.
+    #[cfg(all(feature = "drives-only", not(test)))]
+    return instance! { n2_r2_c2: 2 2 0b10 1, };
+    #[cfg(not(any(feature = "drives-only", test)))]
+    controller_core::shapes!(all => instance)
 }
 
 fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
