@@ -174,12 +174,14 @@ fn the_example_drives_a_soft_and_a_stiff_joint() {
         assert!((3e-6..bar).contains(&sine) && (3e-6..bar).contains(&to_rest), "{sets:?}: {sine} {to_rest}");
         assert!(said.contains(&NO_ALARM.to_string()), "{said:?}");
     }
-    // The threshold is sensitive: a spring of a third of the stiffness misses it.
+    // The threshold is sensitive: a spring of a third of the stiffness misses it, and an alarm ends the program.
     let drive = exported_from(&folder, "joint", &harmonic);
     let text = fs::read_to_string(&drive).expect("the exported file");
     assert!(text.contains("_STIFFNESS_N_M 8000.0"));
     fs::write(&drive, text.replace("_STIFFNESS_N_M 8000.0", "_STIFFNESS_N_M 2700.0")).expect("a file");
-    let said = driven(&folder, &drive);
+    let ran = make(&folder, &drive, "run-motor", &[]);
+    let said: Vec<String> = String::from_utf8_lossy(&ran.stdout).lines().map(str::to_owned).collect();
+    assert!(!ran.status.success() && said.iter().any(|line| line.starts_with("stopped: an alarm")), "{said:?}");
     let sine = peak(&said, "sine of 1 rad at 0.506 Hz, from 0.99 s on: peak error");
     println!("a third of the stiffness: {sine} rad");
     assert!(sine > 1.5e-4, "{sine} rad");

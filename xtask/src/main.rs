@@ -49,7 +49,7 @@ struct Action {
     run: fn(&mut Gate) -> Outcome,
 }
 
-const ACTIONS: [Action; 30] = [
+const ACTIONS: [Action; 31] = [
     Action { name: "setup", help: "check the tools and install missing ones where possible", run: setup::run },
     Action {
         name: "test",
