@@ -245,11 +245,16 @@ impl<'a> Exported<'a> {
 
     /// Returns the encoders with their suffixes in names.
     fn encoders(&self) -> Vec<(String, Encoder, Mounting)> {
-        let Drive { shafts, designed, .. } = self.drive;
-        let place = |name: &str| if shafts.len() > 1 { format!("_{name}") } else { String::new() };
-        let encoders = shafts.iter().zip(designed.encoders());
-        encoders.map(|(shaft, (_, mounted))| (place(shaft.name), mounted.encoder, mounted.mounting)).collect()
+        encoders(self.drive)
     }
+}
+
+/// Returns the encoders with their suffixes in names.
+pub(super) fn encoders(drive: &Drive) -> Vec<(String, Encoder, Mounting)> {
+    let Drive { shafts, designed, .. } = drive;
+    let place = |name: &str| if shafts.len() > 1 { format!("_{name}") } else { String::new() };
+    let encoders = shafts.iter().zip(designed.encoders());
+    encoders.map(|(shaft, (_, mounted))| (place(shaft.name), mounted.encoder, mounted.mounting)).collect()
 }
 
 /// Returns a delay in words.

@@ -44,6 +44,8 @@ pub enum Error {
     AssemblyDelay(usize),
     /// The scheduler of the assembly failed.
     Scheduler(String),
+    /// The FMU of a plant is of a motor or joint without some parts; the text names what the scenario has.
+    FmuPlant(&'static str),
     /// The crate has no tick of this configuration.
     Shape(Shape),
     /// The form has no function of this name.
@@ -93,6 +95,11 @@ impl fmt::Display for Error {
             Self::AssemblyDelay(ticks) => write!(
                 f,
                 "drive.delay_ticks = {ticks}: assembly supports 0 and 1; take --lang c --standalone, or --lang rust"
+            ),
+            Self::FmuPlant(has) => write!(
+                f,
+                "the FMU of a plant is of a motor or joint without play and supply, and the scenario has {has}: take \
+                 --fmu, the controller, and another plant model"
             ),
             Self::Shape(shape) => write!(f, "no tick supports {}", shape_text(*shape)),
             Self::Function { name, functions } => {

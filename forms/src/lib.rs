@@ -16,6 +16,7 @@ mod c99;
 mod config;
 mod drive;
 mod error;
+mod fmu;
 mod plan;
 mod rust;
 mod standalone;
@@ -23,6 +24,7 @@ mod standalone;
 pub use arm::Effort;
 pub use assembly::Files;
 pub use error::Error;
+pub use fmu::{Fmu, fmu, plant_fmu};
 
 /// Default prefix of the names in an exported C file.
 pub const PREFIX: &str = "edo_smc";

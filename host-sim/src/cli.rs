@@ -65,6 +65,7 @@ mod compare;
 mod design;
 mod drive;
 mod export;
+mod fmu;
 mod identify;
 mod live;
 mod map;
@@ -255,13 +256,14 @@ enum Command {
     /// Also prints stack, code size and instruction counts. Exit status: 0 all bounds hold, 1 a check failed, 2 the
     /// code cannot be analysed (with address and reason).
     Budget(BudgetOptions),
-    /// Export the designed controller as one source file.
+    /// Export the designed controller as source code or FMU.
     ///
     /// Example: host-sim export mine.toml --lang c --standalone -o drive.h
     ///
     /// --lang c --standalone writes the whole controller as one C99 file. --lang c alone writes only a configuration
-    /// for the static library libedo_smc.a. --lang rust writes a `static` for the crate controller-core. The file
-    /// computes the bits of `host-sim run`. Its head names scenario, design and version.
+    /// for the static library libedo_smc.a. --lang rust writes a `static` for the crate controller-core. --fmu writes
+    /// an FMU for Simulink and other simulators. The file computes the bits of `host-sim run`. Its head names scenario,
+    /// design and version.
     Export(ExportOptions),
     /// Serve the live page, opened on a file.
     ///
@@ -665,8 +667,12 @@ fn claim_folder(folder: &Path) -> Result<Claim, Failure> {
 /// Writes a file that the user named. Only `--force` overwrites an existing one, and its folder must exist. Unnamed
 /// files under `out/` belong to the program and are replaced.
 fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Failure> {
+    write_bytes(path, text.as_bytes(), force)
+}
+
+fn write_bytes(path: &Path, bytes: &[u8], force: bool) -> Result<(), Failure> {
     let existing = if force { Existing::Replace } else { Existing::Keep };
-    whole_file::write(path, existing, |out| out.write_all(text.as_bytes())).map_err(|error| match error.kind() {
+    whole_file::write(path, existing, |out| out.write_all(bytes)).map_err(|error| match error.kind() {
         io::ErrorKind::AlreadyExists => exists(path),
         _ => Failure::writing(path.display(), &error),
     })

@@ -18,6 +18,7 @@ mod docs;
 mod evidence;
 mod firmware;
 mod first;
+mod fmu;
 mod fuzz;
 mod links;
 mod means;

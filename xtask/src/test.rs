@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 
 use crate::step::{Failure, Gate, Invocation, Outcome, end};
 use crate::{
-    attack, bench, budget, capi, cluster, docs, evidence, firmware, first, fuzz, means, mutate, packages, paper_map,
-    prose, prove, sbom, scan, setup, thumb, wasm, web, wheel,
+    attack, bench, budget, capi, cluster, docs, evidence, firmware, first, fmu, fuzz, means, mutate, packages,
+    paper_map, prose, prove, sbom, scan, setup, thumb, wasm, web, wheel,
 };
 
 /// Variable that makes a test run at its full size.
@@ -31,7 +31,7 @@ struct Part {
 }
 
 /// Parts of the deep tier, longest first, so that the last ones fill both cores.
-const PARTS: [Part; 12] = [
+const PARTS: [Part; 13] = [
     Part { name: "shapes", holds: "every test at full size, lanes of every configuration", run: shapes },
     Part { name: "machine", holds: "machine code of library, exported C and assembly against the tick", run: machine },
     Part { name: "mutation", holds: "symbols of the paper broken deliberately", run: mutate::run },
@@ -52,6 +52,7 @@ const PARTS: [Part; 12] = [
         run: papers,
     },
     Part { name: "packages", holds: "CMake, pkg-config, Conan, Arduino, strict C++, an RTOS task", run: packages::run },
+    Part { name: "fmu", holds: "FMUs of controllers and plants in FMPy, against host-sim", run: fmu::run },
 ];
 
 /// File with the commit at which each part last passed completely, for information only.

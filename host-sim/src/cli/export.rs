@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use scenario::{Experiment, Source};
 use study::design::refused_as_unstable;
 
-use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, free, status, write_file};
+use super::{Console, DEFAULT, Failure, ScenarioText, bad, failed, free, status, write_bytes, write_file};
 use crate::feature::Feature;
 use forms::{Effort, Form, PREFIX};
 
@@ -23,7 +23,9 @@ enum Language {
 
 #[derive(Args, Debug)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
-#[command(group = ArgGroup::new("form").required(true).multiple(true).args(["standalone", "lang", "asm"]))]
+#[command(group = ArgGroup::new("form").required(true).multiple(true)
+    .args(["standalone", "lang", "asm", "fmu", "fmu_plant"]))]
+#[command(group = ArgGroup::new("file").multiple(true).args(["output", "fmu", "fmu_plant"]))]
 pub(super) struct ExportOptions {
     /// Scenario file [default: built-in joint of the paper].
     scenario: Option<PathBuf>,
@@ -49,11 +51,21 @@ pub(super) struct ExportOptions {
     /// Scheduled Cortex-M4F assembly of the tick in -o FILE.S, and its header FILE.h (feature asm).
     #[arg(long, requires = "output", conflicts_with_all = ["standalone", "lang"])]
     asm: bool,
+    /// FMU of the controller, FMI 2.0 for Model Exchange and Co-Simulation: C sources and, if the C compiler `cc` is
+    /// found on Linux x86-64, a binary. The angles are inputs; the encoders of the scenario round them
+    /// (docs/simulink.md).
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["standalone", "lang", "asm", "means", "output"])]
+    fmu: Option<PathBuf>,
+    /// FMU of the simulated motor or joint, with current command and load as inputs. Friction that holds fades below
+    /// 0.005 rad/s.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["standalone", "lang", "asm", "means", "output"])]
+    fmu_plant: Option<PathBuf>,
     /// Language of the file. `c` alone writes a configuration for the static library, `c` with --standalone the whole
     /// controller as one C99 file.
     #[arg(long)]
     lang: Option<Language>,
-    /// Prefix of all names in a C file. Two controllers in one program need two prefixes.
+    /// Prefix of all names in a C file, and identifier of the model in an FMU. Two controllers in one program need two
+    /// prefixes.
     #[arg(long, value_name = "NAME", default_value = PREFIX, value_parser = prefix)]
     prefix: String,
     /// Allow export of the parameter readings that only reproduce the paper's figures (their input gain is not
@@ -67,7 +79,7 @@ pub(super) struct ExportOptions {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite the output file.
-    #[arg(long, requires = "output")]
+    #[arg(long, requires = "file")]
     force: bool,
 }
 
@@ -198,6 +210,9 @@ impl Console<'_> {
         let source = Source { file: name.as_deref().unwrap_or(file), ..source };
         let exporting = Exporting { experiment, source, file };
         exporting.may_be_exported(options)?;
+        if options.fmu.is_some() || options.fmu_plant.is_some() {
+            return self.export_fmu(&exporting, options);
+        }
         let (files, open) = match (&options.output, form) {
             (Some(path), None) => exporting.assembly(path, &options.prefix)?,
             (path, form) => {
@@ -222,6 +237,35 @@ impl Console<'_> {
             return Ok(status::DONE);
         }
         Err(failed(format!("not every statement is proved\n{}", open.join("\n"))))
+    }
+
+    /// Writes the FMU of the controller, of its plant, or both.
+    fn export_fmu(&mut self, exporting: &Exporting<'_>, options: &ExportOptions) -> Result<u8, Failure> {
+        let Exporting { experiment, source, .. } = exporting;
+        if options.fmu.is_some() && options.fmu == options.fmu_plant {
+            return Err(bad("--fmu-plant must name a file of its own, not the file of --fmu"));
+        }
+        let controller = options.fmu.as_ref().map(|path| (path, forms::fmu(experiment, source, &options.prefix)));
+        let plant = options.fmu_plant.as_ref().map(|path| (path, forms::plant_fmu(experiment, &options.prefix)));
+        let mut files = Vec::new();
+        for (path, fmu) in controller.into_iter().chain(plant) {
+            free(path, options.force)?;
+            files.push((path, fmu.map_err(|why| exporting.refused(why))?));
+        }
+        self.warn_of_export(experiment);
+        for (path, fmu) in files {
+            let (binary, with) = match super::fmu::binary(&fmu) {
+                Ok(binary) => {
+                    let with = format!("C sources and {}", binary.0);
+                    (Some(binary), with)
+                }
+                Err(why) => (None, format!("C sources only: {why}")),
+            };
+            let bytes = fmu.bytes(binary.as_ref().map(|(path, bytes)| (path.as_str(), bytes.as_slice())));
+            write_bytes(path, &bytes, options.force)?;
+            self.say(&format!("wrote {}: FMI 2.0, model {}, {with}", path.display(), fmu.identifier()))?;
+        }
+        Ok(status::DONE)
     }
 
     /// Returns the source file, and its certificate if `--certificate` is given.

@@ -660,7 +660,7 @@ fn nothing_without_limits_is_exported_or_designed_unless_that_is_said() {
 #[test]
 fn export_says_what_is_wrong_with_its_arguments() {
     for (args, expected) in [
-        (&["export"][..], "<--standalone|--lang <LANG>|--asm>"),
+        (&["export"][..], "<--standalone|--lang <LANG>|--asm|--fmu <FILE>|--fmu-plant <FILE>>"),
         (&["export", "--asm"], "--output"),
         (&["export", "--asm", "--standalone", "-o", "it.S"], "cannot be used with"),
         (&["export", "--paper", "--asm", "-o", "it.h"], "name it .S, not .h"),
@@ -673,6 +673,10 @@ fn export_says_what_is_wrong_with_its_arguments() {
         (&["export", "--standalone", "--force"], "--output"),
         (&["export", "--standalone", "--certificate", "it.txt"], "--output"),
         (&["export", "--paper", "--standalone", "-o", "it.h", "--certificate", "it.h"], "a file of its own"),
+        (&["export", "--fmu", "it.fmu", "--standalone"], "cannot be used with"),
+        (&["export", "--paper", "--fmu", "it.fmu", "--fmu-plant", "it.fmu"], "a file of its own"),
+        (&["export", "--paper", "--fmu", "nowhere/it.fmu"], "the folder nowhere does not exist"),
+        (&["export", "--paper", "--fmu-plant", "it.fmu"], "motor or joint without play and supply"),
         (&["export", "--standalone", "nowhere.toml"], "nowhere.toml: there is no such file"),
         (&["export", "--standalone", "--set", "controller.epsilom=1"], "did you mean `epsilon`"),
         (&["export", "--paper", "--standalone", "--set", "controller.precision=f64"], "set controller.precision=f32"),
