@@ -189,17 +189,15 @@ fn variables(description: &str) -> Vec<String> {
 }
 
 #[test]
-fn the_description_of_an_fmu_lists_each_variable_once_and_its_archive_is_the_same_every_time() {
-    let of = |text: &str| {
+fn the_description_of_an_fmu_lists_each_variable_once_and_has_the_guid_of_its_source() {
+    let motor = scenario::MOTOR.replace("\ntitle", "\n# title");
+    let chain = "plant = { kind = 'chain', order = 2, a = [-2, -1], b = 2 }\ncontroller = { c = [5, 1] }\n";
+    for (text, named) in [(motor.as_str(), "target_dot"), (chain, "x[2]")] {
         let text = format!("title = 'a & <b> \"c\" $guid$ @'\n{text}");
         let source = Source { file: "it.toml", text: &text, sets: &[] };
         let experiment = parse(&source, "it").expect("a good scenario");
-        (forms::fmu(&experiment, &source, "left").expect("an FMU"), forms::plant_fmu(&experiment, "left"))
-    };
-    let [motor, joint] = [scenario::MOTOR, scenario::JOINT].map(|text| text.replace("\ntitle", "\n# title"));
-    let chain = "plant = { kind = 'chain', order = 2, a = [-2, -1], b = 2 }\ncontroller = { c = [5, 1] }\n";
-    for (text, named) in [(motor.as_str(), "target_dot"), (&joint, "target_dddot"), (chain, "x[2]")] {
-        let (fmu, plant) = of(text);
+        let fmu = forms::fmu(&experiment, &source, "left").expect("an FMU");
+        let plant = forms::plant_fmu(&experiment, "left");
         let names = variables(fmu.description());
         let mut once = names.clone();
         once.sort();
@@ -212,16 +210,10 @@ fn the_description_of_an_fmu_lists_each_variable_once_and_its_archive_is_the_sam
         let guid = fmu.description().split("guid=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("a GUID");
         assert!(main.0 == "left.c" && main.1.contains(&format!("#define FMU_GUID \"{guid}\"")), "{}", main.1);
         assert!(main.1.contains("a & <b> \"c\" $guid$ @") && !main.1.replace("$guid$ @", "").contains(['$', '@']));
-        let again = of(text).0;
-        assert_eq!(fmu.bytes(Some(("a", b"b"))), again.bytes(Some(("a", b"b"))));
         assert!(fmu.bytes(None).starts_with(b"PK\x03\x04") && fmu.bytes(None).len() < 400_000);
         match plant {
-            Ok(plant) => assert!(variables(plant.description()).contains(&"der(speed)".into()) || text != motor),
-            Err(why) => assert!(text == chain && why == Error::FmuPlant("another plant"), "{why}"),
+            Ok(plant) => assert!(variables(plant.description()).iter().any(|name| name.starts_with("der("))),
+            Err(why) => assert!(named == "x[2]" && why == Error::FmuPlant("another plant"), "{why}"),
         }
     }
-    let loose = motor
-        .replace("# play_rad = 0.0 ", "play_rad = 0.01 ")
-        .replace("# load_inertia_kg_m2 = 0.0 ", "load_inertia_kg_m2 = 2e-4 ");
-    assert_eq!(of(&loose).1.err(), Some(Error::FmuPlant("play or a supply")));
 }
