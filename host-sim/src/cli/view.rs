@@ -231,7 +231,7 @@ mod tests {
 
     #[test]
     fn a_broken_request_ends_its_connection_without_an_answer() {
-        for request in [&b""[..], b"GET / HTTP/1.1\r\n", &[0xff; 100], &[b'a'; 2 * LONGEST]] {
+        for request in [&b""[..], b"GET / HTTP/1.1\r\n", &[0xff; 100], &vec![b'a'; 2 * LONGEST]] {
             assert_eq!(answered(request), "", "{} bytes", request.len());
         }
         let binary = answered(b"\xff\xfe \x00\r\n\r\n");
@@ -242,7 +242,7 @@ mod tests {
     fn a_trace_has_its_columns_and_another_table_its_place() {
         let read = columns("t_s,r,u\n0,1,2\n0.001,nan,3\n").expect("a trace");
         assert_eq!(json!(read), json!([["t_s", [0.0, 0.001]], ["r", [1.0, null]], ["u", [2.0, 3.0]]]));
-        let long: String = (0..10_000).map(|k| format!("{k},1\n")).collect();
+        let long: String = (0..10_000).flat_map(|k| [k.to_string(), ",1\n".into()]).collect();
         let read = columns(&format!("t_s,u\n{long}")).map(|columns| columns[0].1.len()).expect("a trace");
         assert!(read <= ROWS + 1 && read > ROWS / 2, "{read}");
         assert!(columns("a,b\n1,2\n").is_err());
