@@ -330,7 +330,7 @@ fn verdict(experiment: &Experiment, trace: &Trace, metrics: &Metrics, json: &Run
     let is_off = trace.rows.last().is_some_and(|row| row.health.contains(Health::STOPPED));
     let ending = match trace.ending {
         Ending::Finished if !metrics.bounded && is_off => {
-            "finished, STOPPED after an alarm: without current the shaft did not stay in place".into()
+            format!("finished, STOPPED after an alarm, |y| exceeded {FAR} times its start and the settling band")
         }
         _ => ending,
     };
