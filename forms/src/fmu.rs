@@ -20,6 +20,8 @@ mod archive;
 mod description;
 
 const WRAPPER: &str = include_str!("c/fmi2/wrapper.h");
+/// Begin of every main file: no operation is fused.
+const HEAD: &str = include_str!("c/fmi2/head.c");
 /// Official headers of FMI 2.0.
 const HEADERS: [(&str, &str); 3] = [
     ("fmi2Functions.h", include_str!("c/fmi2/fmi2Functions.h")),
@@ -95,6 +97,7 @@ pub fn fmu(experiment: &Experiment, source: &Source<'_>, prefix: &str) -> Result
     let main = filled(
         &File::new(prefix).c(template),
         &[
+            ("head", &HEAD),
             ("version", &controller_core::VERSION),
             ("identifier", &prefix),
             ("guid", &guid),
@@ -276,6 +279,7 @@ pub fn plant_fmu(experiment: &Experiment, prefix: &str) -> Result<Fmu, Error> {
         filled(
             include_str!("c/fmi2/plant.c"),
             &[
+                ("head", &HEAD),
                 ("version", &controller_core::VERSION),
                 ("guid", &guid),
                 ("step", &format!("{step_s:?}")),

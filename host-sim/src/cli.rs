@@ -704,7 +704,8 @@ fn free_to(to: &Path) -> Result<(), Failure> {
 /// renamed after its file: by its old name it would overwrite the results of the old file.
 fn write_new(to: &Path, text: &str) -> Result<(), Failure> {
     let name = to.file_stem().map(|stem| format!("{:?}", stem.to_string_lossy()));
-    let is_named = text.lines().take_while(|line| !line.starts_with('[')).any(|line| line.starts_with("name ="));
+    let source = Source { file: "", text, sets: &[] };
+    let is_named = scenario::text_at(&source, "name").is_ok_and(|name| name.is_some());
     let renamed = is_named.then(|| scenario::rewritten(text, [("name", name.as_deref())]).ok()).flatten();
     let text = renamed.as_deref().unwrap_or(text);
     whole_file::write(to, Existing::Keep, |out| out.write_all(text.as_bytes()))

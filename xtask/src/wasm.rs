@@ -21,12 +21,7 @@ const SCRIPT: &str = "\
         console.log(BigInt.asUintN(64, bits(k)).toString(16).padStart(16, '0'));";
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let compiler = compiler().ok_or_else(|| Failure {
-        reason: format!("no compiler for {TARGET}: `cargo xtask setup` installs it, or says what to install"),
-        rerun: String::from("cargo xtask setup"),
-    })?;
-    let build = compiler.cargo_for("build", TARGET, "std,panic_abort", "CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER");
-    let build = build.with(&["-p", PACKAGE, "--lib", "--target-dir", TARGET_DIR]);
+    let build = build()?.with(&["-p", PACKAGE, "--lib", "--target-dir", TARGET_DIR]);
     gate.commands(&format!("closed loop for {TARGET}"), &[build])?;
     gate.check("bits of the closed loop, WebAssembly against this machine", "cargo xtask wasm", |gate| {
         let said = |invocation: &Invocation| invocation.answer().ok_or_else(|| format!("no answer: {invocation}"));
@@ -44,14 +39,29 @@ pub(crate) fn compiler() -> Option<Compiler> {
     Compiler::find_for(TARGET, "std")
 }
 
+/// Returns the command of a build for WebAssembly.
+pub(crate) fn build() -> Result<Invocation, Failure> {
+    let compiler = compiler().ok_or_else(|| Failure {
+        reason: format!("no compiler for {TARGET}: `cargo xtask setup` installs it, or says what to install"),
+        rerun: String::from("cargo xtask setup"),
+    })?;
+    Ok(compiler.cargo_for("build", TARGET, "std,panic_abort", "CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER"))
+}
+
+/// Compares what this machine and WebAssembly print.
+pub(crate) fn equal(here: &str, there: &str) -> Result<(), String> {
+    if here == there {
+        return Ok(());
+    }
+    Err(format!("the bits differ\nhere:\n{here}\nin WebAssembly:\n{there}"))
+}
+
 /// Compares the numbers, one per line. A 0 is an error: the run did not finish.
 fn same(here: &str, there: &str) -> Result<String, String> {
     if here.lines().any(|number| number.chars().all(|digit| digit == '0')) || here.is_empty() {
         return Err(format!("a run did not go to its end: {here}"));
     }
-    if here != there {
-        return Err(format!("the bits differ\nhere:\n{here}\nin WebAssembly:\n{there}"));
-    }
+    equal(here, there)?;
     Ok(format!("{} runs, 0 bits differ", here.lines().count()))
 }
 

@@ -36,12 +36,7 @@ const SIZES: &str = "\
 
 /// Builds the page and prints its sizes.
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
-    let compiler = wasm::compiler().ok_or_else(|| Failure {
-        reason: format!("no compiler for {TARGET}: `cargo xtask setup` installs it, or says what to install"),
-        rerun: String::from("cargo xtask setup"),
-    })?;
-    let build = compiler.cargo_for("build", TARGET, "std,panic_abort", "CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER");
-    let build = build.with(&["--manifest-path", MANIFEST, "--lib", "--target-dir", TARGET_DIR]);
+    let build = wasm::build()?.with(&["--manifest-path", MANIFEST, "--lib", "--target-dir", TARGET_DIR]);
     gate.commands(&format!("live page for {TARGET}"), &[build])?;
     gate.step("packages of the page", packages)?;
     gate.check("files of the page", "cargo xtask web", |gate| {
@@ -128,9 +123,7 @@ fn same(here: &str, there: &str) -> Result<String, String> {
     if here.is_empty() || here.contains("no result") {
         return Err(format!("a scenario has no result: {here}"));
     }
-    if here != there {
-        return Err(format!("the bits differ\nhere:\n{here}\nin WebAssembly:\n{there}"));
-    }
+    wasm::equal(here, there)?;
     Ok(format!("{} scenarios, 0 bits differ\n{here}", here.lines().count()))
 }
 

@@ -19,7 +19,7 @@ use controller_core::Health;
 use controller_core::drive::ALARMS;
 use loop_sim::port::PortError;
 use pil_wire::{Disturbance, Model, Observed, Order, REPLY_LEN, REQUEST_LEN, Swapped};
-use scenario::Source;
+use scenario::{Experiment, Source};
 use study::design::refused_as_unstable;
 use study::margins::margins_and_noise;
 use study::number::significant;
@@ -32,7 +32,7 @@ use super::{Console, Failure, bad, failed, free, read_text, status, write_file};
 use crate::report::plot::{BLACK, Figure, Panel, Series, Style};
 use crate::report::{FIGURE, write_whole};
 use alarm::{Values, alarms, causes, without};
-use keys::Side;
+use keys::{Side, number_of};
 use link::black_box::{Again, BlackBox};
 use link::live::LiveDrive;
 use link::remote::{Loadable, for_interrupt, for_target, form_keys};
@@ -194,6 +194,11 @@ impl From<PortError> for Failure {
 
 /// Returns the design of a scenario with these settings, for a target.
 fn designed(name: &str, text: &str, sets: &[String]) -> Result<Loadable, Failure> {
+    checked(name, text, sets).map(|(_, design)| design)
+}
+
+/// Returns a scenario with these settings, and its design for a target.
+fn checked(name: &str, text: &str, sets: &[String]) -> Result<(Experiment, Loadable), Failure> {
     let mut experiment = scenario::parse(&Source { file: name, text, sets }, "drive")?;
     experiment.leave_rest_band();
     let Some(drive) = &experiment.drive else {
@@ -202,7 +207,8 @@ fn designed(name: &str, text: &str, sets: &[String]) -> Result<Loadable, Failure
     if let Some(why) = refused_as_unstable(&experiment) {
         return Err(bad(format!("{name}: {why}")));
     }
-    for_interrupt(&drive.designed).map_err(|why| bad(format!("{name}: {why}")))
+    let design = for_interrupt(&drive.designed).map_err(|why| bad(format!("{name}: {why}")))?;
+    Ok((experiment, design))
 }
 
 impl<'a> Console<'a> {
@@ -538,7 +544,7 @@ impl<'a> Console<'a> {
         };
         // Before the design: a rule that the new value breaks is not the reason.
         typed_as_fixed("set", &side, &source, before.len(), running, &FIRMWARE)?;
-        let design = designed(name, text, &all).map_err(of_typed)?;
+        let (experiment, design) = checked(name, text, &all).map_err(of_typed)?;
         of_one_form(&place, &design, running, &FIRMWARE)?;
         of_one_firmware(&place, &side, &design, running, &FIRMWARE)?;
         has_effect("set", &source, before.len())?;
@@ -546,12 +552,8 @@ impl<'a> Console<'a> {
             return Err(bad(format!("{place}: no change: the drive runs with this value. Give another value")));
         }
         // What the file says is sent as a whole, with the typed keys.
-        let side = Side::of(&source, design.instance.model)?;
         let (keyed, _) = side.differences(running, &design);
-        let typed = |key: &str| {
-            let of = |set: &String| set.split('=').next().unwrap_or_default().trim().to_owned();
-            all.iter().any(|set| key.split('[').next().unwrap_or_default() == of(set))
-        };
+        let typed = |key: &str| all.iter().any(|set| key.split('[').next() == Some(key_of(set)));
         let is_of_file = |key: &str| scenario::number_at(&source, key).is_ok_and(|number| number.is_some());
         let others = keyed.iter().filter(|[there, _]| !typed(there.key) && is_of_file(there.key));
         let others: Vec<String> =
@@ -563,7 +565,7 @@ impl<'a> Console<'a> {
                 others.join("; ")
             )));
         }
-        let effect = margins_in_words(&source)?;
+        let effect = margins_in_words(&experiment);
         let swapped = session.drive.swap(&design).map_err(|error| refused_at("set", error))?;
         let Swapped { tick, ticks, time, u: [before, after], .. } = swapped;
         if let Some((_, _, sets)) = &mut session.scenario {
@@ -735,15 +737,13 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<S
 
 /// Returns the flags at which a drive stops; with [`Health::BRAKES`] it brakes first.
 fn stopping(design: &Loadable) -> Health {
-    let bits = design.names().iter().position(|name| name == "stops_at").and_then(|k| design.numbers().nth(k));
-    Health::from_bits(bits.unwrap_or(0.0) as u16)
+    Health::from_bits(number_of(design, "stops_at").unwrap_or(0.0) as u16)
 }
 
 /// Returns the torque behind the gear at the current limit, N m.
 fn torque_at_limit_n_m(design: &Loadable) -> f64 {
-    let number =
-        |end: &str| design.names().iter().position(|name| name.ends_with(end)).and_then(|k| design.numbers().nth(k));
-    number("torque_n_m_per_a").zip(number("limits.max")).map_or(f64::INFINITY, |(per_a, most_a)| per_a * most_a)
+    let per_a = number_of(design, &format!("{}.torque_n_m_per_a", kind(design)));
+    per_a.zip(number_of(design, "limits.max")).map_or(f64::INFINITY, |(per_a, most_a)| per_a * most_a)
 }
 
 /// Returns the next line without its end, or the reason why it is invalid. `None` at the end of the input.
@@ -853,17 +853,13 @@ fn typed_as_fixed(
     host: &Host,
 ) -> Result<(), Failure> {
     let sets = |key: &str| {
-        source.sets[from..].iter().any(|set| {
-            let typed = set.split('=').next().unwrap_or_default().trim();
-            key.split('[').next().unwrap_or_default().ends_with(typed)
-        })
+        source.sets[from..].iter().any(|set| key.split('[').next().unwrap_or_default().ends_with(key_of(set)))
     };
     let place = |key: &str| if sets(key) { place } else { source.file };
     // A value outside its own range is no value of a drive.
-    let invalid = scenario::parse(source, "drive").err();
     let is_valid = |key: &str| {
         let is_it = |part: scenario::ErrorParts<'_>| !part.key.is_empty() && key.starts_with(part.key);
-        !invalid.as_ref().is_some_and(|error| error.parts().any(is_it))
+        !scenario::parse(source, "drive").err().is_some_and(|error| error.parts().any(is_it))
     };
     for (key, has) in form_keys(running.instance) {
         let number = scenario::number_at(source, key)?.map(|typed| typed.to_string());
@@ -908,24 +904,28 @@ fn fixed(has: &str, host: &Host) -> String {
 }
 
 /// Returns the margins and the current noise of a scenario's base gains.
-fn margins_in_words(source: &Source<'_>) -> Result<String, Failure> {
-    let experiment = scenario::parse(source, "drive")?;
+fn margins_in_words(experiment: &Experiment) -> String {
     // A drive that `drive.accept_unstable` lets pass has none.
-    let (margins, noise_a) = match margins_and_noise(&experiment) {
+    let (margins, noise_a) = match margins_and_noise(experiment) {
         Ok(found) => found,
-        Err(error) => return Ok(error.to_string()),
+        Err(error) => return error.to_string(),
     };
     let phase = margins.phase_deg.map_or_else(|| "unlimited".into(), |deg| format!("{} deg", significant(deg, 3)));
-    Ok(format!(
+    format!(
         "phase margin {phase}, peak sensitivity {}, current noise {} A rms (linearised loop)",
         significant(margins.sensitivity_peak, 3),
         significant(noise_a, 3)
-    ))
+    )
+}
+
+/// Returns the key of a setting `KEY=VALUE`.
+fn key_of(set: &str) -> &str {
+    set.split('=').next().unwrap_or_default().trim()
 }
 
 /// Returns true if a setting gives its key the value that the scenario has, as text or number.
 fn is_in_force(name: &str, text: &str, before: &[String], set: &str) -> bool {
-    let key = set.split('=').next().unwrap_or_default().trim();
+    let key = key_of(set);
     let with = [before, &[set.to_owned()]].concat();
     let [then, now] = [before, &with].map(|sets| {
         let source = Source { file: name, text, sets };

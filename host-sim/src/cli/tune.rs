@@ -17,9 +17,6 @@ use super::{Console, Failure, JOINT, LEFT, ScenarioText, claim_folder, failed, f
 use crate::report::FIGURE;
 use crate::report::plot::{Figure, GREY, Panel, Series, Style};
 
-/// Largest peak of |S| in a corner that the rule for a joint permits.
-const LARGEST_CORNER_PEAK: f64 = 4.8;
-
 #[derive(Args, Debug)]
 pub(super) struct TuneOptions {
     /// Scenario with [joint] or [motor] [default: template of new --plant joint].
@@ -216,7 +213,8 @@ impl Console<'_> {
 fn small_margins(set: &GainSet) -> Option<String> {
     let phase_deg = set.margins.and_then(|margins| margins.phase_deg).filter(|phase| *phase < LEAST_PHASE_DEG);
     let phase = phase_deg.map(|phase| format!("phase margin {} deg", significant(phase, 3)));
-    let worst = set.worst.as_ref().filter(|worst| worst.sensitivity_peak.is_none_or(|peak| peak > LARGEST_CORNER_PEAK));
+    let worst =
+        set.worst.as_ref().filter(|worst| worst.sensitivity_peak.is_none_or(|peak| peak > scenario::CORNER_PEAK));
     let peak = worst.map(|WorstCorner { name, sensitivity_peak }| match sensitivity_peak {
         Some(peak) => format!("peak |S| {} with {name}", significant(*peak, 3)),
         None => format!("unstable with {name}"),

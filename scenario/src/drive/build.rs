@@ -549,8 +549,8 @@ fn motion(
     if mode == ModeKey::Speed && kind != ReferenceKind::Speed {
         return problem(
             "reference.kind",
-            "drive.mode = \"speed\" follows reference.kind = \"speed\" only: \
-                         replace the table, as by --set 'reference={kind = \"speed\", speed_rad_s = 10.0}'",
+            "drive.mode = \"speed\" follows reference.kind = \"speed\" only: replace the table, as by --set \
+             'reference={kind = \"speed\", speed_rad_s = 10.0}'",
         );
     }
     let ticks_of = |time_s: f64| ticks_of(time_s, period_s);
@@ -774,20 +774,12 @@ fn design_problem(
     let [given, low, high] = [error.given, error.low, error.high].map(short);
     let is_by_rule = plant == "motor" && !is_given;
     if error.field.starts_with("gate_steps") || (is_by_rule && error.field.starts_with("bandwidths.")) {
-        let message = if is_given {
-            format!(
-                "no design is possible with these bandwidths ({}): lower those of [drive], or leave them out, so that \
-                 the rule sets them",
-                error.why
-            )
+        let (of, remedy) = if is_given {
+            ("with these bandwidths", "lower those of [drive], or leave them out, so that the rule sets them")
         } else {
-            format!(
-                "no design is possible for these numbers ({}): check inertia, torque constant and current for a wrong \
-                 power of ten",
-                error.why
-            )
+            ("for these numbers", "check inertia, torque constant and current for a wrong power of ten")
         };
-        return Problem { key: plant.into(), message };
+        return Problem { key: plant.into(), message: format!("no design is possible {of} ({}): {remedy}", error.why) };
     }
     let key = match error.field {
         "encoders[0]" => "encoder.link".into(),
@@ -1692,14 +1684,14 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let Some(mut resolved) = resolved.filter(|_| is_whole && problems.0.is_empty()) else { return Err(problems.0) };
 
     let designs = JointDesigns::of(file, (&nominal, limit), [&link, &motor], common.form(drive.gain_sets))?;
-    let load_n_m = designs.by.load_n_m;
+    let (load_n_m, strongest_n_m) = (designs.by.load_n_m, limit * nominal.torque_n_m_per_a);
     let design = |period_s: f64| designs.design(period_s);
-    let mut warnings = common.warnings(limit * nominal.torque_n_m_per_a);
+    let mut warnings = common.warnings(strongest_n_m);
     warnings.extend(starts_near_zero(&file.encoder.motor, turns));
     warnings.extend(asked_states(&file.encoder.link, "encoder.link"));
     warnings.extend(asked_states(&file.encoder.motor, "encoder.motor"));
-    warnings.extend(wide_gates(load_n_m, limit * nominal.torque_n_m_per_a));
-    warnings.extend(designs.as_whole.as_ref().and_then(|it| it.weak(limit * nominal.torque_n_m_per_a)));
+    warnings.extend(wide_gates(load_n_m, strongest_n_m));
+    warnings.extend(designs.as_whole.as_ref().and_then(|it| it.weak(strongest_n_m)));
     warnings.extend(designs.as_whole.as_ref().and_then(|it| it.idle_set(drive.gain_sets)));
     warnings.extend((drive.margin.is_some() && designs.as_whole.is_none()).then(|| {
         "drive.margin has no effect on a joint with one observer per encoder: set drive.tuning = \"coupled\"".into()

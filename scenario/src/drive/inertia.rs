@@ -117,8 +117,7 @@ pub(super) fn too_uncertain(percent: f64, motor: Option<(&Inertia, &MotorTable, 
         if more > USEFUL * less {
             return ". One design covers no such range: measure the inertia (docs/commissioning.md)".into();
         }
-        let times = [less, more];
-        let whole = times.map(|times| times * inertia.kg_m2);
+        let whole = [less, more].map(|times| times * inertia.kg_m2);
         let NumberOrRange::Number(load) = sheet.load_inertia_kg_m2 else { return String::new() };
         let rotor = inertia.kg_m2 - load;
         let (key, range) = if load > 0.0 {

@@ -56,7 +56,7 @@ mod eigenvalues;
 mod tests;
 
 /// Largest |S| in a corner: the gain of the plant may still grow by 26 %.
-const CORNER_PEAK: f64 = 4.8;
+pub const CORNER_PEAK: f64 = 4.8;
 
 /// Factor of the tolerance for the comparison of designs. It penalises designs at the edge of the constraints.
 const BEYOND: f64 = 1.75;

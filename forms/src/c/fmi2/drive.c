@@ -3,13 +3,7 @@
  *
  * Compile this file alone; it includes the others. Compile with -std=c99 -ffp-contract=off: $identifier$.h gives the
  * reasons. */
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC optimize("fp-contract=off")
-#elif !defined(_MSC_VER)
-#pragma STDC FP_CONTRACT OFF
-#endif
-#include "fmi2Functions.h"
-#include "$identifier$.h"
+$head$#include "$identifier$.h"
 
 #define FMU_GUID "$guid$"
 #define FMU_PERIOD_S $period$

@@ -2,13 +2,7 @@
  * FMI 2.0. Exported by version $version$ of the library. Do not edit; export again.
  *
  * Compile this file alone; it includes the others. Compile with -std=c99 -ffp-contract=off. */
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC optimize("fp-contract=off")
-#elif !defined(_MSC_VER)
-#pragma STDC FP_CONTRACT OFF
-#endif
-#include "fmi2Functions.h"
-#include <math.h>
+$head$#include <math.h>
 #include <stdbool.h>
 
 #define FMU_GUID "$guid$"

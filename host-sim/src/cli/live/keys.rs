@@ -117,7 +117,7 @@ const JOINT: [(&str, &str, Power); 30] = [
 ];
 
 /// Returns the number of a design with this name.
-fn number_of(design: &Loadable, name: &str) -> Option<f64> {
+pub(super) fn number_of(design: &Loadable, name: &str) -> Option<f64> {
     design.names().iter().position(|it| it == name).and_then(|k| design.numbers().nth(k))
 }
 
