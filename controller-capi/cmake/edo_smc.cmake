@@ -73,31 +73,40 @@ function(edo_smc_define archives include problem)
         INTERFACE_INCLUDE_DIRECTORIES ${include})
 endfunction()
 
-# edo_smc_export(TARGET target SCENARIO mine.toml [PREFIX prefix])
+# edo_smc_export(TARGET target SCENARIO mine.toml [PREFIX prefix] [CONFIG])
 #
 # Exports a scenario to mine_drive.h when the scenario changes; the target then includes "mine_drive.h". It needs the
-# program host-sim on this PC and no archive.
+# program host-sim on this PC and no archive. With CONFIG it writes mine_config.h, the configuration for the static
+# library.
 function(edo_smc_export)
-    cmake_parse_arguments(PARSE_ARGV 0 arg "" "TARGET;SCENARIO;PREFIX" "")
+    cmake_parse_arguments(PARSE_ARGV 0 arg "CONFIG" "TARGET;SCENARIO;PREFIX" "")
     if(NOT arg_TARGET OR NOT arg_SCENARIO OR arg_UNPARSED_ARGUMENTS)
-        message(FATAL_ERROR "edo_smc_export: write edo_smc_export(TARGET target SCENARIO mine.toml [PREFIX prefix])")
+        message(FATAL_ERROR "edo_smc_export: write edo_smc_export(TARGET target SCENARIO mine.toml [PREFIX prefix] \
+[CONFIG])")
     endif()
     find_program(EDO_SMC_HOST_SIM host-sim)
     if(NOT EDO_SMC_HOST_SIM)
         message(FATAL_ERROR "edo_smc_export: no program host-sim. Install it in the folder of edo-smc with \
 `cargo install --path host-sim`, or set -DEDO_SMC_HOST_SIM=PATH.")
     endif()
-    if(NOT arg_PREFIX)
-        set(arg_PREFIX edo_smc)
-    endif()
     get_filename_component(scenario ${arg_SCENARIO} ABSOLUTE)
     get_filename_component(name ${scenario} NAME_WE)
+    set(form --standalone)
+    set(file ${name}_drive.h)
+    set(prefix edo_smc)
+    if(arg_CONFIG)
+        set(form)
+        set(file ${name}_config.h)
+        set(prefix my)
+    endif()
+    if(arg_PREFIX)
+        set(prefix ${arg_PREFIX})
+    endif()
     set(folder ${CMAKE_CURRENT_BINARY_DIR}/edo_smc/${arg_TARGET})
-    set(drive ${folder}/${name}_drive.h)
     file(MAKE_DIRECTORY ${folder})
-    add_custom_command(OUTPUT ${drive}
-        COMMAND ${EDO_SMC_HOST_SIM} export ${scenario} --lang c --standalone --prefix ${arg_PREFIX} -o ${drive} --force
-        DEPENDS ${scenario} ${EDO_SMC_HOST_SIM} COMMENT "Exporting ${name}_drive.h" VERBATIM)
-    target_sources(${arg_TARGET} PRIVATE ${drive})
+    add_custom_command(OUTPUT ${folder}/${file}
+        COMMAND ${EDO_SMC_HOST_SIM} export ${scenario} --lang c ${form} --prefix ${prefix} -o ${folder}/${file} --force
+        DEPENDS ${scenario} ${EDO_SMC_HOST_SIM} COMMENT "Exporting ${file}" VERBATIM)
+    target_sources(${arg_TARGET} PRIVATE ${folder}/${file})
     target_include_directories(${arg_TARGET} PRIVATE ${folder})
 endfunction()

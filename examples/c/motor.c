@@ -3,7 +3,7 @@
  * The controller is one file, exported from the data sheet (docs/c.md, "Exported C99 file"):
  *
  *     timer interrupt, every EDO_SMC_PERIOD_S:   count -> watched tick along the plan -> current -> PWM
- *     main loop, in the remaining time:          plans: onto a sine, then to rest at half a radian
+ *     main loop, in the remaining time:          plans: onto a sine, then to rest; a restart after an alarm
  *
  * `make run-motor` runs it in the emulator with a simulated motor or joint and prints the largest difference between the
  * true angle and the plan. For a board fill in the functions marked BOARD and build with `make board`.
@@ -35,6 +35,17 @@ BOARD_FUNCTION uint32_t encoder(void) { return 0u; }
 BOARD_FUNCTION bool encoder_is_good(void) { return true; }
 /* BOARD: commands the current loop or PWM; returns the current that the stage really holds, A. */
 BOARD_FUNCTION float current(float ampere) { return ampere; }
+/* BOARD: returns true while an operator asks for a restart. Never restart after an alarm unasked. */
+BOARD_FUNCTION bool restart_is_wanted(void) { return false; }
+
+/* The interrupt takes up to some 3300 cycles of a motor and 5300 of a joint, without the BOARD functions. */
+#ifdef EDO_SMC_STIFFNESS_N_M
+#define LEAST_CYCLES 5300.0
+#else
+#define LEAST_CYCLES 3300.0
+#endif
+extern void period_is_too_short(void)
+    __attribute__((error("EDO_SMC_PERIOD_S is too short for CORE_HZ: set up the clock, then its frequency in board.h")));
 #endif
 
 /* The sine has 1 rad and a frequency of at most 1 Hz, at which it takes at most 30 % of the torque that is left. */
@@ -144,6 +155,50 @@ static void to_rest_at(int32_t turn, float angle_rad, double seconds) {
     hand_over(edo_smc_plan_move(plan, &present, changeover, TICKS_OF(seconds), turn, angle_rad));
 }
 
+/* Angle between two registers of a counter with this many states, 0 for 2^32, rad. */
+static float angle_between(uint32_t before, uint32_t now, uint32_t states, double unit_rad) {
+    const uint32_t a = (states != 0u) ? before % states : before;
+    const uint32_t b = (states != 0u) ? now % states : now;
+    const uint32_t up = (b >= a) ? b - a : states - (a - b);
+    const uint32_t down = states - up; /* the other way around */
+    return (float)((up <= down || up == 0u) ? up : down) * (float)unit_rad;
+}
+
+/* Returns whether the shaft turns by at most 0.5 rad/s. A stopped drive computes no estimates: two registers of the
+ * counters count. */
+static bool stands_still(void) {
+    const float most = 0.5f * (float)(TICKS_OF(0.05) * EDO_SMC_PERIOD_S);
+    const uint32_t begin = tick;
+    const edo_smc_sample before = sample;
+    while (tick - begin < TICKS_OF(0.05)) {
+        board_sleep();
+    }
+#ifdef EDO_SMC_STIFFNESS_N_M
+    return angle_between(before.count_link, sample.count_link, EDO_SMC_ENCODER_LINK_STATES,
+                         EDO_SMC_ENCODER_LINK_UNIT_RAD) <= most &&
+           angle_between(before.count_motor, sample.count_motor, EDO_SMC_ENCODER_MOTOR_STATES,
+                         EDO_SMC_ENCODER_MOTOR_UNIT_RAD) <= most;
+#else
+    return angle_between(before.count, sample.count, EDO_SMC_ENCODER_STATES, EDO_SMC_ENCODER_UNIT_RAD) <= most;
+#endif
+}
+
+/* Restarts a stopped drive where the shaft stands: after a reset only the angle within a turn is known. */
+static void restart(void) {
+    while ((trouble & EDO_SMC_STOPPED) == 0u || !stands_still()) {
+        board_sleep(); /* it still brakes, or the shaft still turns */
+    }
+    __asm__ volatile("cpsid i" ::: "memory"); /* no control interrupt between these lines */
+    edo_smc_watched_reset(&monitor, &state);
+    ready = false; /* a plan from before the stop is void */
+    trouble = 0u;
+    started = false;
+    __asm__ volatile("cpsie i" ::: "memory");
+    while (!started) {
+        board_sleep();
+    }
+}
+
 static void wait_until(uint32_t last) {
     while (tick < last) {
         board_sleep();
@@ -154,6 +209,11 @@ static void wait_until(uint32_t last) {
 }
 
 int main(void) {
+#ifndef EMULATED
+    if (EDO_SMC_PERIOD_S * (double)CORE_HZ < LEAST_CYCLES) {
+        period_is_too_short(); /* the compiler stops here */
+    }
+#endif
     board_text_start();
     board_ticker_start((uint32_t)(1.0 / EDO_SMC_PERIOD_S + 0.5));
     while (!started) {
@@ -186,8 +246,31 @@ int main(void) {
     board_hex(trouble);
     if ((trouble & ~((unsigned)EDO_SMC_SATURATED | EDO_SMC_HUNTS)) != 0u) {
         board_text("\n");
-        board_stop("an alarm: the exported file names the flags");
+        board_stop("an alarm: the exported file names the flags"); /* BOARD: or restart(), if an operator wants it */
     }
-    board_text(", no alarm\ndone\n");
+    board_text(", no alarm\n");
+#ifdef EMULATED
+    /* As after an alarm: the drive stops, and the main loop restarts it. */
+    to_rest_at(0, 0.0f, 0.3 * second);
+    wait_until(TICKS_OF(3.25 * second));
+    __asm__ volatile("cpsid i" ::: "memory");
+    edo_smc_watched_trip(&monitor);
+    __asm__ volatile("cpsie i" ::: "memory");
+    wait_until(tick + TICKS_OF(0.2));
+    restart();
+    simulated_motor_judge(tick);
+    to_rest_at(0, 0.25f, 0.3 * second);
+    wait_until(tick + TICKS_OF(0.5 * second));
+    board_text("stopped and restarted, then to rest at 0.25 rad");
+    simulated_motor_print_peak("", tick);
+    board_text("done\n");
     board_end();
+#else
+    for (;;) { /* BOARD: your application plans its moves here */
+        if ((trouble & EDO_SMC_STOPPED) != 0u && restart_is_wanted()) {
+            restart();
+        }
+        board_sleep();
+    }
+#endif
 }

@@ -129,14 +129,19 @@ static void simulated_motor_print_line(void) {
     }
 }
 
+/* The largest error counts from this tick. */
+static void simulated_motor_judge(uint32_t next) {
+    judged = next;
+    peak = 0.0f;
+}
+
 /* Ends a line with the largest error since tick `judged`; the next one counts from `next`. */
 static void simulated_motor_print_peak(const char *end, uint32_t next) {
     board_text(end);
     board_text(": peak error ");
     board_number(peak, 0, 6);
     board_text(" rad\n");
-    judged = next;
-    peak = 0.0f;
+    simulated_motor_judge(next);
 }
 
 #endif

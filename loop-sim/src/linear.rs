@@ -39,7 +39,7 @@ pub struct Ticked {
 }
 
 /// Controller in f64 at rest, as a map of numbers. A sample has states, or angles in rad if there are encoders.
-pub trait LawAtRest: Send {
+pub trait LawAtRest: Send + Sync {
     /// Returns the smallest change of each number of the memory, then of the sample. 0 means any change.
     fn steps(&self) -> Vec<f64>;
 
@@ -64,7 +64,7 @@ pub struct Still {
 
 /// Controller whose state is a list of words. Only this part is compiled per controller, and [`Still`] is compiled
 /// once.
-trait WordByWord: Send {
+trait WordByWord: Send + Sync {
     /// Returns the state and u after three ticks with this sample, or `None` if the controller does not start there.
     fn settled(&self, sample: &[f64]) -> Option<(Vec<u32>, f64)>;
 
@@ -81,8 +81,8 @@ struct ConvertedLaw<L: ControlLaw, S> {
 
 impl<L, S> WordByWord for ConvertedLaw<L, S>
 where
-    L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send,
-    S: Fn(&[f64]) -> L::Sample + Send,
+    L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send + Sync,
+    S: Fn(&[f64]) -> L::Sample + Send + Sync,
 {
     fn settled(&self, sample: &[f64]) -> Option<(Vec<u32>, f64)> {
         let sample = (self.sample)(sample);
@@ -124,8 +124,8 @@ impl Still {
         d_hat: fn(L::Estimates) -> Vec<f64>,
     ) -> Option<Self>
     where
-        L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send + 'static,
-        S: Fn(&[f64]) -> L::Sample + Send + 'static,
+        L: ControlLaw<Scalar = f64, Output = Output<f64>> + Send + Sync + 'static,
+        S: Fn(&[f64]) -> L::Sample + Send + Sync + 'static,
     {
         Self::of(Box::new(ConvertedLaw { law, sample, d_hat }), inputs, units_rad)
     }

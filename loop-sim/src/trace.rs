@@ -91,6 +91,26 @@ pub enum Ending {
     },
 }
 
+impl Ending {
+    /// Returns the word of the ending in JSON.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Finished => "finished",
+            Self::Diverged { .. } => "diverged",
+            Self::Interrupted { .. } => "interrupted",
+            Self::BrokenOff { .. } => "broken off",
+        }
+    }
+
+    /// Returns the time of the ending, s; `None` at the end of the run.
+    pub const fn at_s(self) -> Option<f64> {
+        match self {
+            Self::Finished => None,
+            Self::Diverged { t_s } | Self::Interrupted { t_s } | Self::BrokenOff { t_s } => Some(t_s),
+        }
+    }
+}
+
 /// All rows of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {

@@ -209,6 +209,8 @@ class Scenario:
         settling_s: float | None = None,
         move_rad: float | None = None,
         load_rad: float | None = None,
+        phase_deg: float | None = None,
+        sensitivity_peak: float | None = None,
         cycles: int | None = None,
         uncertain_percent: int | None = None,
         evaluations: int = 150,
@@ -217,11 +219,12 @@ class Scenario:
     ) -> _studies.Tuned:
         """Tunes a drive to a specification; metrics without a limit are minimised.
 
-        `uncertain_percent` is 20 or 50. The result has the tuned scenario, and the margins of its gains, which no
-        search limits. `evaluations` is the number of each search: there are six, for two numbers of gain sets and
-        three noise limits.
+        `phase_deg` is the least phase margin with the data sheet, `sensitivity_peak` the largest |S| in the corners
+        of the scenario. `uncertain_percent` is 20 or 50. The result has the tuned scenario and the margins of its
+        gains. `evaluations` is the number of each search: there are six, for two numbers of gain sets and three noise
+        limits.
         """
-        limits = (noise_a, settling_s, move_rad, load_rad)
+        limits = (noise_a, settling_s, move_rad, load_rad, phase_deg, sensitivity_peak)
         effort = (evaluations, seed, cycles)
         return _studies.tune(self._core, limits, uncertain_percent, effort, progress)
 
@@ -335,6 +338,17 @@ class _OfDataSheet(Scenario):
         return {}
 
 
+def _given(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the keywords of a call that have a value, from its `locals()`."""
+    named = {key: it for key, it in arguments.items() if it is not None and key not in ("self", "more", "__class__")}
+    return {**named, **arguments["more"]}
+
+
+#: A table of a scenario, and a number or its range.
+_Table = Mapping[str, Any]
+_Range = float | Sequence[float]
+
+
 class Motor(_OfDataSheet):
     """A motor with one encoder, by its data sheet.
 
@@ -344,6 +358,41 @@ class Motor(_OfDataSheet):
     """
 
     _plant = _sheet = "motor"
+
+    def __init__(
+        self,
+        *,
+        inertia_kg_m2: _Range | None = None,
+        torque_n_m_per_a: float | None = None,
+        max_current_a: float | None = None,
+        encoder: _Table | None = None,
+        damping_n_m_s: float | None = None,
+        current_lag_s: float | None = None,
+        gear: Sequence[int] | None = None,
+        load_inertia_kg_m2: _Range | None = None,
+        play_rad: float | None = None,
+        gear_stiffness_n_m: float | None = None,
+        supply_v: float | None = None,
+        resistance_ohm: float | None = None,
+        no_load_rad_s: float | None = None,
+        start_rad: float | None = None,
+        drive: _Table | None = None,
+        limits: _Table | None = None,
+        monitor: _Table | None = None,
+        reference: _Table | None = None,
+        load: Sequence[_Table] | None = None,
+        friction: _Table | None = None,
+        error: _Table | None = None,
+        fault: Sequence[_Table] | None = None,
+        name: str | None = None,
+        title: str | None = None,
+        span_s: float | None = None,
+        window_s: Sequence[float] | None = None,
+        settling_band: float | None = None,
+        seed: int | None = None,
+        **more: Any,
+    ) -> None:
+        super().__init__(**_given(locals()))
 
 
 class Joint(_OfDataSheet):
@@ -356,6 +405,43 @@ class Joint(_OfDataSheet):
     """
 
     _plant = _sheet = "joint"
+
+    def __init__(
+        self,
+        *,
+        link_inertia_kg_m2: float | None = None,
+        motor_inertia_kg_m2: float | None = None,
+        stiffness_n_m: float | None = None,
+        torque_n_m_per_a: float | None = None,
+        max_current_a: float | None = None,
+        encoder: _Table | None = None,
+        weight_n_m: float | None = None,
+        link_damping_n_m_s: float | None = None,
+        motor_damping_n_m_s: float | None = None,
+        spring_damping_n_m_s: float | None = None,
+        current_lag_s: float | None = None,
+        gear: Sequence[int] | None = None,
+        supply_v: float | None = None,
+        resistance_ohm: float | None = None,
+        no_load_rad_s: float | None = None,
+        start_rad: float | None = None,
+        drive: _Table | None = None,
+        limits: _Table | None = None,
+        monitor: _Table | None = None,
+        reference: _Table | None = None,
+        load: Sequence[_Table] | None = None,
+        friction: _Table | None = None,
+        error: _Table | None = None,
+        fault: Sequence[_Table] | None = None,
+        name: str | None = None,
+        title: str | None = None,
+        span_s: float | None = None,
+        window_s: Sequence[float] | None = None,
+        settling_band: float | None = None,
+        seed: int | None = None,
+        **more: Any,
+    ) -> None:
+        super().__init__(**_given(locals()))
 
 
 class Chain(_OfDataSheet):

@@ -22,6 +22,7 @@ class Comparison:
     """edo-smc and baseline controllers at each noise limit.
 
     `entries` has a dictionary for each controller and limit: `law`, `limit_a`, `cost`, `knobs`, and the metrics.
+    `data["of_file"]` has the metrics of the scenario itself, without tuning.
     """
 
     def __init__(self, told: str) -> None:
@@ -44,7 +45,11 @@ class Comparison:
             return [(it["law"], it["load_rad"], "rad under the load step") for it in of_limit]
 
         limits = sorted({entry["limit_a"] for entry in self.entries})
-        return _text.text("Comparison", [(f"current noise up to {limit:.3g} A rms", rows(limit)) for limit in limits])
+        blocks = [(f"current noise up to {limit:.3g} A rms", rows(limit)) for limit in limits]
+        if of_file := self.data["of_file"]:
+            row = ("edo-smc, not tuned", of_file["load_rad"], "rad under the load step")
+            blocks.append((f"this scenario: {of_file['noise_a']:.3g} A rms", [row]))
+        return _text.text("Comparison", blocks)
 
 
 def compare(core: Any, evaluations: int, seed: int, noise_a: Sequence[float], progress: bool) -> Comparison:
@@ -164,12 +169,7 @@ def _numbers(values: Sequence[str]) -> np.ndarray:
         return np.arange(len(values))
 
 
-_PRESETS = ["gain", "rate", "delay", "jitter", "plant", "corners"]
-
-
 def map(core: Any, words: Sequence[str | None], numbers: Sequence[float | None], simulate: bool, progress: bool) -> Map:
-    if words[2] is not None and words[2] not in _PRESETS:
-        raise ValueError(f"preset = {_text.unknown(words[2], _PRESETS)}")
     with _progress.bar(None, " points", progress) as told:
         return Map(_edo_smc.map(core, list(words), list(numbers), simulate, told))
 
@@ -208,7 +208,14 @@ class MonteCarlo:
 
     def __repr__(self) -> str:
         words, counts = np.unique(self.outcomes, return_counts=True)
-        return _text.text(f"{len(self)} trials", [("outcome", [(str(w), int(n), "") for w, n in zip(words, counts)])])
+        outcomes = [(str(w), int(n), "trials") for w, n in zip(words, counts)]
+        worst = []
+        for name, own in self.of_file.items():
+            values = self[name][np.isfinite(self[name])] if name in self.columns else np.array([])
+            if values.size:
+                spread = f"{self.units.get(name, '')} to {_text.number(values.max())}; scenario {_text.number(own)}"
+                worst.append((name, values.min(), spread))
+        return _text.text(f"{len(self)} trials", [("outcome", outcomes), ("smallest to largest", worst)])
 
 
 def monte_carlo(core: Any, vary: list[str], percent: str | None, trials: int, seed: int, progress: bool) -> MonteCarlo:

@@ -158,7 +158,7 @@ class Trace:
         when = f" at t = {self.ended_at_s:g} s" if self.ended_at_s is not None else ""
         title = f"{self._run.title()}: {self.ending}{when}, {len(self)} ticks of {self.period_s:g} s"
         named = {"u_peak": control, "y_ultimate": output, "error_ultimate": output, "error_rms": output}
-        unit = {"settling_time_s": "s", "arrival_s": "s", **named}
+        unit = {"settling_time_s": "s", "arrival_s": "s", "u_total_variation_per_s": f"{control}/s", **named}
         rows = [(key, it, unit.get(key, "")) for key, it in self.metrics.items() if not isinstance(it, list)]
         warnings = [(it, "", "") for it in self.warnings]
         return _text.text(title, [("metrics", rows), ("warnings", warnings)])

@@ -69,15 +69,15 @@ pub(crate) fn compared(core: &Bound<'_, Core>) -> PyResult<(usize, usize)> {
 #[pyfunction]
 pub(crate) fn tune(
     core: &Bound<'_, Core>,
-    limits: [Option<f64>; 4],
+    limits: [Option<f64>; 6],
     is_wide: Option<bool>,
     effort: (usize, u64, Option<u32>),
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<(String, String)> {
     core.get().computed(core.py(), progress, move |text, shared| {
         let bench = text.bench()?;
-        let [noise_a, settle_s, move_rad, load_rad] = limits;
-        let limits = Limits { noise_a, settle_s, move_rad, load_rad, is_wide };
+        let [noise_a, settle_s, move_rad, load_rad, phase_deg, sensitivity_peak] = limits;
+        let limits = Limits { noise_a, settle_s, move_rad, load_rad, phase_deg, sensitivity_peak, is_wide };
         let specification = Specification::new(&bench, &limits)?;
         let (evaluations, seed, most_cycles) = effort;
         let effort = Effort { evaluations, seed, most_cycles };

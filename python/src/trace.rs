@@ -1,6 +1,6 @@
 //! Result of a run as numpy arrays.
 
-use loop_sim::trace::{Ending, Row, Trace};
+use loop_sim::trace::{Row, Trace};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use scenario::StateName;
@@ -62,12 +62,7 @@ impl Run {
 
     /// Returns the ending as a word and its time, s.
     fn ending(&self) -> (&'static str, Option<f64>) {
-        match self.trace.ending {
-            Ending::Finished => ("finished", None),
-            Ending::Diverged { t_s } => ("diverged", Some(t_s)),
-            Ending::Interrupted { t_s } => ("interrupted", Some(t_s)),
-            Ending::BrokenOff { t_s } => ("broken off", Some(t_s)),
-        }
+        (self.trace.ending.word(), self.trace.ending.at_s())
     }
 
     /// Returns names and units of the states; empty without names.

@@ -1,11 +1,14 @@
 """Scenarios from data sheets, dictionaries, text and files; errors in parts."""
 
+import inspect
+import json
 import pickle
 
 import numpy as np
 import pytest
 
 import edo_smc
+from edo_smc import _edo_smc
 
 
 def test_a_data_sheet_becomes_the_template_with_its_numbers(motor, tmp_path, host_sim):
@@ -79,3 +82,14 @@ def test_an_error_of_a_text_has_its_place_and_all_lines(tmp_path):
 def test_a_scenario_is_copied_by_pickle(motor):
     again = pickle.loads(pickle.dumps(motor.with_settings({"span_s": 0.5})))
     assert (again.design_hash, again.span_s, again.name) == (motor.design_hash, 0.5, "spindle")
+
+
+@pytest.mark.parametrize("plant", [edo_smc.Motor, edo_smc.Joint])
+def test_every_key_of_the_data_sheet_and_every_table_is_a_keyword(plant):
+    schema = json.loads(_edo_smc.schema(plant._plant))
+    sheet = schema["properties"].pop(plant._sheet)["$ref"].rsplit("/", 1)[1]
+    keys = {*schema["properties"], *schema["$defs"][sheet]["properties"]}
+    assert keys == set(inspect.signature(plant).parameters) - {"more"}
+    # A misspelt one still gets the nearest known key.
+    with pytest.raises(edo_smc.ScenarioError, match="inertia_kg_m2"):
+        edo_smc.Motor(inertia_kg_m=2e-4, torque_n_m_per_a=0.05, max_current_a=10.0, encoder=dict(bits=14))

@@ -163,7 +163,7 @@ def test_other_threads_go_on_during_a_run(motor):
 
 def test_a_preset_and_a_column_are_told_by_their_nearest_name():
     motor = edo_smc.Scenario.template("motor")
-    with pytest.raises(ValueError, match="preset = 'plants': did you mean plant"):
+    with pytest.raises(ValueError, match="preset plants: did you mean plant"):
         motor.map(preset="plants")
     with pytest.raises(KeyError, match="did you mean"):
         motor.simulate(span_s=0.01)["u_held_a"]

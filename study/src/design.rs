@@ -279,6 +279,10 @@ pub fn design(experiment: &Experiment) -> Result<Design, Error> {
         }
         None => Default::default(),
     };
+    let mut left_out = at_rest.left_out.clone();
+    if experiment.drive.as_ref().is_some_and(|drive| drive.designed.form().gain_sets > sets.len()) {
+        left_out.push("the high gains, which are no design of their own");
+    }
     let is_of_offset = |asked: &&AskedPoles| asked.name != OFFSET;
     let rates = asked.iter().filter(is_of_offset).flat_map(|asked| &asked.poles).map(|pole| -pole.re);
     Ok(Design {
@@ -296,7 +300,7 @@ pub fn design(experiment: &Experiment) -> Result<Design, Error> {
         gain_sets: sets,
         prices,
         inertia_range: covered(at_rest, at_rest.law.as_ref(), experiment.period_s)?,
-        left_out: at_rest.left_out.clone(),
+        left_out,
         asked,
         got,
     })

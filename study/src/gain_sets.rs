@@ -4,6 +4,8 @@
 //! A sensitivity peak Ms guarantees a phase margin of 2 asin(1/(2 Ms)) and a gain factor up to Ms/(Ms - 1).
 
 use controller_core::drive::{MotorDesign, MotorMargin};
+use loop_sim::linear::LawAtRest;
+use loop_sim::plant::Plant;
 use loop_sim::port::drive::{DriveDesign, DriveOf, Follows};
 use scenario::{AtRest, Corner};
 use serde::Serialize;
@@ -18,6 +20,9 @@ pub struct GainSet {
     pub name: &'static str,
     /// Margins with the data sheet; `None` if the loop is unstable.
     pub margins: Option<Margins>,
+    /// Largest angle error under a load step of 10 % of the largest torque on the shaft, for a joint on the link, rad.
+    /// `None` for a speed loop, and if the loop is unstable.
+    pub deflection_rad: Option<f64>,
     /// Corner of the data sheet with the largest peak of |S|; `None` without corners.
     pub worst: Option<WorstCorner>,
 }
@@ -40,10 +45,10 @@ pub struct MarginPrice {
     pub sets: Vec<GainSet>,
     /// Rms of u from quantisation and noise of the encoder, A.
     pub noise_a: Option<f64>,
-    /// Deflection under a sudden load of 10 % of the largest torque with the last gain set, rad; `None` for a speed
-    /// loop.
-    pub deflection_rad: Option<f64>,
 }
+
+/// Load of [`GainSet::deflection_rad`] as a share of the largest torque.
+const LOAD: f64 = 0.1;
 
 /// Returns the gain sets of a drive, each in the loop at rest and in the corners of the file.
 ///
@@ -54,21 +59,39 @@ pub fn gain_sets(designed: &DriveDesign, at_rest: &AtRest) -> Result<Vec<GainSet
     let set = |(name, designed): (&'static str, Option<DriveDesign>)| {
         let designed = designed?;
         let law = designed.at_rest().ok()?.law;
-        let period_s = designed.period_s();
-        let margins = |plant| -> Result<Option<Margins>, MarginsError> {
-            let it = Loop::with(at_rest, plant, law.as_ref(), period_s)?;
-            if it.spectral_radius(1.0)? < 1.0 { it.margins().map(Some) } else { Ok(None) }
-        };
-        let corners = at_rest.corners.iter().map(|Corner { name, plant }| {
-            let sensitivity_peak = margins(plant.as_ref())?.map(|margins| margins.sensitivity_peak);
-            Ok(WorstCorner { name: name.clone(), sensitivity_peak })
-        });
-        let size = |corner: &WorstCorner| corner.sensitivity_peak.unwrap_or(f64::INFINITY);
-        let worst = corners.collect::<Result<Vec<_>, MarginsError>>();
-        let worst = worst.map(|all| all.into_iter().max_by(|a, b| size(a).total_cmp(&size(b))));
-        Some(worst.and_then(|worst| Ok(GainSet { name, margins: margins(at_rest.plant.as_ref())?, worst })))
+        Some(gain_set(name, &designed, law.as_ref(), at_rest))
     };
     frozen.into_iter().filter_map(set).collect()
+}
+
+fn gain_set(
+    name: &'static str,
+    designed: &DriveDesign,
+    law: &dyn LawAtRest,
+    at_rest: &AtRest,
+) -> Result<GainSet, MarginsError> {
+    let stable = |plant: &dyn Plant| -> Result<Option<Loop>, MarginsError> {
+        let it = Loop::with(at_rest, plant, law, designed.period_s())?;
+        Ok((it.spectral_radius(1.0)? < 1.0).then_some(it))
+    };
+    let corner = |Corner { name, plant }: &Corner| -> Result<WorstCorner, MarginsError> {
+        let margins = stable(plant.as_ref())?.map(|it| it.margins()).transpose()?;
+        Ok(WorstCorner { name: name.clone(), sensitivity_peak: margins.map(|margins| margins.sensitivity_peak) })
+    };
+    let corners = at_rest.corners.iter().map(corner).collect::<Result<Vec<_>, _>>()?;
+    let size = |corner: &WorstCorner| corner.sensitivity_peak.unwrap_or(f64::INFINITY);
+    let worst = corners.into_iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+
+    let nominal = stable(at_rest.plant.as_ref())?;
+    let has_position = designed.form().follows == Follows::Position;
+    let pushed = nominal.as_ref().filter(|_| has_position).map(|it| it.deflection(at_rest, law)).transpose()?;
+    let load_rad_s2 = LOAD * designed.limits().max * designed.torque_n_m_per_a() / designed.loaded_inertia_kg_m2();
+    Ok(GainSet {
+        name,
+        margins: nominal.map(|it| it.margins()).transpose()?,
+        deflection_rad: pushed.map(|rad| load_rad_s2 * rad),
+        worst,
+    })
 }
 
 /// Returns the drive whose base gains are the high gains of this one; `None` for one gain set.
@@ -122,14 +145,8 @@ fn price(
     sets: Vec<GainSet>,
     at_rest: &AtRest,
 ) -> Result<MarginPrice, MarginsError> {
-    let of = |designed: &DriveDesign| -> Result<Option<Loop>, MarginsError> {
-        let Ok(law) = designed.at_rest() else { return Ok(None) };
-        let it = Loop::of(at_rest, law.law.as_ref(), designed.period_s())?;
-        Ok((it.spectral_radius(1.0)? < 1.0).then_some(it))
-    };
-    let noise_a = of(designed)?.map(|quiet| noise_of(&quiet.noise_gains(), at_rest));
-    let pushed =
-        if designed.form().follows == Follows::Position { of(&fast(designed).unwrap_or(*designed))? } else { None };
-    let load_a = 0.1 * designed.limits().max;
-    Ok(MarginPrice { margin, sets, noise_a, deflection_rad: pushed.map(|it| load_a * it.deflection()) })
+    let Ok(law) = designed.at_rest() else { return Ok(MarginPrice { margin, sets, noise_a: None }) };
+    let it = Loop::of(at_rest, law.law.as_ref(), designed.period_s())?;
+    let noise_a = if it.spectral_radius(1.0)? < 1.0 { Some(noise_of(&it.noise_gains(), at_rest)) } else { None };
+    Ok(MarginPrice { margin, sets, noise_a })
 }

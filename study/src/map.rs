@@ -466,6 +466,9 @@ pub struct Point {
     /// Metric of the worst corner.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub figure: Option<f64>,
+    /// Peak of |S| at the plant input, in a list of corners; `None` if unstable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensitivity_peak: Option<f64>,
     /// Name of the corner with the largest |z|.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub worst: Option<String>,
@@ -522,8 +525,15 @@ impl Question<'_> {
                 figure = figure.filter(|known| known.is_nan() || !(value.is_nan() || is_worse(*known))).or(Some(value));
             }
             if worst.as_ref().is_none_or(|(worst, _)| spectral_radius > worst.spectral_radius) {
-                let point =
-                    Point { spectral_radius, decay_per_s, figure: None, worst: None, unstable_corners: 0, grew: None };
+                let point = Point {
+                    spectral_radius,
+                    decay_per_s,
+                    figure: None,
+                    sensitivity_peak: None,
+                    worst: None,
+                    unstable_corners: 0,
+                    grew: None,
+                };
                 worst = Some((point, corner));
             }
         }
@@ -546,11 +556,19 @@ impl Question<'_> {
             if watch.is_stopped() {
                 return None;
             }
-            let judged = self.judged([0, 0], std::slice::from_ref(corner));
+            let judged = self.judged([0, 0], std::slice::from_ref(corner)).and_then(|point| {
+                let sensitivity_peak = if point.is_stable() { Some(self.sensitivity_peak(corner)?) } else { None };
+                Ok(Point { sensitivity_peak, ..point })
+            });
             watch.done();
             Some(judged)
         };
         self.corners.par_iter().map(judged).collect()
+    }
+
+    /// Returns the peak of |S| of a stable corner.
+    fn sensitivity_peak(&self, corner: &Corner) -> Result<f64, Error> {
+        Ok(margins::margins(&self.experiment(&corner.sets)?)?.sensitivity_peak)
     }
 
     /// Computes all points, row by row from the first; `None` if stopped. A step of the watch is a point.

@@ -74,6 +74,8 @@ pub struct Loop {
     input: DVector<f64>,
     /// Input of the noise on each sensor: effect on the state and direct effect on u.
     noise: Vec<(DVector<f64>, f64)>,
+    /// States of the tick that affect the output: the states of the loop.
+    kept: Vec<usize>,
     /// Output rows of the held value and of the controller demand. In the open loop u depends on the state alone.
     held: DVector<f64>,
     asked: DVector<f64>,
@@ -155,6 +157,31 @@ pub fn margins_and_noise(experiment: &Experiment) -> Result<(Margins, f64), Erro
         return Err(Error::failed("the loop at rest is unstable: it has no margins"));
     }
     Ok((it.margins()?, noise_of(&it.noise_gains(), at_rest)))
+}
+
+/// Plant under a constant u whose input is the acceleration of its first shaft by a load, rad/s².
+struct Loaded<'a> {
+    plant: &'a dyn Plant,
+    u: f64,
+}
+
+impl Plant for Loaded<'_> {
+    fn order(&self) -> usize {
+        self.plant.order()
+    }
+    fn rhs(&self, t_s: f64, x: &[f64], load: f64, dx: &mut [f64]) {
+        self.plant.rhs(t_s, x, self.u, dx);
+        dx[1] += load;
+    }
+    fn lumped(&self, _: f64, _: &[f64], _: f64, d: &mut [f64]) {
+        d.fill(0.0);
+    }
+    fn fastest_rad_s(&self, t_s: f64, x: &[f64], _: f64) -> f64 {
+        self.plant.fastest_rad_s(t_s, x, self.u)
+    }
+    fn jumps_s(&self) -> &[f64] {
+        self.plant.jumps_s()
+    }
 }
 
 /// One tick as a map of the combined state, in the order of its fields.
@@ -300,6 +327,7 @@ impl Loop {
             asked: DVector::from_iterator(n, kept.iter().map(|&j| columns[j][0].asked)),
             input,
             held,
+            kept,
         })
     }
 
@@ -399,13 +427,23 @@ impl Loop {
         Ok(found)
     }
 
-    /// Returns the largest |angle| after a step of 1 at the plant input, for a stable loop whose first state is an
-    /// angle.
-    pub(crate) fn deflection(&self) -> f64 {
+    /// Returns the largest |angle| of the first shaft after a step of its acceleration by 1 rad/s², for a stable loop
+    /// whose first states are the angle and the speed of this shaft.
+    ///
+    /// # Errors
+    /// The plant cannot be integrated.
+    pub(crate) fn deflection(&self, at_rest: &AtRest, law: &dyn LawAtRest) -> Result<f64, MarginsError> {
         const MOST: usize = 100_000;
-        let (mut state, mut largest) = (DVector::zeros(self.input.len()), 0.0_f64);
+        let loaded = Loaded { plant: at_rest.plant.as_ref(), u: law.rest().1 };
+        let is_by_count = law.steps().iter().any(|step| *step > 0.0);
+        let law = LinearTick::of(law, at_rest.report);
+        let plant = LinearPlant::of(&loaded, 0.0, self.period_s).map_err(MarginsError::Solver)?;
+        let tick = Tick::of(at_rest, &plant, &law, is_by_count);
+        let next = tick.step(&vec![0.0; tick.order()], 1.0, &vec![0.0; tick.sensed.len()], false).next;
+        let load = DVector::from_iterator(self.kept.len(), self.kept.iter().map(|&i| next[i]));
+        let (mut state, mut largest) = (DVector::zeros(load.len()), 0.0_f64);
         for k in 0..MOST {
-            let next: DVector<f64> = &self.closed * &state + &self.input;
+            let next: DVector<f64> = &self.closed * &state + &load;
             let is_settled = k > 100 && (&next - &state).amax() <= 1e-9 * next.amax();
             state = next;
             largest = largest.max(state[0].abs());
@@ -413,7 +451,7 @@ impl Loop {
                 break;
             }
         }
-        largest
+        Ok(largest)
     }
 
     /// Checks the margins of a stable loop against its poles. S is 1 far outside of the circle and has no pole there,

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! min over x: mean log10 e_i subject to noise of u <= its limit, max |z| < 1 at every corner with every gain set,
-//! each e_i <= its limit, a valid design
+//! each e_i <= its limit, margins of the linear loop within their limits, a valid design
 //! ```
 //!
 //! COBYLA (Powell's linear approximations with constraints) searches from a guess and from random points. The best of
@@ -29,6 +29,7 @@ pub use answer::{Answer, Limits, SearchResult, searches_of, tune, value_of, with
 
 use crate::Watch;
 use crate::compare::{Bench, Knob, LOST, Tuned, Worst, of_ours};
+use crate::gain_sets::{GainSet, gain_sets};
 
 /// Starts of a search.
 const STARTS: usize = 3;
@@ -48,6 +49,12 @@ pub struct Specification {
     pub move_rad: Option<f64>,
     /// Largest error under a load step of 14 % of the largest torque, rad.
     pub load_rad: Option<f64>,
+    /// Smallest phase margin with the data sheet, over the gain sets, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase_deg: Option<f64>,
+    /// Largest |S| in the corners of the tolerance of the file, over the gain sets.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensitivity_peak: Option<f64>,
     /// Whether the plant uncertainty is ±50 % instead of ±20 %.
     pub is_wide: bool,
 }
@@ -66,12 +73,27 @@ impl Specification {
             settle_s: tight(self.settle_s),
             move_rad: tight(self.move_rad),
             load_rad: tight(self.load_rad),
+            // The search and the result have the same corners at rest; only digits are rounded.
+            phase_deg: self.phase_deg.map(|limit| 1.005 * limit),
+            sensitivity_peak: self.sensitivity_peak.map(|limit| 0.995 * limit),
             is_wide: self.is_wide,
         }
     }
 
-    /// Returns the logarithmic distance of each metric to its limit, negative above the limit.
-    fn margins(&self, found: &Found) -> [f64; 5] {
+    /// Returns the specification with the limits of noise and stability alone.
+    fn without_errors(&self) -> Self {
+        Self { settle_s: None, move_rad: None, load_rad: None, ..*self }
+    }
+
+    /// Returns the positions in [`METRICS`] that the search limits. Without a limit of the linear loop it is left out:
+    /// an analysis costs more than a run.
+    fn limited(&self) -> impl Iterator<Item = usize> + use<> {
+        let is_limited = [self.phase_deg.is_some(), self.sensitivity_peak.is_some()];
+        (0..5).chain((5..7).filter(move |i| is_limited[i - 5]))
+    }
+
+    /// Returns the logarithmic distance of each of the [`METRICS`] to its limit, negative if the limit is not met.
+    fn margins(&self, found: &Found) -> [f64; 7] {
         // A failed run violates the specification, even without a limit.
         let below = |limit: Option<f64>, got: f64| match limit {
             _ if got >= LOST => NO_DESIGN,
@@ -86,16 +108,46 @@ impl Specification {
             below(self.load_rad, load_rad),
             // A thousandth of spectral radius counts as much as a fifth of an error.
             100.0 * (LARGEST_RADIUS - spectral_radius),
+            self.phase_deg.map_or(1.0, |limit| libm::log10(found.at_rest.phase_deg / limit)),
+            self.sensitivity_peak.map_or(1.0, |limit| libm::log10(limit / found.at_rest.sensitivity_peak)),
         ];
         margins.map(|margin| if margin.is_nan() { NO_DESIGN } else { margin.clamp(NO_DESIGN, 1.0) })
     }
 
     /// Returns the names of the limits that are not met.
     pub fn missed(&self, found: &Found) -> Vec<&'static str> {
-        let names = ["noise", "settling", "move", "load", "stability"];
-        let missed = names.into_iter().zip(self.margins(found)).filter(|(_, margin)| *margin < 0.0);
+        let missed = METRICS.into_iter().zip(self.margins(found)).filter(|(_, margin)| *margin < 0.0);
         let sine = (found.worst.sine_rad >= LOST).then_some("sine");
         missed.map(|(name, _)| name).chain(sine).collect()
+    }
+}
+
+/// Names of the limits of a specification.
+const METRICS: [&str; 7] = ["noise", "settling", "move", "load", "stability", "phase margin", "peak |S|"];
+
+/// Margins of the linear loop at rest, the worst of the gain sets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtRestMargins {
+    /// Smallest phase margin with the data sheet, degrees; 180 if unlimited, 0 if unstable.
+    pub phase_deg: f64,
+    /// Largest |S| in a corner of the tolerance of the file; infinite if unstable.
+    pub sensitivity_peak: f64,
+}
+
+impl AtRestMargins {
+    /// Value of a search that does not limit them.
+    const FREE: Self = Self { phase_deg: 180.0, sensitivity_peak: 0.0 };
+    /// Value of a loop without margins.
+    const NONE: Self = Self { phase_deg: 0.0, sensitivity_peak: f64::INFINITY };
+
+    fn of(bench: &Bench, designed: &DriveDesign) -> Self {
+        let sets = bench.at_rest.as_ref().ok().and_then(|at_rest| gain_sets(designed, at_rest).ok());
+        let worse = |worst: Self, set: GainSet| {
+            let phase_deg = set.margins.map_or(0.0, |margins| margins.phase_deg.unwrap_or(180.0));
+            let peak = set.worst.map_or(0.0, |worst| worst.sensitivity_peak.unwrap_or(f64::INFINITY));
+            Self { phase_deg: worst.phase_deg.min(phase_deg), sensitivity_peak: worst.sensitivity_peak.max(peak) }
+        };
+        sets.map_or(Self::NONE, |sets| sets.into_iter().fold(Self::FREE, worse))
     }
 }
 
@@ -123,17 +175,23 @@ pub struct Found {
     pub noise_a: f64,
     /// Worst metrics over the corners.
     pub worst: Worst,
+    /// Margins of the linear loop, if the specification limits them.
+    #[serde(skip)]
+    pub at_rest: AtRestMargins,
 }
 
 impl Found {
-    /// Evaluates a drive over all corners or over the corners of the cost; `None` if the design is invalid.
-    pub fn of(bench: &Bench, designed: &DriveDesign, is_wide: bool, all: bool) -> Option<Self> {
+    /// Evaluates a drive for a specification over all corners or over the corners of the cost; `None` if the design is
+    /// invalid.
+    pub fn of(bench: &Bench, designed: &DriveDesign, specification: &Specification, all: bool) -> Option<Self> {
         let design = of_ours(designed)?;
         let mut noise_a = bench.noise_a(&design);
         for factor in NEAR {
             noise_a = noise_a.max(bench.noise_a(&of_ours(&nudged(designed, factor))?));
         }
-        Some(Self { noise_a, worst: bench.worst(&design, is_wide, all) })
+        let is_free = specification.limited().count() == 5;
+        let at_rest = if is_free { AtRestMargins::FREE } else { AtRestMargins::of(bench, designed) };
+        Some(Self { noise_a, worst: bench.worst(&design, specification.is_wide, all), at_rest })
     }
 
     /// Returns the mean of the logarithms of the minimised metrics.
@@ -186,7 +244,7 @@ pub fn searches(bench: &Bench, jobs: &[Job], effort: Effort, watch: Watch<'_>) -
     let best = done.chunks(STARTS).zip(jobs).filter_map(|(starts, job)| {
         let best = starts.iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))?;
         let designed = rounded(&Tuned::new(bench, job.gain_sets).designed(&best.1)?);
-        Some(Entry { job: *job, designed, found: Found::of(bench, &designed, job.specification.is_wide, true)? })
+        Some(Entry { job: *job, designed, found: Found::of(bench, &designed, &job.specification, true)? })
     });
     Some(best.collect())
 }
@@ -212,9 +270,9 @@ fn searched(bench: &Bench, job: Job, start: usize, effort: Effort, watch: Watch<
         let values: Vec<f64> = knobs.iter().zip(x).map(|(knob, x)| knob.at(*x)).collect();
         let found = if watch.is_stopped() { None } else { tuned.designed(&values) };
         let found = found.map(|designed| rounded(&designed));
-        let found = found.and_then(|designed| Found::of(bench, &designed, job.specification.is_wide, false));
+        let found = found.and_then(|designed| Found::of(bench, &designed, &job.specification, false));
         watch.done();
-        let told = found.map_or(([NO_DESIGN; 5], 3.0), |found| (tight.margins(&found), found.cost()));
+        let told = found.map_or(([NO_DESIGN; 7], 3.0), |found| (tight.margins(&found), found.cost()));
         if found.is_some() {
             let short: f64 = told.0.iter().map(|margin| margin.min(0.0)).sum();
             // A design that violates a limit ranks below every design that meets all of them.
@@ -226,8 +284,10 @@ fn searched(bench: &Bench, job: Job, start: usize, effort: Effort, watch: Watch<
         search.last = Some((x.to_vec(), told));
         told
     };
-    let constraints: Vec<_> =
-        (0..5).map(|i| move |x: &[f64], search: &mut Rc<RefCell<Search>>| at_margin(at, x, search, i)).collect();
+    let constraints: Vec<_> = tight
+        .limited()
+        .map(|i| move |x: &[f64], search: &mut Rc<RefCell<Search>>| at_margin(at, x, search, i))
+        .collect();
     let constraints: Vec<&dyn Func<Rc<RefCell<Search>>>> = constraints.iter().map(|it| it as _).collect();
     let tolerances = StopTols { xtol_abs: vec![1e-3; knobs.len()], ..StopTols::default() };
     let cost = |x: &[f64], search: &mut Rc<RefCell<Search>>| at(x, search).1;
@@ -250,7 +310,7 @@ fn at_margin<S>(at: impl Fn(&[f64], &mut S) -> Judged, x: &[f64], search: &mut S
 }
 
 /// Margins of the specification, and the cost.
-type Judged = ([f64; 5], f64);
+type Judged = ([f64; 7], f64);
 
 /// Rounds the bandwidths to digits that are typed in a file, so that the file reproduces the evaluated drive.
 fn rounded(designed: &DriveDesign) -> DriveDesign {

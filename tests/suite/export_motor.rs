@@ -42,6 +42,7 @@ fn peak(said: &[String], words: &str) -> f64 {
 
 const OF_SINE: &str = "sine of 1 rad at 1.000 Hz, from 0.50 s on: peak error";
 const NO_ALARM: &str = "status flags of all ticks: 00000000, no alarm";
+const OF_RESTART: &str = "stopped and restarted, then to rest at 0.25 rad: peak error";
 const OF_MOVE: &str = "from there to rest at 0.5 rad in 0.30 s: peak error";
 
 #[test]
@@ -85,7 +86,12 @@ fn the_commands_of_the_docs_drive_a_motor_along_a_sine_within_the_bar() {
         assert!((row[1] - (TAU * row[0]).sin()).abs() < 5e-6, "{row:?}");
         assert!((row[2] - row[1] - row[3]).abs() < 2.1e-6 && row[3].abs() <= sine + 1e-6, "{row:?}");
     }
-    assert!(rows.last().is_some_and(|row| row[1] == 0.5 && row[3].abs() < 2e-3), "{rows:?}");
+    let held = rows.iter().rfind(|row| row[0] < 2.75).expect("a row at rest");
+    assert!(held[1] == 0.5 && held[3].abs() < 2e-3, "{held:?}");
+    // The drive stopped, started again where it was, and moved on.
+    let restarted = peak(&said, OF_RESTART);
+    assert!((1e-4..BAR_RAD).contains(&restarted), "{restarted} rad");
+    assert!(rows.iter().any(|row| row[0] > 3.3 && row[4] == 0.0), "no current while stopped: {rows:?}");
 
     // As assembly, which the same command links, the output is identical to the last digit.
     if deep() {
@@ -153,13 +159,7 @@ fn the_example_runs_at_every_rate_and_delay_and_with_a_motor_of_a_hundredth_of_t
 #[test]
 fn the_example_drives_a_soft_and_a_stiff_joint() {
     let folder = Folder::new("export-motor-joint");
-    let harmonic = [
-        "joint={gear=[100, 1], motor_inertia_kg_m2=0.00012, torque_n_m_per_a=0.08, motor_damping_n_m_s=0.0002, \
-         link_inertia_kg_m2=0.4, stiffness_n_m=8000.0, link_damping_n_m_s=0.5, weight_n_m=10.0, max_current_a=8.0}",
-        "encoder.link={bits=19}",
-        "encoder.motor={bits=14, reversed=true, offset_counts=77}",
-        "drive.sudden_load_n_m=17.92",
-    ];
+    let harmonic = HARMONIC;
     for (sets, hz, begin, pause, bar) in [
         (&[][..], "0.332", "1.51", "0.90", 1e-4),
         (&["drive.period_s=2.5e-4", "drive.delay_ticks=1"], "0.332", "1.51", "0.90", 1e-4),
@@ -169,7 +169,9 @@ fn the_example_drives_a_soft_and_a_stiff_joint() {
         let said = driven(&folder, &drive);
         let sine = peak(&said, &format!("sine of 1 rad at {hz} Hz, from {begin} s on: peak error"));
         let to_rest = peak(&said, &format!("from there to rest at 0.5 rad in {pause} s: peak error"));
-        println!("{sets:?}: {sine} rad, {to_rest} rad");
+        let restarted = peak(&said, OF_RESTART);
+        println!("{sets:?}: {sine} rad, {to_rest} rad, after a restart {restarted} rad");
+        assert!(restarted < 5.0 * bar, "{sets:?}: {restarted} rad");
         // The encoder of the link has counts of 6e-6 or 1.2e-5 rad.
         assert!((3e-6..bar).contains(&sine) && (3e-6..bar).contains(&to_rest), "{sets:?}: {sine} {to_rest}");
         assert!(said.contains(&NO_ALARM.to_string()), "{said:?}");
@@ -203,12 +205,78 @@ fn an_interrupt_longer_than_its_period_and_a_missing_file_end_with_a_message() {
     let err = make(&folder, &drive, "board", &[]).stderr;
     assert!(err.is_empty(), "{}", String::from_utf8_lossy(&err));
 
-    // The image for a board has no simulated motor, so its interrupt has a bound.
-    let image = folder.path("board.elf");
-    let spoken = host_sim(&["budget", "--elf", &image, "--symbol", "TIM3_IRQHandler", "--barrier", "3"]);
+    // At the 16 MHz after reset 10 kHz leave 1600 cycles: the compiler stops.
+    let fast = make(&folder, &exported(&folder, &["drive.period_s=1e-4"]), "board", &[]);
+    let err = String::from_utf8_lossy(&fast.stderr);
+    assert!(!fast.status.success() && err.contains("too short for CORE_HZ"), "{err}");
+    let drive = exported(&folder, &["drive.period_s=2.5e-4"]);
+    assert!(make(&folder, &drive, "board", &[]).status.success());
+}
+
+/// Joint with a harmonic drive: stiff, with a gear and a weight.
+const HARMONIC: [&str; 4] = [
+    "joint={gear=[100, 1], motor_inertia_kg_m2=0.00012, torque_n_m_per_a=0.08, motor_damping_n_m_s=0.0002, \
+     link_inertia_kg_m2=0.4, stiffness_n_m=8000.0, link_damping_n_m_s=0.5, weight_n_m=10.0, max_current_a=8.0}",
+    "encoder.link={bits=19}",
+    "encoder.motor={bits=14, reversed=true, offset_counts=77}",
+    "drive.sudden_load_n_m=17.92",
+];
+
+/// Returns the bound of an interrupt in an image for a board, cycles.
+fn bound(image: &str, symbol: &str) -> u32 {
+    let spoken = host_sim(&["budget", "--elf", image, "--symbol", symbol, "--barrier", "3"]);
     assert_eq!(spoken.status, 0, "{}", spoken.err);
     let bound = spoken.out.lines().find_map(|line| line.strip_prefix("bound"));
-    let bound: u32 = bound.and_then(|line| line.split_whitespace().next()?.parse().ok()).expect("a bound");
-    println!("{bound} cycles");
-    assert!((1400..=4000).contains(&bound), "{bound} cycles do not fit 4 kHz at 16 MHz");
+    bound.and_then(|line| line.split_whitespace().next()?.parse().ok()).expect("a bound")
+}
+
+/// The image for a board has no simulated motor, so its interrupt has a bound. The page states it.
+#[test]
+fn the_interrupts_of_the_page_take_the_cycles_that_it_states() {
+    let folder = Folder::new("export-motor-cycles");
+    let page = fs::read_to_string(path("../docs/c.md")).expect("the page").replace("\n  ", " ");
+    let motor = exported(&folder, &[]);
+    let code = page
+        .split_once("```c\n#include \"motor_drive.h\"")
+        .expect("the interrupt")
+        .1
+        .split_once("```")
+        .expect("its end")
+        .0;
+    let [source, functions] = ["interrupt.c", "functions.c"].map(|name| folder.path(name));
+    fs::write(&source, format!("#include \"{motor}\"{code}")).expect("a file");
+    let board = "#include <stdbool.h>\n#include <stdint.h>\nuint32_t encoder_register(void) { return 0u; }\n\
+                 bool encoder_is_good(void) { return true; }\nfloat set_current(float ampere) { return ampere; }\n\
+                 void control_interrupt(void);\nvoid _start(void) { control_interrupt(); }\n";
+    fs::write(&functions, board).expect("a file");
+    let image = folder.path("interrupt.elf");
+    let core = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"];
+    let options = ["-std=c99", "-O2", "-ffp-contract=off", "-ffunction-sections", "-Wl,--gc-sections", "-nostartfiles"];
+    let built = Command::new("arm-none-eabi-gcc")
+        .args(core)
+        .args(options)
+        .args(["--specs=nosys.specs", &source, &functions, "-o", &image, "-lm"])
+        .output()
+        .expect("the compiler runs");
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let short = bound(&image, "control_interrupt");
+    let board = |drive: &str| {
+        let made = make(&folder, drive, "board", &["CORE_HZ=168000000u"]);
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        bound(&folder.path("board.elf"), "TIM3_IRQHandler")
+    };
+    let [own, soft, stiff] = [
+        board(&motor),
+        board(&exported_from(&folder, "joint", &[])),
+        board(&exported_from(&folder, "joint", &HARMONIC)),
+    ];
+    for words in [
+        format!("The interrupt above takes at most {short} cycles"),
+        format!(
+            "The interrupt of `motor.c` takes {own} cycles, with the template joint {soft}, with a stiff joint \
+             (`coupled`) {stiff}."
+        ),
+    ] {
+        assert!(page.contains(&words), "{words}");
+    }
 }

@@ -8,7 +8,7 @@ use loop_sim::MAX_ORDER;
 use loop_sim::metrics::{Metrics, Tracking};
 use loop_sim::port::drive::{DriveDesign, LivePort};
 use loop_sim::port::{ControllerPort, PortError, Tick};
-use loop_sim::trace::{Ending, Row, Trace};
+use loop_sim::trace::{Row, Trace};
 use scenario::{Experiment, ShaftOf};
 use serde::{Deserialize, Serialize};
 use study::figures::FLAGS;
@@ -118,16 +118,10 @@ pub(crate) fn run(text: &Text, request: &RunRequest) -> Result<Ran, Failure> {
     let mut experiment = text.with(&request.sets)?;
     with_retunes(&mut experiment, &request.sets, &request.retunes)?;
     let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
-    let (ending, ended_at_s) = match trace.ending {
-        Ending::Finished => ("finished", None),
-        Ending::Diverged { t_s } => ("diverged", Some(t_s)),
-        Ending::Interrupted { t_s } => ("interrupted", Some(t_s)),
-        Ending::BrokenOff { t_s } => ("broken off", Some(t_s)),
-    };
     Ok(Ran {
         name: request.name.clone(),
-        ending,
-        ended_at_s,
+        ending: trace.ending.word(),
+        ended_at_s: trace.ending.at_s(),
         error: error.map(|error| error.to_string()),
         columns: columns(&trace, &experiment, request.rows),
         metrics: experiment.metrics(&trace),

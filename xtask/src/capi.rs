@@ -52,8 +52,10 @@ const FORMS: [Form; 5] = [
     Form { folder: "host", target: None },
 ];
 
+/// Folder of the chip that the examples run on.
+const CHIP: &str = "thumbv7em";
 /// Folders of the libraries that the fast tier builds.
-const EMULATED: [&str; 2] = ["thumbv7em", "host"];
+const EMULATED: [&str; 2] = [CHIP, "host"];
 
 /// Returns the compiler names of the supported cores.
 pub(crate) fn targets() -> impl Iterator<Item = &'static str> {
@@ -91,19 +93,40 @@ pub(crate) enum Cores {
     Emulated,
     /// Every core: the deep tier.
     All,
+    /// One folder of [`FORMS`].
+    One(&'static str),
 }
 
 impl Cores {
     fn forms(self) -> impl Iterator<Item = &'static Form> {
-        FORMS.iter().filter(move |form| self == Self::All || EMULATED.contains(&form.folder))
+        FORMS.iter().filter(move |form| match self {
+            Self::Emulated => EMULATED.contains(&form.folder),
+            Self::All => true,
+            Self::One(folder) => form.folder == folder,
+        })
     }
 }
 
-/// Builds the libraries into `controller-capi/target/archive`, a folder per core, then the examples.
+/// Builds what the command line asks for: every core, or `capi CORE`.
+pub(crate) fn asked(gate: &mut Gate) -> Outcome {
+    let Some(word) = std::env::args().nth(2) else { return run(gate, Cores::All) };
+    let known = FORMS.iter().find(|form| form.folder == word).map(|form| form.folder);
+    let cores: Vec<&str> = FORMS.iter().map(|form| form.folder).collect();
+    let folder = known.ok_or_else(|| Failure {
+        reason: format!("{word}: no such core; there are {}", cores.join(", ")),
+        rerun: format!("cargo xtask capi {}", cores[0]),
+    })?;
+    run(gate, Cores::One(folder))
+}
+
+/// Builds the libraries into `controller-capi/target/archive`, a folder per core, then the examples of the chip.
 pub(crate) fn run(gate: &mut Gate, cores: Cores) -> Outcome {
     let builds = builds(&gate.root.clone(), cores)?;
     gate.commands("C interface for chips and host", &builds)?;
     pack(gate, cores)?;
+    if cores.forms().all(|form| form.folder != CHIP) {
+        return Ok(());
+    }
     // Builds from scratch: make does not detect a new library with an equal date.
     gate.commands("examples in C", &[Invocation::new("make", &["--no-print-directory", "-C", "examples/c", "-B"])])
 }

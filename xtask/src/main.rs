@@ -83,9 +83,9 @@ const ACTIONS: [Action; 31] = [
         run: means::run,
     },
     Action {
-        name: "capi",
-        help: "build library, header and examples for firmware in C",
-        run: |gate| capi::run(gate, capi::Cores::All),
+        name: CAPI,
+        help: "build library, header and examples for firmware in C; [CORE]: one of thumbv7em, .., host",
+        run: capi::asked,
     },
     Action { name: "docs", help: "build the documentation without warnings and check its formulas", run: docs::run },
     Action { name: "tables", help: "compute the tables and figures of docs again (a minute)", run: docs::tables },
@@ -142,6 +142,7 @@ const ACTIONS: [Action; 31] = [
 
 /// Commands with arguments, which they check themselves.
 const ATTACK: &str = "attack";
+const CAPI: &str = "capi";
 const DEEP: &str = "test --deep";
 
 fn main() -> ExitCode {
@@ -160,7 +161,7 @@ fn main() -> ExitCode {
     }
     let begins = |name: &str| asked.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '));
     let is_asked =
-        |action: &&Action| action.name == asked || ([ATTACK, DEEP].contains(&action.name) && begins(action.name));
+        |action: &&Action| action.name == asked || ([ATTACK, CAPI, DEEP].contains(&action.name) && begins(action.name));
     let Some(Action { run, .. }) = ACTIONS.iter().find(is_asked) else {
         return misused(&format!("unknown command `{asked}`: did you mean `{}`?", nearest(&asked)));
     };

@@ -177,18 +177,23 @@ impl Work {
         self.export_alone(gate)
     }
 
-    /// Exports a scenario in a build without the package and its archives.
+    /// Exports a scenario in a build without the package and its archives: the drive, and a configuration.
     fn export_alone(&self, gate: &Gate) -> Outcome {
         let (sources, build) = (self.at("alone"), self.at("alone/build"));
         let (functions, scenario) = (self.of("controller-capi/cmake/edo_smc.cmake"), self.of(MOTOR));
         let list = format!(
             "cmake_minimum_required(VERSION 3.21)\nproject(alone C)\ninclude({functions})\n\
-             add_library(alone OBJECT alone.c)\nedo_smc_export(TARGET alone SCENARIO {scenario})\n"
+             add_library(alone OBJECT alone.c)\nedo_smc_export(TARGET alone SCENARIO {scenario})\n\
+             add_library(config OBJECT config.c)\ntarget_include_directories(config PRIVATE {})\n\
+             edo_smc_export(TARGET config SCENARIO {scenario} CONFIG)\n",
+            self.of("controller-capi/include")
         );
         fs::create_dir_all(&sources).map_err(failed)?;
         fs::write(Path::new(&sources).join("CMakeLists.txt"), list).map_err(failed)?;
         let source = "#include \"motor_drive.h\"\nbool alone(void) { return edo_smc_modes_ok(); }\n";
         fs::write(Path::new(&sources).join("alone.c"), source).map_err(failed)?;
+        let source = "#include \"motor_config.h\"\nconst edo_smc_config_motor_t *config(void) { return &my_config; }\n";
+        fs::write(Path::new(&sources).join("config.c"), source).map_err(failed)?;
         let host_sim = format!("-DEDO_SMC_HOST_SIM={}", self.host_sim);
         Invocation::new("cmake", &["-S", &sources, "-B", &build, "--log-level=WARNING", &host_sim]).run(gate)?;
         Invocation::new("cmake", &["--build", &build]).run(gate)

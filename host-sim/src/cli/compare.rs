@@ -73,7 +73,7 @@ impl Console<'_> {
                 bench.corners(),
                 significant(bench.start_rad, 3)
             ))?;
-            self.say(&comparison::table(entries).to_string())?;
+            self.say(&comparison::table(entries, comparison.of_file.as_ref()).to_string())?;
             let mut over: Vec<&str> =
                 entries.iter().filter(|entry| entry.breaks_limit()).map(|entry| entry.law).collect();
             over.dedup();

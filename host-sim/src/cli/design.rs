@@ -244,10 +244,11 @@ fn gain_sets(design: &Design) -> Option<Table> {
         "phase margin, deg",
         "delay margin, ms",
         "gain margin",
+        "10 % load moves, mrad",
         "peak |S|, worst corner",
         "worst corner",
     ]);
-    for GainSet { name, margins, worst } in &design.gain_sets {
+    for GainSet { name, margins, deflection_rad, worst } in &design.gain_sets {
         let [corner, which] = match worst {
             Some(WorstCorner { name, sensitivity_peak }) => {
                 [sensitivity_peak.map_or_else(|| "UNSTABLE".into(), number), name.clone()]
@@ -267,7 +268,8 @@ fn gain_sets(design: &Design) -> Option<Table> {
             },
         );
         let [peak, phase, delay, gain] = &figures;
-        table.row([*name, peak, phase, delay, gain, &corner, &which]);
+        let way = deflection_rad.map(|rad| number(1e3 * rad)).unwrap_or_default();
+        table.row([*name, peak, phase, delay, gain, &way, &corner, &which]);
     }
     (!design.gain_sets.is_empty()).then_some(table)
 }
@@ -283,7 +285,7 @@ fn prices(design: &Design) -> Option<Table> {
         "current noise, A",
         "10 % load moves, mrad",
     ]);
-    for MarginPrice { margin, sets, noise_a, deflection_rad } in &design.prices {
+    for MarginPrice { margin, sets, noise_a } in &design.prices {
         let name = margin.map_or_else(|| "this file".into(), |margin| format!("{margin:?}"));
         let peaks = [0, 1].map(|k| {
             let or_unstable = |peak: Option<f64>| peak.map_or_else(|| "unstable".into(), number);
@@ -294,7 +296,7 @@ fn prices(design: &Design) -> Option<Table> {
         });
         let [[base, base_corner], [high, high_corner]] = &peaks;
         let noise = noise_a.map(number).unwrap_or_default();
-        let way = deflection_rad.map(|rad| number(1e3 * rad)).unwrap_or_default();
+        let way = sets.last().and_then(|set| set.deflection_rad).map(|rad| number(1e3 * rad)).unwrap_or_default();
         table.row([name.as_str(), base, high, base_corner, high_corner, &noise, &way]);
     }
     (!design.prices.is_empty()).then_some(table)

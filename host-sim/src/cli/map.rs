@@ -135,14 +135,17 @@ impl Console<'_> {
             return Ok(status::DONE);
         }
         self.say(&format!("{}\n{}", experiment.headline(), view.count(&map)))?;
-        let mut table =
-            Table::new(["corner", "slowest |z|", "decay rate (1/s)"].into_iter().chain(question.figure.as_deref()));
+        let mut table = Table::new(
+            ["corner", "peak |S|", "slowest |z|", "decay rate (1/s)"].into_iter().chain(question.figure.as_deref()),
+        );
         for point in map.points.iter().flatten() {
             let corner = point.worst.clone().unwrap_or_default();
             let figure = point.figure.iter().map(|value| number(*value));
             // The pole of the offset W is left out: it may be slower, and it is equal in every corner.
             let radius = format!("{:.6}", libm::exp(-point.decay_per_s * experiment.period_s));
-            let cells: Vec<String> = [corner, radius, number(point.decay_per_s)].into_iter().chain(figure).collect();
+            let peak = point.sensitivity_peak.map_or_else(|| "UNSTABLE".into(), |peak| significant(peak, 3));
+            let cells: Vec<String> =
+                [corner, peak, radius, number(point.decay_per_s)].into_iter().chain(figure).collect();
             table.row(cells.iter().map(String::as_str));
         }
         self.say(&table.to_string())?;

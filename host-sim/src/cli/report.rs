@@ -258,7 +258,7 @@ impl Console<'_> {
         let table = table(experiment, &metrics, &figures, design, &trace);
         let section = Section {
             heading: "Run".into(),
-            says: vec![ending(&trace, &metrics).1],
+            says: vec![ending(&trace, &metrics)],
             tables: vec![table],
             figures: figures_of(experiment, &trace).into_iter().map(|(_, figure)| figure).collect(),
             ..Section::default()
@@ -274,7 +274,10 @@ impl Console<'_> {
             Ok(found.map(|found| {
                 let worst = found.points.iter().flatten().next().map_or_else(String::new, |point| {
                     let name = point.worst.as_deref().unwrap_or_default();
-                    format!("; worst: {name}, spectral radius {:.5}", point.spectral_radius)
+                    match point.sensitivity_peak {
+                        Some(peak) => format!("; worst: {name}, peak |S| {}", significant(peak, 3)),
+                        None => format!("; worst: {name}, spectral radius {:.5}", point.spectral_radius),
+                    }
                 });
                 view.count(&found) + &worst
             }))

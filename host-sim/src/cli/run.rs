@@ -124,7 +124,7 @@ impl Console<'_> {
             sets: &options.sets,
             design_hash,
             figures,
-            ending: ending(&trace, &metrics).0,
+            ending: trace.ending.word(),
             ended_at_s: trace.rows.last().map_or(0.0, |row| row.t_s),
             error: error.clone(),
             warnings: &experiment.warnings,
@@ -309,31 +309,26 @@ pub(super) fn figures_of(experiment: &Experiment, trace: &Trace) -> Vec<(String,
     }
 }
 
-/// Returns the ending of a run as a word for programs and as a phrase for people.
-pub(super) fn ending(trace: &Trace, metrics: &Metrics) -> (&'static str, String) {
+/// Returns the ending of a run as a phrase.
+pub(super) fn ending(trace: &Trace, metrics: &Metrics) -> String {
+    let is_off = trace.rows.last().is_some_and(|row| row.health.contains(Health::STOPPED));
+    let far = format!("|y| exceeded {FAR} times its start and the settling band");
+    let at = |word: &str| format!("{word} at t = {} s", significant(trace.ending.at_s().unwrap_or_default(), 4));
     match trace.ending {
-        Ending::Finished if !metrics.bounded => {
-            ("finished", format!("NOT BOUNDED: |y| exceeded {FAR} times its start and the settling band"))
-        }
-        Ending::Finished => ("finished", "finished, state bounded".into()),
-        Ending::Diverged { t_s } => ("diverged", format!("DIVERGED at t = {} s", significant(t_s, 4))),
-        Ending::BrokenOff { t_s } => ("broken off", format!("BROKEN OFF at t = {} s", significant(t_s, 4))),
-        Ending::Interrupted { t_s } => ("interrupted", format!("STOPPED at t = {} s", significant(t_s, 4))),
+        Ending::Finished if metrics.bounded => "finished, state bounded".into(),
+        Ending::Finished if is_off => format!("finished, STOPPED after an alarm, {far}"),
+        Ending::Finished => format!("NOT BOUNDED: {far}"),
+        Ending::Diverged { .. } => at("DIVERGED"),
+        Ending::BrokenOff { .. } => at("BROKEN OFF"),
+        Ending::Interrupted { .. } => at("STOPPED"),
     }
 }
 
 /// Returns the verdict of a run. It never contradicts the warnings above it.
 fn verdict(experiment: &Experiment, trace: &Trace, metrics: &Metrics, json: &RunJson<'_>) -> String {
-    let (_, ending) = ending(trace, metrics);
+    let ending = ending(trace, metrics);
     // A chain has no monitors.
     let alarm = experiment.drive.as_ref().and_then(|_| drive::first_alarm(trace));
-    let is_off = trace.rows.last().is_some_and(|row| row.health.contains(Health::STOPPED));
-    let ending = match trace.ending {
-        Ending::Finished if !metrics.bounded && is_off => {
-            format!("finished, STOPPED after an alarm, |y| exceeded {FAR} times its start and the settling band")
-        }
-        _ => ending,
-    };
     let alarmed =
         alarm.map_or_else(String::new, |(_, t_s, alarms)| format!("; ALARM at t = {} s: {alarms}", typed(t_s, 6)));
     let is_held_by_limits = metrics.bounded && json.warnings.iter().any(|warning| warning.starts_with("UNSTABLE"));

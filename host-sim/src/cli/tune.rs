@@ -35,6 +35,12 @@ pub(super) struct TuneOptions {
     /// Maximum error under a load step of 14 % of the largest torque in the worst corner, rad.
     #[arg(long, value_name = "RAD")]
     load: Option<f64>,
+    /// Minimum phase margin of every gain set with the data sheet, degrees.
+    #[arg(long, value_name = "DEG")]
+    phase: Option<f64>,
+    /// Maximum peak of |S| of every gain set in the worst corner of drive.uncertain_percent, as design prints it.
+    #[arg(long, value_name = "PEAK")]
+    sensitivity: Option<f64>,
     /// Maximum WCET bound of a tick on a Cortex-M4F, cycles.
     #[arg(long, value_name = "N")]
     cycles: Option<u32>,
@@ -79,6 +85,8 @@ impl TuneOptions {
             settle_s: self.settling,
             move_rad: self.moved,
             load_rad: self.load,
+            phase_deg: self.phase,
+            sensitivity_peak: self.sensitivity,
             is_wide: self.uncertain.as_deref().map(|percent| percent == "50"),
         }
     }
@@ -160,7 +168,11 @@ impl Console<'_> {
             ))?;
         }
         if let Some(small) = answer.gain_sets.first().and_then(small_margins) {
-            self.say(&format!("warning: small margins: {small}. Relax the specification, or keep the gains by rule"))?;
+            self.say(&format!(
+                "warning: small margins: {small}. Search with --phase {LEAST_PHASE_DEG} --sensitivity {}, or keep the \
+                 gains by rule",
+                scenario::CORNER_PEAK
+            ))?;
         }
         if let Some(why) = answer.refused_by_export.as_ref() {
             self.say(&format!("warning: export rejects the tuned file: {why}"))?;
@@ -178,7 +190,7 @@ impl Console<'_> {
         let bar = self.bar(2 * u64::from(options.evaluations), LEFT);
         let within = within_noise(bench, specification, options.effort(), Watch::new(self.stop, &|| bar.inc(1)));
         bar.finish_and_clear();
-        let within = within?.map_or_else(String::new, |Found { noise_a, worst }| {
+        let within = within?.map_or_else(String::new, |Found { noise_a, worst, .. }| {
             let options = [("settling", worst.settle_s), ("move", worst.move_rad), ("load", worst.load_rad)];
             let had = options.iter().filter(|(_, value)| *value < LOST);
             let had: Vec<String> = had.map(|(name, value)| format!("--{name} {}", number(*value))).collect();
@@ -257,11 +269,25 @@ fn table(answer: &Answer, most_cycles: Option<u32>) -> Table {
         let percent = format!("{at_least}{percent}");
         table.row(["tolerance of all data sheet values (%)", "", "", &percent, ""]);
     }
-    for GainSet { name, margins, worst } in &answer.gain_sets {
+    for GainSet { name, margins, worst, .. } in &answer.gain_sets {
+        let verdict = |limit: Option<f64>, is_met: bool| match limit {
+            None => "",
+            Some(_) if is_met => "met",
+            Some(_) => "NOT MET",
+        };
+        let phase_deg = margins.map_or(Some(0.0), |margins| margins.phase_deg);
+        let phase = phase_deg.map_or_else(|| "unlimited".into(), |phase| significant(phase, 3));
+        let limit = specification.phase_deg;
+        let is_met = verdict(limit, phase_deg.is_none_or(|phase| limit.is_none_or(|limit| phase >= limit)));
+        table.row([&*format!("phase margin, {name} gains (deg)"), &asked_for(limit), &phase, "", is_met]);
+
         let peak = |peak: Option<f64>| peak.map_or_else(|| "UNSTABLE".into(), |peak| significant(peak, 3));
         let nominal = peak(margins.map(|margins| margins.sensitivity_peak));
-        let worst = worst.as_ref().map_or_else(String::new, |worst| peak(worst.sensitivity_peak));
-        table.row([&*format!("peak |S|, {name} gains"), "", &nominal, &worst, ""]);
+        let largest = worst.as_ref().map_or_else(String::new, |worst| peak(worst.sensitivity_peak));
+        let limit = specification.sensitivity_peak;
+        let largest_peak = worst.as_ref().map_or(0.0, |worst| worst.sensitivity_peak.unwrap_or(f64::INFINITY));
+        let is_met = verdict(limit, limit.is_none_or(|limit| largest_peak <= limit));
+        table.row([&*format!("peak |S|, {name} gains"), &asked_for(limit), &nominal, &largest, is_met]);
     }
     let most = most_cycles.map_or_else(String::new, |most| most.to_string());
     let verdict = if most.is_empty() { "" } else { "met" };

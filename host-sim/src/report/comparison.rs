@@ -22,10 +22,11 @@ const COLUMNS: [Column; 8] = [
     ("L50", |f| f.load_50_rad),
 ];
 
-/// Returns the table with a row per control law and noise limit. `*` marks values within 2 % of the best at this limit.
-/// `!` marks a current noise above the limit; such a law is not ranked.
+/// Returns the table with a row per control law and noise limit, and a row of the drive of the file, which no search has
+/// tuned. `*` marks values within 2 % of the best at this limit. `!` marks a current noise above the limit; such a law
+/// is not ranked.
 #[must_use]
-pub fn table(entries: &[Entry]) -> Table {
+pub fn table(entries: &[Entry], of_file: Option<&Figures>) -> Table {
     let mut table = Table::new([
         "limit A", "law", "noise A", "S rad", "M rad", "load rad", "settle s", "M20", "L20", "S50", "L50", "unstable",
     ]);
@@ -34,7 +35,7 @@ pub fn table(entries: &[Entry]) -> Table {
         let cell = |&(_, of): &Column| {
             let (own, best) =
                 (of(&entry.figures), ranked.clone().map(|other| of(&other.figures)).fold(f64::MAX, f64::min));
-            let number = if own < LOST { significant(own, 2) } else { "lost".into() };
+            let number = number(own);
             let is_best = own <= AS_GOOD * best && own < LOST && !entry.breaks_limit();
             format!("{number}{}", if is_best { "*" } else { "" })
         };
@@ -43,10 +44,25 @@ pub fn table(entries: &[Entry]) -> Table {
         let mut cells = vec![significant(entry.limit_a, 2), entry.law.to_owned(), noise];
         cells.extend(COLUMNS.iter().map(cell));
         cells.push(entry.figures.unstable.to_string());
-        let cells: [String; 12] = std::array::from_fn(|i| std::mem::take(&mut cells[i]));
-        table.row(cells.each_ref().map(String::as_str));
+        add(&mut table, cells);
+    }
+    if let Some(figures) = of_file {
+        let mut cells = vec![String::new(), "edo-smc, drive of the file".into(), significant(figures.noise_a, 2)];
+        cells.extend(COLUMNS.iter().map(|&(_, of)| number(of(figures))));
+        cells.push(figures.unstable.to_string());
+        add(&mut table, cells);
     }
     table
+}
+
+/// Formats a metric; `lost` for a run that did not settle.
+fn number(value: f64) -> String {
+    if value < LOST { significant(value, 2) } else { "lost".into() }
+}
+
+fn add(table: &mut Table, mut cells: Vec<String>) {
+    let cells: [String; 12] = std::array::from_fn(|i| std::mem::take(&mut cells[i]));
+    table.row(cells.each_ref().map(String::as_str));
 }
 
 /// Returns the figure of the worst error of ±20 % over the current noise, a curve per control law. A run that did not
@@ -152,12 +168,15 @@ mod tests {
     /// A law above the noise limit is not ranked, and a column that all laws lost has no star.
     #[test]
     fn a_law_over_the_limit_is_marked_and_not_ranked() {
-        let text =
-            table(&[entry("loud", 0.06, 1e-4), entry("quiet", 0.04, 2e-4), entry("slow", 0.01, 3e-4)]).to_string();
+        let entries = [entry("loud", 0.06, 1e-4), entry("quiet", 0.04, 2e-4), entry("slow", 0.01, 3e-4)];
+        let text = table(&entries, Some(&entry("", 0.02, 1e-5).figures)).to_string();
         let row = |law: &str| text.lines().find(|line| line.contains(law)).expect("a row").to_owned();
         let [loud, quiet, slow] = ["loud", "quiet", "slow"].map(row);
         assert!(loud.contains("0.060!") && !loud.contains('*'), "{loud}");
         assert_eq!((quiet.matches('*').count(), slow.matches('*').count()), (7, 0), "{quiet}\n{slow}");
         assert!(quiet.contains("lost "), "{quiet}");
+        // The drive of the file has no limit and no rank.
+        let of_file = row("drive of the file");
+        assert!(of_file.contains("1.0e-5") && !of_file.contains('*'), "{of_file}");
     }
 }

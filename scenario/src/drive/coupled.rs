@@ -193,13 +193,12 @@ impl AsWhole {
         let (w, [link_steps, motor_steps]) = (design.bandwidths, design.gate_steps);
         let mut lines = Vec::new();
         if let Some(rule) = &self.rule {
-            let fast = rule
-                .fast
-                .filter(|_| gain_sets > 1)
-                .map_or(String::new(), |fast| format!(" (high gains {:.2} and {:.2})", fast.peak, fast.corner_peak));
+            let fast = rule.fast.filter(|_| gain_sets > 1).map_or(String::new(), |fast| {
+                format!(" (high gains {:.2}, and {:.2} in the corners of the ratios)", fast.peak, fast.corner_peak)
+            });
             lines.push(format!(
                 "coupled design by rule, limited by {}: peak sensitivity {:.2} nominal, {:.2} in the worst \
-                 corner{fast}; current noise {} % of the current limit",
+                 corner of the rule{fast}; current noise {} % of the current limit",
                 rule.binding,
                 rule.peak,
                 rule.corner_peak,

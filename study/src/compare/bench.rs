@@ -42,7 +42,7 @@ use loop_sim::port::finer::Finer;
 use loop_sim::sensor::encoder::{Encoders, Mounted};
 use loop_sim::sensor::{Sensing, Sensor};
 use loop_sim::trace::{Recorder, Row, Trace};
-use scenario::{Experiment, ScenarioError, Sensed, Source};
+use scenario::{AtRest, Experiment, ScenarioError, Sensed, Source};
 use serde::Serialize;
 
 use super::linear::Sampled;
@@ -193,6 +193,8 @@ pub struct Bench {
     noisy: Option<Noisy>,
     load_s: f64,
     rest: Task,
+    /// Linear loop at rest, with the corners of the tolerance of the file.
+    pub(crate) at_rest: Result<AtRest, ScenarioError>,
     nominal: Corner,
     at_20: Vec<Corner>,
     at_50: Vec<Corner>,
@@ -414,6 +416,7 @@ impl Bench {
             shown: (shown, rubbing),
             load_s,
             rest: Task::new(designed, rest, 1),
+            at_rest: as_it_is.at_rest,
             nominal,
             at_20: all(0.2)?,
             at_50: all(0.5)?,

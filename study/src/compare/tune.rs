@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::bench::{Bench, Figures};
-use super::{Contender, Knob};
+use super::{Contender, Knob, of_ours};
 use crate::Watch;
 
 /// Effort of the tuning.
@@ -67,6 +67,8 @@ pub struct Comparison {
     pub start_rad: f64,
     /// Every controller at every limit, limit by limit.
     pub entries: Vec<Entry>,
+    /// Metrics of the drive of the file: the gains by rule where the file has none. It is not tuned.
+    pub of_file: Option<Figures>,
 }
 
 /// Tunes every contender at every limit. Returns `None` if stopped. A step of the watch is an evaluation.
@@ -91,6 +93,7 @@ pub fn compare(
         corners: bench.corners(),
         start_rad: bench.start_rad,
         entries: done.into_iter().flatten().collect(),
+        of_file: of_ours(&bench.designed).map(|design| bench.figures(&design)),
     })
 }
 

@@ -23,7 +23,8 @@ pub struct Map {
     pub axes: Vec<Axis>,
     /// Name of the metric, or of the decay rate.
     pub figure: String,
-    /// Points, row by row from the first; corners from the worst. In JSON a point without a design is `refused`.
+    /// Points, row by row from the first; corners from the worst: unstable ones first, then by peak |S|. In JSON a point
+    /// without a design is `refused`.
     #[serde(serialize_with = "points")]
     pub points: Vec<Judged>,
     /// Largest rectangle of good points around the values of the file.
@@ -94,7 +95,8 @@ pub fn map(question: &Question<'_>, watch: Watch<'_>) -> Result<Option<Map>, Err
     if question.axes.is_empty() { list(question, watch) } else { grid(question, watch) }
 }
 
-/// Computes each corner alone, worst first.
+/// Computes each corner alone, worst first: unstable ones by |z|, then the others by their peak of |S|. The slowest pole
+/// cannot rank them: a pole of an observer is equal in every corner.
 fn list(question: &Question<'_>, watch: Watch<'_>) -> Result<Option<Map>, Error> {
     let Some(judged) = question.each_corner(watch) else { return Ok(None) };
     let mut found = Vec::new();
@@ -107,7 +109,11 @@ fn list(question: &Question<'_>, watch: Watch<'_>) -> Result<Option<Map>, Error>
         };
         found.push(judged.map_err(failed)?);
     }
-    found.sort_by(|a, b| a.decay_per_s.total_cmp(&b.decay_per_s));
+    let rank = |point: &Point| (point.sensitivity_peak.unwrap_or(f64::INFINITY), point.spectral_radius);
+    found.sort_by(|a, b| {
+        let ((peak_a, radius_a), (peak_b, radius_b)) = (rank(a), rank(b));
+        peak_b.total_cmp(&peak_a).then(radius_b.total_cmp(&radius_a))
+    });
     Ok(Some(Map::of(question, found.into_iter().map(Ok).collect())))
 }
 

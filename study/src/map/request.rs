@@ -71,6 +71,19 @@ pub fn presets() -> impl Iterator<Item = &'static str> {
     PRESETS.iter().map(|preset| preset.name)
 }
 
+/// Returns an error with the nearest name for an unknown preset.
+fn known_preset(preset: &str) -> Result<(), Error> {
+    let known: Vec<&str> = presets().chain([CORNERS]).collect();
+    if known.contains(&preset) {
+        return Ok(());
+    }
+    let distance = |name: &&&str| strsim::damerau_levenshtein(name, preset);
+    let nearest = known.iter().min_by_key(distance).filter(|name| distance(name) < 3);
+    let what = nearest
+        .map_or_else(|| format!("expected one of {}", known.join(", ")), |nearest| format!("did you mean {nearest}?"));
+    Err(Error::input(what).at(format!("--preset {preset}")))
+}
+
 /// Request of a map.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MapRequest<'a> {
@@ -200,8 +213,11 @@ impl<'a> Question<'a> {
     /// Reads the request for a scenario.
     ///
     /// # Errors
-    /// The scenario is invalid, or it lacks a requested axis, preset, percentage or metric.
+    /// The scenario is invalid, it lacks a requested axis, percentage or metric, or the preset is unknown.
     pub fn new(subject: Subject<'a>, request: &MapRequest<'_>) -> Result<Self, Error> {
+        if let Some(preset) = request.preset {
+            known_preset(preset)?;
+        }
         let mut experiment = subject.with(&[])?;
         let held = held(request.preset, &experiment);
         let sets: Vec<String> = subject.sets.iter().chain(&held).cloned().collect();

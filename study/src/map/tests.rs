@@ -308,3 +308,28 @@ fn as_many_threads_as_you_like_give_the_same_and_a_stop_gives_nothing() {
     assert_eq!(one, on(7, Watch::none()));
     assert_eq!(on(2, Watch::new(&AtomicBool::new(true), &|| ())), None);
 }
+
+#[test]
+fn an_unknown_preset_is_an_error_with_the_nearest_name() {
+    let refused = |preset| {
+        let request = MapRequest { preset: Some(preset), ..MapRequest::default() };
+        Question::new(subject(scenario::MOTOR, &[]), &request).err().expect("an error").to_string()
+    };
+    assert!(refused("plants").contains("--preset plants: did you mean plant?"), "{}", refused("plants"));
+    assert!(refused("everything").contains("expected one of gain, rate"), "{}", refused("everything"));
+}
+
+#[test]
+fn corners_are_ranked_by_their_peak_of_sensitivity() {
+    let sets = ["drive.observer_rad_s=130".to_owned()];
+    let request = MapRequest { preset: Some(CORNERS), corners: Some(30.0), ..MapRequest::default() };
+    let question = Question::new(subject(scenario::MOTOR, &sets), &request).expect("a question");
+    let map = map(&question, Watch::none()).expect("corners").expect("not stopped");
+    let points: Vec<Point> = map.points.into_iter().map(|point| point.expect("a design")).collect();
+    let peaks: Vec<f64> = points.iter().map(|point| point.sensitivity_peak.expect("a stable corner")).collect();
+    assert!(peaks.len() == 8 && peaks.is_sorted_by(|a, b| a >= b) && peaks[0] > 1.1 * peaks[7], "{peaks:?}");
+    let worst = points[0].worst.as_ref();
+    let corner = question.corners.iter().find(|it| Some(&it.name) == worst).expect("a corner");
+    let experiment = question.subject.with(&corner.sets).expect("a scenario");
+    assert_eq!(margins::margins(&experiment).expect("margins").sensitivity_peak, peaks[0]);
+}

@@ -26,6 +26,10 @@ pub struct Limits {
     pub move_rad: Option<f64>,
     /// Error under a load step of 14 % of the largest torque, rad.
     pub load_rad: Option<f64>,
+    /// Smallest phase margin with the data sheet, degrees.
+    pub phase_deg: Option<f64>,
+    /// Largest |S| in the corners of the tolerance of the file.
+    pub sensitivity_peak: Option<f64>,
     /// Whether the corners are ±50 % instead of ±20 %. The default is 50 if the file states more than 20 %, by
     /// `drive.uncertain_percent` or a range of the inertia.
     pub is_wide: Option<bool>,
@@ -35,17 +39,24 @@ impl Specification {
     /// Completes the limits of a specification from the scenario.
     ///
     /// # Errors
-    /// A limit is not above 0.
+    /// A limit is not above 0, a phase margin not below 90 degrees, a peak of |S| not above 1.
     pub fn new(bench: &Bench, limits: &Limits) -> Result<Self, Error> {
-        let Limits { noise_a, settle_s, move_rad, load_rad, is_wide } = *limits;
+        let Limits { noise_a, settle_s, move_rad, load_rad, phase_deg, sensitivity_peak, is_wide } = *limits;
         for (option, value) in [("noise", noise_a), ("settling", settle_s), ("move", move_rad), ("load", load_rad)] {
             if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
                 return Err(Error::input("expected a number above 0").at(format!("--{option} {value}")));
             }
         }
+        if let Some(value) = phase_deg.filter(|value| !(*value > 0.0 && *value < 90.0)) {
+            return Err(Error::input("expected an angle above 0 and below 90 degrees").at(format!("--phase {value}")));
+        }
+        if let Some(value) = sensitivity_peak.filter(|value| !(*value > 1.0 && value.is_finite())) {
+            let what = "expected a number above 1: |S| has a peak above 1 in every sampled loop";
+            return Err(Error::input(what).at(format!("--sensitivity {value}")));
+        }
         let is_wide = is_wide.unwrap_or_else(|| bench.is_uncertain());
         let noise_a = noise_a.unwrap_or_else(|| bench.noise_limits_a()[1]);
-        Ok(Self { noise_a, settle_s, move_rad, load_rad, is_wide })
+        Ok(Self { noise_a, settle_s, move_rad, load_rad, phase_deg, sensitivity_peak, is_wide })
     }
 }
 
@@ -61,8 +72,7 @@ pub struct Answer {
     pub found: Found,
     /// Metrics with the nominal plant.
     pub nominal: Worst,
-    /// Gain sets of the tuned drive at rest: their margins, and the worst corner of the tolerance of the file. No
-    /// search limits them.
+    /// Gain sets of the tuned drive at rest: their margins, and the worst corner of the tolerance of the file.
     pub gain_sets: Vec<GainSet>,
     /// WCET bound of a tick on a Cortex-M4F, cycles.
     pub cycles: u32,
@@ -213,7 +223,7 @@ pub fn tune(
     let design = of_ours(&designed).ok_or_else(refused)?;
     // The data sheet plant, without the errors of the file.
     let no_error = ["error={}".to_owned()];
-    let found = Found::of(bench, &designed, specification.is_wide, true).ok_or_else(refused)?;
+    let found = Found::of(bench, &designed, specification, true).ok_or_else(refused)?;
     let missed = specification.missed(&found);
     // A failed run counts as a missed limit.
     let lost = if missed.is_empty() { Vec::new() } else { bench.lost(&design, specification.is_wide) };
@@ -260,7 +270,7 @@ pub fn within_noise(
     effort: Effort,
     watch: Watch<'_>,
 ) -> Result<Option<Found>, Error> {
-    let alone = Specification { settle_s: None, move_rad: None, load_rad: None, ..*specification };
+    let alone = specification.without_errors();
     if alone == *specification {
         return Ok(None);
     }

@@ -14,7 +14,15 @@ fn motor() -> Bench {
 }
 
 fn specification(noise_a: f64) -> Specification {
-    Specification { noise_a, settle_s: None, move_rad: None, load_rad: None, is_wide: false }
+    Specification {
+        noise_a,
+        settle_s: None,
+        move_rad: None,
+        load_rad: None,
+        phase_deg: None,
+        sensitivity_peak: None,
+        is_wide: false,
+    }
 }
 
 fn found(bench: &Bench, job: Job, evaluations: usize, seed: u64, threads: usize) -> Entry {
@@ -47,13 +55,13 @@ fn any_number_of_threads_gives_the_same_and_another_seed_another() {
 #[test]
 fn a_search_is_within_what_is_asked_and_better_than_the_rule() {
     let bench = motor();
-    let by_rule = Found::of(&bench, &bench.designed, false, true).expect("a drive");
+    let by_rule = Found::of(&bench, &bench.designed, &specification(1.0), true).expect("a drive");
     let job = Job { gain_sets: 2, specification: specification(by_rule.noise_a) };
     let Entry { found: best, designed, .. } = found(&bench, job, sized(90, 30), 1, 2);
     assert_eq!(job.specification.missed(&best), [""; 0]);
     assert!(best.cost() < by_rule.cost() - 0.03, "{} of {}", best.cost(), by_rule.cost());
     // The reported metrics are the metrics of this drive.
-    assert_eq!(Found::of(&bench, &designed, false, true), Some(best));
+    assert_eq!(Found::of(&bench, &designed, &job.specification, true), Some(best));
     let design = of_ours(&designed).expect("a drive");
     assert!(best.noise_a >= bench.noise_a(&design) && best.worst.corners == 8);
 }
@@ -68,6 +76,27 @@ fn what_is_asked_is_met() {
     assert!(free.noise_a <= 0.1 && pushed.worst.load_rad < 0.8 * free.worst.load_rad);
 }
 
+/// Without these limits the search of this load ends with a small phase margin.
+#[test]
+fn margins_are_limits_like_errors() {
+    let bench = motor();
+    let by_rule = Found::of(&bench, &bench.designed, &specification(1.0), true).expect("a drive");
+    let free = specification(by_rule.noise_a);
+    let at_rest = bench.at_rest.as_ref().expect("a loop");
+    let margins = |specification: Specification| {
+        let entry = found(&bench, Job { gain_sets: 1, specification }, sized(90, 45), 1, 2);
+        assert_eq!(specification.missed(&entry.found), [""; 0]);
+        let set = gain_sets(&entry.designed, at_rest).expect("margins").remove(0);
+        let worst = set.worst.and_then(|worst| worst.sensitivity_peak).expect("a stable corner");
+        (set.margins.and_then(|margins| margins.phase_deg).expect("a phase margin"), worst)
+    };
+    let (phase_deg, peak) = margins(free);
+    let limited = Specification { phase_deg: Some(phase_deg + 2.0), ..free };
+    assert!(margins(limited).0 >= phase_deg + 2.0, "{phase_deg}");
+    let limited = Specification { sensitivity_peak: Some(0.8 * peak), ..free };
+    assert!(margins(limited).1 <= 0.8 * peak, "{peak}");
+}
+
 /// Joint with five parameters off by up to half.
 #[test]
 fn a_joint_known_to_half_has_no_unstable_corner_and_a_small_error_under_load() {
@@ -78,7 +107,8 @@ fn a_joint_known_to_half_has_no_unstable_corner_and_a_small_error_under_load() {
     assert!(best.worst.corners == 32 && best.worst.unstable == 0, "{best:?}");
     assert!(best.worst.load_rad < 4.8e-3 && best.noise_a <= 0.015, "{best:?}");
     // With the nominal plant the error is far smaller: its corners differ.
-    let known = Found::of(&bench, &bench.designed, false, true).expect("a drive");
+    let known =
+        Found::of(&bench, &bench.designed, &Specification { is_wide: false, ..specification }, true).expect("a drive");
     assert!(known.worst.load_rad < 0.8 * best.worst.load_rad, "{known:?}");
 
     // The result has the metrics of its search. The monitors of the file, set for ±20 %, would stop it in some corners.
@@ -107,14 +137,18 @@ fn what_is_not_met_is_named() {
         unstable: 0,
         spectral_radius: 0.9,
     };
-    let found = Found { noise_a: 0.1, worst };
+    let found = Found { noise_a: 0.1, worst, at_rest: AtRestMargins { phase_deg: 30.0, sensitivity_peak: 2.5 } };
     assert_eq!(specification(0.1).missed(&found), [""; 0]);
     assert_eq!(specification(0.09).missed(&found), ["noise"]);
     let all = Specification { settle_s: Some(0.1), move_rad: Some(9e-3), load_rad: Some(9e-3), ..specification(0.09) };
     assert_eq!(all.missed(&found), ["noise", "settling", "move", "load"]);
+    let in_linear = Specification { phase_deg: Some(30.1), sensitivity_peak: Some(2.4), ..specification(0.1) };
+    assert_eq!(in_linear.missed(&found), ["phase margin", "peak |S|"]);
+    let no_margins = Found { at_rest: AtRestMargins::NONE, ..found };
+    assert_eq!(in_linear.missed(&no_margins), ["phase margin", "peak |S|"]);
     let unstable = Found { worst: Worst { spectral_radius: 1.0, ..worst }, ..found };
     assert_eq!(specification(0.1).missed(&unstable), ["stability"]);
-    let lost = Found { noise_a: f64::NAN, worst: Worst { load_rad: f64::NAN, ..worst } };
+    let lost = Found { noise_a: f64::NAN, worst: Worst { load_rad: f64::NAN, ..worst }, ..found };
     assert_eq!(Specification { load_rad: Some(1.0), ..specification(0.1) }.missed(&lost), ["noise", "load"]);
     // A corner with a failed run violates the specification, even without a limit.
     let lost = Found { worst: Worst { settle_s: LOST, sine_rad: LOST, ..worst }, ..found };
