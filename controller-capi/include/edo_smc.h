@@ -141,7 +141,7 @@ enum {
 
 /* Flags of output.health. Chains set only the first three. */
 enum {
-    EDO_SMC_INPUT_REJECTED = 1,          /* no valid sample, too many missing, or a target that is not a number */
+    EDO_SMC_INPUT_REJECTED = 1,          /* no valid sample, too many missing, a target that is not a number, or STOPPED */
     EDO_SMC_SATURATED = 2,               /* the demanded u exceeds the limits */
     EDO_SMC_SIGMA_STAR_OVER_BOUND = 4,   /* sigma_star exceeds its bound: the plant differs from the design */
     EDO_SMC_SAMPLE_LOST = 8,             /* a count was missing or physically impossible: the observers predict */

@@ -76,11 +76,8 @@ pub(crate) unsafe fn rest<const M: usize>(plan: *mut Plan<M>, rest: Rest<f32>) -
     if !is_number(rest.angle.into()) {
         return Status::NOT_FINITE;
     }
-    let mut way = Joined::new(Goal::rest(rest), [0.0; M], 0, 1, 1.0);
-    // The plan is complete at every tick.
-    Reference::<f32, 1>::settle(&mut way, 1);
     // SAFETY: not NULL, aligned.
-    unsafe { plan.write(Plan(way)) };
+    unsafe { plan.write(Plan(Joined::met(Goal::rest(rest)))) };
     Status::OK
 }
 

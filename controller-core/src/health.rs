@@ -18,7 +18,7 @@ impl Health {
     /// No flag is set: no fault.
     pub const OK: Self = Self(0);
     /// The input was rejected: the demanded u was not finite or beyond [`INPUT_LIMIT`](crate::INPUT_LIMIT). The sample,
-    /// or the model's result for it, is the cause.
+    /// or the model's result for it, is the cause. A stopped drive reports it too: it uses no input.
     ///
     /// The tick returned the configured [`Fallback`](crate::Fallback). The estimates are kept, and the next valid
     /// sample resumes. If the demand is too large twice in a row, the estimates are the cause, and they restart.
@@ -32,9 +32,10 @@ impl Health {
     pub const SAMPLE_LOST: Self = Self(8);
     /// The estimate of a disturbance exceeds the declared bound. Drives only.
     pub const DISTURBANCE_OVER_BOUND: Self = Self(16);
-    /// The output u has been at a limit for too long while the error grew. Drives only.
+    /// The output u has been at a limit for too long, in ticks in which |σ| did not fall. Drives only.
     pub const STUCK_AT_LIMIT: Self = Self(32);
-    /// A monitor has stopped the drive: the fallback is the output until the drive restarts. Drives only.
+    /// A monitor has stopped the drive: the output is 0, or the number of the fallback, until the drive restarts. Drives
+    /// only.
     pub const STOPPED: Self = Self(64);
     /// The counts have settled at another position than predicted: a missed tick, a slip. The position was taken from
     /// the counts. The estimates of speed and disturbance were kept. Drives only.
@@ -44,7 +45,8 @@ impl Health {
     /// consistent. Drives only.
     pub const WAITS: Self = Self(256);
     /// The shaft accelerates against its current, or the spring of a joint would drive its two shafts apart. The cause
-    /// is a reversed encoder or phase order. It stops a drive under every reaction setting. Drives only.
+    /// is a reversed encoder or phase order, or the rebound from a hard end stop. It stops a drive under every reaction
+    /// setting. Drives only.
     pub const WRONG_WAY: Self = Self(512);
     /// The estimate of a disturbance exceeded its bound in both directions repeatedly: a limit cycle. It stops a drive
     /// under every reaction setting. Drives only.

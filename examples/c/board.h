@@ -11,6 +11,9 @@
 #define CORE_HZ 16000000u
 #endif
 #ifndef TIMER_HZ
+#if CORE_HZ > 16000000u && !defined(EMULATED)
+#error "give TIMER_HZ with CORE_HZ: behind a bus divider the timer has another clock"
+#endif
 #define TIMER_HZ CORE_HZ
 #endif
 #ifndef SERIAL_HZ

@@ -78,12 +78,12 @@
  *     reaction = "brake"
  */
 #ifdef DRIVE_STANDALONE
-#if DRIVE_STANDALONE != 0x469e426eu
-#error "two designs with the prefix drive, 0x469e426eu here and DRIVE_STANDALONE before: export one with another --prefix"
-#define DRIVE_STANDALONE 0x469e426eu
+#if DRIVE_STANDALONE != 0xdcb1b9f9u
+#error "two designs with the prefix drive, 0xdcb1b9f9u here and DRIVE_STANDALONE before: export one with another --prefix"
+#define DRIVE_STANDALONE 0xdcb1b9f9u
 #endif
 #else
-#define DRIVE_STANDALONE 0x469e426eu
+#define DRIVE_STANDALONE 0xdcb1b9f9u
 
 #include <float.h>
 #include <stdbool.h>
@@ -137,7 +137,7 @@
 /* Status flags of a tick. */
 enum {
     DRIVE_OK = 0,
-    DRIVE_INPUT_REJECTED = 1, /* no valid sample yet, too many missing, or an invalid target: fallback */
+    DRIVE_INPUT_REJECTED = 1, /* no valid sample yet, too many missing, an invalid target, or a stopped drive: fallback */
     DRIVE_SATURATED = 2, /* the demanded u exceeds the limits */
     DRIVE_SAMPLE_LOST = 8, /* a count was missing or physically impossible: the observer predicts */
     DRIVE_POSITION_STEPPED = 128, /* missed tick or slip: the position was set from the counts again */
@@ -1468,7 +1468,7 @@ static inline unsigned drive_tick(drive_state *state, const drive_sample *sample
     return health;
 }
 
-/* Computes one tick and starts the drive after 40.0 ticks with valid and consistent samples. Until then the
+/* Computes one tick and starts the drive after 40 ticks with valid and consistent samples. Until then the
  * output is the fallback. Pass a state of zeros at first. */
 static inline unsigned drive_tick_or_start(drive_state *state, const drive_sample *sample, drive_output *output)
 {

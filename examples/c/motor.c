@@ -38,11 +38,11 @@ BOARD_FUNCTION float current(float ampere) { return ampere; }
 /* BOARD: returns true while an operator asks for a restart. Never restart after an alarm unasked. */
 BOARD_FUNCTION bool restart_is_wanted(void) { return false; }
 
-/* The interrupt takes up to some 3300 cycles of a motor and 5300 of a joint, without the BOARD functions. */
+/* The interrupt takes up to some 3400 cycles of a motor and 5400 of a joint, without the BOARD functions. */
 #ifdef EDO_SMC_STIFFNESS_N_M
-#define LEAST_CYCLES 5300.0
+#define LEAST_CYCLES 5400.0
 #else
-#define LEAST_CYCLES 3300.0
+#define LEAST_CYCLES 3400.0
 #endif
 extern void period_is_too_short(void)
     __attribute__((error("EDO_SMC_PERIOD_S is too short for CORE_HZ: set up the clock, then its frequency in board.h")));
@@ -155,32 +155,36 @@ static void to_rest_at(int32_t turn, float angle_rad, double seconds) {
     hand_over(edo_smc_plan_move(plan, &present, changeover, TICKS_OF(seconds), turn, angle_rad));
 }
 
-/* Angle between two registers of a counter with this many states, 0 for 2^32, rad. */
+/* Signed angle between two registers of a counter with this many states, 0 for 2^32, rad: at most half a revolution. */
 static float angle_between(uint32_t before, uint32_t now, uint32_t states, double unit_rad) {
     const uint32_t a = (states != 0u) ? before % states : before;
     const uint32_t b = (states != 0u) ? now % states : now;
     const uint32_t up = (b >= a) ? b - a : states - (a - b);
     const uint32_t down = states - up; /* the other way around */
-    return (float)((up <= down || up == 0u) ? up : down) * (float)unit_rad;
+    return ((up <= down || up == 0u) ? (float)up : -(float)down) * (float)unit_rad;
 }
 
-/* Returns whether the shaft turns by at most 0.5 rad/s. A stopped drive computes no estimates: two registers of the
- * counters count. */
+/* Returns whether the shaft turns by at most 0.5 rad/s. A stopped drive computes no estimates, so the counters are added
+ * up tick by tick: two registers 50 ms apart would take one revolution in 50 ms for standstill. */
 static bool stands_still(void) {
     const float most = 0.5f * (float)(TICKS_OF(0.05) * EDO_SMC_PERIOD_S);
     const uint32_t begin = tick;
-    const edo_smc_sample before = sample;
+    edo_smc_sample before = sample;
+    float way[2] = {0.0f, 0.0f};
     while (tick - begin < TICKS_OF(0.05)) {
         board_sleep();
-    }
+        const edo_smc_sample now = sample;
 #ifdef EDO_SMC_STIFFNESS_N_M
-    return angle_between(before.count_link, sample.count_link, EDO_SMC_ENCODER_LINK_STATES,
-                         EDO_SMC_ENCODER_LINK_UNIT_RAD) <= most &&
-           angle_between(before.count_motor, sample.count_motor, EDO_SMC_ENCODER_MOTOR_STATES,
-                         EDO_SMC_ENCODER_MOTOR_UNIT_RAD) <= most;
+        way[0] += angle_between(before.count_link, now.count_link, EDO_SMC_ENCODER_LINK_STATES,
+                                EDO_SMC_ENCODER_LINK_UNIT_RAD);
+        way[1] += angle_between(before.count_motor, now.count_motor, EDO_SMC_ENCODER_MOTOR_STATES,
+                                EDO_SMC_ENCODER_MOTOR_UNIT_RAD);
 #else
-    return angle_between(before.count, sample.count, EDO_SMC_ENCODER_STATES, EDO_SMC_ENCODER_UNIT_RAD) <= most;
+        way[0] += angle_between(before.count, now.count, EDO_SMC_ENCODER_STATES, EDO_SMC_ENCODER_UNIT_RAD);
 #endif
+        before = now;
+    }
+    return fabsf(way[0]) <= most && fabsf(way[1]) <= most;
 }
 
 /* Restarts a stopped drive where the shaft stands: after a reset only the angle within a turn is known. */

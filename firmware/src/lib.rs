@@ -10,8 +10,8 @@
 //! | `assembly` | bit-for-bit comparison of the assembly ticks with the Rust tick |
 //!
 //! The images use no hardware abstraction layer and no clock set-up. The core runs from its internal oscillator as
-//! after reset, [`CORE_HZ`], on any board, and in an emulator without a clock tree. Only the pins of [`uart::Uart`] are
-//! specific to this chip; the rest suits any Cortex-M4F.
+//! after reset, [`CORE_HZ`], on any board, and in an emulator without a clock tree. [`clock`], [`ticker`], [`line`] and
+//! [`uart`] use timers and ports of this chip; the rest suits any Cortex-M4F.
 #![no_std]
 
 pub mod assembly;

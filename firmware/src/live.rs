@@ -182,17 +182,29 @@ pub fn serve<L: Tuned<E, N>, const E: usize, const N: usize>(
         if tick.wrapping_sub(reported) >= clock.tick_hz {
             reported = tick;
             let Clock { unit, period, tick_hz } = clock;
+            let t_s = tick as f32 / tick_hz as f32;
             let headroom = period.saturating_sub(worst) * 100 / period.max(1);
-            defmt::println!(
-                "t = {=f32} s, {}; interrupt: worst {=u32} of {=u32} {}, headroom {=u32} %, {=u32} ticks missed",
-                tick as f32 / tick_hz as f32,
-                health,
-                worst,
-                period,
-                unit,
-                headroom,
-                missed,
-            );
+            // An instruction takes one or more cycles: only cycles are a share of the period.
+            if unit == clock::Unit::Cycles {
+                defmt::println!(
+                    "t = {=f32} s, {}; interrupt: worst {=u32} of {=u32} cycles, headroom {=u32} %, {=u32} ticks missed",
+                    t_s,
+                    health,
+                    worst,
+                    period,
+                    headroom,
+                    missed,
+                );
+            } else {
+                defmt::println!(
+                    "t = {=f32} s, {}; interrupt: worst {=u32} {}, {=u32} ticks missed",
+                    t_s,
+                    health,
+                    worst,
+                    unit,
+                    missed,
+                );
+            }
         }
     }
 }

@@ -1043,7 +1043,7 @@ impl C<'_> {
         let functions = [
             self.file.c(&format!(
                 "
-/* Computes one tick and starts the drive after {start_ticks:?} ticks with valid and consistent samples. Until then the
+/* Computes one tick and starts the drive after {start_ticks} ticks with valid and consistent samples. Until then the
  * output is the fallback. Pass a state of zeros at first. */
 static inline unsigned @_tick_or_start(@_state *state, const @_sample *sample, @_output *output)
 {{

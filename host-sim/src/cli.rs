@@ -632,8 +632,12 @@ impl Console<'_> {
     /// Writes a template. `program` is the path by which the user called the program.
     fn new_scenario(&mut self, name: &str, plant: &str, folder: &Path, program: &str) -> Result<u8, Failure> {
         let name = name.strip_suffix(".toml").unwrap_or(name);
-        let text = scenario::template(name, plant)
-            .ok_or_else(|| bad(format!("{name:?} is not a valid name: use 1 to 64 letters, digits, `_`, `-`, `.`")))?;
+        let text = scenario::template(name, plant).ok_or_else(|| {
+            bad(format!(
+                "{name:?} is not a valid name: use 1 to 64 letters, digits, `_`, `-`, `.`. The file \
+                     is written into the present folder"
+            ))
+        })?;
         let path = folder.join(format!("{name}.toml"));
         let written = whole_file::write(&path, Existing::Keep, |out| out.write_all(text.as_bytes()));
         written.map_err(|error| match error.kind() {

@@ -264,6 +264,7 @@ fn steps_of_a_sensor_make_what_the_known_loop_says() {
         }
     }
     let at_rest = |k: f64| AtRest {
+        loaded_inertia_kg_m2: None,
         corners: Vec::new(),
         inertia_range: None,
         plant: Box::new(bare(2)),

@@ -51,6 +51,7 @@ fn by_hand<const N: usize>(a: [f64; N], k: [f64; N], delay_ticks: usize) -> AtRe
     let channel = LastChannel { a: a.to_vec(), b: 1.0 };
     let plant = Chain::new(channel.clone(), channel, vec![Signal::default(); N]).expect("a chain");
     AtRest {
+        loaded_inertia_kg_m2: None,
         corners: Vec::new(),
         inertia_range: None,
         plant: Box::new(plant),

@@ -197,7 +197,7 @@ impl<const S: usize, const FAST: usize, const LATE: usize> Tuned<1, 2>
     }
 
     fn rest(goal: Rest<f32>) -> Self::Plan {
-        Joined::new(goal, [0.0; 3], 0, 1, 1.0)
+        Joined::met(goal)
     }
 
     fn plan(
@@ -240,7 +240,7 @@ macro_rules! tuned_joint {
             }
 
             fn rest(goal: Rest<f32>) -> Self::Plan {
-                Joined::new(goal, [0.0; 4], 0, 1, 1.0)
+                Joined::met(goal)
             }
 
             fn plan(

@@ -368,9 +368,11 @@ impl Controller {
         if self.is_speed && rows == 1 {
             (rows, jet) = (2, jet.into_iter().flat_map(|speed| [0.0, speed]).collect());
         }
-        for (count, jet) in samples.chunks(inputs).zip(jet.chunks(rows.max(1))) {
-            refuse_unfit(self.lock().0.unfit(count, jet))?;
-        }
+        let unfit = {
+            let inner = self.lock();
+            samples.chunks(inputs).zip(jet.chunks(rows.max(1))).find_map(|(count, jet)| inner.0.unfit(count, jet))
+        };
+        refuse_unfit(unfit)?;
         let mut out = Outputs { u: Vec::with_capacity(ticks), all: full.then(|| Vec::with_capacity(ticks)) };
         for from in (0..ticks).step_by(CHUNK) {
             let count = CHUNK.min(ticks - from);

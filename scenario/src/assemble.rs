@@ -85,6 +85,8 @@ pub struct Experiment {
 pub struct AtRest {
     /// Plant without friction, load and disturbance.
     pub plant: Box<dyn Plant>,
+    /// True inertia of the shaft that a load acts on, of the link of a joint, kg m². `None` for a chain.
+    pub loaded_inertia_kg_m2: Option<f64>,
     /// Control law.
     pub law: Box<dyn LawAtRest>,
     /// Measured states.
@@ -482,6 +484,7 @@ fn at_rest(
         (actuator.rate_per_s.is_some(), "the rate limit"),
     ];
     Ok(AtRest {
+        loaded_inertia_kg_m2: None,
         plant: plant_of(still, &file.plant.error, vec![Signal::default(); order], None)?,
         law,
         sensed: sensed.collect(),

@@ -85,7 +85,8 @@ fn gain_set(
     let nominal = stable(at_rest.plant.as_ref())?;
     let has_position = designed.form().follows == Follows::Position;
     let pushed = nominal.as_ref().filter(|_| has_position).map(|it| it.deflection(at_rest, law)).transpose()?;
-    let load_rad_s2 = LOAD * designed.limits().max * designed.torque_n_m_per_a() / designed.loaded_inertia_kg_m2();
+    let load_n_m = LOAD * designed.limits().max * designed.torque_n_m_per_a();
+    let load_rad_s2 = load_n_m / at_rest.loaded_inertia_kg_m2.unwrap_or(f64::NAN);
     Ok(GainSet {
         name,
         margins: nominal.map(|it| it.margins()).transpose()?,
@@ -149,4 +150,38 @@ fn price(
     let it = Loop::of(at_rest, law.law.as_ref(), designed.period_s())?;
     let noise_a = if it.spectral_radius(1.0)? < 1.0 { Some(noise_of(&it.noise_gains(), at_rest)) } else { None };
     Ok(MarginPrice { margin, sets, noise_a })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use scenario::Source;
+
+    use super::*;
+
+    /// A step of 10 % of the largest torque, in the linear loop and in a run, also of a plant off its data sheet.
+    #[test]
+    fn a_load_moves_the_shaft_as_far_as_in_a_run() {
+        let common = ["friction={}", "fault=[]", "reference={kind = \"rest\"}", "drive.gain_sets=1", "span_s=2"];
+        let motor = ["drive.rest_band=\"off\"", "load=[{kind = \"step\", amplitude = 0.05, t0_s = 0.1}]"];
+        let joint = ["load=[{kind = \"step\", amplitude = 0.357, t0_s = 0.1}]"];
+        let off = ["error={}", "error={inertia_percent = 50}", "error={inertia_percent = -20, torque_percent = 20}"];
+        let joint_off = ["error={}", "error={link_inertia_percent = 50}", "error={stiffness_percent = -20}"];
+        let cases = off.iter().map(|error| (scenario::MOTOR, &motor[..], error));
+        let cases = cases.chain(joint_off.iter().map(|error| (scenario::JOINT, &joint[..], error)));
+        for (text, own, error) in cases {
+            let sets: Vec<String> = common.iter().chain(own).chain([error]).map(ToString::to_string).collect();
+            let source = Source { file: "test.toml", text, sets: &sets };
+            let mut experiment = scenario::parse(&source, "test").expect("a scenario");
+            let (trace, ended) = experiment.run(&mut |_| ControlFlow::Continue(()));
+            assert!(ended.is_none());
+            let ran = trace.rows.iter().map(|row| row.x[0].abs()).fold(0.0, f64::max);
+            let designed = experiment.drive.as_ref().expect("a drive").designed;
+            let sets = gain_sets(&designed, experiment.at_rest.as_ref().expect("a loop")).expect("margins");
+            let linear = sets[0].deflection_rad.expect("a position loop");
+            println!("{error}: {linear:.3e} rad, in a run {ran:.3e} rad");
+            assert!((linear / ran - 1.0).abs() < 0.03, "{error}: {linear} {ran}");
+        }
+    }
 }

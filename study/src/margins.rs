@@ -720,31 +720,33 @@ impl Response {
 
     fn at(&self, z: Complex<f64>) -> Complex<f64> {
         let n = self.b.len();
-        let mut rows: Vec<Vec<Complex<f64>>> = (0..n)
-            .map(|i| {
-                let entry = |j: usize| if i == j { z - self.a[(i, j)] } else { Complex::from(-self.a[(i, j)]) };
-                (0..n).map(entry).chain([Complex::from(self.b[i])]).collect()
-            })
-            .collect();
-        // Below the diagonal there is one entry per column.
-        for k in 1..n {
-            if rows[k][k - 1].norm() > rows[k - 1][k - 1].norm() {
-                rows.swap(k - 1, k);
+        // z I - A beside b, row by row. Below the diagonal a row has one entry; the zeros before it are never read.
+        let width = n + 1;
+        let mut rows = vec![Complex::from(0.0); n * width];
+        for (i, row) in rows.chunks_exact_mut(width).enumerate() {
+            for j in i.saturating_sub(1)..n {
+                row[j] = if i == j { z - self.a[(i, j)] } else { Complex::from(-self.a[(i, j)]) };
             }
-            let (above, below) = rows.split_at_mut(k);
-            let (pivot, row) = (&above[k - 1], &mut below[0]);
-            if pivot[k - 1].norm() > 0.0 {
-                let factor = row[k - 1] / pivot[k - 1];
-                for j in k..=n {
-                    row[j] -= factor * pivot[j];
+            row[n] = Complex::from(self.b[i]);
+        }
+        for k in 1..n {
+            let (above, row) = rows[(k - 1) * width..(k + 1) * width].split_at_mut(width);
+            if row[k - 1].norm() > above[k - 1].norm() {
+                above[k - 1..].swap_with_slice(&mut row[k - 1..]);
+            }
+            if above[k - 1].norm() > 0.0 {
+                let factor = row[k - 1] / above[k - 1];
+                for (entry, pivot) in row[k..].iter_mut().zip(&above[k..]) {
+                    *entry -= factor * pivot;
                 }
             }
         }
         let mut sum = Complex::from(0.0);
         let mut x = vec![Complex::from(0.0); n];
         for i in (0..n).rev() {
-            let known: Complex<f64> = (i + 1..n).map(|j| rows[i][j] * x[j]).sum();
-            x[i] = (rows[i][n] - known) / rows[i][i];
+            let row = &rows[i * width..(i + 1) * width];
+            let known: Complex<f64> = (i + 1..n).map(|j| row[j] * x[j]).sum();
+            x[i] = (row[n] - known) / row[i];
             sum += x[i] * self.c[i];
         }
         // The frequency is a pole, such as an integrator at ω = 0.

@@ -261,7 +261,7 @@ fn the_interrupts_of_the_page_take_the_cycles_that_it_states() {
     assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
     let short = bound(&image, "control_interrupt");
     let board = |drive: &str| {
-        let made = make(&folder, drive, "board", &["CORE_HZ=168000000u"]);
+        let made = make(&folder, drive, "board", &["CORE_HZ=168000000u", "TIMER_HZ=84000000u"]);
         assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
         bound(&folder.path("board.elf"), "TIM3_IRQHandler")
     };

@@ -1,5 +1,9 @@
 // Requests to the module in its thread.
 
+/** The module is compiled once; every thread gets the compiled code. */
+let compiled = null;
+const compile = async () => WebAssembly.compile(await (await fetch("edo_smc_web.wasm")).arrayBuffer());
+
 /** Thread with the module. A request of a kind replaces the waiting one of the same kind: a stale answer is dropped. */
 export class Core {
   #worker = null;
@@ -38,6 +42,12 @@ export class Core {
   #started() {
     if (this.#worker) return this.#worker;
     this.#worker = new Worker("worker.js");
+    compiled ??= compile();
+    const worker = this.#worker;
+    compiled.then(
+      (module) => worker.postMessage({ module }),
+      (error) => worker.postMessage({ broken: String(error) }),
+    );
     this.#worker.onmessage = ({ data: { id, answer } }) => {
       if (this.#running?.id !== id) return;
       const { resolve, kind } = this.#running;

@@ -7,9 +7,11 @@ import { fromFragment, toFragment } from "./link.js";
 import { Scene } from "./scene.js";
 
 const $ = (id) => document.getElementById(id);
+// Margins have a thread of their own, so that they follow a slider while the tests of the last inputs still run.
 const core = new Core(),
   background = new Core(),
-  rivals = new Core();
+  rivals = new Core(),
+  testers = Array.from({ length: Math.max(1, Math.min(4, navigator.hardwareConcurrency || 2)) }, () => new Core());
 
 /** State of the page: everything that a link holds, and what follows from it. */
 const state = { sheet: "motor", own: null, values: {}, test: "move", fault: null, retunes: [], retuneBase: {} };
@@ -85,7 +87,9 @@ function testRuns(moveS, surface, period) {
 
 let isBusy = false,
   isDue = false,
-  serial = 0;
+  serial = 0,
+  /** Tests of the newest inputs that still run; `null` if there are none. */
+  testing = null;
 
 /** Computes everything again. While a slider moves, each computation begins with the newest inputs. */
 async function compute() {
@@ -94,16 +98,22 @@ async function compute() {
   isBusy = true;
   while (isDue) {
     isDue = false;
-    await computeOnce();
+    await computeMargins();
   }
   isBusy = false;
-  if (!waiting) delete document.documentElement.dataset.busy;
+  restIfDone();
 }
 
-async function computeOnce() {
+/** Marks the page as quiet when nothing is computed any more. */
+function restIfDone() {
+  if (!waiting && !isBusy && !testing) delete document.documentElement.dataset.busy;
+}
+
+/** Draws margins and poles at once, and starts the tests. */
+async function computeMargins() {
   const started = performance.now(),
-    sheet = document.documentElement.dataset,
     asked = JSON.stringify(state);
+  testing = null;
   const here = scenario();
   const probe = { ...here, sets: [...here.sets, 'reference={kind = "move", to_rad = 1.0}', "load=[]", "fault=[]"] };
   const first = await core.ask("design", { call: "evaluate", scenario: probe, runs: [] });
@@ -123,24 +133,38 @@ async function computeOnce() {
   const begun = state.retunes.length ? scenario(state.retuneBase) : here;
   const isOfSheet = () => sheetOf(asked) === sheetOf(JSON.stringify(state));
   if (!isOfSheet()) return;
-  // Margins and poles are drawn at once, then the chosen test, then the others.
   answer = { facts, design, fault, plan: runs, runs: answer?.runs ?? {} };
   accept([]);
-  sheet.marginsMs = (performance.now() - started).toFixed(1);
-  const others = runsAsked.filter((it) => it !== chosen);
-  for (const [of, wanted] of [
-    [begun, [chosen]],
-    [here, others],
-  ]) {
-    const found = await core.ask("runs", { call: "evaluate", scenario: of, runs: wanted });
-    if (!found || !isOfSheet()) return;
-    if (found.error) return refuse(found.error);
-    for (const run of found.runs) answer.runs[run.name] = run;
-    accept(wanted.map((it) => it.name));
+  document.documentElement.dataset.marginsMs = (performance.now() - started).toFixed(1);
+  const inOrder = [chosen, ...runsAsked.filter((it) => it !== chosen)];
+  const own = { answer, here, started };
+  testing = own;
+  Promise.all(inOrder.map((run, k) => test(run === chosen ? begun : here, run, k, isOfSheet))).then((whole) => {
+    if (testing !== own) return;
+    testing = null;
+    if (whole.every(Boolean)) finish(own);
+    restIfDone();
+  });
+}
+
+/** Runs a test and draws it. An older one is better than none while a slider moves. */
+async function test(of, run, k, isOfSheet) {
+  const found = await testers[k % testers.length].ask(run.name, { call: "evaluate", scenario: of, runs: [run] });
+  if (!found || !isOfSheet()) return false;
+  if (found.error) {
+    if (!found.isStale) refuse(found.error);
+    return false;
   }
+  answer.runs[run.name] = found.runs[0];
+  accept([run.name]);
+  return true;
+}
+
+/** All tests of the newest inputs are drawn: the whole design follows in the background. */
+function finish({ answer: own, here, started }) {
+  const sheet = document.documentElement.dataset;
   sheet.answeredMs = (performance.now() - started).toFixed(1);
   sheet.serial = String(++serial);
-  const own = answer;
   clearTimeout(wholeSoon);
   wholeSoon = setTimeout(async () => {
     const whole = await background.ask("whole", { call: "design", scenario: here });
@@ -1053,41 +1077,80 @@ async function choose() {
   changed();
 }
 
-/** Shows a recorded trace in place of a design. */
-function showTrace({ name: title, columns: pairs }) {
+/** Lays the columns of a trace, or of the record of a running drive, out as a run. */
+function setTrace(pairs) {
   const columns = Object.fromEntries(pairs);
   const angle = Object.keys(columns).find((it) => /angle_rad$|^x1$/.test(it));
+  for (const [name, values] of Object.entries(columns)) {
+    // Before the first row of a record there is one at rest. A stopped drive has no estimates: the last ones stay.
+    let last = 0;
+    columns[name] = values.length ? values.map((value) => (last = value ?? last)) : [0];
+  }
   const zeros = columns.t_s.map(() => 0);
   columns.r ??= zeros;
   columns.error ??= columns[angle].map((y, k) => y - columns.r[k]);
   columns.u_held ??= columns.u;
   columns.angle_rad ??= columns[angle];
   // A trace has no inertia: the disturbance stays an acceleration.
-  columns["load of the shaft"] = columns.d2 ?? zeros;
-  columns["estimated load of the shaft"] = columns.d_hat2 ?? zeros;
-  const isJoint = "motor_angle_rad" in columns;
-  const most = largest(columns.u_held) || 1;
+  columns["load of the shaft"] = columns.load_n_m ? zeros.map(() => null) : (columns.d2 ?? zeros);
+  columns["estimated load of the shaft"] = columns.load_n_m ?? columns.d_hat2 ?? zeros;
   answer = {
-    facts: { kind: isJoint ? "joint" : "motor", max_current_a: most, shafts: [{ name: "shaft" }] },
+    facts: {
+      kind: "motor_angle_rad" in columns ? "joint" : "motor",
+      max_current_a: largest(columns.u_held) || 1,
+      shafts: [{ name: "shaft" }],
+    },
     plan: { move: {} },
     runs: { move: { columns, flags: [], ending: "finished" } },
     fault: null,
   };
+  return columns;
+}
+
+/** Reads the record of a running drive again twice a second, and shows its end. */
+function follow(title) {
+  let last = null;
+  const look = async () => {
+    const now = await fetch("view.json").then((it) => (it.ok ? it.json() : null), () => null);
+    const at = now?.columns && Object.fromEntries(now.columns).t_s.at(-1);
+    if (at !== undefined && at !== null && at !== last) {
+      last = at;
+      const columns = setTrace(now.columns);
+      player.isPlaying = false;
+      player.time = columns.t_s.at(-1);
+      drawDetail();
+      told(title, columns);
+    }
+    setTimeout(look, 500);
+  };
+  look();
+}
+
+function told(title, columns) {
+  $("stage-title").textContent = $("detail-title").textContent = `Trace ${title}`;
+  verdict(
+    "",
+    `${columns.t_s.length} rows of ${title}: largest error ${show(largest(columns.error))} rad, ` +
+      `largest current ${show(largest(columns.u_held))} A.`,
+  );
+}
+
+/** Shows a trace in place of a design, and follows the record of a running drive. */
+function showTrace({ name: title, columns: pairs, follow: isLive }) {
+  const columns = setTrace(pairs);
   for (const hidden of ["inputs", "tiles", "cards", "compare"]) $(hidden).hidden = true;
   for (const id of ["margins", "poles", "rivals", "save-c"]) $(id).closest(".panel").hidden = true;
   for (const id of ["faults", "live"]) $(id).closest("fieldset, label").hidden = true;
   document.querySelector("main").classList.add("alone");
   $("sheets").hidden = true;
   drawDetail();
-  $("chart-torque").previousElementSibling.querySelector("b").textContent = "Disturbance of the motion, rad/s²";
-  $("stage-title").textContent = $("detail-title").textContent = `Trace ${title}`;
-  verdict(
-    "",
-    `${columns.t_s.length} rows of ${title}: largest error ${show(largest(columns.error))} rad, ` +
-      `largest current ${show(most)} A.`,
-  );
+  $("chart-torque").previousElementSibling.querySelector("b").textContent = isLive
+    ? "Estimated load, N m"
+    : "Disturbance of the motion, rad/s²";
+  told(title, columns);
   requestAnimationFrame((now) => player.step(now));
   document.documentElement.dataset.serial = "1";
+  if (isLive) follow(title);
 }
 
 async function start() {

@@ -1,12 +1,12 @@
 // The module of edo-smc in a thread of its own: a request in, an answer out.
 "use strict";
 
+/** The compiled module, which the page sends first. */
+let arrived;
+const module = new Promise((resolve, reject) => (arrived = { resolve, reject }));
 let ready = null;
 
-async function started() {
-  const { instance } = await WebAssembly.instantiate(await (await fetch("edo_smc_web.wasm")).arrayBuffer(), {});
-  return instance.exports;
-}
+const started = async () => (await WebAssembly.instantiate(await module, {})).exports;
 
 async function answered(request) {
   ready ??= started();
@@ -18,7 +18,9 @@ async function answered(request) {
   return JSON.parse(new TextDecoder().decode(new Uint8Array(memory.buffer, address(), length)));
 }
 
-self.onmessage = async ({ data: { id, request } }) => {
+self.onmessage = async ({ data: { id, request, module: code, broken } }) => {
+  if (code) return arrived.resolve(code);
+  if (broken) return arrived.reject(new Error(broken));
   try {
     self.postMessage({ id, answer: await answered(request) });
   } catch (error) {

@@ -4,7 +4,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
-import { mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { appendFileSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import puppeteer from "puppeteer-core";
 import { serve } from "./serve.mjs";
@@ -321,6 +321,26 @@ try {
   });
 
   if (hostSim) {
+    await step("host-sim view follows the record of a running drive", async () => {
+      const record = join(output, "seen.csv");
+      const row = (k) => `${k},${(k * 1e-3).toFixed(3)},${k * 1e-3},${k * 1e-3 + 2e-4},1,0.02,0.5,0,0\n`;
+      writeFileSync(record, "tick,t_s,r_rad,motor_rad,motor_rad_s,motor_load_n_m,u_a,sigma_star,health\n" + row(1));
+      const viewer = spawn(hostSim, ["view", record, "--page", page_folder]);
+      try {
+        const url = await new Promise((found) => viewer.stdout.once("data", (line) => found(line.toString().trim())));
+        const shown = await opened(url);
+        // The last row is not whole yet.
+        appendFileSync(record, row(2) + row(3) + "4,0.0");
+        await shown.waitForFunction(() => document.querySelector("#verdict").textContent.includes("3 rows"));
+        appendFileSync(record, "04,0.004,,,,0,0,64\n");
+        await shown.waitForFunction(() => document.querySelector("#clock").textContent.startsWith("0.004"));
+        await shown.screenshot({ path: join(output, "view-record.png") });
+        await shown.close();
+      } finally {
+        viewer.kill("SIGINT");
+      }
+    });
+
     await step("host-sim view opens the page on a scenario and on a trace", async () => {
       const toml = join(output, "motor.toml");
       execFileSync(hostSim, ["run", toml, "--out", join(output, "run")], { maxBuffer: 1 << 26 });

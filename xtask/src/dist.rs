@@ -1,7 +1,7 @@
 //! Files of a release in `target/dist`, with their checksums.
 //!
-//! The host program with its manual and completions, the C package, the Python wheel, the crates, and the bills of
-//! materials. An archive depends on the bytes of its files only: it is packed twice and compared. Then the release is
+//! The host program with its manual and completions, the C package, the live page, FMUs of the template motor, the
+//! Python wheel, the crates, and the bills of materials. An archive depends on the bytes of its files only: it is packed twice and compared. Then the release is
 //! used as a user would: unpacked, installed in an empty environment, run.
 
 use std::fs;
@@ -9,11 +9,12 @@ use std::path::{Path, PathBuf};
 
 use crate::python::Environment;
 use crate::step::{Failure, Gate, Invocation, Outcome};
-use crate::{capi, firmware, sbom, wheel};
+use crate::{capi, firmware, sbom, web, wheel};
 
 const FOLDER: &str = "target/dist";
 /// Folders that become archives.
 const STAGE: &str = "target/dist-stage";
+const PROGRAM: &str = "target/release/host-sim";
 const RERUN: &str = "cargo xtask dist";
 /// Empty environment for the wheel; numpy is its only requirement.
 const USER: Environment = Environment { folder: "target/dist-env", packages: &["numpy==2.4.6"], rerun: RERUN };
@@ -25,7 +26,8 @@ const SHELLS: [(&str, &str); 3] = [("bash", "host-sim"), ("zsh", "_host-sim"), (
 
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let name = format!("edo-smc-{}", env!("CARGO_PKG_VERSION"));
-    let [program, c] = ["x86_64-linux", "c"].map(|part| format!("{name}-{part}"));
+    let [program, c, page, fmu] = ["x86_64-linux", "c", "page", "fmu"].map(|part| format!("{name}-{part}"));
+    let parts = [&program, &c, &page, &fmu];
     for folder in [FOLDER, STAGE] {
         let path = gate.root.join(folder);
         if path.exists() {
@@ -42,15 +44,19 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let cmake = [
         Invocation::new("cmake", &["-S", "controller-capi", "-B", &built]),
         Invocation::new("cmake", &["--install", &built, "--prefix", &staged]),
-        Invocation::new("cp", &["-t", &staged]).with(&PAGES),
+        beside(&staged),
     ];
     gate.commands("C package", &cmake)?;
+    web::run(gate)?;
+    let staged = format!("{STAGE}/{page}");
+    gate.commands("live page", &[Invocation::new("cp", &["-r", web::PAGE, &staged]), beside(&staged)])?;
+    gate.step("FMUs of a motor", |gate| stage_fmus(gate, &format!("{STAGE}/{fmu}")))?;
     sbom::run(gate)?;
     wheel::build(gate)?;
     let crates = ["package", "--workspace", "--target-dir", "target/dist-crates"];
     gate.commands("crates, each built from its package", &[Invocation::cargo(&crates).without_own()])?;
     gate.step("archives", |gate| {
-        for part in [&program, &c] {
+        for part in parts {
             pack(part, FOLDER).run(gate)?;
         }
         collect(gate, "target/python/wheels", "whl")?;
@@ -60,7 +66,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step("archives: equal bytes a second time", |gate| {
         let again = format!("{STAGE}/again");
         fs::create_dir_all(gate.root.join(&again)).map_err(|error| failed(format!("{again}: {error}")))?;
-        for part in [&program, &c] {
+        for part in parts {
             pack(part, &again).run(gate)?;
             Invocation::new("cmp", &[&archive(part, FOLDER), &archive(part, &again)]).run(gate)?;
         }
@@ -80,14 +86,28 @@ fn failed(reason: String) -> Failure {
     Failure { reason, rerun: RERUN.into() }
 }
 
+/// Copies readme, changelog and licences into a folder.
+fn beside(folder: &str) -> Invocation {
+    Invocation::new("cp", &["-t", folder]).with(&PAGES)
+}
+
+/// Exports controller and plant of the template motor as FMUs, with their scenario.
+fn stage_fmus(gate: &Gate, folder: &str) -> Outcome {
+    let program = gate.root.join(PROGRAM).display().to_string();
+    let script = "mkdir -p \"$0\" && cd \"$0\" && \"$1\" new motor --plant motor && \"$1\" export motor.toml --fmu \
+                  motor_controller.fmu && \"$1\" export motor.toml --fmu-plant motor_plant.fmu";
+    Invocation::new("sh", &["-c", script, folder, &program]).run(gate)?;
+    beside(folder).run(gate)
+}
+
 /// Lays out the archive of the host program.
 fn stage_program(gate: &Gate, folder: &Path) -> Outcome {
     let at = |part: &str| folder.join(part).display().to_string();
     let [bin, man, completions] = ["bin", "share/man/man1", "share/completions"].map(at);
     Invocation::new("mkdir", &["-p", &bin, &man, &completions]).run(gate)?;
-    Invocation::new("cp", &["target/release/host-sim", &bin]).run(gate)?;
+    Invocation::new("cp", &[PROGRAM, &bin]).run(gate)?;
     Invocation::new("strip", &[&format!("{bin}/host-sim")]).run(gate)?;
-    Invocation::new("cp", &["-t", &at("")]).with(&PAGES).run(gate)?;
+    beside(&at("")).run(gate)?;
     let program = format!("{bin}/host-sim");
     Invocation::new(&program, &["man", &man]).run(gate)?;
     for (shell, file) in SHELLS {

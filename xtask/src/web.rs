@@ -15,7 +15,7 @@ const MANIFEST: &str = "web/Cargo.toml";
 const TARGET_DIR: &str = "target/web";
 const MODULE: &str = "target/web/wasm32-unknown-unknown/release/edo_smc_web.wasm";
 /// The finished page: files for any static server.
-const PAGE: &str = "target/web/page";
+pub(crate) const PAGE: &str = "target/web/page";
 const SOURCES: &str = "web/page";
 /// Files of uPlot that the page loads.
 const CHARTS: [&str; 2] =

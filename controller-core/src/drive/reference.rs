@@ -221,6 +221,23 @@ impl<T: Real<Count = i32>, R, const M: usize> Joined<T, R, M> {
         }
     }
 
+    /// Returns a plan that has met its target, as of tick 1. It costs a few instructions, for an interrupt that holds
+    /// the place of a shaft; [`new`](Self::new) takes thousands of a core without `f64` in hardware.
+    pub fn met(target: R) -> Self {
+        let one = T::from_f64(1.0);
+        Self {
+            target,
+            end: 1,
+            per_tick: one,
+            per_s: one,
+            instant_s: T::from_f64(1.0 / TWO_32),
+            ticks: 0,
+            share: Turns::new(u64::MAX as i64),
+            powers: [[[T::ZERO; M]; 2]; 2],
+            way: [[[Turns::new(0); M]; 2]; 2],
+        }
+    }
+
     /// Returns the ticks until the target is met, or 0 afterwards. Ticks wrap: the end may be at most half of all ticks
     /// ahead.
     pub const fn left(&self, tick: u32) -> u32 {

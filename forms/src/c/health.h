@@ -2,7 +2,7 @@
 /* Status flags of a tick. */
 enum {
     @@_OK = 0,
-    @@_INPUT_REJECTED = 1, /* no valid sample yet, too many missing, or an invalid target: fallback */
+    @@_INPUT_REJECTED = 1, /* no valid sample yet, too many missing, an invalid target, or a stopped drive: fallback */
     @@_SATURATED = 2, /* the demanded u exceeds the limits */
     @@_SAMPLE_LOST = 8, /* a count was missing or physically impossible: the observer predicts */
     @@_POSITION_STEPPED = 128, /* missed tick or slip: the position was set from the counts again */

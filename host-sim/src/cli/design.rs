@@ -307,7 +307,7 @@ fn guarantee(design: &Design) -> Option<String> {
     let peaks = design.gain_sets.iter().map(|set| Some(set.margins?.sensitivity_peak));
     let peak = peaks.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)?;
     Some(format!(
-        "the largest nominal peak |S|, {}, guarantees {} deg of phase margin and an upper gain margin of {}",
+        "the largest peak |S| with this plant, {}, guarantees {} deg of phase margin and an upper gain margin of {}",
         number(peak),
         number(2.0 * libm::asin(0.5 / peak).to_degrees()),
         number(peak / (peak - 1.0))
@@ -336,7 +336,17 @@ fn inertia_in_words(covered: &Covered) -> Vec<String> {
         let words = end.margins.as_ref().map_or_else(|| "unstable".into(), margins_in_words);
         format!("    at {} kg m^2: {words}", number(end.inertia_kg_m2))
     };
-    [format!("{head}: {verdict}"), of_end(low), of_end(high)].into()
+    let is_small = |end: &&&End| end.margins.is_some_and(|margins| margins.sensitivity_peak > scenario::CORNER_PEAK);
+    let small = [low, high].iter().filter(is_small).map(|end| number(end.inertia_kg_m2)).collect::<Vec<_>>();
+    let warning = (!small.is_empty()).then(|| {
+        format!(
+            "    warning: small margins at {} kg m^2, peak |S| above {}: narrow the range, or set drive.margin = \
+             \"standard\"",
+            small.join(" and "),
+            scenario::CORNER_PEAK
+        )
+    });
+    [format!("{head}: {verdict}"), of_end(low), of_end(high)].into_iter().chain(warning).collect()
 }
 
 pub(super) fn table(design: &Design, experiment: &Experiment) -> Table {

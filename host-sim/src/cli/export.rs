@@ -201,10 +201,14 @@ impl Console<'_> {
         let form = options.form()?;
         let text = ScenarioText::read(options.scenario.as_deref(), DEFAULT)?;
         let (file, source) = (&text.file, text.source(&options.sets));
-        let experiment = match &options.scenario {
+        let mut experiment = match &options.scenario {
             Some(_) => scenario::parse_own(&source, &text.stem)?,
             None => scenario::parse(&source, &text.stem)?,
         };
+        // The number of the design in the head is that of what runs.
+        if matches!(form, Some(Form::Archive(_))) && experiment.leave_rest_band() {
+            self.note("note: drive.rest_band = \"off\" in this configuration: the static library has no rest band");
+        }
         // Only the file name is exported: the same scenario gives the same bytes in every folder.
         let name = options.scenario.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy());
         let source = Source { file: name.as_deref().unwrap_or(file), ..source };

@@ -8,7 +8,8 @@ mod keys;
 mod line;
 
 use std::fmt::Write as _;
-use std::io::{self, BufRead, Read};
+use std::fs;
+use std::io::{self, BufRead, Read, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -92,7 +93,8 @@ pub(super) struct LiveOptions {
     /// Read commands from this file instead of stdin; the first failure ends the session.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
-    /// Output CSV file of all observations; a figure is written next to it.
+    /// Output CSV file of all observations, written while the session runs: `host-sim view` follows it. A figure is
+    /// written next to it at the end.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Output HTML file with a figure of the last 10 s; a browser reloads it by itself while the session runs.
@@ -162,6 +164,7 @@ struct Session<'a> {
     disturbance: Disturbance,
     alarm: AlarmState,
     page: Option<Page>,
+    record: Option<Recording>,
     /// Unit of the target's stopwatch.
     unit: &'static str,
 }
@@ -184,6 +187,32 @@ struct AlarmState {
 struct Page {
     file: PathBuf,
     due: Instant,
+}
+
+/// CSV file of all observations. It grows while the session runs, so that another program can follow it.
+struct Recording {
+    path: PathBuf,
+    file: fs::File,
+    /// Rows that are not written yet.
+    waiting: String,
+    due: Instant,
+}
+
+impl Recording {
+    /// Creates the file with its header.
+    fn new(path: &Path, design: &Loadable) -> Result<Self, Failure> {
+        let file = fs::File::create(path).map_err(|error| Failure::writing(path.display(), &error))?;
+        let mut it = Self { path: path.to_path_buf(), file, waiting: header(design), due: Instant::now() };
+        it.write()?;
+        Ok(it)
+    }
+
+    fn write(&mut self) -> Result<(), Failure> {
+        let written = self.file.write_all(self.waiting.as_bytes());
+        self.waiting.clear();
+        self.due = Instant::now() + REDRAWN;
+        written.map_err(|error| Failure::writing(self.path.display(), &error))
+    }
 }
 
 impl From<PortError> for Failure {
@@ -234,7 +263,8 @@ impl<'a> Console<'a> {
         // The firmware counts core cycles on a chip, and in the emulator executed instructions.
         let unit = if options.reach.is_port() { "cycles" } else { "instructions" };
         let alarm = AlarmState::default();
-        let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, alarm, page, unit };
+        let record = options.record.as_ref().map(|file| Recording::new(file, drive.design())).transpose()?;
+        let mut session = Session { drive, scenario, seen: Vec::new(), disturbance, alarm, page, record, unit };
         self.greet(&session)?;
         // A request to stop first saves the observations.
         let _kept = stop::keeping();
@@ -247,8 +277,7 @@ impl<'a> Console<'a> {
             write_page(&page.file, &session, false)?;
         }
         if let Some(record) = &options.record {
-            write_whole(record, |out| out.write_all(rows(&session).as_bytes()))
-                .map_err(|error| Failure::writing(record.display(), &error))?;
+            session.record.as_mut().map_or(Ok(()), Recording::write)?;
             let stem = record.file_stem().unwrap_or_default().to_string_lossy();
             let folder = record.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
             figure(&session.seen, &session)
@@ -422,6 +451,12 @@ impl<'a> Console<'a> {
             session.seen.drain(..MOST_ROWS / 2);
         }
         session.seen.push(seen);
+        if let Some(record) = &mut session.record {
+            record.waiting += &row(&session.drive, &seen);
+            if Instant::now() >= record.due {
+                record.write()?;
+            }
+        }
         self.report_alarms(session, &seen)?;
         if let Some(page) = &mut session.page
             && Instant::now() >= page.due
@@ -670,7 +705,7 @@ impl<'a> Console<'a> {
         }
         if let Some(folder) = out {
             let period_s = black_box.design.numbers().next().unwrap_or(1.0);
-            std::fs::create_dir_all(folder).map_err(|error| Failure::writing(folder.display(), &error))?;
+            fs::create_dir_all(folder).map_err(|error| Failure::writing(folder.display(), &error))?;
             let path = folder.join("replay.csv");
             write_whole(&path, |out| out.write_all(replayed_rows(shown).as_bytes()))
                 .map_err(|error| Failure::writing(path.display(), &error))?;
@@ -1081,29 +1116,30 @@ fn in_words(seen: &Observed, design: &Loadable, period_s: f64, unit: &str) -> St
     text
 }
 
-/// Returns the observations as CSV.
-fn rows(session: &Session<'_>) -> String {
-    let design = session.drive.design();
+/// Returns the first line of a record.
+fn header(design: &Loadable) -> String {
     let mut text = String::from("tick,t_s,r_rad");
     for shaft in shafts(design) {
         let _ = write!(text, ",{shaft}_rad,{shaft}_rad_s,{shaft}_load_n_m");
     }
-    text.push_str(",u_a,sigma_star,health\n");
-    for seen in &session.seen {
-        let turns = turns_rad(seen);
-        let is_stopped = seen.health.contains(Health::STOPPED);
-        let t_s = f64::from(seen.tick) * session.drive.period_s();
-        let _ = write!(text, "{},{t_s:?},{:?}", seen.tick, turns + f64::from(seen.reference));
-        for ([position, speed, _, load], _) in seen.estimates.iter().zip(shafts(design)) {
-            // A stopped drive computes no estimates.
-            let _ = if is_stopped {
-                write!(text, ",,,")
-            } else {
-                write!(text, ",{:?},{speed:?},{load:?}", turns + f64::from(*position))
-            };
-        }
-        let _ = writeln!(text, ",{:?},{:?},{}", seen.u, seen.sigma_star, seen.health.bits());
+    text + ",u_a,sigma_star,health\n"
+}
+
+/// Returns an observation as a line of a record.
+fn row(drive: &LiveDrive<Line<'_>>, seen: &Observed) -> String {
+    let turns = turns_rad(seen);
+    let is_stopped = seen.health.contains(Health::STOPPED);
+    let t_s = f64::from(seen.tick) * drive.period_s();
+    let mut text = format!("{},{t_s:?},{:?}", seen.tick, turns + f64::from(seen.reference));
+    for ([position, speed, _, load], _) in seen.estimates.iter().zip(shafts(drive.design())) {
+        // A stopped drive computes no estimates.
+        let _ = if is_stopped {
+            write!(text, ",,,")
+        } else {
+            write!(text, ",{:?},{speed:?},{load:?}", turns + f64::from(*position))
+        };
     }
+    let _ = writeln!(text, ",{:?},{:?},{}", seen.u, seen.sigma_star, seen.health.bits());
     text
 }
 

@@ -9,6 +9,7 @@ use study::compare::{Bench, LOST, Lost, Worst};
 use study::design::LEAST_PHASE_DEG;
 use study::gain_sets::{GainSet, WorstCorner};
 use study::map::Subject;
+use study::margins::LeastDamped;
 use study::number::significant;
 use study::tune::{Answer, Effort, Found, LARGEST_RADIUS, Limits, Specification, value_of, within_noise};
 use terminal::table::Table;
@@ -57,7 +58,8 @@ pub(super) struct TuneOptions {
     /// Override a key of the scenario; repeatable. Example: --set drive.period_s=5e-4.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Output file of the tuned scenario; an existing file is never overwritten [default: SCENARIO-tuned.toml].
+    /// Output file of the tuned scenario; an existing file is never overwritten [default: NAME-tuned.toml, with the
+    /// `name` of the scenario].
     #[arg(short = 'o', long, value_name = "FILE")]
     to: Option<PathBuf>,
     /// Output folder of pareto.svg, with the feature png also pareto.png [default: out/SCENARIO-tune].
@@ -190,16 +192,26 @@ impl Console<'_> {
         let bar = self.bar(2 * u64::from(options.evaluations), LEFT);
         let within = within_noise(bench, specification, options.effort(), Watch::new(self.stop, &|| bar.inc(1)));
         bar.finish_and_clear();
-        let within = within?.map_or_else(String::new, |Found { noise_a, worst, .. }| {
-            let options = [("settling", worst.settle_s), ("move", worst.move_rad), ("load", worst.load_rad)];
-            let had = options.iter().filter(|(_, value)| *value < LOST);
-            let had: Vec<String> = had.map(|(name, value)| format!("--{name} {}", number(*value))).collect();
-            format!(
-                "Without limits the search ends, at {} A of current noise, with {}. ",
-                number(noise_a),
-                had.join(" ")
-            )
-        });
+        let has_errors =
+            [specification.settle_s, specification.move_rad, specification.load_rad].iter().any(Option::is_some);
+        let none = if has_errors {
+            "Even without limits of the errors the search finds no gains within noise and margins. "
+        } else {
+            ""
+        };
+        let within = within?.map_or_else(
+            || none.into(),
+            |Found { noise_a, worst, .. }| {
+                let options = [("settling", worst.settle_s), ("move", worst.move_rad), ("load", worst.load_rad)];
+                let had = options.iter().filter(|(_, value)| *value < LOST);
+                let had: Vec<String> = had.map(|(name, value)| format!("--{name} {}", number(*value))).collect();
+                format!(
+                    "Without limits the search ends, at {} A of current noise, with {}. ",
+                    number(noise_a),
+                    had.join(" ")
+                )
+            },
+        );
         let told = answer.missed.iter().map(|name| match lost.iter().find(|lost| lost.run == *name) {
             None => (*name).to_owned(),
             Some(Lost { corners, first, .. }) => {
@@ -288,6 +300,9 @@ fn table(answer: &Answer, most_cycles: Option<u32>) -> Table {
         let largest_peak = worst.as_ref().map_or(0.0, |worst| worst.sensitivity_peak.unwrap_or(f64::INFINITY));
         let is_met = verdict(limit, limit.is_none_or(|limit| largest_peak <= limit));
         table.row([&*format!("peak |S|, {name} gains"), &asked_for(limit), &nominal, &largest, is_met]);
+    }
+    if let Some(LeastDamped { damping_ratio, .. }) = &answer.least_damped {
+        table.row(["least damping ratio", "", "", &significant(*damping_ratio, 3), ""]);
     }
     let most = most_cycles.map_or_else(String::new, |most| most.to_string());
     let verdict = if most.is_empty() { "" } else { "met" };

@@ -1,6 +1,8 @@
-//! `host-sim view`: serves the live page on this machine, opened on a scenario or on a recorded trace.
+//! `host-sim view`: serves the live page on this machine, opened on a scenario, on a trace, or on the record of a
+//! running drive.
 //!
-//! The page is a folder of static files, and the file of the user is beside it as `view.json`. Only GET and only the
+//! The page is a folder of static files, and the file of the user is beside it as `view.json`. It is read again for
+//! every request, so that the page can follow a record that grows (`host-sim live --record`). Only GET and only the
 //! files of the page are answered. A request has a limited length and time, so a broken one ends its own connection.
 
 use std::collections::BTreeMap;
@@ -22,7 +24,7 @@ use super::{Console, Failure, bad, failed, read_text, status};
 
 #[derive(Args, Debug)]
 pub(super) struct ViewOptions {
-    /// Scenario file, or trace.csv of host-sim run.
+    /// Scenario file, trace.csv of host-sim run, or the record of host-sim live --record, which the page follows.
     file: PathBuf,
     /// Port on this machine; 0 takes a free one.
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -60,15 +62,34 @@ const TIME: Duration = Duration::from_secs(5);
 /// Largest number of rows of a trace that the page gets: more than it has points.
 const ROWS: usize = 4000;
 
+/// Time span of a growing record that the page shows, s.
+const SHOWN_S: f64 = 10.0;
+
 /// File with its type.
 type Served = (Vec<u8>, &'static str);
+
+/// What is served: the files of the page, and the file of the user as [`VIEW`].
+struct Page {
+    files: BTreeMap<String, Served>,
+    of_user: PathBuf,
+}
+
+impl Page {
+    fn file(&self, path: &str) -> Option<Served> {
+        if path != VIEW {
+            return self.files.get(path).cloned();
+        }
+        // A file that is gone or broken meanwhile is not found; the page keeps what it has.
+        let json = shown(&self.of_user).ok()?;
+        Some((json.to_string().into_bytes(), "application/json"))
+    }
+}
 
 impl Console<'_> {
     pub(super) fn view(&mut self, options: &ViewOptions) -> Result<u8, Failure> {
         let ViewOptions { file, port, page } = options;
-        let mut files = page_of(page.as_deref())?;
-        files.insert(VIEW.into(), (shown(file)?.to_string().into_bytes(), "application/json"));
-        let files = Arc::new(files);
+        shown(file)?;
+        let page = Arc::new(Page { files: page_of(page.as_deref())?, of_user: file.clone() });
         let taken = |error: io::Error| bad(format!("--port {port}: {error}; give another port, or 0 for a free one"));
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, *port)).map_err(taken)?;
         let address = listener.local_addr().map_err(|error| failed(error.to_string()))?;
@@ -79,10 +100,10 @@ impl Console<'_> {
         while !self.stop.load(Ordering::Relaxed) {
             match listener.accept() {
                 Ok((stream, _)) => {
-                    let files = files.clone();
+                    let page = page.clone();
                     thread::spawn(move || {
                         // The other end may close the connection at any time.
-                        _ = answer(stream, &files);
+                        _ = answer(stream, &page);
                     });
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => thread::sleep(Duration::from_millis(20)),
@@ -117,8 +138,9 @@ fn shown(file: &Path) -> Result<Value, Failure> {
     let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     if file.extension().is_some_and(|end| end == "csv") {
         let text = read_text(file, FileKind::TRACE)?;
-        let columns = columns(&text).map_err(|why| bad(format!("{}: {why}", file.display())))?;
-        return Ok(json!({ "name": name, "columns": columns }));
+        let is_live = text.starts_with(RECORD);
+        let columns = columns(&text, is_live).map_err(|why| bad(format!("{}: {why}", file.display())))?;
+        return Ok(json!({ "name": name, "columns": columns, "follow": is_live }));
     }
     let text = read_text(file, FileKind::SETTINGS)?;
     // An invalid scenario is reported here, with its places.
@@ -126,21 +148,49 @@ fn shown(file: &Path) -> Result<Value, Failure> {
     Ok(json!({ "name": name, "text": text }))
 }
 
-/// Returns the columns of a trace: of many rows every n-th, and the last.
-fn columns(text: &str) -> Result<Vec<(&str, Vec<Value>)>, String> {
-    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
-    let names: Vec<&str> = lines.next().unwrap_or_default().split(',').map(str::trim).collect();
-    if names.first() != Some(&"t_s") || !names.contains(&"u") {
-        return Err("1:1: expected a scenario, or trace.csv of host-sim run with the columns t_s and u".into());
+/// Begin of the record of a running drive.
+const RECORD: &str = "tick,t_s,r_rad,";
+
+/// Returns the name of a trace for a column of a record.
+fn of_record(name: &str, has_link: bool) -> &str {
+    match name {
+        "r_rad" => "r",
+        "u_a" => "u",
+        "link_rad" => "angle_rad",
+        "motor_rad" if has_link => "motor_angle_rad",
+        "motor_rad" => "angle_rad",
+        "link_load_n_m" => "load_n_m",
+        "motor_load_n_m" if !has_link => "load_n_m",
+        other => other,
     }
-    let rows: Vec<&str> = lines.collect();
+}
+
+/// Returns the columns of a trace, or of the last seconds of a record: of many rows every n-th, and the last.
+fn columns(text: &str, is_live: bool) -> Result<Vec<(&str, Vec<Value>)>, String> {
+    // The last line of a growing file may not be whole.
+    let text = if is_live { &text[..=text.rfind('\n').unwrap_or(0)] } else { text };
+    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.starts_with('#'));
+    let names: Vec<&str> = lines.next().map_or("", |(_, line)| line).split(',').map(str::trim).collect();
+    let has_link = names.contains(&"link_rad");
+    let names: Vec<&str> = if is_live { names.iter().map(|name| of_record(name, has_link)).collect() } else { names };
+    if !is_live && (names.first() != Some(&"t_s") || !names.contains(&"u")) {
+        return Err("1:1: expected a scenario, trace.csv of host-sim run with the columns t_s and u, or a record of \
+                    host-sim live"
+            .into());
+    }
+    let mut rows: Vec<(usize, Vec<&str>)> = lines.map(|(k, row)| (k + 1, row.split(',').collect())).collect();
+    if let Some((line, cells)) = rows.iter().find(|(_, cells)| cells.len() != names.len()) {
+        return Err(format!("{line}:1: expected {} columns, found {}", names.len(), cells.len()));
+    }
+    if is_live {
+        let time_s = |cells: &[&str]| cells[1].parse::<f64>().unwrap_or(f64::NAN);
+        let last_s = rows.last().map_or(0.0, |(_, cells)| time_s(cells));
+        rows.retain(|(_, cells)| last_s - time_s(cells) <= SHOWN_S);
+    }
     let every = rows.len().div_ceil(ROWS).max(1);
     let mut columns: Vec<(&str, Vec<Value>)> = names.iter().map(|name| (*name, Vec::new())).collect();
-    for (k, row) in rows.iter().enumerate().filter(|(k, _)| k % every == 0 || k + 1 == rows.len()) {
-        let cells: Vec<&str> = row.split(',').collect();
-        if cells.len() != names.len() {
-            return Err(format!("{}:1: expected {} columns, found {}", k + 2, names.len(), cells.len()));
-        }
+    let count = rows.len();
+    for (_, cells) in rows.iter().enumerate().filter(|(k, _)| k % every == 0 || k + 1 == count).map(|(_, row)| row) {
         for ((_, column), cell) in columns.iter_mut().zip(cells) {
             // A number that is missing or not finite is a gap.
             column.push(cell.trim().parse::<f64>().map_or(Value::Null, |number| json!(number)));
@@ -150,7 +200,7 @@ fn columns(text: &str) -> Result<Vec<(&str, Vec<Value>)>, String> {
 }
 
 /// Answers one request.
-fn answer(mut stream: TcpStream, files: &BTreeMap<String, Served>) -> io::Result<()> {
+fn answer(mut stream: TcpStream, page: &Page) -> io::Result<()> {
     stream.set_nonblocking(false)?;
     stream.set_read_timeout(Some(TIME))?;
     stream.set_write_timeout(Some(TIME))?;
@@ -162,8 +212,8 @@ fn answer(mut stream: TcpStream, files: &BTreeMap<String, Served>) -> io::Result
     let is_here = host.as_deref().map(|host| host.trim().rsplit_once(':').map_or(host.trim(), |(name, _)| name));
     let is_here = is_here.is_some_and(|name| ["127.0.0.1", "localhost"].contains(&name));
     let path = target.split(['?', '#']).next().unwrap_or_default().trim_start_matches('/');
-    let file = files.get(if path.is_empty() { FILES[0].0 } else { path });
-    let (line, kind, content): (&str, &str, &[u8]) = match (method, file) {
+    let file = is_here.then(|| page.file(if path.is_empty() { FILES[0].0 } else { path })).flatten();
+    let (line, kind, content): (&str, &str, &[u8]) = match (method, &file) {
         _ if !is_here => ("400 Bad Request", "text/plain", b"expected a request to localhost\n"),
         ("GET", Some((content, kind))) if target.starts_with('/') => ("200 OK", kind, content),
         ("GET", _) => ("404 Not Found", "text/plain", b"not a file of the page\n"),
@@ -201,7 +251,8 @@ mod tests {
         let mut client = TcpStream::connect(listener.local_addr().expect("an address")).expect("a connection");
         let (stream, _) = listener.accept().expect("a connection");
         let files = BTreeMap::from([(FILES[0].0.to_owned(), (b"the page".to_vec(), FILES[0].1))]);
-        let server = thread::spawn(move || answer(stream, &files));
+        let page = Page { files, of_user: "nowhere.csv".into() };
+        let server = thread::spawn(move || answer(stream, &page));
         // The server may answer before it has read everything.
         _ = client.write_all(request);
         _ = client.shutdown(std::net::Shutdown::Write);
@@ -218,7 +269,8 @@ mod tests {
             let text = get(target);
             assert!(text.starts_with("HTTP/1.1 200") && text.ends_with("the page"), "{target}: {text}");
         }
-        for target in ["/other", "/../Cargo.toml", "//index.html/..", "/%2e%2e/x", "index.html", "*", ""] {
+        for target in ["/other", "/view.json", "/../Cargo.toml", "//index.html/..", "/%2e%2e/x", "index.html", "*", ""]
+        {
             assert!(get(target).starts_with("HTTP/1.1 404"), "{target}: {}", get(target));
         }
         let post = answered(b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
@@ -240,12 +292,26 @@ mod tests {
 
     #[test]
     fn a_trace_has_its_columns_and_another_table_its_place() {
-        let read = columns("t_s,r,u\n0,1,2\n0.001,nan,3\n").expect("a trace");
+        let read = columns("t_s,r,u\n0,1,2\n0.001,nan,3\n", false).expect("a trace");
         assert_eq!(json!(read), json!([["t_s", [0.0, 0.001]], ["r", [1.0, null]], ["u", [2.0, 3.0]]]));
         let long: String = (0..10_000).flat_map(|k| [k.to_string(), ",1\n".into()]).collect();
-        let read = columns(&format!("t_s,u\n{long}")).map(|columns| columns[0].1.len()).expect("a trace");
+        let read = columns(&format!("t_s,u\n{long}"), false).map(|columns| columns[0].1.len()).expect("a trace");
         assert!(read <= ROWS + 1 && read > ROWS / 2, "{read}");
-        assert!(columns("a,b\n1,2\n").is_err());
-        assert_eq!(columns("t_s,u\n1,2\n3\n"), Err("3:1: expected 2 columns, found 1".into()));
+        assert!(columns("a,b\n1,2\n", false).is_err());
+        assert_eq!(columns("t_s,u\n1,2\n3\n", false), Err("3:1: expected 2 columns, found 1".into()));
+    }
+
+    /// The last 10 s, under the names of a trace; a line that is being written does not count yet.
+    #[test]
+    fn a_growing_record_has_its_last_seconds() {
+        let head = "tick,t_s,r_rad,motor_rad,motor_rad_s,motor_load_n_m,u_a,sigma_star,health\n";
+        let rows = "1,0.5,0,0.1,0,0.2,1,0,0\n9,10.2,1,1.1,0,0.3,2,0,0\n10,10.6,1,,,,0,0,64\n11,10.7,1,1.";
+        let record = format!("{head}{rows}");
+        let read: BTreeMap<_, _> = columns(&record, true).expect("a record").into_iter().collect();
+        assert_eq!(json!([read["t_s"], read["r"], read["u"]]), json!([[10.2, 10.6], [1.0, 1.0], [2.0, 0.0]]));
+        assert_eq!(json!([read["angle_rad"], read["load_n_m"]]), json!([[1.1, null], [0.3, null]]));
+        let joint = head.replace("motor_rad,motor_rad_s", "link_rad,link_rad_s,link_load_n_m,motor_rad,motor_rad_s");
+        let read: BTreeMap<_, _> = columns(&joint, true).expect("a header").into_iter().collect();
+        assert!(["angle_rad", "motor_angle_rad", "load_n_m"].iter().all(|name| read[name].is_empty()));
     }
 }

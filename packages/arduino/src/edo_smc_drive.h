@@ -175,12 +175,12 @@
  *     # damping_percent = 0.0
  */
 #ifdef EDO_SMC_STANDALONE
-#if EDO_SMC_STANDALONE != 0xea887a67u
-#error "two designs with the prefix edo_smc, 0xea887a67u here and EDO_SMC_STANDALONE before: export one with another --prefix"
-#define EDO_SMC_STANDALONE 0xea887a67u
+#if EDO_SMC_STANDALONE != 0xdd993292u
+#error "two designs with the prefix edo_smc, 0xdd993292u here and EDO_SMC_STANDALONE before: export one with another --prefix"
+#define EDO_SMC_STANDALONE 0xdd993292u
 #endif
 #else
-#define EDO_SMC_STANDALONE 0xea887a67u
+#define EDO_SMC_STANDALONE 0xdd993292u
 
 #include <float.h>
 #include <stdbool.h>
@@ -224,7 +224,7 @@
 /* Status flags of a tick. */
 enum {
     EDO_SMC_OK = 0,
-    EDO_SMC_INPUT_REJECTED = 1, /* no valid sample yet, too many missing, or an invalid target: fallback */
+    EDO_SMC_INPUT_REJECTED = 1, /* no valid sample yet, too many missing, an invalid target, or a stopped drive: fallback */
     EDO_SMC_SATURATED = 2, /* the demanded u exceeds the limits */
     EDO_SMC_SAMPLE_LOST = 8, /* a count was missing or physically impossible: the observer predicts */
     EDO_SMC_POSITION_STEPPED = 128, /* missed tick or slip: the position was set from the counts again */
@@ -1032,7 +1032,7 @@ static inline unsigned edo_smc_tick(edo_smc_state *state, const edo_smc_sample *
     return health;
 }
 
-/* Computes one tick and starts the drive after 10.0 ticks with valid and consistent samples. Until then the
+/* Computes one tick and starts the drive after 10 ticks with valid and consistent samples. Until then the
  * output is the fallback. Pass a state of zeros at first. */
 static inline unsigned edo_smc_tick_or_start(edo_smc_state *state, const edo_smc_sample *sample, edo_smc_output *output)
 {

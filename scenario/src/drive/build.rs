@@ -900,6 +900,8 @@ struct Parts<'a, D, const E: usize> {
     measured: Option<usize>,
     /// Plant without friction and load.
     smooth: Box<dyn Plant>,
+    /// True inertia of the shaft that a load acts on, kg m².
+    loaded_inertia_kg_m2: f64,
     corners: Vec<Corner>,
     inertia_range: Option<InertiaRange>,
 }
@@ -1005,7 +1007,7 @@ fn beyond_counters(mounted: &[(usize, Mounted)], moved_rad: f64) -> impl Iterato
 /// Returns the linearised loop at rest.
 fn at_rest(
     law: Box<dyn LawAtRest>,
-    plant: Box<dyn Plant>,
+    (plant, loaded_inertia_kg_m2): (Box<dyn Plant>, f64),
     (corners, inertia_range): (Vec<Corner>, Option<InertiaRange>),
     sensed: Vec<Sensed>,
     form: Form,
@@ -1019,6 +1021,7 @@ fn at_rest(
     ];
     AtRest {
         plant,
+        loaded_inertia_kg_m2: Some(loaded_inertia_kg_m2),
         law,
         sensed,
         sensor_delay_ticks: 0,
@@ -1125,7 +1128,14 @@ fn experiment<D: Copy, const E: usize>(
     warnings.extend(within_the_band(&designed, common.limits.following_error_rad));
     let sensed = sensed(&mounted, &shafts, &sensing);
     let twin = twin(&designed, &motion, &sensing, &sensed, has_faults, parts.measured);
-    let at_rest = at_rest(law, parts.smooth, (parts.corners, parts.inertia_range), sensed, form, &sensing);
+    let at_rest = at_rest(
+        law,
+        (parts.smooth, parts.loaded_inertia_kg_m2),
+        (parts.corners, parts.inertia_range),
+        sensed,
+        form,
+        &sensing,
+    );
     let measured: Vec<_> = mounted.iter().map(|(state, it)| (parts.measured.unwrap_or(*state), *it)).collect();
     let on_the_plant = common.sensing(&measured, plant.order());
     let sensor: Box<dyn Sensor> = Box::new(Encoders::over(on_the_plant.sensor(common.seed), measured));
@@ -1318,6 +1328,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             measured: play.as_ref().map(Play::encoder_state),
             plant,
             smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
+            loaded_inertia_kg_m2: truth.inertia_kg_m2,
             corners: motor_corners(&inertia, uncertain_percent, believed, lag),
             inertia_range: inertia_range(&inertia, uncertain_percent, believed, lag),
         },
@@ -1746,6 +1757,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             measured: None,
             is_slowed_by_play: false,
             smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
+            loaded_inertia_kg_m2: truth.link_inertia_kg_m2,
             inertia_range: None,
             corners: joint_corners(uncertain_percent, &believed, truth.spring_damping_n_m_s, lag),
         },

@@ -10,9 +10,10 @@ use loop_sim::plant::Plant;
 use loop_sim::port::drive::DriveDesign;
 use loop_sim::solver::SolverError;
 
-use super::matrix::{Matrix, spectral_radius};
+use super::matrix::Matrix;
 use super::rival::{HELD, Law, TickInputs};
 use super::task::Aim;
+use crate::margins::{eigenvalues, heard};
 
 /// Size of the change, rad and similar units; small enough that no controller reaches its limit.
 const NUDGE: f64 = 1e-9;
@@ -24,6 +25,8 @@ pub struct Linear {
     b: Matrix,
     /// Index of the held u in the memory.
     held: usize,
+    /// Pole of the start-up offset, which decays independently of the loop.
+    offset: Option<f64>,
 }
 
 impl Linear {
@@ -50,7 +53,7 @@ impl Linear {
                 a[(i, i)] = 0.0;
             }
         }
-        Self { a, b, held }
+        Self { a, b, held, offset: None }
     }
 
     /// Builds the model of a baseline controller; `None` for a nonlinear one.
@@ -83,12 +86,25 @@ impl Linear {
         for late in n..held {
             a[(late + 1, late)] = 1.0;
         }
-        Some(Self { a, b, held })
+        let offset = libm::exp(-designed.bandwidths().offset_per_s * designed.period_s());
+        Some(Self { a, b, held, offset: Some(offset) })
     }
 
-    /// Returns the spectral radius of the loop with this plant.
+    /// Returns the spectral radius of the loop with this plant, infinite if an entry is not finite. States that do not
+    /// affect u, and the start-up offset, are not part of the loop.
     pub fn radius(&self, plant: &Sampled) -> f64 {
-        spectral_radius(&self.closed(plant))
+        let whole = self.closed(plant);
+        let u = plant.phi.nrows() + self.held;
+        let kept = heard(whole.nrows(), |j| j == u, |i, j| whole[(i, j)]);
+        let of_loop = Matrix::from_fn(kept.len(), kept.len(), |i, j| whole[(kept[i], kept[j])]);
+        let Ok(mut poles) = eigenvalues(of_loop) else { return f64::INFINITY };
+        if let Some(offset) = self.offset {
+            let away = |k: &usize| libm::hypot(poles[*k].re - offset, poles[*k].im);
+            if let Some(of_offset) = (0..poles.len()).min_by(|i, j| away(i).total_cmp(&away(j))) {
+                poles.remove(of_offset);
+            }
+        }
+        poles.first().map_or(0.0, |z| libm::hypot(z.re, z.im))
     }
 
     /// Returns one tick of the loop: the states of the plant, then the memory.
@@ -184,7 +200,7 @@ mod tests {
             // The observer of the link is coupled to the observer of the motor.
             let observer = if observers_rad_s.len() == 1 { &observers_rad_s[..] } else { &[] };
             let linear = Linear::of_ours(&task.designed).expect("a design");
-            let found = crate::margins::eigenvalues(linear.closed(&nominal(&task))).expect("numbers");
+            let found = eigenvalues(linear.closed(&nominal(&task))).expect("numbers");
             let off = |[re, im]: [f64; 2]| {
                 let distances = found.iter().map(|z| (z.re - re).hypot(z.im - im));
                 distances.fold(f64::INFINITY, f64::min) / (re - 1.0).hypot(im)
@@ -220,11 +236,11 @@ mod tests {
             let closed = Matrix::from_fn(5, 5, |i, j| phi[i][j] - gamma[i] * k[j]);
             let plant = sheet_of(&designed).plant(0.0, Imperfections { lag_s, ..Imperfections::default() });
             let plant = Sampled::new(plant.as_ref(), t).expect("a slow plant");
-            let found = crate::margins::eigenvalues(linear.closed(&plant)).expect("numbers");
+            let found = eigenvalues(linear.closed(&plant)).expect("numbers");
             let nearest = |pole: &nalgebra::Complex<f64>| {
                 found.iter().map(|z| (z.re - pole.re).hypot(z.im - pole.im)).fold(f64::INFINITY, f64::min)
             };
-            let poles = crate::margins::eigenvalues(closed).expect("numbers");
+            let poles = eigenvalues(closed).expect("numbers");
             poles.iter().map(nearest).fold(0.0, f64::max)
         };
         let (same, softer) = (off(1.0), off(0.9));

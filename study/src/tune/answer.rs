@@ -10,6 +10,7 @@ use crate::compare::{Bench, Lost, Worst, of_ours};
 use crate::design::refused_as_unstable;
 use crate::gain_sets::{GainSet, gain_sets};
 use crate::map::{Subject, tolerance_percent};
+use crate::margins::{LeastDamped, corners};
 use crate::{Error, Watch};
 
 /// Noise limits of the searches relative to the specified one.
@@ -74,6 +75,8 @@ pub struct Answer {
     pub nominal: Worst,
     /// Gain sets of the tuned drive at rest: their margins, and the worst corner of the tolerance of the file.
     pub gain_sets: Vec<GainSet>,
+    /// Oscillatory pole of the base gains with the least damping, over the corners of the tolerance of the file.
+    pub least_damped: Option<LeastDamped>,
     /// WCET bound of a tick on a Cortex-M4F, cycles.
     pub cycles: u32,
     /// Deviation of every data sheet number up to which all corners are stable, percent. The search ends at the
@@ -239,12 +242,14 @@ pub fn tune(
         cycles: cycles(&entry.designed),
         found: entry.found,
     };
+    let at_rest = experiment.at_rest.as_ref()?;
     Ok(Some(Answer {
         scenario: bench.name.clone(),
         specification: *specification,
         found,
         nominal: bench.nominal(&design),
-        gain_sets: gain_sets(&designed, experiment.at_rest.as_ref()?)?,
+        gain_sets: gain_sets(&designed, at_rest)?,
+        least_damped: corners(at_rest, at_rest.law.as_ref(), experiment.period_s)?.1,
         cycles: cycles(&designed),
         data_sheet_percent: tolerance_percent(&Subject { sets: &no_error, ..tuned }, specification.percent()).ok(),
         settings,

@@ -135,8 +135,6 @@ trait DriveKind<const E: usize, const N: usize, const P: usize>: Copy {
     fn limits(&self) -> Limits;
     /// Torque constant K_t, N m per A.
     fn torque_n_m_per_a(&self) -> f64;
-    /// Inertia of the shaft that a load acts on, kg m².
-    fn loaded_inertia_kg_m2(&self) -> f64;
     fn gate_steps(&self) -> [f64; E];
     fn bandwidths(&self) -> Bandwidths;
     fn set_bandwidths(&mut self, to: &Bandwidths);
@@ -183,10 +181,6 @@ impl DriveKind<1, 2, 3> for MotorDesign {
 
     fn torque_n_m_per_a(&self) -> f64 {
         self.motor.torque_n_m_per_a
-    }
-
-    fn loaded_inertia_kg_m2(&self) -> f64 {
-        self.motor.inertia_kg_m2
     }
 
     fn gate_steps(&self) -> [f64; 1] {
@@ -272,10 +266,6 @@ impl DriveKind<2, 4, 4> for JointDesign {
 
     fn torque_n_m_per_a(&self) -> f64 {
         self.joint.torque_n_m_per_a
-    }
-
-    fn loaded_inertia_kg_m2(&self) -> f64 {
-        self.joint.link_inertia_kg_m2
     }
 
     fn gate_steps(&self) -> [f64; 2] {
@@ -640,11 +630,6 @@ impl DriveDesign {
     /// Returns the torque constant K_t, N m per A.
     pub fn torque_n_m_per_a(&self) -> f64 {
         each!(self, drive => drive.design.torque_n_m_per_a())
-    }
-
-    /// Returns the inertia of the shaft that a load acts on, kg m²: of the motor, or of the link of a joint.
-    pub fn loaded_inertia_kg_m2(&self) -> f64 {
-        each!(self, drive => drive.design.loaded_inertia_kg_m2())
     }
 
     /// Returns the innovation gate of each encoder in counts.
