@@ -153,14 +153,13 @@ const RECORD: &str = "tick,t_s,r_rad,";
 
 /// Returns the name of a trace for a column of a record.
 fn of_record(name: &str, has_link: bool) -> &str {
+    let loaded = if has_link { ["link_rad", "link_load_n_m"] } else { ["motor_rad", "motor_load_n_m"] };
     match name {
         "r_rad" => "r",
         "u_a" => "u",
-        "link_rad" => "angle_rad",
-        "motor_rad" if has_link => "motor_angle_rad",
-        "motor_rad" => "angle_rad",
-        "link_load_n_m" => "load_n_m",
-        "motor_load_n_m" if !has_link => "load_n_m",
+        _ if name == loaded[0] => "angle_rad",
+        _ if name == loaded[1] => "load_n_m",
+        "motor_rad" => "motor_angle_rad",
         other => other,
     }
 }

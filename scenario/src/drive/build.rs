@@ -898,10 +898,8 @@ struct Parts<'a, D, const E: usize> {
     plant: Box<dyn Plant>,
     /// State that the encoder measures, if it is not the state of the controller's model.
     measured: Option<usize>,
-    /// Plant without friction and load.
-    smooth: Box<dyn Plant>,
-    /// True inertia of the shaft that a load acts on, kg m².
-    loaded_inertia_kg_m2: f64,
+    /// Plant without friction and load, and the true inertia of the shaft that a load acts on, kg m².
+    smooth: (Box<dyn Plant>, f64),
     corners: Vec<Corner>,
     inertia_range: Option<InertiaRange>,
 }
@@ -1128,14 +1126,7 @@ fn experiment<D: Copy, const E: usize>(
     warnings.extend(within_the_band(&designed, common.limits.following_error_rad));
     let sensed = sensed(&mounted, &shafts, &sensing);
     let twin = twin(&designed, &motion, &sensing, &sensed, has_faults, parts.measured);
-    let at_rest = at_rest(
-        law,
-        (parts.smooth, parts.loaded_inertia_kg_m2),
-        (parts.corners, parts.inertia_range),
-        sensed,
-        form,
-        &sensing,
-    );
+    let at_rest = at_rest(law, parts.smooth, (parts.corners, parts.inertia_range), sensed, form, &sensing);
     let measured: Vec<_> = mounted.iter().map(|(state, it)| (parts.measured.unwrap_or(*state), *it)).collect();
     let on_the_plant = common.sensing(&measured, plant.order());
     let sensor: Box<dyn Sensor> = Box::new(Encoders::over(on_the_plant.sensor(common.seed), measured));
@@ -1327,8 +1318,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             x0,
             measured: play.as_ref().map(Play::encoder_state),
             plant,
-            smooth: Box::new(plant::Motor::new(truth, believed, lag, Signal::default())),
-            loaded_inertia_kg_m2: truth.inertia_kg_m2,
+            smooth: (Box::new(plant::Motor::new(truth, believed, lag, Signal::default())), truth.inertia_kg_m2),
             corners: motor_corners(&inertia, uncertain_percent, believed, lag),
             inertia_range: inertia_range(&inertia, uncertain_percent, believed, lag),
         },
@@ -1756,8 +1746,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
             plant: Box::new(plant::Joint::new(truth, believed, imperfections, load).sampled(common.period_s)),
             measured: None,
             is_slowed_by_play: false,
-            smooth: Box::new(plant::Joint::new(truth, believed, lag, Signal::default())),
-            loaded_inertia_kg_m2: truth.link_inertia_kg_m2,
+            smooth: (Box::new(plant::Joint::new(truth, believed, lag, Signal::default())), truth.link_inertia_kg_m2),
             inertia_range: None,
             corners: joint_corners(uncertain_percent, &believed, truth.spring_damping_n_m_s, lag),
         },
