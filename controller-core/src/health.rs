@@ -34,8 +34,7 @@ impl Health {
     pub const DISTURBANCE_OVER_BOUND: Self = Self(16);
     /// The output u has been at a limit for too long, in ticks in which |σ| did not fall. Drives only.
     pub const STUCK_AT_LIMIT: Self = Self(32);
-    /// A monitor has stopped the drive: the output is 0, or the number of the fallback, until the drive restarts. Drives
-    /// only.
+    /// A monitor has stopped the drive: the output is 0, or the number of the fallback, until it restarts. Drives only.
     pub const STOPPED: Self = Self(64);
     /// The counts have settled at another position than predicted: a missed tick, a slip. The position was taken from
     /// the counts. The estimates of speed and disturbance were kept. Drives only.

@@ -187,7 +187,7 @@ pub fn serve<L: Tuned<E, N>, const E: usize, const N: usize>(
             // An instruction takes one or more cycles: only cycles are a share of the period.
             if unit == clock::Unit::Cycles {
                 defmt::println!(
-                    "t = {=f32} s, {}; interrupt: worst {=u32} of {=u32} cycles, headroom {=u32} %, {=u32} ticks missed",
+                    "t = {=f32} s, {}; interrupt: worst {=u32} of {=u32} cycles, {=u32} % free, {=u32} ticks missed",
                     t_s,
                     health,
                     worst,

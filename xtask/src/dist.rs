@@ -1,8 +1,9 @@
 //! Files of a release in `target/dist`, with their checksums.
 //!
 //! The host program with its manual and completions, the C package, the live page, FMUs of the template motor, the
-//! Python wheel, the crates, and the bills of materials. An archive depends on the bytes of its files only: it is packed twice and compared. Then the release is
-//! used as a user would: unpacked, installed in an empty environment, run.
+//! Python wheel, the crates, and the bills of materials. An archive depends on the bytes of its files only: it is
+//! packed twice and compared. Then the release is used as a user would: unpacked, installed in an empty environment,
+//! run.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1247,7 +1247,7 @@ mod tests {
     #[test]
     fn the_help_of_a_session_has_the_words_of_its_page() {
         let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/live.md");
-        let page = std::fs::read_to_string(page).expect("the page");
+        let page = fs::read_to_string(page).expect("the page");
         let rows = page.lines().skip_while(|line| !line.starts_with("| command |")).skip(2);
         let rows: Vec<&str> = rows.take_while(|line| line.starts_with('|')).collect();
         let expected = COMMANDS.map(|(command, what)| format!("| `{command}` | {what} |"));

@@ -22,9 +22,9 @@ const COLUMNS: [Column; 8] = [
     ("L50", |f| f.load_50_rad),
 ];
 
-/// Returns the table with a row per control law and noise limit, and a row of the drive of the file, which no search has
-/// tuned. `*` marks values within 2 % of the best at this limit. `!` marks a current noise above the limit; such a law
-/// is not ranked.
+/// Returns the table with a row per control law and noise limit, and a row of the drive of the file, without a search.
+/// `*` marks values within 2 % of the best at this limit. `!` marks a current noise above the limit; such a law is not
+/// ranked.
 #[must_use]
 pub fn table(entries: &[Entry], of_file: Option<&Figures>) -> Table {
     let mut table = Table::new([

@@ -23,8 +23,8 @@ pub struct Map {
     pub axes: Vec<Axis>,
     /// Name of the metric, or of the decay rate.
     pub figure: String,
-    /// Points, row by row from the first; corners from the worst: unstable ones first, then by peak |S|. In JSON a point
-    /// without a design is `refused`.
+    /// Points, row by row from the first; corners from the worst: unstable ones first, then by peak |S|. In JSON a
+    /// point without a design is `refused`.
     #[serde(serialize_with = "points")]
     pub points: Vec<Judged>,
     /// Largest rectangle of good points around the values of the file.
@@ -95,8 +95,8 @@ pub fn map(question: &Question<'_>, watch: Watch<'_>) -> Result<Option<Map>, Err
     if question.axes.is_empty() { list(question, watch) } else { grid(question, watch) }
 }
 
-/// Computes each corner alone, worst first: unstable ones by |z|, then the others by their peak of |S|. The slowest pole
-/// cannot rank them: a pole of an observer is equal in every corner.
+/// Computes each corner alone, worst first: unstable ones by |z|, then the others by their peak of |S|. The slowest
+/// pole cannot rank them: a pole of an observer is equal in every corner.
 fn list(question: &Question<'_>, watch: Watch<'_>) -> Result<Option<Map>, Error> {
     let Some(judged) = question.each_corner(watch) else { return Ok(None) };
     let mut found = Vec::new();
