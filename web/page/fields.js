@@ -49,7 +49,7 @@ export const SHEET_FIELDS = {
     number("motor.max_current_a", "Current limit", "A"),
     number("motor.damping_n_m_s", "Viscous friction", "N m s/rad"),
     number("motor.load_inertia_kg_m2", "Load inertia", "kg m²"),
-    { key: "motor.gear", label: "Gear ratio", unit: "[motor, output]", isText: true, preset: "[1, 1]" },
+    { key: "motor.gear", label: "Gear ratio", unit: "motor : output", isText: true, preset: "[1, 1]" },
     number("motor.current_lag_s", "Current loop lag", "s"),
   ],
   joint: [
@@ -61,7 +61,7 @@ export const SHEET_FIELDS = {
     number("joint.link_damping_n_m_s", "Link friction", "N m s/rad"),
     number("joint.motor_damping_n_m_s", "Motor friction", "N m s/rad"),
     number("joint.weight_n_m", "Link weight", "N m"),
-    { key: "joint.gear", label: "Gear ratio", unit: "[motor, spring]", isText: true, preset: "[1, 1]" },
+    { key: "joint.gear", label: "Gear ratio", unit: "motor : spring", isText: true, preset: "[1, 1]" },
     number("joint.current_lag_s", "Current loop lag", "s"),
   ],
 };
@@ -138,6 +138,7 @@ export const FAULTS = [
     id: "reversed",
     label: "Reversed encoder",
     plants: ["motor", "joint"],
+    isFromStart: true,
     what: () => "The motor turns against its current, as with a reversed encoder or two swapped phases.",
     sets: () => ["error.reversed=true"],
   },

@@ -33,9 +33,19 @@ const baseText = () => (state.own ? state.own.text : templates[plant()].text);
 const name = () => state.own?.name ?? state.sheet;
 const sheetSets = () => (state.own ? {} : SHEETS.find((it) => it.id === state.sheet).sets);
 
+/** Returns what a person types as a TOML value: a gear as 10:1 or 10, a decimal comma, a number without its zero. */
+function asToml(key, value) {
+  const gear = key.endsWith(".gear") && /^(\d+)(?:\s*[:/]\s*(\d+))?$/.exec(value);
+  if (gear) return `[${gear[1]}, ${gear[2] ?? 1}]`;
+  const number = /^([+-]?)(\d*)[.,](\d+)(e[+-]?\d+)?$/i.exec(value);
+  return number ? `${number[1]}${number[2] || "0"}.${number[3]}${number[4] ?? ""}` : value;
+}
+
 /** Keys of the file with their values, without the inputs that are not keys. */
 function keys(values = state.values) {
-  const all = { ...sheetSets(), ...values };
+  const all = Object.fromEntries(
+    Object.entries({ ...sheetSets(), ...values }).map(([key, value]) => [key, asToml(key, value)]),
+  );
   delete all.load;
   if ("friction.coulomb_n_m" in values) {
     all["friction.static_n_m"] = String(1.5 * Number(values["friction.coulomb_n_m"]));
@@ -150,7 +160,8 @@ async function computeMargins() {
 /** Runs a test and draws it. An older one is better than none while a slider moves. */
 async function test(of, run, k, isOfSheet) {
   const found = await testers[k % testers.length].ask(run.name, { call: "evaluate", scenario: of, runs: [run] });
-  if (!found || !isOfSheet()) return false;
+  // A late answer must not cover the message about newer inputs.
+  if (!found || !isOfSheet() || "refused" in document.documentElement.dataset) return false;
   if (found.error) {
     if (!found.isStale) refuse(found.error);
     return false;
@@ -522,7 +533,8 @@ function accept(ids) {
     const errors = rows("error");
     const peak = largest(errors);
     const [factor, unit] = isRest ? [1 / facts.encoder_unit_rad, "counts"] : scaled(peak);
-    const marks = answer.fault && id === state.test ? [{ time: plan[id].at, color: COLOURS.limit }] : [];
+    const at = answer.fault?.isFromStart ? 0 : plan[id].at;
+    const marks = answer.fault && id === state.test ? [{ time: at, color: COLOURS.limit }] : [];
     charts[id].draw(
       [rows("t_s"), errors.map((error) => error * factor)],
       [{ color: COLOURS.y }],
@@ -626,8 +638,21 @@ function drawVerdict() {
     const { name: set, worst } = weak[0];
     return verdict("warn", `Stable by the data sheet, but unstable in the corner ${worst.name} (${set} gains).${why}`);
   }
+  // A test that the user broke on purpose has its own note.
+  const broken = TESTS.filter(({ id }) => !(answer.fault && id === state.test))
+    .map(({ id, title }) => [title, (answer.runs[id]?.flags ?? []).find(({ name }) => FLAGS[name]?.[2] === "alarm")])
+    .find(([, alarm]) => alarm);
+  if (broken) {
+    const [title, { name: flag, from_s: at }] = broken;
+    const [alarm, meaning] = FLAGS[flag];
+    const where = `in the test ${title} at ${show(at)} s`;
+    return verdict("bad", `Stable by the data sheet, but an alarm ${where}: ${alarm}, ${meaning}.`);
+  }
   const corners = answer.whole ? ` and in every corner of ±${percent} %` : "";
-  verdict("", `Stable by the data sheet${corners}.${why}`);
+  const high = weak.length
+    ? " This holds for the base gains; the high gains would be unstable in a corner if they stayed on."
+    : "";
+  verdict("", `Stable by the data sheet${corners}.${high}${why}`);
 }
 
 /** Shows limits, noise and corners. */
@@ -693,7 +718,7 @@ function drawDetail() {
   const t = run.columns.t_s,
     y = angleOf(run);
   const marks = [
-    ...(fault ? [{ time: plan[state.test].at, color: COLOURS.limit }] : []),
+    ...(fault ? [{ time: fault.isFromStart ? 0 : plan[state.test].at, color: COLOURS.limit }] : []),
     ...state.retunes.map(({ at_s }) => ({ time: at_s, color: "#1a6b3c" })),
   ];
   charts.position.draw([t, y, run.columns.r], [{ color: COLOURS.y }, { color: COLOURS.r, dash: [5, 4] }], marks, "rad");
@@ -973,9 +998,10 @@ $("compare").onclick = tuneRivals;
 
 // ------------------------------------------------------------------------------------------------------- files, link
 
-async function text() {
+async function text({ isBroken = true } = {}) {
   const run = answer.plan[state.test];
-  const fault = answer.fault ? answer.fault.sets(run.at, answer.facts.period_s, answer.facts.max_current_a) : [];
+  const { facts, fault: pressed } = answer;
+  const fault = pressed && isBroken ? pressed.sets(run.at, facts.period_s, facts.max_current_a) : [];
   const changes = [["load", null], ["fault", null], ["reference", null], ["span_s", null], ...Object.entries(keys())];
   for (const set of [...run.sets, ...fault]) {
     const at = set.indexOf("=");
@@ -998,7 +1024,8 @@ function save(file, content, type) {
 
 $("save-toml").onclick = async () => save(`${name()}.toml`, await text(), "text/plain");
 $("save-c").onclick = async () => {
-  const toml = await text();
+  // A fault is one of the test, not of the drive.
+  const toml = await text({ isBroken: false });
   const found = await core.ask("c", { call: "export_c", scenario: { toml, name: name() } });
   if (found?.error) $("take-note").textContent = found.error[0].text;
   else if (found) save(`${name()}_drive.h`, found.text, "text/x-c");

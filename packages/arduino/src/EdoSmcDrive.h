@@ -73,7 +73,9 @@ public:
         }
     }
 
-    /* Interrupt, or with the interrupt masked: restarts after a stop. The drive then holds its present position. */
+    /* Interrupt, or with the interrupt masked: restarts after a stop, with the shaft at rest. Add the differences of the
+     * counts up from tick to tick: two counts some time apart may be whole revolutions apart. The drive then holds its
+     * present position. */
     void reset()
     {
         started_ = false;
