@@ -35,8 +35,7 @@ pub struct Cost {
 fn costs() -> &'static [Cost] {
     static COSTS: OnceLock<Vec<Cost>> = OnceLock::new();
     COSTS.get_or_init(|| {
-        let file: toml_edit::DocumentMut =
-            include_str!("../budgets.toml").parse().expect("ceilings that CI has read");
+        let file: toml_edit::DocumentMut = include_str!("../budgets.toml").parse().expect("ceilings that CI has read");
         let instances = file["instance"].as_array_of_tables().into_iter().flat_map(ArrayOfTables::iter);
         instances.filter_map(measured).collect()
     })

@@ -17,7 +17,7 @@ use tick_record::monitor::monitor;
 use crate::Functions;
 use designs::{JOINT_DRIVE, JOINT_WHOLE, MOTOR};
 
-#[path = "../../tick-record/src/bin/tick-record/designs.rs"]
+// A link to the designs of the recorder, so that the package of this crate has them.
 #[allow(dead_code, reason = "what is proved of any b(x) and of any exponential needs none of them")]
 mod designs;
 

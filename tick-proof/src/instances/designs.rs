@@ -1,0 +1,1 @@
+../../../tick-record/src/bin/tick-record/designs.rs
