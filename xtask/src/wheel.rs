@@ -40,14 +40,8 @@ pub(crate) fn build(gate: &mut Gate) -> Outcome {
         let failed = |error| Failure { reason: format!("{WHEELS}: {error}"), rerun: RERUN.into() };
         fs::remove_dir_all(&emptied).map_err(failed)?;
     }
-    let build = Invocation::new(&ENVIRONMENT.program("maturin"), &["build", "--profile", "dist"]).with(&[
-        "--manifest-path",
-        MANIFEST,
-        "--target-dir",
-        TARGET_DIR,
-        "--out",
-        WHEELS,
-    ]);
+    let build = Invocation::new(&ENVIRONMENT.program("maturin"), &["build", "--release", "--manifest-path", MANIFEST])
+        .with(&["--target-dir", TARGET_DIR, "--out", WHEELS]);
     gate.commands("wheel of the Python package", &[build])
 }
 
