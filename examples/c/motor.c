@@ -161,7 +161,7 @@ static float angle_between(uint32_t before, uint32_t now, uint32_t states, doubl
     const uint32_t b = (states != 0u) ? now % states : now;
     const uint32_t up = (b >= a) ? b - a : states - (a - b);
     const uint32_t down = states - up; /* the other way around */
-    return ((up <= down || up == 0u) ? (float)up : -(float)down) * (float)unit_rad;
+    return ((up <= down) ? (float)up : -(float)down) * (float)unit_rad;
 }
 
 /* Returns whether the shaft turns by at most 0.5 rad/s. A stopped drive computes no estimates, so the counters are added

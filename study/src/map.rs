@@ -383,7 +383,7 @@ pub fn tolerance_percent(subject: &Subject<'_>, most: u32) -> Result<u32, Error>
     for percent in 1..=most {
         for Corner { sets, .. } in corners(subject, f64::from(percent), &[])? {
             let experiment = subject.with(&sets)?;
-            if poles(&experiment)?.0 >= 1.0 {
+            if poles(&experiment)?.1 >= 1.0 {
                 return Ok(percent - 1);
             }
         }
@@ -517,7 +517,7 @@ impl Question<'_> {
         let (mut figure, mut unstable) = (None::<f64>, 0);
         for corner in corners {
             let mut experiment = self.experiment(&[&here[..], &corner.sets].concat())?;
-            let (spectral_radius, decay_per_s) = poles(&experiment)?;
+            let (it, spectral_radius, decay_per_s) = poles(&experiment)?;
             unstable += usize::from(spectral_radius >= 1.0);
             if let Some(path) = &self.figure {
                 let value = number_of(path, &mut experiment)?;
@@ -525,11 +525,14 @@ impl Question<'_> {
                 figure = figure.filter(|known| known.is_nan() || !(value.is_nan() || is_worse(*known))).or(Some(value));
             }
             if worst.as_ref().is_none_or(|(worst, _)| spectral_radius > worst.spectral_radius) {
+                // A list of corners is ranked by it.
+                let is_ranked = self.axes.is_empty() && spectral_radius < 1.0;
+                let sensitivity_peak = if is_ranked { Some(it.margins()?.sensitivity_peak) } else { None };
                 let point = Point {
                     spectral_radius,
                     decay_per_s,
                     figure: None,
-                    sensitivity_peak: None,
+                    sensitivity_peak,
                     worst: None,
                     unstable_corners: 0,
                     grew: None,
@@ -556,19 +559,11 @@ impl Question<'_> {
             if watch.is_stopped() {
                 return None;
             }
-            let judged = self.judged([0, 0], std::slice::from_ref(corner)).and_then(|point| {
-                let sensitivity_peak = if point.is_stable() { Some(self.sensitivity_peak(corner)?) } else { None };
-                Ok(Point { sensitivity_peak, ..point })
-            });
+            let judged = self.judged([0, 0], std::slice::from_ref(corner));
             watch.done();
             Some(judged)
         };
         self.corners.par_iter().map(judged).collect()
-    }
-
-    /// Returns the peak of |S| of a stable corner.
-    fn sensitivity_peak(&self, corner: &Corner) -> Result<f64, Error> {
-        Ok(margins::margins(&self.experiment(&corner.sets)?)?.sensitivity_peak)
     }
 
     /// Computes all points, row by row from the first; `None` if stopped. A step of the watch is a point.
@@ -586,14 +581,15 @@ impl Question<'_> {
     }
 }
 
-/// Returns the largest |z| and the slowest decay rate of the loop.
-fn poles(experiment: &Experiment) -> Result<(f64, f64), Error> {
+/// Returns the loop, its largest |z| and its slowest decay rate.
+fn poles(experiment: &Experiment) -> Result<(Loop, f64, f64), Error> {
     let at_rest = experiment.at_rest.as_ref()?;
     let found = Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s).and_then(|it| {
         let alpha_per_s = margins::offset_per_s(experiment);
         let values = it.eigenvalues()?;
         let radius = values.first().map_or(0.0, |z| libm::hypot(z.re, z.im));
-        Ok((radius, margins::decay_per_s(&it.poles_beside(values, alpha_per_s))))
+        let decay_per_s = margins::decay_per_s(&it.poles_beside(values, alpha_per_s));
+        Ok((it, radius, decay_per_s))
     });
     Ok(found?)
 }

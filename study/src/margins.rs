@@ -359,13 +359,9 @@ impl Loop {
     }
 
     /// Returns the poles of these eigenvalues without the pole of the offset, which decays independently of the loop.
-    pub fn poles_beside(&self, mut values: Vec<Complex<f64>>, offset_per_s: f64) -> Vec<Root> {
+    pub fn poles_beside(&self, values: Vec<Complex<f64>>, offset_per_s: f64) -> Vec<Root> {
         let offset = libm::exp(-offset_per_s * self.period_s);
-        let away = |k: &usize| libm::hypot(values[*k].re - offset, values[*k].im);
-        if let Some(of_offset) = (0..values.len()).min_by(|i, j| away(i).total_cmp(&away(j))) {
-            values.remove(of_offset);
-        }
-        values.into_iter().map(|z| self.pole(z)).collect()
+        without_nearest(values, offset).into_iter().map(|z| self.pole(z)).collect()
     }
 
     /// Returns the continuous pole ln z/T.
@@ -766,6 +762,15 @@ pub(crate) fn heard(order: usize, at_once: impl Fn(usize) -> bool, entry: impl F
         }
         has_part = more;
     }
+}
+
+/// Returns the eigenvalues without the one nearest to a real pole.
+pub(crate) fn without_nearest(mut values: Vec<Complex<f64>>, pole: f64) -> Vec<Complex<f64>> {
+    let away = |k: &usize| libm::hypot(values[*k].re - pole, values[*k].im);
+    if let Some(nearest) = (0..values.len()).min_by(|i, j| away(i).total_cmp(&away(j))) {
+        values.remove(nearest);
+    }
+    values
 }
 
 /// Returns the eigenvalues of a matrix, largest magnitude first.

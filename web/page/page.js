@@ -520,6 +520,12 @@ function scaled(size) {
   return [1e6, "µrad"];
 }
 
+/** Returns the mark of the pressed fault in the chosen test. */
+function faultMarks() {
+  const { fault, plan } = answer;
+  return fault ? [{ time: fault.isFromStart ? 0 : plan[state.test].at, color: COLOURS.limit }] : [];
+}
+
 /** Draws the design, and the runs of these tests. */
 function accept(ids) {
   clearErrors();
@@ -533,8 +539,7 @@ function accept(ids) {
     const errors = rows("error");
     const peak = largest(errors);
     const [factor, unit] = isRest ? [1 / facts.encoder_unit_rad, "counts"] : scaled(peak);
-    const at = answer.fault?.isFromStart ? 0 : plan[id].at;
-    const marks = answer.fault && id === state.test ? [{ time: at, color: COLOURS.limit }] : [];
+    const marks = id === state.test ? faultMarks() : [];
     charts[id].draw(
       [rows("t_s"), errors.map((error) => error * factor)],
       [{ color: COLOURS.y }],
@@ -712,13 +717,13 @@ function drawLimits({ design, warnings }) {
 }
 
 function drawDetail() {
-  const { facts, runs, plan, fault } = answer;
+  const { facts, runs, fault } = answer;
   const run = runs[state.test],
     title = TESTS.find((it) => it.id === state.test).title;
   const t = run.columns.t_s,
     y = angleOf(run);
   const marks = [
-    ...(fault ? [{ time: fault.isFromStart ? 0 : plan[state.test].at, color: COLOURS.limit }] : []),
+    ...faultMarks(),
     ...state.retunes.map(({ at_s }) => ({ time: at_s, color: "#1a6b3c" })),
   ];
   charts.position.draw([t, y, run.columns.r], [{ color: COLOURS.y }, { color: COLOURS.r, dash: [5, 4] }], marks, "rad");

@@ -13,7 +13,7 @@ use loop_sim::solver::SolverError;
 use super::matrix::Matrix;
 use super::rival::{HELD, Law, TickInputs};
 use super::task::Aim;
-use crate::margins::{eigenvalues, heard};
+use crate::margins::{eigenvalues, heard, without_nearest};
 
 /// Size of the change, rad and similar units; small enough that no controller reaches its limit.
 const NUDGE: f64 = 1e-9;
@@ -97,13 +97,11 @@ impl Linear {
         let u = plant.phi.nrows() + self.held;
         let kept = heard(whole.nrows(), |j| j == u, |i, j| whole[(i, j)]);
         let of_loop = Matrix::from_fn(kept.len(), kept.len(), |i, j| whole[(kept[i], kept[j])]);
-        let Ok(mut poles) = eigenvalues(of_loop) else { return f64::INFINITY };
-        if let Some(offset) = self.offset {
-            let away = |k: &usize| libm::hypot(poles[*k].re - offset, poles[*k].im);
-            if let Some(of_offset) = (0..poles.len()).min_by(|i, j| away(i).total_cmp(&away(j))) {
-                poles.remove(of_offset);
-            }
-        }
+        let Ok(poles) = eigenvalues(of_loop) else { return f64::INFINITY };
+        let poles = match self.offset {
+            Some(offset) => without_nearest(poles, offset),
+            None => poles,
+        };
         poles.first().map_or(0.0, |z| libm::hypot(z.re, z.im))
     }
 
