@@ -7,10 +7,20 @@ use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 
 /// Returns an array of this type from the bytes of its entries, row by row.
-fn of_bytes<'py>(py: Python<'py>, bytes: &[u8], kind: &str, shape: &[usize]) -> PyResult<Bound<'py, PyAny>> {
+fn of_bytes<'py, const B: usize>(
+    py: Python<'py>,
+    entries: impl IntoIterator<Item = [u8; B]>,
+    kind: &str,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
     let numpy = py.import("numpy")?;
+    let fill = |bytes: &mut [u8]| {
+        bytes.as_chunks_mut().0.iter_mut().zip(entries).for_each(|(to, entry)| *to = entry);
+        Ok(())
+    };
+    let bytes = PyByteArray::new_with(py, B * shape.iter().product::<usize>(), fill)?;
     // The array is writable, and nothing else refers to its memory.
-    let flat = numpy.call_method1("frombuffer", (PyByteArray::new(py, bytes), kind))?;
+    let flat = numpy.call_method1("frombuffer", (bytes, kind))?;
     flat.call_method1("reshape", (shape.to_vec(),))
 }
 
@@ -20,25 +30,43 @@ pub(crate) fn floats<'py>(
     values: impl IntoIterator<Item = f64>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
-    let mut bytes = Vec::with_capacity(8 * shape.iter().product::<usize>());
-    values.into_iter().for_each(|value| bytes.extend_from_slice(&value.to_ne_bytes()));
-    of_bytes(py, &bytes, "f8", shape)
+    of_bytes(py, values.into_iter().map(f64::to_ne_bytes), "f8", shape)
 }
 
 /// Returns a row of unsigned integers.
-pub(crate) fn flags(py: Python<'_>, values: impl Iterator<Item = u32>) -> PyResult<Bound<'_, PyAny>> {
-    let bytes: Vec<u8> = values.flat_map(u32::to_ne_bytes).collect();
-    of_bytes(py, &bytes, "u4", &[bytes.len() / 4])
+pub(crate) fn flags(py: Python<'_>, values: impl ExactSizeIterator<Item = u32>) -> PyResult<Bound<'_, PyAny>> {
+    let count = values.len();
+    of_bytes(py, values.map(u32::to_ne_bytes), "u4", &[count])
 }
 
-/// Returns the shape of anything that is an array of numbers, and its entries column by column.
-pub(crate) fn columns(value: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)> {
-    let numpy = value.py().import("numpy")?;
-    let array = numpy.call_method1("asarray", (value, "f8"))?;
-    let shape = array.getattr("shape")?.extract()?;
-    // `F` is the order of the columns.
-    let bytes = array.call_method1("tobytes", ("F",))?;
-    let bytes = bytes.cast::<PyBytes>()?.as_bytes();
-    let number = |chunk: &[u8]| chunk.try_into().map_or(f64::NAN, f64::from_ne_bytes);
-    Ok((shape, bytes.chunks_exact(8).map(number).collect()))
+/// Numbers of an array, column by column, in the memory of Python.
+pub(crate) struct Columns<'py> {
+    /// Shape of the array.
+    pub(crate) shape: Vec<usize>,
+    bytes: Bound<'py, PyBytes>,
+}
+
+/// Number as its bytes in the memory of Python.
+pub(crate) type Raw = [u8; 8];
+
+impl<'py> Columns<'py> {
+    /// Reads anything that is an array of numbers.
+    pub(crate) fn of(value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let numpy = value.py().import("numpy")?;
+        let array = numpy.call_method1("asarray", (value, "f8"))?;
+        let shape = array.getattr("shape")?.extract()?;
+        // `F` is the order of the columns.
+        let bytes = array.call_method1("tobytes", ("F",))?.cast_into()?;
+        Ok(Self { shape, bytes })
+    }
+
+    /// Returns the numbers as their bytes.
+    pub(crate) fn raw(&self) -> &[Raw] {
+        self.bytes.as_bytes().as_chunks().0
+    }
+
+    /// Returns the numbers.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
+        self.raw().iter().map(|raw| f64::from_ne_bytes(*raw))
+    }
 }

@@ -1,17 +1,18 @@
 //! The controller alone: samples or counts in, u out.
 
+use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use controller_core::drive::{Sample, Target};
-use loop_sim::port::drive::{AnyLaw, DriveDesign, Law, target_at};
+use loop_sim::port::drive::{AnyLaw, DriveDesign, Law, Ticked, target_at};
 use loop_sim::port::{ControllerPort, PortError, Tick};
 use loop_sim::sensor::encoder::Mounted;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyFloat, PyInt, PyTuple};
+use pyo3::types::{PyDict, PyFloat, PyInt, PyList, PyTuple};
 
-use crate::array;
+use crate::array::{self, Columns, Raw};
 use crate::error::of_argument;
 use crate::scenario::Text;
 
@@ -32,18 +33,13 @@ impl<const E: usize, const N: usize> DriveTicks<E, N> {
     }
 
     /// Runs a tick. The target belongs to its end; a tick begins where the last one ended.
-    fn tick(&mut self, counts: &[f64], jet: &[f64]) -> Result<Tick, PortError> {
+    #[inline]
+    fn tick(&mut self, counts: &[f64], jet: &[f64]) -> Result<Ticked<E>, PortError> {
         let end = target_at(jet);
         let begin = self.begin.replace(end).unwrap_or(end);
         let count = |i: usize| counts.get(i).and_then(|&count| self.mounted[i].upright(count));
         let counts = std::array::from_fn(count);
-        let (output, disturbance) = self.law.tick(&Sample { counts, begin, end })?;
-        let mut estimates = <[[f64; 3]; 6]>::default();
-        for (i, d) in disturbance.into_iter().enumerate() {
-            estimates[2 * i + 1][0] = f64::from(d);
-        }
-        let [u, sigma, sigma_star] = [output.u, output.sigma, output.sigma_star].map(f64::from);
-        Ok(Tick { u, sigma, sigma_star, estimates, health: output.health })
+        self.law.tick(&Sample { counts, begin, end })
     }
 
     /// Sets the target at the begin of the coming tick.
@@ -75,6 +71,16 @@ impl<const E: usize, const N: usize> DriveTicks<E, N> {
     }
 }
 
+/// Returns the outputs of a drive in the form of any controller.
+fn any<const E: usize>((output, disturbance): Ticked<E>) -> Tick {
+    let mut estimates = <[[f64; 3]; 6]>::default();
+    for (i, d) in disturbance.into_iter().enumerate() {
+        estimates[2 * i + 1][0] = f64::from(d);
+    }
+    let [u, sigma, sigma_star] = [output.u, output.sigma, output.sigma_star].map(f64::from);
+    Tick { u, sigma, sigma_star, estimates, health: output.health }
+}
+
 /// Controller of any kind.
 enum Inner {
     Chain(Box<dyn ControllerPort>, usize),
@@ -104,7 +110,7 @@ impl Inner {
     }
 
     fn tick(&mut self, sample: &[f64], target: &[f64]) -> Result<Tick, PortError> {
-        each!(self, port => port.tick(sample), drive => drive.tick(sample, target))
+        each!(self, port => port.tick(sample), drive => drive.tick(sample, target).map(any))
     }
 
     fn begin(&mut self, target: &[f64]) {
@@ -177,30 +183,35 @@ impl Few {
 
     fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
         let mut few = Self::NONE;
-        let mut push = |number: f64| -> PyResult<()> {
-            let place = few.numbers.get_mut(few.count);
-            *place.ok_or_else(|| PyValueError::new_err("more than 6 numbers for one tick"))? = number;
-            few.count += 1;
-            Ok(())
-        };
-        if value.is_none() {
-            push(f64::NAN)?;
-        } else if value.is_instance_of::<PyFloat>() || value.is_instance_of::<PyInt>() {
-            push(value.extract()?)?;
-        } else {
+        if is_number(value) || value.is_none() {
+            few.push(value)?;
+        } else if let Ok(list) = value.cast::<PyList>() {
+            list.iter().try_for_each(|item| few.push(&item))?;
+        } else if let Ok(tuple) = value.cast::<PyTuple>() {
+            tuple.iter_borrowed().try_for_each(|item| few.push(&item))?;
+        } else if let Some(tolist) = value.getattr_opt(intern!(value.py(), "tolist"))? {
             // The numbers of an array as a list, or the number of a scalar: faster than one by one.
-            let tolist = value.getattr_opt(intern!(value.py(), "tolist"))?;
-            let plain = tolist.map_or_else(|| Ok(value.clone()), |tolist| tolist.call0())?;
-            if plain.is_instance_of::<PyFloat>() || plain.is_instance_of::<PyInt>() {
-                push(plain.extract()?)?;
-            } else {
-                for item in plain.try_iter()? {
-                    let item = item?;
-                    push(if item.is_none() { f64::NAN } else { item.extract()? })?;
-                }
-            }
+            return Self::of(&tolist.call0()?);
+        } else {
+            value.try_iter()?.try_for_each(|item| few.push(&item?))?;
         }
         Ok(few)
+    }
+
+    /// Adds a number; `None` is NaN.
+    fn push(&mut self, item: &Bound<'_, PyAny>) -> PyResult<()> {
+        let place = self.numbers.get_mut(self.count);
+        *place.ok_or_else(|| PyValueError::new_err("more than 6 numbers for one tick"))? =
+            if item.is_none() { f64::NAN } else { item.extract()? };
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Reads the numbers of one tick out of an array.
+    fn read(raw: &[Raw]) -> Self {
+        let mut few = Self { count: raw.len(), ..Self::NONE };
+        few.numbers.iter_mut().zip(raw).for_each(|(to, raw)| *to = f64::from_ne_bytes(*raw));
+        few
     }
 
     fn numbers(&self) -> &[f64] {
@@ -208,20 +219,28 @@ impl Few {
     }
 }
 
-/// Returns the columns of an array (rows, K), or of a row alone, one after the other.
-fn columns(array: &Bound<'_, PyAny>, name: &str, rows: std::ops::RangeInclusive<usize>) -> PyResult<(usize, Vec<f64>)> {
+fn is_number(value: &Bound<'_, PyAny>) -> bool {
+    value.is_instance_of::<PyFloat>() || value.is_instance_of::<PyInt>()
+}
+
+/// Returns the number of rows of an array (rows, K), or of a row alone, and its columns.
+fn columns<'py>(
+    array: &Bound<'py, PyAny>,
+    name: &str,
+    rows: std::ops::RangeInclusive<usize>,
+) -> PyResult<(usize, Columns<'py>)> {
     let shaped = |found: String| {
         let (least, most) = (rows.start(), rows.end());
         let wanted = if least == most { format!("({most}, K)") } else { format!("({least} to {most}, K)") };
         of_argument(name, &format!("found shape {found}"), &format!("expected {wanted}, time last"))
     };
-    let (shape, numbers) = array::columns(array)?;
-    let count = match shape[..] {
+    let columns = Columns::of(array)?;
+    let count = match columns.shape[..] {
         [_] => 1,
         [count, _] => count,
         _ => 0,
     };
-    if rows.contains(&count) { Ok((count, numbers)) } else { Err(shaped(format!("{shape:?}"))) }
+    if rows.contains(&count) { Ok((count, columns)) } else { Err(shaped(format!("{:?}", columns.shape))) }
 }
 
 impl Controller {
@@ -251,12 +270,7 @@ impl Controller {
 
     /// Returns the jet of a target: in speed control a number alone is the speed.
     fn jet(&self, target: Few) -> Few {
-        if !(self.is_speed && target.count == 1) {
-            return target;
-        }
-        let mut jet = Few { count: 2, ..Few::NONE };
-        jet.numbers[1] = target.numbers[0];
-        jet
+        if self.is_speed && target.count == 1 { of_speed(target) } else { target }
     }
 
     fn encoder(&self, index: usize) -> PyResult<&Mounted> {
@@ -268,28 +282,79 @@ impl Controller {
 /// Outputs of many ticks: u, and on request all of them.
 struct Outputs {
     u: Vec<f64>,
-    all: Option<Vec<Tick>>,
+    all: Option<Rows>,
 }
 
-impl Outputs {
-    fn of(
-        inner: &mut Inner,
-        samples: &[f64],
-        targets: &[f64],
-        rows: [usize; 2],
-        ticks: usize,
-        out: &mut Self,
+/// Outputs of many ticks as rows over time.
+struct Rows {
+    sigma: Vec<f64>,
+    sigma_star: Vec<f64>,
+    health: Vec<u32>,
+    d_hat: Vec<Vec<f64>>,
+    last: Option<Tick>,
+}
+
+impl Rows {
+    fn of(channels: usize) -> Self {
+        let [sigma, sigma_star] = [Vec::new(), Vec::new()];
+        Self { sigma, sigma_star, health: Vec::new(), d_hat: vec![Vec::new(); channels], last: None }
+    }
+
+    fn push(&mut self, tick: Tick) {
+        self.sigma.push(tick.sigma);
+        self.sigma_star.push(tick.sigma_star);
+        self.health.push(u32::from(tick.health.bits()));
+        self.d_hat.iter_mut().zip(&tick.estimates).for_each(|(row, d_hat)| row.push(d_hat[0]));
+        self.last = Some(tick);
+    }
+}
+
+/// Samples and targets of many ticks.
+struct Series<'a> {
+    samples: &'a [Raw],
+    targets: &'a [Raw],
+    /// Numbers of one tick.
+    per_sample: usize,
+    per_target: usize,
+    /// True if the targets are speeds alone.
+    are_speeds: bool,
+}
+
+impl Series<'_> {
+    /// Returns sample and target of a tick.
+    fn at(&self, k: usize) -> [Few; 2] {
+        let Self { samples, targets, per_sample, per_target, are_speeds } = *self;
+        let sample = Few::read(&samples[k * per_sample..][..per_sample]);
+        let target = Few::read(&targets[k * per_target..][..per_target]);
+        [sample, if are_speeds { of_speed(target) } else { target }]
+    }
+
+    /// Runs some ticks. `u` and `any` convert what a tick returns.
+    fn run<T: Copy>(
+        &self,
+        ticks: Range<usize>,
+        out: &mut Outputs,
+        mut tick: impl FnMut(&[f64], &[f64]) -> Result<T, PortError>,
+        u: impl Fn(&T) -> f64,
+        any: impl Fn(T) -> Tick,
     ) -> Result<(), PortError> {
-        let [inputs, jets] = rows;
-        for k in 0..ticks {
-            let tick = inner.tick(&samples[k * inputs..][..inputs], &targets[k * jets..][..jets])?;
-            out.u.push(tick.u);
+        for k in ticks {
+            let [sample, target] = self.at(k);
+            let ticked = tick(sample.numbers(), target.numbers())?;
+            out.u.push(u(&ticked));
             if let Some(all) = &mut out.all {
-                all.push(tick);
+                all.push(any(ticked));
             }
         }
         Ok(())
     }
+}
+
+/// Returns the target of a speed alone.
+const fn of_speed(target: Few) -> Few {
+    let mut jet = Few { count: 2, ..Few::NONE };
+    jet.numbers[1] = target.numbers[0];
+    jet
 }
 
 #[pymethods]
@@ -355,44 +420,46 @@ impl Controller {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (inputs, jets) = self.lock().0.sizes();
         let (_, samples) = columns(samples, "samples", inputs..=inputs)?;
-        let ticks = samples.len() / inputs;
-        let (mut rows, mut jet) = match targets {
-            Some(targets) if jets > 0 => columns(targets, "targets", 1..=jets)?,
-            None if jets == 0 => (0, Vec::new()),
+        let ticks = samples.raw().len() / inputs;
+        let (rows, targets) = match targets {
+            Some(targets) if jets > 0 => columns(targets, "targets", 1..=jets).map(|(rows, it)| (rows, Some(it)))?,
+            None if jets == 0 => (0, None),
             _ => return Err(PyTypeError::new_err("a drive needs targets, a chain has none")),
         };
-        if jets > 0 && jet.len() != rows * ticks {
-            let cause = format!("found {} ticks", jet.len() / rows);
+        let targets = targets.as_ref().map_or(&[][..], Columns::raw);
+        if targets.len() != rows * ticks {
+            let cause = format!("found {} ticks", targets.len() / rows);
             return Err(of_argument("targets", &cause, &format!("expected {ticks}, as many as samples")));
         }
-        if self.is_speed && rows == 1 {
-            (rows, jet) = (2, jet.into_iter().flat_map(|speed| [0.0, speed]).collect());
-        }
+        let are_speeds = self.is_speed && rows == 1;
+        let given = Series { samples: samples.raw(), targets, per_sample: inputs, per_target: rows, are_speeds };
         let unfit = {
             let inner = self.lock();
-            samples.chunks(inputs).zip(jet.chunks(rows.max(1))).find_map(|(count, jet)| inner.0.unfit(count, jet))
+            (0..ticks).map(|k| given.at(k)).find_map(|[sample, jet]| inner.0.unfit(sample.numbers(), jet.numbers()))
         };
         refuse_unfit(unfit)?;
-        let mut out = Outputs { u: Vec::with_capacity(ticks), all: full.then(|| Vec::with_capacity(ticks)) };
+        let channels = if jets > 0 { 2 * inputs } else { inputs };
+        let mut out = Outputs { u: Vec::with_capacity(ticks), all: full.then(|| Rows::of(channels)) };
         for from in (0..ticks).step_by(CHUNK) {
-            let count = CHUNK.min(ticks - from);
-            let (samples, jet) = (&samples[from * inputs..], &jet[from * rows..]);
-            let done = py.detach(|| Outputs::of(&mut self.lock().0, samples, jet, [inputs, rows], count, &mut out));
+            let chunk = from..ticks.min(from + CHUNK);
+            let done = py.detach(|| {
+                let out = &mut out;
+                each!(&mut self.lock().0,
+                    port => given.run(chunk, out, |sample, _| port.tick(sample), |it| it.u, |it| it),
+                    drive => given.run(chunk, out, |x, r| drive.tick(x, r), |it| f64::from(it.0.u), any))
+            });
             done.map_err(|error| broken(&error))?;
             py.check_signals()?;
         }
         let u = array::floats(py, out.u, &[ticks])?;
-        let Some(all) = out.all else { return Ok(u) };
-        self.lock().1 = all.last().copied();
+        let Some(Rows { sigma, sigma_star, health, d_hat, last }) = out.all else { return Ok(u) };
+        self.lock().1 = last;
         let result = PyDict::new(py);
         result.set_item("u", u)?;
-        result.set_item("sigma", array::floats(py, all.iter().map(|tick| tick.sigma), &[ticks])?)?;
-        result.set_item("sigma_star", array::floats(py, all.iter().map(|tick| tick.sigma_star), &[ticks])?)?;
-        result.set_item("health", array::flags(py, all.iter().map(|tick| u32::from(tick.health.bits())))?)?;
-        let channels = if jets > 0 { 2 * inputs } else { inputs };
-        let all = &all;
-        let d_hat = (0..channels).flat_map(|i| all.iter().map(move |tick| tick.estimates[i][0]));
-        result.set_item("d_hat", array::floats(py, d_hat, &[channels, ticks])?)?;
+        result.set_item("sigma", array::floats(py, sigma, &[ticks])?)?;
+        result.set_item("sigma_star", array::floats(py, sigma_star, &[ticks])?)?;
+        result.set_item("health", array::flags(py, health.into_iter())?)?;
+        result.set_item("d_hat", array::floats(py, d_hat.into_iter().flatten(), &[channels, ticks])?)?;
         Ok(result.into_any())
     }
 
@@ -457,7 +524,7 @@ impl Controller {
 
     #[setter]
     fn set_state(&self, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let (_, state) = array::columns(state)?;
+        let state: Vec<f64> = Columns::of(state)?.numbers().collect();
         let mut inner = self.lock();
         if inner.0.set_state(&state) {
             inner.1 = None;
@@ -482,9 +549,8 @@ impl Controller {
         encoder: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mounted = self.encoder(encoder)?;
-        let (_, angles) = array::columns(angles_rad)?;
-        let count = angles.len();
-        array::floats(py, angles.into_iter().map(|angle| mounted.count(angle)), &[count])
+        let angles = Columns::of(angles_rad)?;
+        array::floats(py, angles.numbers().map(|angle| mounted.count(angle)), &[angles.raw().len()])
     }
 
     fn __copy__(&self) -> PyResult<Self> {

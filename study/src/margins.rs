@@ -437,11 +437,13 @@ impl Loop {
         let tick = Tick::of(at_rest, &plant, &law, is_by_count);
         let next = tick.step(&vec![0.0; tick.order()], 1.0, &vec![0.0; tick.sensed.len()], false).next;
         let load = DVector::from_iterator(self.kept.len(), self.kept.iter().map(|&i| next[i]));
-        let (mut state, mut largest) = (DVector::zeros(load.len()), 0.0_f64);
+        let (mut state, mut next, mut largest) = (DVector::zeros(load.len()), load.clone(), 0.0_f64);
         for k in 0..MOST {
-            let next: DVector<f64> = &self.closed * &state + &load;
-            let is_settled = k > 100 && (&next - &state).amax() <= 1e-9 * next.amax();
-            state = next;
+            self.closed.mul_to(&state, &mut next);
+            next += &load;
+            std::mem::swap(&mut state, &mut next);
+            let moved = state.iter().zip(&next).fold(0.0, |most, (now, then)| f64::max(most, (now - then).abs()));
+            let is_settled = k > 100 && moved <= 1e-9 * state.amax();
             largest = largest.max(state[0].abs());
             if is_settled {
                 break;
@@ -727,10 +729,10 @@ impl Response {
         }
         for k in 1..n {
             let (above, row) = rows[(k - 1) * width..(k + 1) * width].split_at_mut(width);
-            if row[k - 1].norm() > above[k - 1].norm() {
+            if row[k - 1].norm_sqr() > above[k - 1].norm_sqr() {
                 above[k - 1..].swap_with_slice(&mut row[k - 1..]);
             }
-            if above[k - 1].norm() > 0.0 {
+            if above[k - 1] != Complex::from(0.0) {
                 let factor = row[k - 1] / above[k - 1];
                 for (entry, pivot) in row[k..].iter_mut().zip(&above[k..]) {
                     *entry -= factor * pivot;

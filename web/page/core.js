@@ -21,11 +21,12 @@ export class Core {
     });
   }
 
-  /** Stops a computation that takes seconds. */
+  /** Stops a computation that takes long. */
   stop() {
-    this.#worker?.terminate();
+    if (!this.#running) return;
+    this.#worker.terminate();
     this.#worker = null;
-    this.#running?.resolve(null);
+    this.#running.resolve(null);
     this.#running = null;
     for (const { resolve } of this.#waiting.values()) resolve(null);
     this.#waiting.clear();

@@ -126,7 +126,7 @@ async function computeMargins() {
   testing = null;
   const here = scenario();
   const probe = { ...here, sets: [...here.sets, 'reference={kind = "move", to_rad = 1.0}', "load=[]", "fault=[]"] };
-  const first = await core.ask("design", { call: "evaluate", scenario: probe, runs: [] });
+  const first = await core.ask("design", { call: "margins", scenario: probe });
   if (!first) return;
   if (first.error) return refuse(first.error);
   const { facts, design } = first;
@@ -159,14 +159,14 @@ async function computeMargins() {
 
 /** Runs a test and draws it. An older one is better than none while a slider moves. */
 async function test(of, run, k, isOfSheet) {
-  const found = await testers[k % testers.length].ask(run.name, { call: "evaluate", scenario: of, runs: [run] });
+  const found = await testers[k % testers.length].ask(run.name, { call: "run", scenario: of, run });
   // A late answer must not cover the message about newer inputs.
   if (!found || !isOfSheet() || "refused" in document.documentElement.dataset) return false;
   if (found.error) {
     if (!found.isStale) refuse(found.error);
     return false;
   }
-  answer.runs[run.name] = found.runs[0];
+  answer.runs[run.name] = found.run;
   accept([run.name]);
   return true;
 }
@@ -201,6 +201,9 @@ let waiting = false;
 function changed() {
   document.documentElement.dataset.busy = "true";
   if (rivalsRun) stopRivals();
+  // The whole design of older inputs would slow down the margins of these.
+  clearTimeout(wholeSoon);
+  background.stop();
   if (waiting) return;
   waiting = true;
   // A hidden tab has no pictures.

@@ -41,8 +41,10 @@ enum Request {
     Start,
     /// Numbers at keys, with the defaults of the schema.
     Numbers { scenario: Text, keys: Vec<String> },
-    /// Margins, poles and gains of the design, and its runs.
-    Evaluate { scenario: Text, runs: Vec<RunRequest> },
+    /// Margins, poles and gains of the design.
+    Margins { scenario: Text },
+    /// A run.
+    Run { scenario: Text, run: RunRequest },
     /// Whole design: limits, noise, suggestion.
     Design { scenario: Text },
     /// Text with other values.
@@ -102,24 +104,23 @@ pub(crate) fn answer(request: &str) -> String {
     answered.unwrap_or_else(|failure| serde_json::to_string(&failure).unwrap_or_default())
 }
 
-/// Design with its runs.
 #[derive(Serialize)]
-struct Evaluated {
-    facts: Value,
-    design: Value,
-    runs: Vec<Ran>,
+struct OfRun {
+    run: Ran,
 }
 
 fn of(request: &Request) -> Result<String, Failure> {
     let answer: Result<Value, Failure> = match request {
         Request::Start => Ok(start()),
         Request::Numbers { scenario, keys } => numbers(scenario, keys),
-        Request::Evaluate { scenario, runs } => {
+        Request::Margins { scenario } => {
             let mut experiment = scenario.experiment()?;
             let design = design::margins(&mut experiment)?;
-            let runs = runs.iter().map(|it| run::run(scenario, it)).collect::<Result<Vec<_>, _>>()?;
-            // Thousands of numbers: they become text without a tree of values between.
-            return Ok(serde_json::to_string(&Evaluated { facts: design::facts(&experiment), design, runs })?);
+            Ok(json!({ "facts": design::facts(&experiment), "design": design }))
+        }
+        // Thousands of numbers: they become text without a tree of values between.
+        Request::Run { scenario, run } => {
+            return Ok(serde_json::to_string(&OfRun { run: run::run(scenario, run)? })?);
         }
         Request::Design { scenario } => {
             let experiment = scenario.experiment()?;

@@ -706,7 +706,7 @@ fn starts_near_zero(table: &EncoderTable, gear: Gear) -> Option<String> {
             format!(
                 "Count the motor revolutions in firmware, and set encoder.motor.states = {whole} with \
                  encoder.motor.bits = {} with encoder.motor.counts_per_turn = {}",
-                bits.max(whole.log2().ceil() as u32),
+                bits.max(libm::log2(whole).ceil() as u32),
                 bare.counts_per_turn
             )
         } else {
@@ -755,7 +755,7 @@ fn longest_period(from_s: f64, has_design: impl Fn(f64) -> bool) -> Option<f64> 
     }
     // Rounded down: half a unit of the last digit less.
     let down = |period_s: f64| -> Option<f64> {
-        let unit = 10_f64.powf(period_s.log10().floor() - 2.0);
+        let unit = libm::pow(10.0, libm::log10(period_s).floor() - 2.0);
         format!("{:.2e}", period_s - 0.499 * unit).parse().ok()
     };
     down(good_s).filter(|period_s| has_design(*period_s)).or(Some(good_s))
@@ -849,7 +849,7 @@ fn digits(count: i32, number: f64, round: fn(f64) -> f64) -> String {
     if !(1e-290..1e290).contains(&number) {
         return shown(number);
     }
-    let unit = 10_f64.powi(number.log10().floor() as i32 + 1 - count);
+    let unit = 10_f64.powi(libm::log10(number).floor() as i32 + 1 - count);
     let whole = number / unit;
     // A quotient that is a whole number but for its rounding is one.
     let whole = if (whole - whole.round()).abs() < 1e-6 { whole.round() } else { round(whole) };
@@ -1662,7 +1662,7 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     let supply = problems.take(keys.supply(nominal.torque_n_m_per_a / gear, limit)).flatten();
     let (believed, truth) = bodies(&nominal, sheet.spring_damping_n_m_s, &file.error);
     // The spring carries the gravity torque.
-    let motor_rad = sheet.start_rad + truth.weight_n_m * sheet.start_rad.sin() / truth.stiffness_n_m;
+    let motor_rad = sheet.start_rad + truth.weight_n_m * libm::sin(sheet.start_rad) / truth.stiffness_n_m;
     problems.0.extend(on_link(&file.encoder.link));
     let alone = [&file.encoder.link, &file.encoder.motor].map(|table| *table == EncoderTable::default());
     if problems.0.is_empty() && alone[0] != alone[1] {

@@ -428,7 +428,7 @@ impl<'a> Search<'a> {
         let model = Model::of(&ratios, &tick, t, sheet.delay_ticks);
         let unit = model.unit;
         let own = |joint: &Joint, lag_s: f64, angle: usize| {
-            let spring = joint.weight_n_m / joint.link_inertia_kg_m2 * ANGLES[angle].cos();
+            let spring = joint.weight_n_m / joint.link_inertia_kg_m2 * libm::cos(ANGLES[angle]);
             let plant = Plant::of(&JointRatios::of(joint, lag_s), [spring, 1.0 / joint.link_inertia_kg_m2], t, unit)?;
             Some(Corner { plant, angle, of_fast: false })
         };
@@ -437,7 +437,7 @@ impl<'a> Search<'a> {
         // Corners of the weight only with a weight.
         let parameters = if joint.weight_n_m == 0.0 { 16 } else { 32 };
         let (mut corners, at) = (Vec::new(), angles.min(2) - 1);
-        let spring = joint.weight_n_m / joint.link_inertia_kg_m2 * ANGLES[at].cos();
+        let spring = joint.weight_n_m / joint.link_inertia_kg_m2 * libm::cos(ANGLES[at]);
         for corner in 0..32 {
             let plant = Plant::of(&with_ratios(&ratios, corner, p), [spring, 0.0], t, unit)?;
             corners.push(Corner { plant, angle: at, of_fast: true });
@@ -478,7 +478,7 @@ impl<'a> Search<'a> {
         let (joint, [link, motor]) = (&self.sheet.joint, self.sheet.steps_rad);
         let (link, motor) = (joint.link_inertia_kg_m2 * link, joint.motor_inertia_kg_m2 * motor);
         let (law, apart) = (shape.law * w, shape.apart.sqrt());
-        Bandwidths { poles: [law / apart, law * apart], observers: [w, w * (shape.walk * link / motor).cbrt()] }
+        Bandwidths { poles: [law / apart, law * apart], observers: [w, w * libm::cbrt(shape.walk * link / motor)] }
     }
 
     /// Returns the lowest angle per tick at which |S| can have a peak.
@@ -500,7 +500,7 @@ impl<'a> Search<'a> {
         let angles = if sheet.joint.weight_n_m == 0.0 { 1 } else { ANGLES.len() };
         let gravity = sheet.joint.weight_n_m / sheet.joint.link_inertia_kg_m2;
         let controllers = (0..angles)
-            .map(|k| Controller::of(&self.model, &gains, &law, gravity * ANGLES[k].cos()))
+            .map(|k| Controller::of(&self.model, &gains, &law, gravity * libm::cos(ANGLES[k])))
             .collect::<Option<Vec<_>>>()
             .ok_or(Binding::Margin)?;
         let mut out = Gains { controllers, noise_share: 0.0, peak: 0.0 };
@@ -636,7 +636,7 @@ impl<'a> Search<'a> {
         }
         // A corner beyond the tolerance may be unstable, at a cost.
         worst = [worst[0].min(10.0 * dip), worst[1].min(10.0 * area)];
-        (0.25 * (dip * worst[0]).log10() + 0.25 * (area * t * worst[1] * t).log10(), [dip, worst[0]])
+        (0.25 * libm::log10(dip * worst[0]) + 0.25 * libm::log10(area * t * worst[1] * t), [dip, worst[0]])
     }
 
     /// Returns true if the table contains a design.
@@ -795,7 +795,7 @@ impl<'a> Search<'a> {
             if let Some([radius, corner_peak]) = self.borne(&gains, slow, f64::INFINITY, (true, true)) {
                 let calm_steps = [1.0; 2];
                 let set = FastSet { ratios, calm_steps, peak: gains.peak, corner_peak, dip_ratio, radius };
-                return (quiet.cost + 0.25 * by.log10(), Some(set));
+                return (quiet.cost + 0.25 * libm::log10(by), Some(set));
             }
         }
         (quiet.cost, None)

@@ -66,8 +66,8 @@ pub(super) fn with_margin(
     let [standard, fast] = [design, of(MotorMargin::Fast)].map(|design| design.bandwidths);
     // 0 is the standard rule, 1 the fast rule; below 0 only the observer becomes slower.
     let at = |share: f64| {
-        let between = |slow: f64, fast: f64| slow * (fast / slow).powf(share.max(0.0));
-        let slower = SLOWEST.powf(share.min(0.0));
+        let between = |slow: f64, fast: f64| slow * libm::pow(fast / slow, share.max(0.0));
+        let slower = libm::pow(SLOWEST, share.min(0.0));
         let observer_rad_s = slower * between(standard.observer_rad_s, fast.observer_rad_s);
         let surface_rad_s = between(standard.surface_rad_s, fast.surface_rad_s);
         design.with_bandwidths(MotorBandwidths {
@@ -94,17 +94,16 @@ pub(super) fn sensitivity_peak(
     delay_ticks: usize,
 ) -> Option<f64> {
     let v = pulse(law, plant, period_s, delay_ticks)?;
-    let size_at = |phase: f64| {
-        let (mut re, mut im) = (0.0, 0.0);
-        for (k, v) in v.iter().enumerate() {
-            let (sin, cos) = (phase * k as f64).sin_cos();
-            (re, im) = (re + v * cos, im - v * sin);
-        }
-        f64::hypot(re, im)
-    };
     // 60 phases per factor of ten, down to a thousandth of the Nyquist rate.
-    let phases = (0..180).map(|k| std::f64::consts::PI * 10_f64.powf(-f64::from(k) / 60.0));
-    Some(phases.map(size_at).fold(0.0, f64::max))
+    let size_at = |k: i32| {
+        let phase = std::f64::consts::PI * libm::pow(10.0, -f64::from(k) / 60.0);
+        let (sin, cos) = (libm::sin(phase), libm::cos(phase));
+        // Horner's scheme in e^(-i phase).
+        let add = |[re, im]: [f64; 2], v: &f64| [re * cos + im * sin + v, im * cos - re * sin];
+        let [re, im] = v.iter().rev().fold([0.0; 2], add);
+        libm::hypot(re, im)
+    };
+    Some((0..180).map(size_at).fold(0.0, f64::max))
 }
 
 /// Returns the pulse response of v until it has decayed.

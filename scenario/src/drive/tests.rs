@@ -1,5 +1,7 @@
 //! Tests of the keys of drive scenarios and of their errors.
 
+#![allow(clippy::disallowed_methods, reason = "expected values come from another implementation")]
+
 use std::ops::ControlFlow;
 
 use controller_core::Health;

@@ -79,8 +79,8 @@ fn exponential<const S: usize>(mut a: [[f64; S]; S]) -> [[f64; S]; S] {
         out
     };
     let norm = a.iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max);
-    let halvings = if norm > 0.25 { (4.0 * norm).log2().ceil() } else { 0.0 };
-    a.as_flattened_mut().iter_mut().for_each(|x| *x *= (-halvings).exp2());
+    let halvings = if norm > 0.25 { libm::log2(4.0 * norm).ceil() } else { 0.0 };
+    a.as_flattened_mut().iter_mut().for_each(|x| *x *= libm::exp2(-halvings));
     let mut e = [[0.0; S]; S];
     for k in (1..=12).rev() {
         (0..S).for_each(|i| e[i][i] += 1.0);
@@ -135,7 +135,7 @@ impl Model {
             for i in 0..PLANT {
                 (0..PLANT).for_each(|j| a[i][j] = self.phi[i][j] - gain * self.gamma[i] * feedback[j]);
             }
-            eigenvalues(a, PLANT).is_some_and(|poles| poles.iter().all(|[re, im]| re.hypot(*im) < 1.0 + 1e-9))
+            eigenvalues(a, PLANT).is_some_and(|poles| poles.iter().all(|[re, im]| libm::hypot(*re, *im) < 1.0 + 1e-9))
         })
     }
 
@@ -288,15 +288,15 @@ impl<'a> Loop<'a> {
 
     /// Returns the spectral radius.
     pub(super) fn radius(&self) -> f64 {
-        self.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max)
+        self.poles.iter().map(|[re, im]| libm::hypot(*re, *im)).fold(0.0, f64::max)
     }
 
     /// Returns the largest |S| at the plant input of a stable loop. Below the angle per tick `slow` |S| has no peak.
     pub(super) fn peak(&self, slow: f64) -> f64 {
         const GRID: usize = 48;
-        let ratio = (PI / slow).powf(1.0 / GRID as f64);
+        let ratio = libm::pow(PI / slow, 1.0 / GRID as f64);
         let mut angles: Vec<f64> = (0..=GRID).map(|k| PI / ratio.powi(k as i32)).collect();
-        angles.extend(self.poles.iter().filter(|p| p[1] > 0.0).map(|[re, im]| im.atan2(*re)));
+        angles.extend(self.poles.iter().filter(|p| p[1] > 0.0).map(|[re, im]| libm::atan2(*im, *re)));
         angles.sort_by(f64::total_cmp);
         let sizes: Vec<f64> = angles.iter().map(|&angle| self.sensitivity(angle)).collect();
         let best = (0..sizes.len()).max_by(|&i, &j| sizes[i].total_cmp(&sizes[j])).unwrap_or(0);
@@ -314,7 +314,7 @@ impl<'a> Loop<'a> {
 
     /// Returns |S| at this angle per tick.
     pub(super) fn sensitivity(&self, angle: f64) -> f64 {
-        let (s, c) = angle.sin_cos();
+        let (s, c) = (libm::sin(angle), libm::cos(angle));
         let square = |poles: &[Complex]| poles.iter().map(|p| (c - p[0]).powi(2) + (s - p[1]).powi(2)).product::<f64>();
         (square(&self.plant.poles) * square(&self.controller.poles) / square(&self.poles)).sqrt()
     }

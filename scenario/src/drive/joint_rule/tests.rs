@@ -1,5 +1,7 @@
 //! Tests of the rule on data sheets without tuning, with an independent simulation of its designs.
 
+#![allow(clippy::disallowed_methods, reason = "expected values come from another implementation")]
+
 use std::f64::consts::TAU;
 
 use super::*;
