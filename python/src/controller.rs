@@ -329,7 +329,7 @@ impl Series<'_> {
         [sample, if are_speeds { of_speed(target) } else { target }]
     }
 
-    /// Runs some ticks. `u` and `any` convert what a tick returns.
+    /// Runs some ticks. `u` and `any` convert the output of a tick.
     fn run<T: Copy>(
         &self,
         ticks: Range<usize>,
