@@ -16,10 +16,13 @@
 //! digits. About another rest (u = -1 in the benchmark) they are exact to 1e-10.
 
 use std::iter;
+use std::sync::{Mutex, PoisonError};
 
 use controller_core::{ControlLaw, Output, Real, Words};
 
 use crate::plant::Plant;
+use crate::port::numbers::{self, FLAG};
+use crate::port::{ControllerPort, Tick};
 use crate::solver::{self, SolverError};
 
 /// Difference step about a rest of zeros, where only products are rounded.
@@ -97,7 +100,8 @@ where
     }
 
     fn tick(&self, words: &mut Vec<u32>, sample: &[f64], held: Option<f64>) -> (f64, Vec<f64>) {
-        let Some(mut state) = L::State::from_words(&mut words.drain(..)) else {
+        // The same type of iterator as in `port::numbers`, so that the function exists once.
+        let Some(mut state) = L::State::from_words(&mut std::mem::take(words).into_iter()) else {
             unreachable!("finite numbers in the order of the words of a state are a state");
         };
         let Output { u, sigma_star, .. } = self.law.tick(&mut state, &(self.sample)(sample));
@@ -111,12 +115,53 @@ where
     }
 }
 
+/// Controller behind a port, in f64. The state has one flag before its numbers.
+struct OfPort(Mutex<Box<dyn ControllerPort>>, usize);
+
+impl OfPort {
+    fn tick(port: &mut dyn ControllerPort, sample: &[f64]) -> Tick {
+        port.tick(sample).unwrap_or_else(|_| unreachable!("a controller in this process never fails"))
+    }
+}
+
+impl WordByWord for OfPort {
+    fn settled(&self, sample: &[f64]) -> Option<(Vec<u32>, f64)> {
+        let mut port = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut u = 0.0;
+        // The first tick after a start has no tick before it.
+        for _ in 0..3 {
+            u = Self::tick(port.as_mut(), sample).u;
+            port.report_applied(u);
+        }
+        let state = port.state();
+        let (started, numbers) = state.split_first()?;
+        (*started == 1.0).then(|| (numbers::words::<f64>(numbers, FLAG), u))
+    }
+
+    fn tick(&self, state: &mut Vec<u32>, sample: &[f64], held: Option<f64>) -> (f64, Vec<f64>) {
+        let mut port = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        port.set_state(&[vec![1.0], numbers::numbers::<f64>(state, FLAG)].concat());
+        let tick = Self::tick(port.as_mut(), sample);
+        if let Some(held) = held {
+            port.report_applied(held);
+        }
+        *state = numbers::words::<f64>(&port.state()[1..], FLAG);
+        (tick.u, [&[tick.sigma_star][..], &tick.d_hat()[..self.1]].concat())
+    }
+}
+
 impl Still {
+    /// Runs a controller of a chain with `order` states at rest with a sample of zeros and returns its map. Returns
+    /// `None` if it does not start there. The controller is in f64 and has not started.
+    pub(crate) fn of_port(port: Box<dyn ControllerPort>, order: usize) -> Option<Self> {
+        Self::of(Box::new(OfPort(Mutex::new(port), order)), order, Vec::new())
+    }
+
     /// Runs a controller at rest with a sample of zeros and returns its map. Returns `None` if it does not start there.
     ///
     /// `sample` converts numbers to a sample: `inputs` states, or the counts of encoders, one for each entry of
     /// `units_rad`. `d_hat` extracts the estimates of d_1, d_2, ..
-    pub fn new<L, S>(
+    pub(crate) fn new<L, S>(
         law: L,
         inputs: usize,
         units_rad: Vec<f64>,

@@ -13,7 +13,7 @@ pub mod compared;
 pub mod drive;
 pub mod finer;
 pub mod in_process;
-mod numbers;
+pub(crate) mod numbers;
 
 /// Output of one tick. Every `f32` of a controller is exact in these `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]

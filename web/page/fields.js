@@ -51,6 +51,8 @@ export const SHEET_FIELDS = {
     number("motor.load_inertia_kg_m2", "Load inertia", "kg m²"),
     { key: "motor.gear", label: "Gear ratio", unit: "motor : output", isText: true, preset: "[1, 1]" },
     number("motor.current_lag_s", "Current loop lag", "s"),
+    number("motor.supply_v", "Supply voltage, if it limits", "V"),
+    number("motor.resistance_ohm", "Winding resistance", "Ω"),
   ],
   joint: [
     number("joint.link_inertia_kg_m2", "Link inertia", "kg m²"),
@@ -63,8 +65,16 @@ export const SHEET_FIELDS = {
     number("joint.weight_n_m", "Link weight", "N m"),
     { key: "joint.gear", label: "Gear ratio", unit: "motor : spring", isText: true, preset: "[1, 1]" },
     number("joint.current_lag_s", "Current loop lag", "s"),
+    number("encoder.motor.bits", "Motor encoder", "bit"),
+    number("encoder.motor.counts_per_turn", "Motor counts, before the gear", "1/rev"),
+    number("drive.sudden_load_n_m", "Largest sudden load", "N m"),
+    number("joint.supply_v", "Supply voltage, if it limits", "V"),
+    number("joint.resistance_ohm", "Winding resistance", "Ω"),
   ],
 };
+
+/** Remark below the numbers of a data sheet. */
+export const SHEET_NOTE = "Torque constant and current limit: both in peak amperes, or both in rms amperes.";
 
 const slider = (key, label, unit, low, high, more = {}) => ({ key, label, unit, low, high, ...more });
 const ROUGH = { isRule: true, isLog: true };
@@ -73,7 +83,12 @@ const ROUGH = { isRule: true, isLog: true };
 export const DESIGN_SLIDERS = {
   motor: [
     slider("drive.surface_rad_s", "Position bandwidth", "rad/s", 5, 1000, { ...ROUGH, gain: "surface_rad_s" }),
-    slider("drive.margin", "Peak sensitivity of the rule", "", 1.2, 3, { isRule: true, step: 0.05, ruled: "fast" }),
+    slider("drive.margin", "Peak sensitivity of the rule", "", 1.2, 3, {
+      isRule: true,
+      step: 0.05,
+      ruled: "fast",
+      isCapped: true,
+    }),
     slider("drive.period_s", "Sampling period", "s", 5e-5, 5e-3, { isLog: true }),
     slider("encoder.bits", "Encoder", "bit", 8, 24, { step: 1 }),
     slider("drive.uncertain_percent", "Tolerance of the data sheet", "%", 0, 50, { step: 1 }),

@@ -2,7 +2,17 @@
 
 import { Chart, COLOURS, drawPoles } from "./charts.js";
 import { Core } from "./core.js";
-import { DESIGN_SLIDERS, ERROR_SLIDERS, FAULTS, FLAGS, PLANT_SLIDERS, SHEET_FIELDS, SHEETS, show } from "./fields.js";
+import {
+  DESIGN_SLIDERS,
+  ERROR_SLIDERS,
+  FAULTS,
+  FLAGS,
+  PLANT_SLIDERS,
+  SHEET_FIELDS,
+  SHEET_NOTE,
+  SHEETS,
+  show,
+} from "./fields.js";
 import { fromFragment, toFragment } from "./link.js";
 import { Scene } from "./scene.js";
 
@@ -143,7 +153,7 @@ async function computeMargins() {
   const begun = state.retunes.length ? scenario(state.retuneBase) : here;
   const isOfSheet = () => sheetOf(asked) === sheetOf(JSON.stringify(state));
   if (!isOfSheet()) return;
-  answer = { facts, design, fault, plan: runs, runs: answer?.runs ?? {} };
+  answer = { facts, design, fault, plan: runs, runs: answer?.runs ?? {}, late: new Set(TESTS.map(({ id }) => id)) };
   accept([]);
   document.documentElement.dataset.marginsMs = (performance.now() - started).toFixed(1);
   const inOrder = [chosen, ...runsAsked.filter((it) => it !== chosen)];
@@ -167,6 +177,7 @@ async function test(of, run, k, isOfSheet) {
     return false;
   }
   answer.runs[run.name] = found.run;
+  answer.late.delete(run.name);
   accept([run.name]);
   return true;
 }
@@ -301,6 +312,7 @@ function buildInputs() {
   inputs.clear();
   const kind = plant();
   $("sheet-fields").replaceChildren(...SHEET_FIELDS[kind].map(textField));
+  $("sheet-note").textContent = SHEET_NOTE;
   $("design-sliders").replaceChildren(...DESIGN_SLIDERS[kind].map(sliderField));
   $("plant-sliders").replaceChildren(...PLANT_SLIDERS[kind].map(sliderField));
   $("error-sliders").replaceChildren(...ERROR_SLIDERS[kind].map(sliderField));
@@ -350,7 +362,11 @@ function sliderField(it) {
   const { key, label, unit, isLog, isRule, step } = it;
   const id = `s-${key}`;
   const input = node("input", { type: "range", id, min: "0", max: "1000", step: "1", "aria-describedby": `${id}-e` });
-  const output = node("output", { htmlFor: id });
+  // The number itself can be typed: a slider is coarse.
+  const typed = node("input", { type: "text", id: `n-${key}`, autocomplete: "off", spellcheck: false });
+  typed.setAttribute("aria-label", unit ? `${label}, ${unit}` : label);
+  const by = node("span");
+  const value = node("span", { className: "value" }, typed, by);
   const reset = node(
     "button",
     { type: "button", title: isRule ? "by rule" : "as before" },
@@ -358,10 +374,9 @@ function sliderField(it) {
   );
   reset.setAttribute("aria-label", `${label}: ${isRule ? "by rule" : "reset"}`);
   const error = node("p", { className: "error", id: `${id}-e` });
-  const range = () => {
-    const high = it.share ? rounded(it.share * (sheetBase.torque || 1)) : it.high;
-    return [it.low, high];
-  };
+  /** Largest peak of |S| that the rule reaches, once it is known. */
+  let cap = it.high;
+  const range = () => [it.low, it.share ? rounded(it.share * (sheetBase.torque || 1)) : Math.min(it.high, cap)];
   const valueAt = (place) => {
     const [low, high] = range();
     const raw = isLog ? low * (high / low) ** place : low + (high - low) * place;
@@ -377,31 +392,38 @@ function sliderField(it) {
     if (set !== undefined) return [Number(set), true];
     if (key === "load") return [loadOf(), false];
     if (it.gain) return [answer?.design.gains[it.gain] ?? NaN, false];
-    if (it.ruled)
-      return [
-        answer
-          ? Math.max(...answer.design.gain_sets.slice(0, 1).map((set) => set.margins?.sensitivity_peak ?? 3))
-          : NaN,
-        false,
-      ];
+    if (it.ruled) {
+      const peak = answer ? (answer.design.gain_sets[0]?.margins?.sensitivity_peak ?? 3) : NaN;
+      if (it.isCapped && peak > it.low) cap = Math.ceil(peak / step) * step;
+      return [peak, false];
+    }
     return [Number(defaults[key] ?? 0), false];
   };
   const sync = () => {
-    const [value, isSet] = present();
+    const [number, isSet] = present();
     if (document.activeElement !== input || !input.matches(":active")) {
-      if (Number.isFinite(value)) input.value = placeOf(value);
+      if (Number.isFinite(number)) input.value = placeOf(number);
     }
     const isByRule = isRule && !isSet;
-    const text = `${show(value)}${unit ? ` ${unit}` : ""}`;
-    output.textContent = isByRule ? `${text}, by rule` : text;
-    output.className = isByRule ? "ruled" : "";
-    input.setAttribute("aria-valuetext", output.textContent);
+    if (document.activeElement !== typed) typed.value = show(number, isSet ? 6 : 3);
+    by.textContent = `${unit ? ` ${unit}` : ""}${isByRule ? ", by rule" : ""}`;
+    value.className = isByRule ? "value ruled" : "value";
+    input.setAttribute("aria-valuetext", `${typed.value}${by.textContent}`);
     reset.disabled = !(key in state.values);
     // A gear has play only with an inertia behind it.
     const lacks = it.needs && !Number(keys()[it.needs] ?? defaults[it.needs] ?? 0);
     field.hidden = Boolean(lacks || (it.onlyCoupled && answer && !answer.facts.is_coupled));
   };
   input.oninput = () => setValue(key, String(valueAt(Number(input.value) / 1000)));
+  typed.onchange = () => {
+    const text = asToml(key, typed.value.trim());
+    if (text !== "" && !Number.isFinite(Number(text))) {
+      error.textContent = `${label}: expected a number${unit ? ` in ${unit}` : ""}, found ${typed.value}`;
+      return;
+    }
+    typed.value = text;
+    setValue(key, text === "" ? null : text);
+  };
   input.onkeydown = (event) => {
     // A step of the arrow keys is a step of the number, or 2 % of the range.
     const sign = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
@@ -421,7 +443,7 @@ function sliderField(it) {
   const field = node(
     "div",
     { className: "slider" },
-    node("div", { className: "head" }, node("label", { htmlFor: id }, label), output),
+    node("div", { className: "head" }, node("label", { htmlFor: id }, label), value),
     input,
     reset,
     error,
@@ -535,6 +557,8 @@ function accept(ids) {
   const { facts, design, runs, plan } = answer;
   sync();
   drawTiles();
+  for (const { id } of TESTS) $(`card-${id}`).classList.toggle("stale", answer.late.has(id));
+  $("detail").classList.toggle("stale", answer.late.has(state.test));
   for (const { id, title } of TESTS.filter((it) => ids.includes(it.id))) {
     const run = runs[id],
       rows = from(run, plan[id].from ?? 0);
@@ -594,10 +618,11 @@ function textOf(id, run, peak, rows) {
   return `Last third: ±${show(largest(late) / (facts.encoder_unit_rad || 1))} counts${hunts ? "; it hunted" : ""}.`;
 }
 
-function tile(text, value, unit, isBad = false) {
+/** Number with its name. `of` is the test that it comes from. */
+function tile(text, value, unit, isBad = false, of = null) {
   return node(
     "div",
-    { className: isBad ? "tile bad" : "tile" },
+    { className: `tile${isBad ? " bad" : ""}${answer.late.has(of) ? " stale" : ""}` },
     node("b", {}, value, node("small", {}, unit ? ` ${unit}` : "")),
     node("span", {}, text),
   );
@@ -626,8 +651,8 @@ function drawTiles() {
     tile("peak sensitivity Ms", unstable.length ? "unstable" : show(Math.max(...peaks)), "", unstable.length > 0),
     tile("delay margin", Number.isFinite(delay) ? show(1e3 * delay) : "–", "ms", unstable.length > 0),
     tile("position bandwidth", show(design.gains.surface_rad_s), "rad/s"),
-    tile("largest error, move", show(ends.move * fMove), uMove, runs.move && runs.move.ending !== "finished"),
-    tile("dip under load", show(ends.load * fLoad), uLoad, runs.load && runs.load.ending !== "finished"),
+    tile("largest error, move", show(ends.move * fMove), uMove, runs.move && runs.move.ending !== "finished", "move"),
+    tile("dip under load", show(ends.load * fLoad), uLoad, runs.load && runs.load.ending !== "finished", "load"),
   );
   drawVerdict();
 }
@@ -639,7 +664,8 @@ function drawVerdict() {
   const unstable = sets.filter((set) => !set.margins);
   const weak = sets.filter((set) => set.worst && set.worst.sensitivity_peak === null);
   const percent = state.values["drive.uncertain_percent"] ?? defaults["drive.uncertain_percent"] ?? 20;
-  const why = facts.chosen[0] ? ` ${facts.chosen[0][0].toUpperCase()}${facts.chosen[0].slice(1)}.` : "";
+  const chosen = facts.chosen[0]?.replace("set by the file", "as set");
+  const why = chosen ? ` ${chosen[0].toUpperCase()}${chosen.slice(1)}.` : "";
   if (unstable.length)
     return verdict("bad", `Unstable with the ${unstable.map((set) => set.name).join(" and ")} gains.${why}`);
   if (weak.some((set) => set.name === "base") || (weak.length && !facts.is_coupled)) {
@@ -1036,7 +1062,9 @@ $("save-c").onclick = async () => {
   const toml = await text({ isBroken: false });
   const found = await core.ask("c", { call: "export_c", scenario: { toml, name: name() } });
   if (found?.error) $("take-note").textContent = found.error[0].text;
-  else if (found) save(`${name()}_drive.h`, found.text, "text/x-c");
+  if (!found || found.error) return;
+  save(`${name()}_drive.h`, found.text, "text/x-c");
+  if (found.warnings.length) $("take-note").textContent += ` Its warnings: ${found.warnings.join("; ")}.`;
 };
 $("share").onclick = async () => {
   await remember();
@@ -1075,8 +1103,14 @@ $("reset").onclick = () => {
   choose();
 };
 
+/** Values of the sheets that are not shown, so that a look at another sheet loses nothing; and the opened file. */
+const kept = new Map();
+let openedFile = null;
+const sheetName = () => (state.own ? "own" : state.sheet);
+
 function drawSheets() {
-  const own = state.own ? [{ id: "own", title: state.own.name, note: "opened file" }] : [];
+  openedFile = state.own ?? openedFile;
+  const own = openedFile ? [{ id: "own", title: openedFile.name, note: "opened file" }] : [];
   $("sheets").replaceChildren(
     ...[...SHEETS, ...own].map(({ id, title, note }) => {
       const input = node("input", {
@@ -1086,7 +1120,10 @@ function drawSheets() {
         checked: state.own ? id === "own" : id === state.sheet,
       });
       input.onchange = () => {
-        Object.assign(state, { sheet: id, own: null, values: {}, fault: null });
+        kept.set(sheetName(), state.values);
+        const isOwn = id === "own";
+        Object.assign(state, { sheet: isOwn ? state.sheet : id, own: isOwn ? openedFile : null, fault: null });
+        state.values = kept.get(sheetName()) ?? {};
         choose();
       };
       return node("label", {}, input, title, node("small", {}, note));

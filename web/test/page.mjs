@@ -132,7 +132,7 @@ try {
       await pick(tab, sheet);
       await tab.evaluate(() => (document.querySelector("#errors-panel").open = true));
       const ids = await tab.$$eval(".slider", (all) =>
-        all.filter((it) => !it.hidden).map((it) => it.querySelector("input").id),
+        all.filter((it) => !it.hidden).map((it) => it.querySelector("input[type=range]").id),
       );
       const times = [];
       for (const id of ids) {
@@ -160,6 +160,25 @@ try {
     await tab.keyboard.press("Tab");
     await answered(tab, () => tab.keyboard.press("Enter"));
     assert.equal(await tiles(tab), ruled);
+  });
+
+  await step("a number is typed exactly, and another data sheet does not lose it", async () => {
+    await pick(tab, "motor");
+    const period = '[id="n-drive.period_s"]';
+    await tab.click(period, { clickCount: 3 });
+    await tab.keyboard.type("0,00021");
+    await answered(tab, () => tab.keyboard.press("Enter"));
+    assert.equal(await tab.$eval(period, (it) => Number(it.value)), 2.1e-4);
+    await answered(tab, () => press(tab, "input[name=sheet][value=joint]"));
+    assert.notEqual(await tab.$eval(period, (it) => Number(it.value)), 2.1e-4);
+    await answered(tab, () => press(tab, "input[name=sheet][value=motor]"));
+    assert.equal(await tab.$eval(period, (it) => Number(it.value)), 2.1e-4);
+    await tab.click(period, { clickCount: 3 });
+    await tab.keyboard.type("fast");
+    await tab.keyboard.press("Enter");
+    assert.match(await text(tab, '[id="s-drive.period_s-e"]'), /expected a number in s, found fast/);
+    await tab.waitForFunction(() => !document.querySelector(".stale"));
+    await answered(tab, () => press(tab, "#reset"));
   });
 
   await step("a bad number is told beside its field, with the remedy", async () => {

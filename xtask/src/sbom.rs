@@ -2,7 +2,7 @@
 //! tools of SPDX.
 //!
 //! Cargo provides the linked crates (no macros, build scripts or tests), and its lock file provides their checksums.
-//! There is no Python wheel, so there is no bill for one. The output is reproducible: its date is the date of the
+//! The Python wheel has none. The output is reproducible: its date is the date of the
 //! commit.
 
 use std::collections::BTreeMap;
@@ -18,6 +18,8 @@ use crate::{capi, firmware};
 
 const RERUN: &str = "cargo xtask sbom";
 const FOLDER: &str = "target/sbom";
+/// Bill that the validator must reject; beside the folder, whose bills are released.
+const BROKEN: &str = "target/broken.spdx.json";
 /// Environment of the validator.
 const CHECKER: Environment =
     Environment { folder: "target/spdx-tools", packages: &["spdx-tools==0.8.5"], rerun: RERUN };
@@ -25,7 +27,11 @@ const CHECKER: Environment =
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step("bills of materials of images and C libraries", |gate| {
         let failed = |reason: String| Failure { reason, rerun: RERUN.into() };
-        fs::create_dir_all(gate.root.join(FOLDER)).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
+        let folder = gate.root.join(FOLDER);
+        if folder.exists() {
+            fs::remove_dir_all(&folder).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
+        }
+        fs::create_dir_all(&folder).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
         CHECKER.ready(gate)?;
         let checker = CHECKER.program("pyspdxtools");
         for (name, manifest, files) in
@@ -39,9 +45,9 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
             // The validator must reject a broken bill.
             let mut broken = bill;
             broken["packages"][0]["downloadLocation"] = json!("nowhere");
-            let no = format!("{FOLDER}/broken.spdx.json");
-            fs::write(gate.root.join(&no), broken.to_string()).map_err(|error| failed(format!("{no}: {error}")))?;
-            if Invocation::new(&checker, &["--infile", &no]).run(gate).is_ok() {
+            fs::write(gate.root.join(BROKEN), broken.to_string())
+                .map_err(|error| failed(format!("{BROKEN}: {error}")))?;
+            if Invocation::new(&checker, &["--infile", BROKEN]).run(gate).is_ok() {
                 return Err(failed(format!("{checker} takes a bill without a place to load a package from")));
             }
         }

@@ -575,7 +575,7 @@ where
         let at_zero = Target { turn: 0, jet: [0.0; N] };
         let still = L::sample([Some(0); E], &at_zero, &at_zero);
         let mut state = numbers::of(&self.running, &whole_words(E), &still);
-        state.extend(numbers::numbers::<f32>(self.resting.words(), WHOLE_OF_REST));
+        state.extend(numbers::numbers::<f32>(&self.resting.words().collect::<Vec<_>>(), WHOLE_OF_REST));
         state
     }
 
@@ -584,7 +584,7 @@ where
         let Some((law, rest)) = state.len().checked_sub(of_rest).and_then(|at| state.split_at_checked(at)) else {
             return false;
         };
-        let resting = Resting::from_words(&mut numbers::words::<f32>(rest, WHOLE_OF_REST));
+        let resting = Resting::from_words(&mut numbers::words::<f32>(rest, WHOLE_OF_REST).into_iter());
         let Some(resting) = resting.filter(|_| numbers::restore(&mut self.running, &whole_words(E), law)) else {
             return false;
         };

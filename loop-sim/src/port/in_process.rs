@@ -3,8 +3,6 @@
 //! Orders, precision and observed channels are types of `controller-core`. A scenario selects them at run time. So this
 //! module holds every instance that a valid scenario can request. There is no second implementation.
 
-use std::ops::Range;
-use std::slice;
 use std::sync::{Mutex, PoisonError};
 
 use controller_core::{
@@ -16,7 +14,8 @@ use controller_core::{
 use crate::MAX_ORDER;
 use crate::expression::Expression;
 use crate::linear::{LawAtRest, Still};
-use crate::port::{ControllerPort, PortError, Tick, numbers};
+use crate::port::numbers::{self, FLAG};
+use crate::port::{ControllerPort, PortError, Tick};
 
 /// Precision of the controller. The plant is always f64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,11 +145,9 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
     // At a limit of 0 a small change would be cut on one side.
     let unlimited = Config { options: config.options.with_limits(Limits::NONE), ..config };
     let at_rest = Controller::<f64, _, N, R, MASK, O>::try_design(&unlimited, exact)?;
-    let d_hat = |known: [[f64; R]; N]| first_of_each(known.as_flattened(), R);
-    let Some(at_rest) = Still::new(at_rest, N, Vec::new(), padded::<N>, d_hat) else {
-        unreachable!("a controller starts at x = 0")
-    };
-    let (port, download): (Box<dyn ControllerPort>, _) = match spec.precision {
+    let (at_rest, _) = ported(at_rest, [0.0; N], None, &spec.model);
+    let Some(at_rest) = Still::of_port(at_rest, N) else { unreachable!("a controller starts at x = 0") };
+    let (port, download) = match spec.precision {
         Precision::F32 => {
             let (model, row, kind) = match &spec.model {
                 Model::Linear(a) => {
@@ -169,27 +166,33 @@ fn instance<const N: usize, const R: usize, const MASK: u8, const O: usize>(
                     (AnyModel::Formulas(Formulas::kept(drift, gain, input_gain)), [0.0; N], None)
                 }
             };
-            let controller = Controller::<f32, _, N, R, MASK, O>::try_design(&config, model)?;
             let guess = rounded::<f32, N>(&estimates);
-            let mut numbers = guess.to_vec();
-            numbers.extend_from_slice(&row);
-            numbers.extend(controller.coefficients().numbers());
-            let download = kind.map(|model| Download { shape: spec.config.shape(), model, numbers });
+            let controller = Controller::<f32, _, N, R, MASK, O>::try_design(&config, model)?;
             let gate = (samples != SampleLimits::NONE).then(|| Gate::<f32, N>::new(&samples));
-            (Box::new(InProcess::new(controller, guess, gate, &spec.model)), download)
+            let (port, coefficients) = ported(controller, guess, gate, &spec.model);
+            let numbers = [&guess[..], &row, &coefficients].concat();
+            (port, kind.map(|model| Download { shape: spec.config.shape(), model, numbers }))
         }
         Precision::F64 => {
             let controller = Controller::<f64, _, N, R, MASK, O>::try_design(&config, exact)?;
             let gate = (samples != SampleLimits::NONE).then(|| Gate::<f64, N>::new(&samples));
-            (Box::new(InProcess::new(controller, estimates, gate, &spec.model)), None)
+            (ported(controller, estimates, gate, &spec.model).0, None)
         }
     };
     Ok(Designed { port, warnings: config.warnings(), download, at_rest: Box::new(at_rest) })
 }
 
-/// Returns the first of every `r` numbers.
-fn first_of_each(numbers: &[f64], r: usize) -> Vec<f64> {
-    numbers.iter().step_by(r).copied().collect()
+/// Returns the controller ready to run, and its coefficients. The program has it once per configuration and
+/// precision.
+#[inline(never)]
+fn ported<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize>(
+    law: Controller<T, AnyModel<T, N>, N, R, MASK, O>,
+    guess: [T; N],
+    gate: Option<Gate<T, N>>,
+    model: &Model,
+) -> (Box<dyn ControllerPort>, Vec<T>) {
+    let coefficients = law.coefficients().numbers().collect();
+    (Box::new(InProcess::new(law, guess, gate, model)), coefficients)
 }
 
 /// Returns the first `N` entries in another precision, padded with zeros.
@@ -272,9 +275,6 @@ impl<T: Real, const N: usize> NominalModel<T, N> for AnyModel<T, N> {
         }
     }
 }
-
-/// Words of a state that are integers: its flag.
-const FLAG: &[Range<usize>] = slice::from_ref(&(0..1));
 
 /// Running controller with an f64 interface.
 struct InProcess<T: Real, const N: usize, const R: usize, const MASK: u8, const O: usize> {
