@@ -533,8 +533,11 @@ fn a_reset_in_the_emulator_is_refused_with_the_speed_and_accepted_at_rest() {
     let said = live(&folder, "motor", &format!("{}reset\n", trip("0.25")), &[]);
     assert!(said.status == 2 && said.err.contains("reset: ") && said.err.contains(" r/min)"), "{said:?}");
     assert!(said.err.contains("Wait until ") && said.err.contains(", then `reset`"), "{said:?}");
-    // Without the load friction brings the shaft to rest, and the drive starts again there.
-    let said = live(&folder, "motor", &format!("{}wait 6\nreset\nwait 0.1\nshow\nquit\n", trip("0.05")), &[]);
+    // Without the load friction brings the shaft to rest, and the drive starts again there. On a busy machine `load 0`
+    // may come after the brake, and the shaft then coasts: docs/live.md says to start the session again.
+    let script = format!("{}wait 6\nreset\nwait 0.1\nshow\nquit\n", trip("0.05"));
+    let mut sessions = (0..4).map(|_| live(&folder, "motor", &script, &[]));
+    let said = sessions.find(|said| !said.err.contains(" r/min)")).expect("a session in which `load 0` came in time");
     let shown = said.out.lines().find(|line| line.starts_with("t = ")).unwrap_or_else(|| panic!("{said:?}"));
     assert!(said.status == 0 && said.err.contains("alarm at t = ") && !shown.contains("stopped"), "{said:?}");
 }

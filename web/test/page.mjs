@@ -58,11 +58,11 @@ async function answered(tab, act) {
 }
 
 /** Chooses a data sheet as it is. */
-const pick = (tab, sheet) =>
-  answered(tab, async () => {
-    const input = `input[name=sheet][value=${sheet}]`;
-    await press(tab, (await tab.$eval(input, (it) => it.checked)) ? "#reset" : input);
-  });
+async function pick(tab, sheet) {
+  const input = `input[name=sheet][value=${sheet}]`;
+  if (!(await tab.$eval(input, (it) => it.checked))) await answered(tab, () => press(tab, input));
+  await answered(tab, () => press(tab, "#reset"));
+}
 
 /** Clicks when the element rests: an answer may still move it. */
 async function press(tab, selector) {

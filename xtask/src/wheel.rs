@@ -10,6 +10,14 @@ const MANIFEST: &str = "python/Cargo.toml";
 const TARGET_DIR: &str = "target/python";
 const WHEELS: &str = "target/python/wheels";
 const RERUN: &str = "cargo xtask test --deep python";
+/// Code that writes C files, in every configuration: small in a wheel, which is downloaded. It compiles five times as
+/// long as in `python/Cargo.toml`.
+const SMALL: [&str; 4] = [
+    "--config",
+    "profile.release.package.tick-record.opt-level='s'",
+    "--config",
+    "profile.release.package.edo-smc-forms.opt-level='s'",
+];
 /// maturin builds the wheel. Tests and notebooks need the other packages, all wheels of PyPI.
 const ENVIRONMENT: Environment = Environment {
     folder: "target/python-env",
@@ -41,7 +49,8 @@ pub(crate) fn build(gate: &mut Gate) -> Outcome {
         fs::remove_dir_all(&emptied).map_err(failed)?;
     }
     let build = Invocation::new(&ENVIRONMENT.program("maturin"), &["build", "--release", "--manifest-path", MANIFEST])
-        .with(&["--target-dir", TARGET_DIR, "--out", WHEELS]);
+        .with(&["--target-dir", TARGET_DIR, "--out", WHEELS])
+        .with(&SMALL);
     gate.commands("wheel of the Python package", &[build])
 }
 

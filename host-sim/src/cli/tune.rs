@@ -1,6 +1,7 @@
 //! `host-sim tune`: tunes the bandwidths of a drive to a specification and writes the tuned scenario.
 
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use serde::Serialize;
@@ -194,7 +195,8 @@ impl Console<'_> {
         bar.finish_and_clear();
         let has_errors =
             [specification.settle_s, specification.move_rad, specification.load_rad].iter().any(Option::is_some);
-        let none = if has_errors {
+        // A search that was stopped has found nothing out.
+        let none = if has_errors && !self.stop.load(Ordering::Relaxed) {
             "Even without limits of the errors the search finds no gains within noise and margins. "
         } else {
             ""

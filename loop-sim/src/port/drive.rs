@@ -377,11 +377,19 @@ pub struct Form {
 
 impl Form {
     /// Returns three flags and the ticks of delay, for [`drives!`](controller_core::drives). The flags are speed
-    /// control, two gain sets, and observers with four states.
+    /// control, two gain sets, and observers with four states. A small program has the types for position control with
+    /// at most one tick of delay.
+    #[inline]
     pub const fn types(self) -> ([bool; 3], usize) {
         let Self { follows, gain_sets, delay_ticks, observer_states } = self;
-        ([matches!(follows, Follows::Speed), gain_sets > 1, observer_states > 3], delay_ticks)
+        let is_speed = cfg!(not(feature = "drives-only")) && matches!(follows, Follows::Speed);
+        ([is_speed, gain_sets > 1, observer_states > 3], typed(delay_ticks))
     }
+}
+
+/// Returns the ticks of delay of the type for this delay.
+const fn typed(delay_ticks: usize) -> usize {
+    if cfg!(feature = "drives-only") && delay_ticks > 1 { 1 } else { delay_ticks }
 }
 
 /// Limits of the monitors of a drive, and its reaction to an alarm. The controller adds the limits that are not set.

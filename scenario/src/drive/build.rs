@@ -238,6 +238,7 @@ fn resolved(
     }
     problems.0.extend(common.unsolved_lag());
     problems.0.extend(common.late_counts());
+    problems.0.extend(common.beyond_a_small_program());
     if let (Some(_), 1) = (common.monitor.motor_n_m, encoders.len()) {
         let message = "only for a joint: a motor has load_n_m";
         problems.0.push(Problem { key: "monitor.motor_n_m".into(), message: message.into() });
@@ -359,6 +360,16 @@ impl Common<'_> {
         }
         warnings.extend(wide_monitors(&self.monitor, strongest_n_m));
         warnings
+    }
+
+    /// Returns the keys whose values a small program has no types for.
+    fn beyond_a_small_program(&self) -> Vec<Problem> {
+        let beyond = [
+            (self.delay_ticks > 1, "drive.delay_ticks", "this program has 0 or 1: for more take host-sim"),
+            (self.mode == ModeKey::Speed, "drive.mode", "this program follows positions: for a speed take host-sim"),
+        ];
+        let found = beyond.into_iter().filter(|(is_beyond, ..)| cfg!(feature = "drives-only") && *is_beyond);
+        found.map(|(_, key, message)| Problem { key: key.into(), message: message.into() }).collect()
     }
 
     /// Returns true if the tolerance is too wide for the high gains and for four observer states.

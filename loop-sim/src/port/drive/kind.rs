@@ -15,7 +15,7 @@ use controller_core::drive::{
 use controller_core::{Limits, Running, drives};
 
 use super::in_f64::boxed;
-use super::{Around, Drive, Follows, Form, Law, LivePort, Monitors, Motion, Reaction, Whole};
+use super::{Around, Drive, Follows, Form, Law, LivePort, Monitors, Motion, Reaction, Whole, typed};
 use crate::linear::{LawAtRest, Still};
 use crate::port::ControllerPort;
 use crate::sensor::encoder::Mounted;
@@ -156,10 +156,17 @@ trait DriveKind<const E: usize, const N: usize, const P: usize>: Copy {
     fn in_f64(&self, of: (Form, [Mounted; E]), motion: &Motion) -> Result<Box<dyn ControllerPort>, DriveError>;
 }
 
+/// Expands to the type of a drive.
+macro_rules! form {
+    ($drive:ident, $scalar:ty, $aim:ty, $fast:literal, $late:literal $(, $states:literal)?) => {
+        $drive<$scalar, $aim, $fast, { typed($late) } $(, $states)?>
+    };
+}
+
 /// Passes a controller and the bounds of its monitors to `$user`.
 macro_rules! used {
     ($drive:ident, $design:ident, $monitors:ident, $user:ident, [$($load:expr)?], $($of:tt)*) => {{
-        let law = $drive::<f32, $($of)*>::try_design($design)?;
+        let law = <form!($drive, f32, $($of)*)>::try_design($design)?;
         let law = if U::AT_REST { law.at_rest() } else { law };
         let bounds = $monitors.bounds(&$design.bounds(&law, $($load,)? $monitors.uncertain));
         Ok($user.of(law, &bounds))
@@ -233,7 +240,7 @@ impl DriveKind<1, 2, 3> for MotorDesign {
         self.validate(form.delay_ticks, form.observer_states)?;
         let design = Self { encoder: finest(self.encoder), gate_steps: f64::INFINITY, ..*self };
         macro_rules! law {
-            ($($of:tt)*) => { Ok(at_rest(MotorDrive::<f64, $($of)*>::try_design(&design)?, [self.encoder])) };
+            ($($of:tt)*) => { Ok(at_rest(<form!(MotorDrive, f64, $($of)*)>::try_design(&design)?, [self.encoder])) };
         }
         drives!(quiet motor form.types() => law!())
     }
@@ -243,7 +250,7 @@ impl DriveKind<1, 2, 3> for MotorDesign {
         self.validate(form.delay_ticks, form.observer_states)?;
         macro_rules! law {
             ($($of:tt)*) => {
-                Ok(boxed::<_, _, 1, 2, _, _, 3>(MotorDrive::<f64, $($of)*>::try_design(self)?, mounted, motion))
+                Ok(boxed::<_, _, 1, 2, _, _, 3>(<form!(MotorDrive, f64, $($of)*)>::try_design(self)?, mounted, motion))
             };
         }
         drives!(quiet motor form.types() => law!())
@@ -323,13 +330,13 @@ impl DriveKind<2, 4, 4> for JointDesign {
         let encoders = self.encoders.map(finest);
         let design = Self { encoders, gate_steps: [f64::INFINITY; 2], ..*self };
         macro_rules! coupled {
-            ($($of:tt)*) => { Ok(at_rest(CoupledDrive::<f64, $($of)*>::try_design(&design)?, self.encoders)) };
+            ($($of:tt)*) => { Ok(at_rest(<form!(CoupledDrive, f64, $($of)*)>::try_design(&design)?, self.encoders)) };
         }
         if self.coupled.is_some() {
             return drives!(quiet joint form.types() => coupled!());
         }
         macro_rules! law {
-            ($($of:tt)*) => { Ok(at_rest(JointDrive::<f64, $($of)*>::try_design(&design)?, self.encoders)) };
+            ($($of:tt)*) => { Ok(at_rest(<form!(JointDrive, f64, $($of)*)>::try_design(&design)?, self.encoders)) };
         }
         drives!(quiet joint form.types() => law!())
     }
@@ -339,7 +346,7 @@ impl DriveKind<2, 4, 4> for JointDesign {
         self.validate(form.delay_ticks)?;
         macro_rules! coupled {
             ($($of:tt)*) => {
-                Ok(boxed::<_, _, 2, 4, _, _, 4>(CoupledDrive::<f64, $($of)*>::try_design(self)?, mounted, motion))
+                Ok(boxed::<_, _, 2, 4, _, _, 4>(<form!(CoupledDrive, f64, $($of)*)>::try_design(self)?, mounted, motion))
             };
         }
         if self.coupled.is_some() {
@@ -347,7 +354,7 @@ impl DriveKind<2, 4, 4> for JointDesign {
         }
         macro_rules! law {
             ($($of:tt)*) => {
-                Ok(boxed::<_, _, 2, 4, _, _, 4>(JointDrive::<f64, $($of)*>::try_design(self)?, mounted, motion))
+                Ok(boxed::<_, _, 2, 4, _, _, 4>(<form!(JointDrive, f64, $($of)*)>::try_design(self)?, mounted, motion))
             };
         }
         drives!(quiet joint form.types() => law!())
