@@ -345,9 +345,10 @@ impl DriveKind<2, 4, 4> for JointDesign {
         let (form, mounted) = of;
         self.validate(form.delay_ticks)?;
         macro_rules! coupled {
-            ($($of:tt)*) => {
-                Ok(boxed::<_, _, 2, 4, _, _, 4>(<form!(CoupledDrive, f64, $($of)*)>::try_design(self)?, mounted, motion))
-            };
+            ($($of:tt)*) => {{
+                let law = <form!(CoupledDrive, f64, $($of)*)>::try_design(self)?;
+                Ok(boxed::<_, _, 2, 4, _, _, 4>(law, mounted, motion))
+            }};
         }
         if self.coupled.is_some() {
             return drives!(quiet joint form.types() => coupled!());
