@@ -182,6 +182,15 @@ impl Few {
     const NONE: Self = Self { numbers: [0.0; 6], count: 0 };
 
     fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let is_plain = is_number(value) || value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
+        if !is_plain && let Some(tolist) = value.getattr_opt(intern!(value.py(), "tolist"))? {
+            // The numbers of an array as a list, or the number of a scalar: faster than one by one.
+            return Self::of_plain(&tolist.call0()?);
+        }
+        Self::of_plain(value)
+    }
+
+    fn of_plain(value: &Bound<'_, PyAny>) -> PyResult<Self> {
         let mut few = Self::NONE;
         if is_number(value) || value.is_none() {
             few.push(value)?;
@@ -189,9 +198,6 @@ impl Few {
             list.iter().try_for_each(|item| few.push(&item))?;
         } else if let Ok(tuple) = value.cast::<PyTuple>() {
             tuple.iter_borrowed().try_for_each(|item| few.push(&item))?;
-        } else if let Some(tolist) = value.getattr_opt(intern!(value.py(), "tolist"))? {
-            // The numbers of an array as a list, or the number of a scalar: faster than one by one.
-            return Self::of(&tolist.call0()?);
         } else {
             value.try_iter()?.try_for_each(|item| few.push(&item?))?;
         }

@@ -1099,7 +1099,7 @@ $("open").onchange = async (event) => {
   event.target.value = "";
 };
 $("reset").onclick = () => {
-  Object.assign(state, { values: {}, fault: null, own: null });
+  Object.assign(state, { values: {}, fault: null });
   choose();
 };
 
