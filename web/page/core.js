@@ -11,6 +11,10 @@ export class Core {
   #waiting = new Map();
   #running = null;
 
+  constructor() {
+    this.#start();
+  }
+
   /** Returns the answer to a request, or `null` if a newer request of this kind replaced it. */
   ask(kind, request) {
     return new Promise((resolve) => {
@@ -25,7 +29,8 @@ export class Core {
   stop() {
     if (!this.#running) return;
     this.#worker.terminate();
-    this.#worker = null;
+    // At once, so that it is loaded before the next request: ending it while it loads is a failed request of the page.
+    this.#start();
     this.#running.resolve(null);
     this.#running = null;
     for (const { resolve } of this.#waiting.values()) resolve(null);
@@ -37,11 +42,10 @@ export class Core {
     const [kind, job] = this.#waiting.entries().next().value;
     this.#waiting.delete(kind);
     this.#running = { ...job, id: this.#next++ };
-    this.#started().postMessage({ id: this.#running.id, request: job.request });
+    this.#worker.postMessage({ id: this.#running.id, request: job.request });
   }
 
-  #started() {
-    if (this.#worker) return this.#worker;
+  #start() {
     this.#worker = new Worker("worker.js");
     compiled ??= compile();
     const worker = this.#worker;
@@ -57,6 +61,5 @@ export class Core {
       resolve({ ...answer, isStale: this.#waiting.has(kind) });
       this.#send();
     };
-    return this.#worker;
   }
 }
