@@ -11,10 +11,6 @@ export class Core {
   #waiting = new Map();
   #running = null;
 
-  constructor() {
-    this.#start();
-  }
-
   /** Returns the answer to a request, or `null` if a newer request of this kind replaced it. */
   ask(kind, request) {
     return new Promise((resolve) => {
@@ -29,8 +25,7 @@ export class Core {
   stop() {
     if (!this.#running) return;
     this.#worker.terminate();
-    // At once, so that it is loaded before the next request: ending it while it loads is a failed request of the page.
-    this.#start();
+    this.#worker = null;
     this.#running.resolve(null);
     this.#running = null;
     for (const { resolve } of this.#waiting.values()) resolve(null);
@@ -42,10 +37,11 @@ export class Core {
     const [kind, job] = this.#waiting.entries().next().value;
     this.#waiting.delete(kind);
     this.#running = { ...job, id: this.#next++ };
-    this.#worker.postMessage({ id: this.#running.id, request: job.request });
+    this.#started().postMessage({ id: this.#running.id, request: job.request });
   }
 
-  #start() {
+  #started() {
+    if (this.#worker) return this.#worker;
     this.#worker = new Worker("worker.js");
     compiled ??= compile();
     const worker = this.#worker;
@@ -61,5 +57,6 @@ export class Core {
       resolve({ ...answer, isStale: this.#waiting.has(kind) });
       this.#send();
     };
+    return this.#worker;
   }
 }
