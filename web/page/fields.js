@@ -1,12 +1,12 @@
 // Data sheets, keys and limits of the inputs. A key is a key of the scenario file, with its unit.
 
 export const SHEETS = [
-  { id: "motor", plant: "motor", title: "Motor", note: "servo motor, 14-bit encoder", sets: {} },
+  { id: "motor", plant: "motor", title: "Motor", note: "servo motor, no gear", sets: {} },
   {
     id: "geared",
     plant: "motor",
     title: "Geared motor with play",
-    note: "encoder on the motor shaft",
+    note: "encoder on the motor, play 0.002 rad",
     sets: {
       "motor.gear": "[9, 1]",
       "motor.load_inertia_kg_m2": "5e-3",
@@ -48,11 +48,12 @@ export const SHEET_FIELDS = {
     number("motor.torque_n_m_per_a", "Torque constant", "N m/A"),
     number("motor.max_current_a", "Current limit", "A"),
     number("motor.damping_n_m_s", "Viscous friction", "N m s/rad"),
-    number("motor.load_inertia_kg_m2", "Load inertia", "kg m²"),
+    number("motor.load_inertia_kg_m2", "Load inertia, behind the gear", "kg m²"),
     { key: "motor.gear", label: "Gear ratio", unit: "motor : output", isText: true, preset: "[1, 1]" },
     number("motor.current_lag_s", "Current loop lag", "s"),
     number("motor.supply_v", "Supply voltage, if it limits", "V"),
     number("motor.resistance_ohm", "Winding resistance", "Ω"),
+    number("motor.no_load_rad_s", "or no-load speed of the motor", "rad/s"),
   ],
   joint: [
     number("joint.link_inertia_kg_m2", "Link inertia", "kg m²"),
@@ -70,11 +71,14 @@ export const SHEET_FIELDS = {
     number("drive.sudden_load_n_m", "Largest sudden load", "N m"),
     number("joint.supply_v", "Supply voltage, if it limits", "V"),
     number("joint.resistance_ohm", "Winding resistance", "Ω"),
+    number("joint.no_load_rad_s", "or no-load speed of the motor", "rad/s"),
   ],
 };
 
 /** Remark below the numbers of a data sheet. */
-export const SHEET_NOTE = "Torque constant and current limit: both in peak amperes, or both in rms amperes.";
+export const SHEET_NOTE =
+  "Torque constant and current limit: both in peak or both in rms amperes. A three-phase motor with a supply: peak " +
+  "amperes, 0.866 of the bus voltage, and 1.5 times the resistance of a phase.";
 
 const slider = (key, label, unit, low, high, more = {}) => ({ key, label, unit, low, high, ...more });
 const ROUGH = { isRule: true, isLog: true };
@@ -110,12 +114,12 @@ export const DESIGN_SLIDERS = {
 /** Sliders of the simulated plant; `share` is a share of the largest torque at the output. */
 export const PLANT_SLIDERS = {
   motor: [
-    slider("load", "Load step", "N m", 0, 1, { share: 1 }),
+    slider("load", "Load step at the output", "N m", 0, 1, { share: 1 }),
     slider("friction.coulomb_n_m", "Friction", "N m", 0, 0.2, { share: 0.2 }),
     slider("motor.play_rad", "Play of the gear", "rad", 0, 0.02, { step: 0.0005, needs: "motor.load_inertia_kg_m2" }),
   ],
   joint: [
-    slider("load", "Load step", "N m", 0, 1, { share: 0.5 }),
+    slider("load", "Load step on the link", "N m", 0, 1, { share: 0.5 }),
     slider("friction.coulomb_n_m", "Friction", "N m", 0, 0.2, { share: 0.1 }),
   ],
 };

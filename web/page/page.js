@@ -350,7 +350,9 @@ function textField({ key, label, unit, preset }) {
     error,
   );
   const sync = () => {
-    if (document.activeElement !== input) input.value = keys()[key] ?? (preset || short(defaults[key]));
+    // The gear of an opened file is an array, which has no number.
+    const own = key.endsWith(".gear") && /^\s*gear\s*=\s*(\[[^\]]*\])/m.exec(state.own?.text ?? "")?.[1];
+    if (document.activeElement !== input) input.value = keys()[key] ?? (own || preset || short(defaults[key]));
   };
   inputs.set(key, { input, error, sync });
   return field;
@@ -419,6 +421,7 @@ function sliderField(it) {
     const text = asToml(key, typed.value.trim());
     if (text !== "" && !Number.isFinite(Number(text))) {
       error.textContent = `${label}: expected a number${unit ? ` in ${unit}` : ""}, found ${typed.value}`;
+      verdict("bad", `Not computed: ${error.textContent}`);
       return;
     }
     typed.value = text;
@@ -657,6 +660,10 @@ function drawTiles() {
   drawVerdict();
 }
 
+/** Returns the first alarm of a run. */
+const firstAlarm = (run) =>
+  (run?.flags ?? []).filter(({ name }) => FLAGS[name]?.[2] === "alarm").sort((a, b) => a.from_s - b.from_s)[0];
+
 /** Shows the verdict. The corners come with the whole design, a little later. */
 function drawVerdict() {
   const { facts, design } = answer,
@@ -674,7 +681,7 @@ function drawVerdict() {
   }
   // A test that the user broke on purpose has its own note.
   const broken = TESTS.filter(({ id }) => !(answer.fault && id === state.test))
-    .map(({ id, title }) => [title, (answer.runs[id]?.flags ?? []).find(({ name }) => FLAGS[name]?.[2] === "alarm")])
+    .map(({ id, title }) => [title, firstAlarm(answer.runs[id])])
     .find(([, alarm]) => alarm);
   if (broken) {
     const [title, { name: flag, from_s: at }] = broken;
@@ -811,17 +818,19 @@ function drawFault() {
     at = plan[state.test].at;
   const flags = run.flags.map((flag) => ({ ...flag, about: FLAGS[flag.name] })).filter((flag) => flag.about);
   const alarms = flags.filter(({ about }) => about[2] !== "note").sort((a, b) => a.from_s - b.from_s);
-  const items = [...alarms, ...flags.filter(({ about }) => about[2] === "note" && flags.length < 8)].map((flag) =>
+  const notes = flags.filter(({ about }) => about[2] === "note" && flags.length < 8);
+  const items = [...alarms, ...notes].sort((a, b) => a.from_s - b.from_s).map((flag) =>
     node("li", {}, node("b", {}, flag.about[0]), ` from ${show(flag.from_s, 4)} s: ${flag.about[1]}`),
   );
   const stopped = alarms.find(({ about }) => about[2] === "stop");
+  const isEarly = !fault.isFromStart && alarms[0]?.from_s < at;
   const end = run.columns.error.at(-1);
   const [factor, unit] = scaled(Math.abs(end));
   const result =
     run.ending !== "finished"
       ? `The run ${run.ending}.`
       : stopped
-        ? `The drive stops: alarm at ${show(alarms[0].from_s, 4)} s.`
+        ? `The drive stops${isEarly ? " before the fault" : ""}: alarm at ${show(alarms[0].from_s, 4)} s.`
         : alarms.length
           ? "The drive reports an alarm and goes on."
           : `No alarm. The error at the end is ${show(end * factor)} ${unit}.`;
@@ -1056,8 +1065,18 @@ function save(file, content, type) {
   $("take-note").textContent = `Saved ${file}.`;
 }
 
-$("save-toml").onclick = async () => save(`${name()}.toml`, await text(), "text/plain");
+/** Says that nothing can be saved while the inputs are refused. */
+function isRefused() {
+  const isSo = "refused" in document.documentElement.dataset;
+  if (isSo) $("take-note").textContent = "Nothing saved: the inputs are refused, see above.";
+  return isSo;
+}
+
+$("save-toml").onclick = async () => {
+  if (!isRefused()) save(`${name()}.toml`, await text(), "text/plain");
+};
 $("save-c").onclick = async () => {
+  if (isRefused()) return;
   // A fault is one of the test, not of the drive.
   const toml = await text({ isBroken: false });
   const found = await core.ask("c", { call: "export_c", scenario: { toml, name: name() } });
