@@ -40,6 +40,12 @@ export const SHEETS = [
 ];
 
 const number = (key, label, unit) => ({ key, label, unit });
+/** What limits the current at speed. */
+const supply = (plant) => [
+  number(`${plant}.supply_v`, "Supply voltage, if it limits", "V"),
+  number(`${plant}.resistance_ohm`, "Winding resistance", "Ω"),
+  number(`${plant}.no_load_rad_s`, "or no-load speed of the motor", "rad/s"),
+];
 
 /** Numbers of the data sheet. */
 export const SHEET_FIELDS = {
@@ -51,9 +57,7 @@ export const SHEET_FIELDS = {
     number("motor.load_inertia_kg_m2", "Load inertia, behind the gear", "kg m²"),
     { key: "motor.gear", label: "Gear ratio", unit: "motor : output", isText: true, preset: "[1, 1]" },
     number("motor.current_lag_s", "Current loop lag", "s"),
-    number("motor.supply_v", "Supply voltage, if it limits", "V"),
-    number("motor.resistance_ohm", "Winding resistance", "Ω"),
-    number("motor.no_load_rad_s", "or no-load speed of the motor", "rad/s"),
+    ...supply("motor"),
   ],
   joint: [
     number("joint.link_inertia_kg_m2", "Link inertia", "kg m²"),
@@ -69,9 +73,7 @@ export const SHEET_FIELDS = {
     number("encoder.motor.bits", "Motor encoder", "bit"),
     number("encoder.motor.counts_per_turn", "Motor counts, before the gear", "1/rev"),
     number("drive.sudden_load_n_m", "Largest sudden load", "N m"),
-    number("joint.supply_v", "Supply voltage, if it limits", "V"),
-    number("joint.resistance_ohm", "Winding resistance", "Ω"),
-    number("joint.no_load_rad_s", "or no-load speed of the motor", "rad/s"),
+    ...supply("joint"),
   ],
 };
 

@@ -30,11 +30,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let [program, c, page, fmu] = ["x86_64-linux", "c", "page", "fmu"].map(|part| format!("{name}-{part}"));
     let parts = [&program, &c, &page, &fmu];
     for folder in [FOLDER, STAGE] {
-        let path = gate.root.join(folder);
-        if path.exists() {
-            fs::remove_dir_all(&path).map_err(|error| failed(format!("{folder}: {error}")))?;
-        }
-        fs::create_dir_all(&path).map_err(|error| failed(format!("{folder}: {error}")))?;
+        gate.empty_folder(folder, RERUN)?;
     }
     let build = ["build", "--release", "--locked", "-p", "host-sim", "--features", "full"];
     gate.commands("host program", &[Invocation::cargo(&build)])?;

@@ -4,10 +4,9 @@
 //! succeed, a left-out command prints one line with its feature and exits with status 2, and a program outside the
 //! workspace calls `study`.
 
-use std::fs;
+use crate::step::{Gate, Invocation, Outcome};
 
-use crate::step::{Failure, Gate, Invocation, Outcome};
-
+const RERUN: &str = "cargo xtask test --deep first";
 /// Separate target folder, so that the build of the tests stays valid.
 const TARGET_DIR: &str = "target/first";
 /// Working folder, and the program's path relative to it.
@@ -47,11 +46,7 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     let build = Invocation::cargo(&["build", "--release", "--target-dir", TARGET_DIR]);
     gate.commands("host-sim with the default features", &[build])?;
     gate.step("commands of the default build", |gate| {
-        let folder = gate.root.join(FOLDER);
-        if folder.exists() {
-            fs::remove_dir_all(&folder).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
-        }
-        fs::create_dir_all(&folder).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
+        gate.empty_folder(FOLDER, RERUN)?;
         COMMANDS.iter().try_for_each(|words| invocation(words).run(gate))
     })?;
     let example = |command: &str, arguments: &[&str]| {
@@ -60,16 +55,12 @@ pub(crate) fn run(gate: &mut Gate) -> Outcome {
     };
     let example = [example("clippy", &["-D", "warnings"]), example("run", &[SCENARIO])];
     gate.commands("an external program that calls study", &example)?;
-    gate.check("left-out commands name their feature", "cargo xtask test --deep first", |gate| {
+    gate.check("left-out commands name their feature", RERUN, |gate| {
         for (words, feature) in LEFT_OUT {
             left_out(gate, words, feature)?;
         }
         Ok(format!("{} commands", LEFT_OUT.len()))
     })
-}
-
-fn failed(reason: String) -> Failure {
-    Failure { reason, rerun: String::from("cargo xtask test --deep first") }
 }
 
 /// Returns the invocation of the program with these arguments in [`FOLDER`].

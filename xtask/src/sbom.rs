@@ -2,8 +2,7 @@
 //! tools of SPDX.
 //!
 //! Cargo provides the linked crates (no macros, build scripts or tests), and its lock file provides their checksums.
-//! The Python wheel has none. The output is reproducible: its date is the date of the
-//! commit.
+//! The Python wheel has none. The output is reproducible: its date is the date of the commit.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -27,11 +26,7 @@ const CHECKER: Environment =
 pub(crate) fn run(gate: &mut Gate) -> Outcome {
     gate.step("bills of materials of images and C libraries", |gate| {
         let failed = |reason: String| Failure { reason, rerun: RERUN.into() };
-        let folder = gate.root.join(FOLDER);
-        if folder.exists() {
-            fs::remove_dir_all(&folder).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
-        }
-        fs::create_dir_all(&folder).map_err(|error| failed(format!("{FOLDER}: {error}")))?;
+        gate.empty_folder(FOLDER, RERUN)?;
         CHECKER.ready(gate)?;
         let checker = CHECKER.program("pyspdxtools");
         for (name, manifest, files) in

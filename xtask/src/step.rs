@@ -48,6 +48,14 @@ impl Gate {
         Self { root, passed: Vec::new(), left_out: Vec::new(), built: OnceCell::new(), started: Instant::now() }
     }
 
+    /// Makes an empty folder of this name below the root.
+    pub(crate) fn empty_folder(&self, folder: &str, rerun: &str) -> Outcome {
+        let path = self.root.join(folder);
+        let removed = if path.exists() { fs::remove_dir_all(&path) } else { Ok(()) };
+        let made = removed.and_then(|()| fs::create_dir_all(&path));
+        made.map_err(|error| Failure { reason: format!("{folder}: {error}"), rerun: rerun.into() })
+    }
+
     /// Runs one step under its number and headline. A step after the build must not compile for the host again.
     pub(crate) fn step(&mut self, headline: &str, work: impl FnOnce(&Self) -> Outcome) -> Outcome {
         let number = self.passed.len() + 1;

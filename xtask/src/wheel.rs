@@ -1,9 +1,7 @@
 //! Python package: the wheel is built, installed in an environment of its own, and tested against `host-sim`.
 
-use std::fs;
-
 use crate::python::Environment;
-use crate::step::{Failure, Gate, Invocation, Outcome};
+use crate::step::{Gate, Invocation, Outcome};
 
 const MANIFEST: &str = "python/Cargo.toml";
 /// Separate target folder, because the module has features and profiles of its own.
@@ -43,11 +41,7 @@ const ENVIRONMENT: Environment = Environment {
 /// Builds the wheel.
 pub(crate) fn build(gate: &mut Gate) -> Outcome {
     gate.step("environment of the Python package", |gate| ENVIRONMENT.ready(gate))?;
-    let emptied = gate.root.join(WHEELS);
-    if emptied.exists() {
-        let failed = |error| Failure { reason: format!("{WHEELS}: {error}"), rerun: RERUN.into() };
-        fs::remove_dir_all(&emptied).map_err(failed)?;
-    }
+    gate.empty_folder(WHEELS, RERUN)?;
     let build = Invocation::new(&ENVIRONMENT.program("maturin"), &["build", "--release", "--manifest-path", MANIFEST])
         .with(&["--target-dir", TARGET_DIR, "--out", WHEELS])
         .with(&SMALL);
