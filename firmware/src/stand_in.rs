@@ -24,6 +24,8 @@ static NEXT: Mutex<Cell<Option<pil_wire::Plant>>> = Mutex::new(Cell::new(None));
 /// Current, A, and load, N m, as bits.
 static CURRENT: AtomicU32 = AtomicU32::new(0);
 static LOAD: AtomicU32 = AtomicU32::new(0);
+/// Periods until the load ends. 0 for a load without an end.
+static LOAD_LEFT: AtomicU32 = AtomicU32::new(0);
 
 /// Simulated plant.
 pub trait Plant<const E: usize> {
@@ -58,6 +60,13 @@ pub fn advance<const E: usize>(plant: &mut impl Plant<E>, period_s: f32) {
     }
     let [u, load] = [&CURRENT, &LOAD].map(|bits| f32::from_bits(bits.load(Relaxed)));
     plant.advance(u, load, period_s);
+    // Only main writes these two besides, without interrupts.
+    if let Some(left) = LOAD_LEFT.load(Relaxed).checked_sub(1) {
+        LOAD_LEFT.store(left, Relaxed);
+        if left == 0 {
+            LOAD.store(0, Relaxed);
+        }
+    }
     let stuck = STUCK.load(Relaxed);
     for (i, count) in plant.counts().into_iter().enumerate().filter(|(i, _)| stuck >> i & 1 == 0) {
         COUNTS[i].store(count, Relaxed);
@@ -66,8 +75,11 @@ pub fn advance<const E: usize>(plant: &mut impl Plant<E>, period_s: f32) {
 
 /// Sets a disturbance for a test.
 pub fn disturb(disturbance: &Disturbance) {
-    STUCK.store(disturbance.bits(), Relaxed);
-    LOAD.store(disturbance.load_n_m.to_bits(), Relaxed);
+    critical_section::with(|_| {
+        STUCK.store(disturbance.bits(), Relaxed);
+        LOAD.store(disturbance.load_n_m.to_bits(), Relaxed);
+        LOAD_LEFT.store(disturbance.load_ticks, Relaxed);
+    });
 }
 
 /// Changes the plant from the next period on; returns false, without a change, if the inertia is not positive.

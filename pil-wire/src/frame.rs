@@ -195,6 +195,8 @@ pub struct Disturbance {
     pub lost: [bool; MAX_E],
     /// Torque against the load side, N m.
     pub load_n_m: f32,
+    /// Duration of the torque, ticks. 0 for a torque that lasts until the next disturbance.
+    pub load_ticks: u32,
 }
 
 impl Disturbance {
@@ -204,9 +206,9 @@ impl Disturbance {
     }
 
     /// Reads these bits.
-    fn from_bits(bits: u32, load_n_m: f32) -> Self {
+    fn from_bits(bits: u32, load_n_m: f32, load_ticks: u32) -> Self {
         let [a, b, c, d] = [0, 1, 2, 3].map(|bit| bits >> bit & 1 == 1);
-        Self { stuck: [a, b], lost: [c, d], load_n_m }
+        Self { stuck: [a, b], lost: [c, d], load_n_m, load_ticks }
     }
 }
 
@@ -571,7 +573,7 @@ impl Request {
                 14
             }
             Self::Disturb(disturbance) => {
-                words[..2].copy_from_slice(&[disturbance.bits(), disturbance.load_n_m.to_bits()]);
+                words[..3].copy_from_slice(&[disturbance.bits(), disturbance.load_n_m.to_bits(), disturbance.load_ticks]);
                 15
             }
             Self::Prepare { rows, every } => {
@@ -631,7 +633,9 @@ impl Request {
             (14, [4, half, index, ..]) => Ok(Self::Recall(Part::Frame(half, index))),
             (14, [5, ..]) => Ok(Self::Recall(Part::Track)),
             (14, [6, _, from, ..]) => Ok(Self::Recall(Part::Rows(from))),
-            (15, [bits, load, ..]) => Ok(Self::Disturb(Disturbance::from_bits(bits, f32::from_bits(load)))),
+            (15, [bits, load, ticks, ..]) => {
+                Ok(Self::Disturb(Disturbance::from_bits(bits, f32::from_bits(load), ticks)))
+            }
             (16, [rows, every, ..]) => Ok(Self::Prepare { rows, every }),
             (17, [offset, currents @ ..]) => Ok(Self::Shake { offset, currents: currents.map(f32::from_bits) }),
             (18, plant) => Ok(Self::Plant(plant.map(f32::from_bits))),

@@ -65,6 +65,12 @@ impl Chip {
         self.counts.push(self.count);
         let torque = MOTOR.torque_n_m_per_a * f64::from(output.u) - f64::from(self.disturbance.load_n_m);
         let friction = 0.005 * (self.x[1] / 0.005).tanh();
+        if let Some(left) = self.disturbance.load_ticks.checked_sub(1) {
+            self.disturbance.load_ticks = left;
+            if left == 0 {
+                self.disturbance.load_n_m = 0.0;
+            }
+        }
         // Ten integration steps per tick, because the friction is steep.
         for _ in 0..10 {
             self.x[1] += 0.1 * PERIOD_S * (torque - friction) / MOTOR.inertia_kg_m2;

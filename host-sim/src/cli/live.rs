@@ -75,7 +75,7 @@ const COMMANDS: [(&str, &str); 13] = [
     ("release", "empty the trace buffer and let it run again; an alarm must be saved first"),
     ("plot FOLDER [--force]", "write a figure of the session into a folder; --force overwrites it"),
     ("stick [link] [motor]", "simulated plant only: freeze these encoders, release the others"),
-    ("load N_M", "simulated plant only: apply a load torque, N m"),
+    ("load N_M [TIME]", "simulated plant only: apply a load torque, N m, for TIME s (no end without)"),
     ("help", "list the commands"),
     ("quit", "leave the drive as it is"),
 ];
@@ -371,10 +371,7 @@ impl<'a> Console<'a> {
         let Some((&command, words)) = words.split_first() else { return Ok(true) };
         let period_s = session.drive.period_s();
         let refused = |error| refused_at(command, error);
-        let ticks = |text: &str| -> Result<u32, Failure> {
-            let time_s = positive(command, text)?;
-            Ok(((time_s / period_s).round() as u32).max(1))
-        };
+        let ticks = |text: &str| ticks(command, text, period_s);
         match (command, words) {
             ("help", []) => {
                 for (command, what) in COMMANDS {
@@ -749,7 +746,7 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<S
             }
             format!("stick: frozen encoders: {}", if named.is_empty() { "none".into() } else { named.join(", ") })
         }
-        ("load", [torque]) => {
+        ("load", [torque, time @ ..]) if time.len() < 2 => {
             let load_n_m = finite(command, torque)?;
             let most_n_m = LARGEST_LOAD * torque_at_limit_n_m(session.drive.design());
             if load_n_m.abs() > most_n_m {
@@ -759,13 +756,17 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<S
                     significant(most_n_m, 3)
                 )));
             }
-            let load_n_m = load_n_m as f32;
-            disturbance.load_n_m = load_n_m;
-            format!("load: {torque} N m")
+            disturbance.load_n_m = load_n_m as f32;
+            disturbance.load_ticks = time.first().map_or(Ok(0), |time| ticks(command, time, session.drive.period_s()))?;
+            format!("load: {torque} N m{}", time.first().map_or_else(String::new, |time| format!(" for {time} s")))
         }
         _ => return Err(bad(unknown(command))),
     };
     session.drive.disturb(disturbance).map_err(|error| refused_at(command, error))?;
+    if disturbance.load_ticks > 0 {
+        // It ends on the target; a later `stick` must not repeat it.
+        (disturbance.load_n_m, disturbance.load_ticks) = (0.0, 0);
+    }
     session.disturbance = disturbance;
     Ok(done)
 }
@@ -1041,6 +1042,11 @@ fn positive(command: &str, text: &str) -> Result<f64, Failure> {
     let time_s = finite(command, text)?;
     let is_good = time_s > 0.0 && time_s <= 3600.0;
     if is_good { Ok(time_s) } else { Err(bad(format!("{command}: {text} s: expected more than 0, up to 3600"))) }
+}
+
+/// Returns a time as a number of ticks.
+fn ticks(command: &str, text: &str, period_s: f64) -> Result<u32, Failure> {
+    Ok(((positive(command, text)? / period_s).round() as u32).max(1))
 }
 
 /// Returns the message for an unknown or incomplete command, with the nearest one.
