@@ -573,7 +573,11 @@ impl Request {
                 14
             }
             Self::Disturb(disturbance) => {
-                words[..3].copy_from_slice(&[disturbance.bits(), disturbance.load_n_m.to_bits(), disturbance.load_ticks]);
+                words[..3].copy_from_slice(&[
+                    disturbance.bits(),
+                    disturbance.load_n_m.to_bits(),
+                    disturbance.load_ticks,
+                ]);
                 15
             }
             Self::Prepare { rows, every } => {

@@ -169,8 +169,19 @@ fn seconds(code: &[u16], loops: &[String]) -> f64 {
     (0..3).map(|_| once()).fold(f64::INFINITY, f64::min)
 }
 
-/// An eightfold loop body takes about eightfold time, not 64-fold. Both times come from one run; the threshold lies
-/// between.
+/// Times of a long and of a short input in one of five rounds: less than 24-fold, where the lengths are eightfold. A busy
+/// machine lengthens a round, not all of them; the square would be 64-fold in each.
+fn assert_less_than_the_square(what: &str, time_s: impl Fn(u32) -> f64, [long, short]: [u32; 2]) {
+    let mut ratios = Vec::new();
+    let is_less = (0..5).any(|_| {
+        let ratio = time_s(long) / time_s(short);
+        ratios.push(ratio);
+        ratio < 24.0
+    });
+    assert!(is_less, "{what}: {ratios:?}");
+}
+
+/// An eightfold loop body takes about eightfold time, not 64-fold.
 #[test]
 fn the_work_for_a_loop_grows_as_its_length_and_not_as_its_square() {
     // 1: adds r1, #1, repeated; subs r0, #1; bne.w 1b; bx lr
@@ -180,13 +191,11 @@ fn the_work_for_a_loop_grows_as_its_length_and_not_as_its_square() {
         let code: Vec<u16> = (0..length).map(|_| 0x3101).chain([0x3801]).chain(bne).chain([0x4770]).collect();
         seconds(&code, &["f=3".to_owned()])
     };
-    let ratio = body(16_000) / body(2000);
-    assert!(ratio < 24.0, "one loop: {ratio}");
+    assert_less_than_the_square("one loop", body, [16_000, 2000]);
     // Several loops one behind the other: 1: subs r0, #1; bne 1b
     let many = |number: u32| {
         let code: Vec<u16> = (0..number).flat_map(|_| [0x3801, 0xd1fd]).chain([0x4770]).collect();
         seconds(&code, &(0..number).map(|k| format!("f+{}=2", 4 * k)).collect::<Vec<_>>())
     };
-    let ratio = many(4000) / many(500);
-    assert!(ratio < 24.0, "many loops: {ratio}");
+    assert_less_than_the_square("many loops", many, [4000, 500]);
 }

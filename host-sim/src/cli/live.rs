@@ -757,7 +757,8 @@ fn disturb(session: &mut Session<'_>, command: &str, words: &[&str]) -> Result<S
                 )));
             }
             disturbance.load_n_m = load_n_m as f32;
-            disturbance.load_ticks = time.first().map_or(Ok(0), |time| ticks(command, time, session.drive.period_s()))?;
+            disturbance.load_ticks =
+                time.first().map_or(Ok(0), |time| ticks(command, time, session.drive.period_s()))?;
             format!("load: {torque} N m{}", time.first().map_or_else(String::new, |time| format!(" for {time} s")))
         }
         _ => return Err(bad(unknown(command))),
