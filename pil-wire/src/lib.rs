@@ -30,7 +30,7 @@
 //! | Swap | 12 | in motion, without a jump of u (0), or at rest, without an offset W (1) | Swapped |
 //! | Order | 13 | freeze (0), release (1), reset (2), record (3), end the record (4) | Done |
 //! | Recall | 14 | part (below), half, first index | Recalled |
-//! | Disturb | 15 | frozen encoders (bits 0, 1), encoders without a count (bits 2, 3); load (N m) and its ticks (0: no end) | Done |
+//! | Disturb | 15 | frozen encoders (bits 0, 1), lost counts (bits 2, 3); load (N m) and its ticks (0: no end) | Done |
 //! | Prepare | 16 | rows of the next record, ticks of a row | Done |
 //! | Shake | 17 | the first of eight rows; the excitation in each of them, added to u, A | Done |
 //! | Plant | 18 | nine numbers of another simulated plant | Done |

@@ -169,8 +169,8 @@ fn seconds(code: &[u16], loops: &[String]) -> f64 {
     (0..3).map(|_| once()).fold(f64::INFINITY, f64::min)
 }
 
-/// Times of a long and of a short input in one of five rounds: less than 24-fold, where the lengths are eightfold. A busy
-/// machine lengthens a round, not all of them; the square would be 64-fold in each.
+/// Requires less than 24-fold time for an eightfold input in one of five rounds. A busy machine lengthens a round, not
+/// all of them; quadratic work would be 64-fold in each.
 fn assert_less_than_the_square(what: &str, time_s: impl Fn(u32) -> f64, [long, short]: [u32; 2]) {
     let mut ratios = Vec::new();
     let is_less = (0..5).any(|_| {
