@@ -75,7 +75,7 @@ const COMMANDS: [(&str, &str); 13] = [
     ("release", "empty the trace buffer and let it run again; an alarm must be saved first"),
     ("plot FOLDER [--force]", "write a figure of the session into a folder; --force overwrites it"),
     ("stick [link] [motor]", "simulated plant only: freeze these encoders, release the others"),
-    ("load N_M [TIME]", "simulated plant only: apply a load torque, N m, for TIME s (no end without)"),
+    ("load N_M [S]", "simulated plant only: apply a load torque, N m; with S it ends on the target after S seconds"),
     ("help", "list the commands"),
     ("quit", "leave the drive as it is"),
 ];
