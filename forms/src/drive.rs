@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 
 use controller_core::drive::{ALARMS, Bounds, Encoder, JointDesign, LowerGains, MotorDesign, Mounting};
 use controller_core::drives;
-use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction, Thresholds};
+use loop_sim::port::drive::{DriveDesign, DriveOf, Follows, Form as DriveForm, Reaction, Thresholds, Typed, typed};
 use scenario::Drive;
 use tick_record::drive::{DriveFunctions, JET, QUEUED, joint, joint_tick, motor, motor_tick};
 use tick_record::{Port, Record, Role, ValueKind, c};
@@ -187,10 +187,14 @@ macro_rules! of_its_type {
 /// Returns the operation traces of the parts of a drive's tick.
 pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, Error> {
     macro_rules! of_motor {
-        ($design:expr, $mounting:expr, $($of:tt)*) => { motor::<$($of)*>($design, $mounting) };
+        ($design:expr, $mounting:expr, $aim:ty, $fast:literal, $late:literal, $states:literal) => {
+            motor::<Typed<$aim>, $fast, { typed($late) }, $states>($design, $mounting)
+        };
     }
     macro_rules! of_joint {
-        ($design:expr, $mounting:expr, $($of:tt)*) => { joint::<$($of)*>($design, $mounting) };
+        ($design:expr, $mounting:expr, $aim:ty, $fast:literal, $late:literal) => {
+            joint::<Typed<$aim>, $fast, { typed($late) }>($design, $mounting)
+        };
     }
     of_its_type!(drive, of_motor, of_joint)
 }
@@ -198,10 +202,14 @@ pub(super) fn functions(drive: &Drive) -> Result<DriveFunctions, Error> {
 /// Returns the operation trace of one whole tick.
 fn tick(drive: &Drive) -> Result<Record, Error> {
     macro_rules! of_motor {
-        ($design:expr, $mounting:expr, $($of:tt)*) => { motor_tick::<$($of)*>($design, $mounting) };
+        ($design:expr, $mounting:expr, $aim:ty, $fast:literal, $late:literal, $states:literal) => {
+            motor_tick::<Typed<$aim>, $fast, { typed($late) }, $states>($design, $mounting)
+        };
     }
     macro_rules! of_joint {
-        ($design:expr, $mounting:expr, $($of:tt)*) => { joint_tick::<$($of)*>($design, $mounting) };
+        ($design:expr, $mounting:expr, $aim:ty, $fast:literal, $late:literal) => {
+            joint_tick::<Typed<$aim>, $fast, { typed($late) }>($design, $mounting)
+        };
     }
     of_its_type!(drive, of_motor, of_joint)
 }

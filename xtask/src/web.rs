@@ -25,7 +25,7 @@ const INSTALLED: &str = "web/node_modules/.package-lock.json";
 const LOCK: &str = "web/package-lock.json";
 const RERUN: &str = "cargo xtask test --deep web";
 /// Largest size of all files of the page together, compressed, bytes. The goal is 1 MB.
-const MOST: u64 = 1_160_000;
+const MOST: u64 = 1_140_000;
 /// Script that prints name, size and compressed size of each file of a folder.
 const SIZES: &str = "\
     const { readdirSync, readFileSync } = require('fs');\

@@ -388,8 +388,28 @@ impl Form {
 }
 
 /// Returns the ticks of delay of the type for this delay.
-const fn typed(delay_ticks: usize) -> usize {
+pub const fn typed(delay_ticks: usize) -> usize {
     if cfg!(feature = "drives-only") && delay_ticks > 1 { 1 } else { delay_ticks }
+}
+
+/// Control mode of the type for a control mode.
+pub type Typed<A> = <A as Mode>::Typed;
+
+/// Control mode with a type. A small program has the type for position control alone, as in [`Form::types`].
+pub trait Mode {
+    /// Control mode of the type.
+    type Typed;
+}
+
+impl Mode for drive::Position {
+    type Typed = Self;
+}
+
+impl Mode for drive::Speed {
+    #[cfg(not(feature = "drives-only"))]
+    type Typed = Self;
+    #[cfg(feature = "drives-only")]
+    type Typed = drive::Position;
 }
 
 /// Limits of the monitors of a drive, and its reaction to an alarm. The controller adds the limits that are not set.

@@ -15,7 +15,7 @@ use controller_core::drive::{
 use controller_core::{Limits, Running, drives};
 
 use super::in_f64::boxed;
-use super::{Around, Drive, Follows, Form, Law, LivePort, Monitors, Motion, Reaction, Whole, typed};
+use super::{Around, Drive, Follows, Form, Law, LivePort, Monitors, Motion, Reaction, Typed, Whole, typed};
 use crate::linear::{LawAtRest, Still};
 use crate::port::ControllerPort;
 use crate::sensor::encoder::Mounted;
@@ -159,7 +159,7 @@ trait DriveKind<const E: usize, const N: usize, const P: usize>: Copy {
 /// Expands to the type of a drive.
 macro_rules! form {
     ($drive:ident, $scalar:ty, $aim:ty, $fast:literal, $late:literal $(, $states:literal)?) => {
-        $drive<$scalar, $aim, $fast, { typed($late) } $(, $states)?>
+        $drive<$scalar, Typed<$aim>, $fast, { typed($late) } $(, $states)?>
     };
 }
 
