@@ -180,7 +180,11 @@ impl Signal {
     /// Returns the exact derivative of this order at `t_s`. Order 0 is the value. The derivative of a step is 0.
     pub fn derivative(&self, t_s: f64, order: u32) -> f64 {
         // The sum starts from +0.0, because a sum of no terms is -0.0 and would appear as -0.0 in every trace.
-        self.terms.iter().map(|term| term.derivative(t_s, order)).fold(0.0, |sum, term| sum + term)
+        let mut sum = 0.0;
+        for term in &self.terms {
+            sum += term.derivative(t_s, order);
+        }
+        sum
     }
 
     /// Returns an upper bound of |d^(order)| over [0, `span_s`], the sum over the terms.

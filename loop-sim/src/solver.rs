@@ -387,11 +387,12 @@ pub(crate) fn step<const N: usize>(
 ) -> ([f64; N], f64) {
     // Increments are combined instead of states, so that the weights (up to 6) do not amplify the rounding of x.
     let (mut increment, mut less) = ([0.0; N], [0.0; N]);
-    for (row, (weight, without)) in WEIGHTS[rows].iter().zip(WEIGHTS[rows - 1]).take(rows).enumerate() {
+    for row in 0..rows {
+        let (weight, without) = (WEIGHTS[rows][row], WEIGHTS[rows - 1][row]);
         let across = midpoint(within, t_s, h_s, u, x, first, 2 * (row + 1));
-        for ((sum, less), across) in increment.iter_mut().zip(&mut less).zip(across) {
-            *sum += weight * across;
-            *less += without * across;
+        for i in 0..N {
+            increment[i] += weight * across[i];
+            less[i] += without * across[i];
         }
     }
     (increment, difference(h_s, x, first, &increment, &less))
@@ -406,11 +407,15 @@ pub(crate) fn difference<const N: usize>(
     increment: &[f64; N],
     less: &[f64; N],
 ) -> f64 {
-    let shares = (0..N).map(|i| {
+    let mut most = 0.0;
+    for i in 0..N {
         let size = x[i].abs() + increment[i].abs() + (h_s * first[i]).abs();
-        (increment[i] - less[i]).abs() / if size > 0.0 { size } else { 1.0 }
-    });
-    shares.fold(0.0, |most, share| if share > most || share.is_nan() { share } else { most })
+        let share = (increment[i] - less[i]).abs() / if size > 0.0 { size } else { 1.0 };
+        if share > most || share.is_nan() {
+            most = share;
+        }
+    }
+    most
 }
 
 /// Returns the increment of x over `h_s` by `substeps` (even) of the midpoint rule, the first by Euler. `first` is the
@@ -424,12 +429,17 @@ fn midpoint<const N: usize>(
     first: &[f64; N],
     substeps: usize,
 ) -> [f64; N] {
+    // Plain loops: code optimised for size keeps the calls of an iterator, and this loop is most of a run.
     let s = h_s / substeps as f64;
-    let mut before = [0.0; N];
-    let mut now = first.map(|slope| s * slope);
+    let (mut before, mut now, mut at, mut slope) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
+    for i in 0..N {
+        now[i] = s * first[i];
+    }
     for k in 1..substeps {
-        let at: [f64; N] = core::array::from_fn(|i| x[i] + now[i]);
-        let mut slope = [0.0; N];
+        for i in 0..N {
+            at[i] = x[i] + now[i];
+            slope[i] = 0.0;
+        }
         within.rhs(t_s + k as f64 * s, &at, u, &mut slope);
         for i in 0..N {
             let next = before[i] + 2.0 * s * slope[i];

@@ -48,7 +48,7 @@ mod resolve;
 mod rewrite;
 
 pub use assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Mu, Sensed, ShaftOf, StateName, TopSpeed};
-pub use drive::coupled::CoupledBy;
+pub use drive::coupled::{CoupledBy, KnownRule};
 pub use drive::joint_rule::{Binding, CORNER_PEAK, FastSet, JointRule, JointSheet, Refused, Remedy, joint_rule};
 pub use drive::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionModel, FrictionTable, JointDriveTable, JointEncoderTable,

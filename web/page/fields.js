@@ -39,40 +39,45 @@ export const SHEETS = [
   },
 ];
 
-const number = (key, label, unit) => ({ key, label, unit });
+const number = (key, label, unit, hint = "") => ({ key, label, unit, hint });
+const INERTIA = "1 g cm² = 1e-7 kg m²: 120 g cm2 can be typed as it is.";
+const TORQUE = "Also as 36.9 mNm/A, or as the speed constant in rpm/V.";
+const CURRENT = "The smaller of the peak current of the motor and the limit of the inverter, not the rated current.";
+const FRICTION = "0 if unknown. At most torque constant × no-load current / no-load speed in rad/s.";
+const LAG = "Time constant 1/(2π f) of the current loop, or its bandwidth: 1 kHz. If unknown, keep the number.";
 /** What limits the current at speed. */
 const supply = (plant) => [
-  number(`${plant}.supply_v`, "Supply voltage, if it limits", "V"),
-  number(`${plant}.resistance_ohm`, "Winding resistance", "Ω"),
-  number(`${plant}.no_load_rad_s`, "or no-load speed of the motor", "rad/s"),
+  number(`${plant}.supply_v`, "Supply voltage, if it limits", "V", "Empty: every current flows at every speed."),
+  number(`${plant}.resistance_ohm`, "Winding resistance", "Ω", "Between two terminals of the motor."),
+  number(`${plant}.no_load_rad_s`, "or no-load speed of the motor", "rad/s", "In place of the voltage; also in rpm."),
 ];
 
 /** Numbers of the data sheet. */
 export const SHEET_FIELDS = {
   motor: [
-    number("motor.inertia_kg_m2", "Rotor inertia", "kg m²"),
-    number("motor.torque_n_m_per_a", "Torque constant", "N m/A"),
-    number("motor.max_current_a", "Current limit", "A"),
-    number("motor.damping_n_m_s", "Viscous friction", "N m s/rad"),
-    number("motor.load_inertia_kg_m2", "Load inertia, behind the gear", "kg m²"),
-    { key: "motor.gear", label: "Gear ratio", unit: "motor : output", isText: true, preset: "[1, 1]" },
-    number("motor.current_lag_s", "Current loop lag", "s"),
+    number("motor.inertia_kg_m2", "Rotor inertia", "kg m²", INERTIA),
+    number("motor.torque_n_m_per_a", "Torque constant", "N m/A", TORQUE),
+    number("motor.max_current_a", "Current limit", "A", CURRENT),
+    number("motor.damping_n_m_s", "Viscous friction", "N m s/rad", FRICTION),
+    number("motor.load_inertia_kg_m2", "Load inertia, behind the gear", "kg m²", `What the output turns. ${INERTIA}`),
+    { key: "motor.gear", label: "Gear ratio", unit: "motor : output", preset: "[1, 1]", hint: "As 9 or 50:3." },
+    number("motor.current_lag_s", "Current loop lag", "s", LAG),
     ...supply("motor"),
   ],
   joint: [
-    number("joint.link_inertia_kg_m2", "Link inertia", "kg m²"),
-    number("joint.motor_inertia_kg_m2", "Motor inertia", "kg m²"),
-    number("joint.stiffness_n_m", "Spring stiffness", "N m/rad"),
-    number("joint.torque_n_m_per_a", "Torque constant", "N m/A"),
-    number("joint.max_current_a", "Current limit", "A"),
-    number("joint.link_damping_n_m_s", "Link friction", "N m s/rad"),
-    number("joint.motor_damping_n_m_s", "Motor friction", "N m s/rad"),
-    number("joint.weight_n_m", "Link weight", "N m"),
-    { key: "joint.gear", label: "Gear ratio", unit: "motor : spring", isText: true, preset: "[1, 1]" },
-    number("joint.current_lag_s", "Current loop lag", "s"),
-    number("encoder.motor.bits", "Motor encoder", "bit"),
-    number("encoder.motor.counts_per_turn", "Motor counts, before the gear", "1/rev"),
-    number("drive.sudden_load_n_m", "Largest sudden load", "N m"),
+    number("joint.link_inertia_kg_m2", "Link inertia", "kg m²", "What the output turns."),
+    number("joint.motor_inertia_kg_m2", "Motor inertia", "kg m²", `At the motor shaft, before the gear. ${INERTIA}`),
+    number("joint.stiffness_n_m", "Spring stiffness", "N m/rad", "Of the gear or spring, at the output."),
+    number("joint.torque_n_m_per_a", "Torque constant", "N m/A", `Of the motor alone. ${TORQUE}`),
+    number("joint.max_current_a", "Current limit", "A", CURRENT),
+    number("joint.link_damping_n_m_s", "Link friction", "N m s/rad", FRICTION),
+    number("joint.motor_damping_n_m_s", "Motor friction", "N m s/rad", `At the motor shaft. ${FRICTION}`),
+    number("joint.weight_n_m", "Link weight", "N m", "Torque that holds the horizontal link; 0 for a vertical axis."),
+    { key: "joint.gear", label: "Gear ratio", unit: "motor : spring", preset: "[1, 1]", hint: "As 100 or 50:3." },
+    number("joint.current_lag_s", "Current loop lag", "s", LAG),
+    number("encoder.motor.bits", "Motor encoder", "bit", "Width of the counter that the controller reads."),
+    number("encoder.motor.counts_per_turn", "Motor counts, before the gear", "1/rev", "Four per line."),
+    number("drive.sudden_load_n_m", "Largest sudden load", "N m", "A larger step looks like an encoder fault."),
     ...supply("joint"),
   ],
 };
@@ -81,6 +86,36 @@ export const SHEET_FIELDS = {
 export const SHEET_NOTE =
   "Torque constant and current limit: both in peak or both in rms amperes. A three-phase motor with a supply: peak " +
   "amperes, 0.866 of the bus voltage, and 1.5 times the resistance of a phase.";
+
+const withMilli = (unit, more) => ({ [unit]: 1, [`m${unit}`]: 1e-3, ...more });
+/** Factors of the units of data sheets, by the end of the key: without spaces and signs, in lower case. */
+const UNITS = {
+  inertia_kg_m2: { kgm2: 1, gm2: 1e-3, kgcm2: 1e-4, kgmm2: 1e-6, gcm2: 1e-7 },
+  torque_n_m_per_a: withMilli("nm/a", { "ncm/a": 1e-2 }),
+  current_a: withMilli("a"),
+  damping_n_m_s: withMilli("nms/rad", { nms: 1, mnms: 1e-3 }),
+  lag_s: withMilli("s", { us: 1e-6, "µs": 1e-6 }),
+  supply_v: withMilli("v"),
+  resistance_ohm: withMilli("ohm", { "ω": 1, "mω": 1e-3 }),
+  no_load_rad_s: { "rad/s": 1, rpm: Math.PI / 30, "1/min": Math.PI / 30 },
+  weight_n_m: withMilli("nm", { ncm: 1e-2 }),
+};
+/** Units whose number is the inverse: the product of both. */
+const INVERSE = {
+  lag_s: { hz: 1 / (2 * Math.PI), khz: 1e-3 / (2 * Math.PI) },
+  torque_n_m_per_a: { "rpm/v": 30 / Math.PI, "1/min/v": 30 / Math.PI },
+};
+
+/** Returns a number with a unit of data sheets in the unit of its key, as text; `null` for another text. */
+export function inUnitOf(key, text) {
+  const [, digits, unit] = /^([+-]?[\d.,]+(?:e[+-]?\d+)?)\s*(\D.*)$/i.exec(text) ?? [];
+  const of = (table) => Object.entries(table).find(([end]) => key.endsWith(end))?.[1] ?? {};
+  const name = unit?.toLowerCase().replace(/[\s·*^()]/g, "").replace(/²/g, "2");
+  const size = Number(digits?.replace(",", "."));
+  const [factor, product] = [of(UNITS)[name], of(INVERSE)[name]];
+  const value = factor ? size * factor : product / size;
+  return Number.isFinite(value) ? String(Number(value.toPrecision(12))) : null;
+}
 
 const slider = (key, label, unit, low, high, more = {}) => ({ key, label, unit, low, high, ...more });
 const ROUGH = { isRule: true, isLog: true };

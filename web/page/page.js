@@ -11,6 +11,7 @@ import {
   SHEET_FIELDS,
   SHEET_NOTE,
   SHEETS,
+  inUnitOf,
   show,
 } from "./fields.js";
 import { fromFragment, toFragment } from "./link.js";
@@ -47,6 +48,8 @@ const sheetSets = () => (state.own ? {} : SHEETS.find((it) => it.id === state.sh
 function asToml(key, value) {
   const gear = key.endsWith(".gear") && /^(\d+)(?:\s*[:/]\s*(\d+))?$/.exec(value);
   if (gear) return `[${gear[1]}, ${gear[2] ?? 1}]`;
+  const inUnit = inUnitOf(key, value);
+  if (inUnit !== null) return inUnit;
   const number = /^([+-]?)(\d*)[.,](\d+)(e[+-]?\d+)?$/i.exec(value);
   return number ? `${number[1]}${number[2] || "0"}.${number[3]}${number[4] ?? ""}` : value;
 }
@@ -134,12 +137,14 @@ async function computeMargins() {
   const started = performance.now(),
     asked = JSON.stringify(state);
   testing = null;
-  const here = scenario();
+  let here = scenario();
   const probe = { ...here, sets: [...here.sets, 'reference={kind = "move", to_rad = 1.0}', "load=[]", "fault=[]"] };
   const first = await core.ask("design", { call: "margins", scenario: probe });
   if (!first) return;
   if (first.error) return refuse(first.error);
-  const { facts, design } = first;
+  const { facts, design, rule } = first;
+  // The other threads need not search the gains of a stiff joint again.
+  here = { ...here, rule };
   // The torque constant is the one behind the gear.
   sheetBase = { torque: facts.torque_n_m_per_a * facts.max_current_a };
   const runs = testRuns(facts.move_s, design.gains.surface_rad_s, facts.period_s);
@@ -330,29 +335,36 @@ function buildInputs() {
   );
 }
 
-function textField({ key, label, unit, preset }) {
+function textField({ key, label, unit, preset, hint }) {
   const id = `f-${key}`;
   const input = node("input", {
     type: "text",
     id,
     autocomplete: "off",
     spellcheck: false,
-    "aria-describedby": `${id}-e`,
+    "aria-describedby": `${id}-h ${id}-e`,
   });
   input.title = key;
   const error = node("p", { className: "error", id: `${id}-e` });
+  const note = node("p", { className: "hint", id: `${id}-h` }, hint);
   input.oninput = () => setValue(key, input.value.trim() === "" ? null : input.value.trim());
   const field = node(
     "div",
     { className: "field" },
     node("label", { htmlFor: id }, `${label} `, node("span", { className: "unit" }, unit)),
     input,
+    note,
     error,
   );
   const sync = () => {
     // The gear of an opened file is an array, which has no number.
     const own = key.endsWith(".gear") && /^\s*gear\s*=\s*(\[[^\]]*\])/m.exec(state.own?.text ?? "")?.[1];
-    if (document.activeElement !== input) input.value = keys()[key] ?? (own || preset || short(defaults[key]));
+    const typed = state.values[key] ?? "";
+    const inUnit = inUnitOf(key, typed);
+    note.textContent = inUnit === null ? hint : `= ${inUnit} ${unit}. ${hint}`;
+    note.classList.toggle("always", inUnit !== null);
+    if (document.activeElement !== input)
+      input.value = inUnit === null ? (keys()[key] ?? (own || preset || short(defaults[key]))) : typed;
   };
   inputs.set(key, { input, error, sync });
   return field;
@@ -601,6 +613,10 @@ function angle(value) {
 }
 
 function textOf(id, run, peak, rows) {
+  return (answer.fault && id === state.test ? "With the fault: " : "") + outcomeOf(id, run, peak, rows);
+}
+
+function outcomeOf(id, run, peak, rows) {
   if (run.ending !== "finished") return `The run ${run.ending} at ${show(run.ended_at_s)} s.`;
   const [factor, unit] = scaled(peak);
   const most = `${show(peak * factor)} ${unit}`;
@@ -641,6 +657,7 @@ function drawTiles() {
   const phase = least((margins) => margins.phase_deg),
     delay = least((margins) => margins.delay_s);
   const end = (run) => (run ? largest(run.columns.error) : NaN);
+  const named = (of, text) => (answer.fault && of === state.test ? `${text}, with the fault` : text);
   const ends = { move: end(runs.move), load: end(runs.load) };
   const [fMove, uMove] = scaled(ends.move),
     [fLoad, uLoad] = scaled(ends.load);
@@ -654,8 +671,8 @@ function drawTiles() {
     tile("peak sensitivity Ms", unstable.length ? "unstable" : show(Math.max(...peaks)), "", unstable.length > 0),
     tile("delay margin", Number.isFinite(delay) ? show(1e3 * delay) : "–", "ms", unstable.length > 0),
     tile("position bandwidth", show(design.gains.surface_rad_s), "rad/s"),
-    tile("largest error, move", show(ends.move * fMove), uMove, runs.move && runs.move.ending !== "finished", "move"),
-    tile("dip under load", show(ends.load * fLoad), uLoad, runs.load && runs.load.ending !== "finished", "load"),
+    tile(named("move", "largest error, move"), show(ends.move * fMove), uMove, runs.move && runs.move.ending !== "finished", "move"),
+    tile(named("load", "dip under load"), show(ends.load * fLoad), uLoad, runs.load && runs.load.ending !== "finished", "load"),
   );
   drawVerdict();
 }

@@ -46,7 +46,7 @@ pub fn hashes() -> Vec<String> {
         let plant = if name.starts_with("motor") { "motor" } else { "joint" };
         let toml = scenario::STARTS.iter().find(|(known, _)| *known == plant).map_or("", |(_, text)| *text);
         let sets = sets.iter().map(ToString::to_string).collect();
-        let text = Text { toml: toml.into(), name: name.into(), sets };
+        let text = Text { toml: toml.into(), name: name.into(), sets, rule: None };
         let hashes = of(&text).map_or_else(|_| "no result".into(), |hashes| hashes.join(" "));
         format!("{name} {hashes}")
     };

@@ -1,6 +1,6 @@
 //! Requests of the page, the text of a scenario, and errors.
 
-use scenario::{Experiment, ScenarioError, Source};
+use scenario::{Experiment, KnownRule, ScenarioError, Source};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -15,6 +15,9 @@ pub(crate) struct Text {
     pub(crate) name: String,
     #[serde(default)]
     pub(crate) sets: Vec<String>,
+    /// Gains of a joint that another thread has found for this scenario.
+    #[serde(default)]
+    pub(crate) rule: Option<KnownRule>,
 }
 
 impl Text {
@@ -24,6 +27,9 @@ impl Text {
 
     /// Parses the scenario with additional settings.
     pub(crate) fn with(&self, more: &[String]) -> Result<Experiment, ScenarioError> {
+        if let Some(rule) = &self.rule {
+            rule.clone().remember();
+        }
         let sets = [&self.sets[..], more].concat();
         scenario::parse_own(&Source { file: &self.file(), text: &self.toml, sets: &sets }, &self.name)
     }
@@ -116,7 +122,9 @@ fn of(request: &Request) -> Result<String, Failure> {
         Request::Margins { scenario } => {
             let mut experiment = scenario.experiment()?;
             let design = design::margins(&mut experiment)?;
-            Ok(json!({ "facts": design::facts(&experiment), "design": design }))
+            let is_by_rule = experiment.drive.as_ref().is_some_and(|drive| drive.joint_rule.is_some());
+            let rule = is_by_rule.then(KnownRule::last);
+            Ok(json!({ "facts": design::facts(&experiment), "design": design, "rule": rule }))
         }
         // Thousands of numbers: they become text without a tree of values between.
         Request::Run { scenario, run } => {

@@ -195,6 +195,35 @@ try {
     return told;
   });
 
+  await step("a number in the unit of a data sheet is the number of the file", async () => {
+    await pick(tab, "motor");
+    const entered = async (key, number) => {
+      await tab.click(`[id="f-${key}"]`, { clickCount: 3 });
+      await answered(tab, () => tab.keyboard.type(number));
+      return [await tiles(tab), await text(tab, `[id="f-${key}-h"]`)];
+    };
+    const shown = [];
+    for (const [key, typed, number] of [
+      ["motor.inertia_kg_m2", "1350 g cm²", "0.000135"],
+      ["motor.torque_n_m_per_a", "36,9 mNm/A", "0.0369"],
+      ["motor.torque_n_m_per_a", "191 rpm/V", "0.0499963"],
+      ["motor.current_lag_s", "1.2 kHz", "0.000132629"],
+    ]) {
+      const [ofUnit, hint] = await entered(key, typed);
+      assert.match(hint, new RegExp(`^= ${number}`), hint);
+      const [ofNumber] = await entered(key, hint.split(" ")[1]);
+      assert.equal(ofUnit, ofNumber);
+      shown.push(`${typed} ${hint.split(".").slice(0, 2).join(".")}`);
+    }
+    await tab.click('[id="f-motor.inertia_kg_m2"]', { clickCount: 3 });
+    await tab.keyboard.type("3 mNm/A");
+    await tab.waitForFunction(() => document.documentElement.dataset.refused);
+    assert.match(await text(tab, '[id="f-motor.inertia_kg_m2-e"]'), /found "3 mNm\/A"/);
+    await tab.click('[id="f-motor.inertia_kg_m2"]', { clickCount: 3 });
+    await answered(tab, () => tab.keyboard.type("3e-4"));
+    return shown.join(", ");
+  });
+
   await step("every test and every fault shows its outcome", async () => {
     const outcomes = [];
     for (const sheet of ["motor", "joint"]) {

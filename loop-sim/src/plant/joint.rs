@@ -190,10 +190,10 @@ impl Plant for Joint {
     fn rhs_in(&self, regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
         let load = self.load.value(t_s);
         let of = &self.imperfections;
-        match *x {
-            [a, b, c, d] => dx.copy_from_slice(&of.rates_in(regime, &self.numbers, &[a, b, c, d], u, load)),
-            [a, b, c, d, e] => dx.copy_from_slice(&of.rates_in(regime, &self.numbers, &[a, b, c, d, e], u, load)),
-            _ => unreachable!("a joint of order {}", x.len()),
+        match x.len() {
+            4 => of.put_rates::<4, 5>(regime, &self.numbers, (x, u, load), dx),
+            5 => of.put_rates::<5, 5>(regime, &self.numbers, (x, u, load), dx),
+            order => unreachable!("a joint of order {order}"),
         }
         if self.half_play.is_some() {
             let flank = self.flank_n_m(x);

@@ -236,6 +236,20 @@ impl Imperfections {
         }
     }
 
+    /// Writes dx/dt of a plant of order N to the first N entries of `dx`. Neither slice may be shorter.
+    pub(super) fn put_rates<const N: usize, const G: usize>(
+        &self,
+        regime: Regime,
+        numbers: &Numbers<G>,
+        (x, u, load): (&[f64], f64, f64),
+        dx: &mut [f64],
+    ) {
+        let (Some(x), Some(dx)) = (x.first_chunk::<N>(), dx.first_chunk_mut::<N>()) else {
+            unreachable!("fewer than {N} states");
+        };
+        *dx = self.rates_in(regime, numbers, x, u, load);
+    }
+
     fn rates_with<const N: usize, const G: usize>(
         &self,
         numbers: &Numbers<G>,
@@ -244,7 +258,8 @@ impl Imperfections {
         load: f64,
         friction: f64,
     ) -> [f64; N] {
-        let [angle, speed] = shafts::motor_at(N).map(|at| x[at]);
+        let [angle, speed] = shafts::motor_at(N);
+        let (angle, speed) = (x[angle], x[speed]);
         let u = self.driven(numbers[0][1], speed, u);
         let waves = shafts::waves(numbers[1], angle, sine::sin);
         let sin_link = if N > 3 { sine::sin(x[0]) } else { 0.0 };
@@ -408,10 +423,10 @@ impl Plant for Motor {
     fn rhs_in(&self, regime: Regime, t_s: f64, x: &[f64], u: f64, dx: &mut [f64]) {
         let load = self.load.value(t_s);
         let of = &self.imperfections;
-        match *x {
-            [a, b] => dx.copy_from_slice(&of.rates_in(regime, &self.numbers, &[a, b], u, load)),
-            [a, b, c] => dx.copy_from_slice(&of.rates_in(regime, &self.numbers, &[a, b, c], u, load)),
-            _ => unreachable!("a motor of order {}", x.len()),
+        match x.len() {
+            2 => of.put_rates::<2, 3>(regime, &self.numbers, (x, u, load), dx),
+            3 => of.put_rates::<3, 3>(regime, &self.numbers, (x, u, load), dx),
+            order => unreachable!("a motor of order {order}"),
         }
     }
 

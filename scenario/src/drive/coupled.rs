@@ -1,12 +1,13 @@
 //! Coupled design of a joint by rule, from the keys of a file.
 //!
 //! The rule (module `joint_rule`) searches for at least a tenth of a second. Its results are cached per data sheet, so
-//! that a tuning run or a sweep of other keys does not search again.
+//! that a tuning run or a sweep of other keys does not search again. A [`KnownRule`] carries a result to another process.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use controller_core::drive::{Coupled, JointBandwidths, JointDesign};
 use loop_sim::port::drive::Form;
+use serde::{Deserialize, Serialize};
 
 use super::JointDriveTable;
 use super::build::high_gains;
@@ -226,18 +227,58 @@ fn percent(share: f64) -> String {
     if percent < 0.095 { format!("{percent:.1e}") } else { format!("{percent:.2}") }
 }
 
+/// Gains by rule with the data sheet to which they belong, for another process.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct KnownRule {
+    /// Every number of the [`JointSheet`], as text.
+    sheet: String,
+    rule: String,
+}
+
+impl KnownRule {
+    /// Returns the gains by rule that were used last. `None` if the rule was not used, or found no gains.
+    pub fn last() -> Option<Self> {
+        let (sheet, found) = cache().last().cloned()?;
+        found.ok().map(|rule| Self { sheet, rule: rule.to_text() })
+    }
+
+    /// Adds the gains to the cache. A scenario with their data sheet then needs no search.
+    pub fn remember(self) {
+        let Some(rule) = JointRule::from_text(&self.rule) else { return };
+        let mut all = cache();
+        all.retain(|(sheet, _)| *sheet != self.sheet);
+        add(&mut all, self.sheet, Ok(rule));
+    }
+}
+
+/// Results of the rule by data sheet, the last used one at the end.
+type Cache = Vec<(String, Result<JointRule, Refused>)>;
+
+fn cache() -> MutexGuard<'static, Cache> {
+    static FOUND: Mutex<Cache> = Mutex::new(Vec::new());
+    FOUND.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn add(all: &mut Cache, sheet: String, found: Result<JointRule, Refused>) {
+    if all.len() == REMEMBERED {
+        drop(all.remove(0));
+    }
+    all.push((sheet, found));
+}
+
 /// Returns the result of the rule for a data sheet, from the cache if possible.
 fn remembered(sheet: &JointSheet) -> Result<JointRule, Refused> {
-    static FOUND: Mutex<Vec<(JointSheet, Result<JointRule, Refused>)>> = Mutex::new(Vec::new());
-    let lock = || FOUND.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some((_, found)) = lock().iter().find(|(known, _)| known == sheet) {
-        return found.clone();
+    // The text of a number is unique.
+    let name = format!("{sheet:?}");
+    {
+        let mut all = cache();
+        if let Some(at) = all.iter().position(|(known, _)| *known == name) {
+            let known = all.remove(at);
+            all.push(known.clone());
+            return known.1;
+        }
     }
     let found = joint_rule(sheet);
-    let mut all = lock();
-    if all.len() == REMEMBERED {
-        drop(all.swap_remove(0));
-    }
-    all.push((*sheet, found.clone()));
+    add(&mut cache(), name, found.clone());
     found
 }

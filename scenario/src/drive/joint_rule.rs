@@ -120,6 +120,10 @@ pub enum Binding {
     Corner,
 }
 
+impl Binding {
+    const ALL: [Self; 6] = [Self::Period, Self::NoRealPole, Self::Saturation, Self::Margin, Self::Noise, Self::Corner];
+}
+
 impl fmt::Display for Binding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -176,6 +180,56 @@ pub struct JointRule {
     /// Dip of the link under a load step, rad per N m: nominal, and in the worst of four corners of 1.75 times the
     /// tolerance. An unstable corner counts as ten times the nominal dip.
     pub dips_rad_per_n_m: [f64; 2],
+}
+
+impl JointRule {
+    /// Returns every number as text that keeps its bits.
+    pub(super) fn to_text(self) -> String {
+        let Self { surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, fast, binding, .. } = self;
+        let Self { peak, corner_peak, noise_share, radius, dips_rad_per_n_m: [dip, worst], .. } = self;
+        let mut all = vec![surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, f64::from(binding as u8)];
+        all.extend([peak, corner_peak, noise_share, radius, dip, worst]);
+        if let Some(FastSet { ratios, calm_steps, peak, corner_peak, dip_ratio, radius }) = fast {
+            all.extend(ratios.into_iter().chain(calm_steps).chain([peak, corner_peak, dip_ratio, radius]));
+        }
+        all.iter().map(|number| format!("{number:?} ")).collect()
+    }
+
+    /// Returns the gains from the text of [`JointRule::to_text`]. `None` for another text.
+    pub(super) fn from_text(text: &str) -> Option<Self> {
+        let all: Vec<f64> = text.split_whitespace().map(|number| number.parse().ok()).collect::<Option<_>>()?;
+        let (&[surface_rad_s, reaching_per_s, link_rad_s, motor_rad_s, binding, ref rest @ ..], fast) =
+            all.split_at_checked(11)?
+        else {
+            return None;
+        };
+        let &[peak, corner_peak, noise_share, radius, dip, worst] = rest else { return None };
+        let fast = match *fast {
+            [] => None,
+            [link, motor, calm_link, calm_motor, peak, corner_peak, dip_ratio, radius] => Some(FastSet {
+                ratios: [link, motor],
+                calm_steps: [calm_link, calm_motor],
+                peak,
+                corner_peak,
+                dip_ratio,
+                radius,
+            }),
+            _ => return None,
+        };
+        Some(Self {
+            surface_rad_s,
+            reaching_per_s,
+            link_rad_s,
+            motor_rad_s,
+            fast,
+            binding: Binding::ALL.into_iter().find(|limit| f64::from(*limit as u8) == binding)?,
+            peak,
+            corner_peak,
+            noise_share,
+            radius,
+            dips_rad_per_n_m: [dip, worst],
+        })
+    }
 }
 
 /// Change of the data sheet with which the rule finds gains.

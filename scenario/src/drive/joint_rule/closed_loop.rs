@@ -393,7 +393,7 @@ fn times(a: &Square, b: &Square, order: usize) -> Square {
     for i in 0..order {
         for k in 0..order {
             let factor = a[i][k];
-            out[i].iter_mut().zip(&b[k]).for_each(|(to, from)| *to += factor * from);
+            (0..order).for_each(|j| out[i][j] += factor * b[k][j]);
         }
     }
     out
@@ -408,5 +408,11 @@ fn times_transposed(a: &Square, b: &Square, order: usize) -> Square {
 }
 
 fn applied(a: &Square, x: &[f64; MOST], order: usize) -> [f64; MOST] {
-    std::array::from_fn(|i| if i < order { a[i].iter().zip(x).map(|(a, x)| a * x).sum() } else { 0.0 })
+    let mut out = [0.0; MOST];
+    for i in 0..order {
+        for j in 0..order {
+            out[i] += a[i][j] * x[j];
+        }
+    }
+    out
 }
