@@ -115,10 +115,28 @@ fn a_drive_that_shakes_has_failed() {
     let is_seen = |k: &usize| noise[*k] > 2.0 * of_file || noise[*k].is_nan() && error[*k] > 0.1;
     assert!(unstable.len() > 10 && unstable.iter().all(is_seen), "{unstable:?} {noise:?} {error:?}");
     assert!(unstable.iter().filter(|k| noise[**k].is_nan()).count() < 10, "most are not stopped");
-    let gone = (0..200).filter(|k| outcomes[*k].word() == "unbounded").count();
-    assert_eq!(told["failures"]["count"], unstable.len() + gone);
+    let of = |word: &str| (0..200).filter(|k| outcomes[*k].word() == word).count();
+    let gone = of("unbounded");
+    assert_eq!(told["failures"]["count"], unstable.len() + gone + of("stopped"));
     assert_eq!(told["failures"]["unsettled"], never);
     assert!(never > 0 && gone <= 1, "{told}");
+}
+
+/// A drive that swings in its play until a monitor stops it stands still for the rest of the run.
+#[test]
+fn a_drive_that_an_alarm_stopped_has_failed() {
+    let folder = Folder::new("stopped");
+    let (file, out) = (folder.path("motor.toml"), folder.path("out"));
+    fs::write(&file, scenario::template("motor", "motor").expect("a file to start from")).expect("a file");
+    let play = ["--set", "motor.play_rad=0.003", "--set", "motor.load_inertia_kg_m2=2e-3"];
+    let told = |sets: &[&str]| {
+        let _ = fs::remove_dir_all(&out);
+        let all = [&[&file as &str, "--uncertain", "5", "--trials", "8", "--json", "--out", &out], sets].concat();
+        let told = json(&done(&all));
+        (told["outcomes"]["stopped"].as_u64(), told["failures"]["count"].as_u64())
+    };
+    assert_eq!(told(&[]), (None, Some(0)));
+    assert_eq!(told(&play), (Some(8), Some(8)));
 }
 
 /// Waits for a file that another process writes.

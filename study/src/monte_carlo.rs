@@ -30,6 +30,8 @@ use vary::Vary;
 pub enum Outcome {
     /// The run finished and stayed bounded.
     Finished,
+    /// A monitor stopped the drive after an alarm.
+    Stopped,
     /// The run finished, but far from its start.
     Unbounded,
     /// The run finished, but only the limits of u kept it bounded: the loop at rest is unstable.
@@ -44,13 +46,21 @@ pub enum Outcome {
 
 impl Outcome {
     /// All outcomes.
-    pub const ALL: [Self; 6] =
-        [Self::Finished, Self::Unbounded, Self::Unstable, Self::Diverged, Self::BrokenOff, Self::Refused];
+    pub const ALL: [Self; 7] = [
+        Self::Finished,
+        Self::Stopped,
+        Self::Unbounded,
+        Self::Unstable,
+        Self::Diverged,
+        Self::BrokenOff,
+        Self::Refused,
+    ];
 
     /// Returns the word in the result file.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Finished => "finished",
+            Self::Stopped => "stopped",
             Self::Unbounded => "unbounded",
             Self::Unstable => "unstable",
             Self::Diverged => "diverged",

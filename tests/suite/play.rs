@@ -5,6 +5,7 @@
 //! play the plant is a motor with a rigid load.
 
 use std::f64::consts::TAU;
+use std::ops::ControlFlow;
 
 use controller_core::drive::{
     Encoder, LowerGains, Monitored, Motor, MotorDesign, MotorDrive, Position, RestBand, RestLearning, Resting, Sample,
@@ -402,4 +403,36 @@ fn the_lower_sets_have_their_margins_on_any_data_sheet() {
     }
     println!("|S| up to {:.3}, {:.3} with b off by a half, {:.3} by a factor of three", worst[0], worst[1], worst[2]);
     assert!(worst[0] <= 1.55 && worst[1] <= 1.8, "{worst:?}");
+}
+
+/// With the encoder on the motor, the motor turns without its load between the flanks: the loop gain grows.
+#[test]
+fn a_motor_that_is_unstable_without_its_load_is_told_and_the_remedy_moves() {
+    const WORDS: &str = "between the flanks of the play";
+    // (load inertia with a rotor of 2e-4 kg m^2, remedy named by the warning)
+    let cases: [(f64, Option<&[&str]>); 4] = [
+        (2e-4, None),
+        (6e-4, Some(&["drive.gain_sets=1"])),
+        (1e-3, Some(&["drive.margin=\"standard\"", "drive.gain_sets=1"])),
+        (3e-3, Some(&["encoder.behind_gear=true"])),
+    ];
+    for (load, remedy) in cases {
+        let play = [format!("motor.load_inertia_kg_m2={load}"), "motor.play_rad=0.003".into()];
+        let moved = |remedy: &[&str]| {
+            let sets: Vec<String> = play.iter().cloned().chain(remedy.iter().map(|&set| set.into())).collect();
+            let source = scenario::Source { file: "motor.toml", text: scenario::MOTOR, sets: &sets };
+            let mut experiment = scenario::parse_own(&source, "motor").unwrap();
+            let warning = experiment.warnings.iter().find(|text| text.contains(WORDS)).cloned();
+            let (trace, error) = experiment.run(&mut |_| ControlFlow::Continue(()));
+            assert_eq!(error, None);
+            (warning, trace.rows.iter().any(|row| row.health.contains(Health::STOPPED)))
+        };
+        let (warning, stopped) = moved(&[]);
+        assert_eq!((warning.is_some(), stopped), (remedy.is_some(), remedy.is_some()), "{load}: {warning:?}");
+        let (Some(remedy), Some(warning)) = (remedy, warning) else { continue };
+        for set in remedy {
+            assert!(warning.contains(&set.replace('=', " = ")), "{load}: {warning}");
+        }
+        assert_eq!(moved(remedy), (None, false), "{load}");
+    }
 }

@@ -21,7 +21,7 @@ use super::coupled::{self, AsWhole, CoupledBy};
 use super::gear::{Gear, Geared};
 use super::inertia::{Inertia, too_uncertain};
 use super::joint_rule::JointRule;
-use super::margin::{self, MarginKey};
+use super::margin::{self, MarginKey, MarginRule};
 use super::planned::{PlanGoal, PlanLimits, Planned, ticks_s};
 use super::play::{InPlay, Play};
 use super::supply::{self, Keys};
@@ -1271,10 +1271,27 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
         margin::sensitivity_peak(law.law.as_ref(), &plant, design.period_s, form.delay_ticks)
     };
     let is_given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s].iter().any(Option::is_some);
-    let in_play = InPlay { play: play.as_ref(), follows: form.follows, is_given, drive_of, shaft: believed, lag };
-    let by_rule = |period_s: f64| {
-        let drive = MotorDriveTable { period_s, ..drive.clone() };
-        motor_design(&drive, sheet, nominal, (mounted, file.encoder.noise_rad, limit), form.gain_sets, &peak)
+    let with = |drive: &MotorDriveTable, gain_sets: usize| {
+        motor_design(drive, sheet, nominal, (mounted, file.encoder.noise_rad, limit), gain_sets, &peak)
+    };
+    let by_rule = |period_s: f64| with(&MotorDriveTable { period_s, ..drive.clone() }, form.gain_sets);
+    let standard = MotorDriveTable { margin: Some(MarginKey::Rule(MarginRule::Standard)), ..drive.clone() };
+    let others = play.iter().flat_map(|_| {
+        [
+            ("drive.gain_sets = 1", with(drive, 1)),
+            ("drive.margin = \"standard\"", with(&standard, form.gain_sets)),
+            ("drive.margin = \"standard\" and drive.gain_sets = 1", with(&standard, 1)),
+        ]
+    });
+    let others: Vec<_> = others.collect();
+    let in_play = InPlay {
+        play: play.as_ref(),
+        follows: form.follows,
+        is_given,
+        drive_of,
+        shaft: believed,
+        lag,
+        others: &others,
     };
     let design = |period_s: f64| inertia.with_gate(in_play.slowed(by_rule(period_s)));
     let present = by_rule(common.period_s);

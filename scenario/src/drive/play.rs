@@ -3,21 +3,26 @@
 //! With the encoder behind the gear the loop contains the backlash. Inside the gap the drive moves the motor alone and
 //! measures a free load, so too much bandwidth causes a limit cycle from flank to flank. The limit has no formula here.
 //! The drive is simulated on its data sheet without friction, starts with a speed, and is observed at rest.
+//!
+//! With the encoder on the motor, the motor turns without its load while the flanks are apart. The loop gain then grows
+//! by the ratio of both inertias to the inertia of the motor. A loop that is unstable there swings from flank to flank
+//! while it moves. The linear loop with the motor alone tells this beforehand.
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 
 use controller_core::Health;
-use controller_core::drive::MotorDesign;
+use controller_core::drive::{MotorBandwidths, MotorDesign};
 use loop_sim::actuator::{Delayed, Ideal};
 use loop_sim::closed_loop::{Loop, close_loop};
-use loop_sim::plant::{Imperfections, JointBody, Loose, Plant as _, Shaft};
+use loop_sim::plant::{Imperfections, JointBody, Loose, Motor, Plant as _, Shaft};
 use loop_sim::port::drive::{DriveDesign, Follows, Motion};
 use loop_sim::sensor::encoder::Encoders;
 use loop_sim::signal::Signal;
 use loop_sim::trace::{Ending, Row};
 
 use super::build::rounded;
+use super::margin::sensitivity_peak;
 use super::{MotorTable, NumberOrRange};
 use crate::error::shown;
 use crate::resolve::{Problem, Problems};
@@ -30,6 +35,8 @@ const SHARES: [f64; 10] = [1.0, 0.84, 0.7, 0.6, 0.5, 0.42, 0.35, 0.25, 0.17, 0.1
 const LEAST_SHARE: f64 = SHARES[SHARES.len() - 1];
 /// Largest standard deviation of the current at rest, as a share of its limit, without a limit cycle.
 const QUIET: f64 = 0.03;
+/// Inertia of the motor alone, as a share of the data sheet, at which a loop must be stable.
+const LIGHT: f64 = 0.9;
 /// Simulated time in time constants of the observer, the first half to settle, and its limit in ticks.
 const WATCHED: f64 = 240.0;
 const MOST_TICKS: usize = 4000;
@@ -134,6 +141,8 @@ pub(super) struct InPlay<'a> {
     /// Shaft by the data sheet.
     pub(super) shaft: Shaft,
     pub(super) lag: Imperfections,
+    /// Designs to try if the motor alone is unstable, each with the keys to set.
+    pub(super) others: &'a [(&'static str, MotorDesign)],
 }
 
 impl InPlay<'_> {
@@ -160,11 +169,49 @@ impl InPlay<'_> {
         by_rule.slowed(self.allowed(&by_rule).unwrap_or(LEAST_SHARE))
     }
 
+    /// Returns true if both gain sets are stable while the motor turns without its load.
+    fn stands_alone(&self, play: &Play, design: &MotorDesign) -> bool {
+        let inertia_kg_m2 = LIGHT * (1.0 - play.load_share) * self.shaft.inertia_kg_m2;
+        let alone = Motor::new(Shaft { inertia_kg_m2, ..self.shaft }, self.shaft, self.lag, Signal::default());
+        let MotorBandwidths { observer_rad_s, .. } = design.bandwidths;
+        [1.0, design.fast_ratio].into_iter().all(|ratio| {
+            let observer_rad_s = ratio * observer_rad_s;
+            let set = design.with_bandwidths(MotorBandwidths { observer_rad_s, ..design.bandwidths });
+            let designed = (self.drive_of)(&set);
+            let delay_ticks = designed.form().delay_ticks;
+            designed
+                .at_rest()
+                .is_ok_and(|law| sensitivity_peak(law.law.as_ref(), &alone, design.period_s, delay_ticks).is_some())
+        })
+    }
+
+    /// Returns a warning if the drive is unstable while the motor turns without its load.
+    fn too_light(&self, play: &Play, design: &MotorDesign) -> Option<String> {
+        if self.stands_alone(play, design) {
+            return None;
+        }
+        let ratio = shown(rounded(1.0 / (1.0 - play.load_share)));
+        let stable = self.others.iter().find(|(_, other)| self.stands_alone(play, other));
+        let remedy =
+            stable.map_or("an encoder behind the gear (encoder.behind_gear = true) avoids this", |(keys, _)| keys);
+        let verb = if stable.is_some() { ": it is stable with " } else { "; " };
+        Some(format!(
+            "between the flanks of the play the motor turns without its load, {ratio} times lighter. This drive is \
+             unstable there and may swing from flank to flank while it moves{verb}{remedy}"
+        ))
+    }
+
     /// Returns a warning if backlash lowers the bandwidth by rule, or if a bandwidth of the file limit-cycles.
     pub(super) fn warning(&self, by_rule: &MotorDesign) -> Option<String> {
+        if let Some(play) = self.play.filter(|play| !play.is_behind) {
+            return self.too_light(play, by_rule);
+        }
         let play = self.within()?;
-        let remedy = "an encoder on the motor (encoder.behind_gear = false) avoids this; the load position is then \
-                      known to within the backlash";
+        let on_motor = "an encoder on the motor (encoder.behind_gear = false) avoids this; the load position is then \
+                        known to within the backlash";
+        let stands =
+            [by_rule].into_iter().chain(self.others.iter().map(|(_, it)| it)).any(|it| self.stands_alone(play, it));
+        let remedy = if stands { on_motor } else { "a motor with more inertia, or less play, allows more" };
         let w_c = by_rule.bandwidths.surface_rad_s;
         let [rad, all, least] = [play.rad, rounded(w_c), rounded(LEAST_SHARE * w_c)].map(shown);
         if self.is_given {

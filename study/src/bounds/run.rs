@@ -108,6 +108,12 @@ impl Bounds {
 /// The scenario has no loop at rest, or the loop is unstable.
 pub fn loop_of(experiment: &Experiment) -> Result<SampledLoop, Error> {
     let at_rest = experiment.at_rest.as_ref()?;
+    if experiment.plant.order() != at_rest.plant.order() {
+        return Err(Error::input(
+            "no bounds for a motor with play (motor.play_rad): they need a linear plant, and inside the play the motor \
+             turns without its load. `motor.play_rad = 0` gives the bounds of a gear without play",
+        ));
+    }
     Ok(sampled(experiment, at_rest, at_rest.law.as_ref(), experiment.period_s)?)
 }
 

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::ops::{ControlFlow, Range};
 
+use controller_core::Health;
 use loop_sim::lanes;
 use loop_sim::metrics::Metrics;
 use loop_sim::trace::{Ending, Recorder, Row, Trace};
@@ -70,7 +71,11 @@ fn judged(experiment: &mut Experiment, trace: &Trace) -> Option<Trial> {
         Ending::Interrupted { .. } => return None,
         Ending::Diverged { .. } => Outcome::Diverged,
         Ending::BrokenOff { .. } => Outcome::BrokenOff,
-        Ending::Finished => outcome_of(experiment, &metrics),
+        Ending::Finished => match outcome_of(experiment, &metrics) {
+            // A drive that stands still after an alarm looks bounded.
+            Outcome::Finished if trace.rows.iter().any(|row| row.health.contains(Health::STOPPED)) => Outcome::Stopped,
+            outcome => outcome,
+        },
     };
     let ended_at_s = trace.rows.last().map_or(0.0, |row| row.t_s);
     let figures = serde_json::to_value(Figures::of(experiment, trace, &metrics)).unwrap_or_default();
