@@ -48,6 +48,13 @@ impl Mounted {
         // The drive reads the low bits of a wider count.
         count.is_finite().then_some(count as i64 as i32).map(|count| self.mounting.upright(count))
     }
+
+    /// Returns the counts from one count without sign and offset to a later one, the shorter way around the counter.
+    pub fn counts_since(&self, count: i32, earlier: i32) -> i64 {
+        let states = self.encoder.counter() as i64;
+        let ahead = (i64::from(count) - i64::from(earlier)).rem_euclid(states);
+        if 2 * ahead >= states { ahead - states } else { ahead }
+    }
 }
 
 /// Encoders that replace the states of a sample. They measure the true state, or the state with jitter and noise.

@@ -215,7 +215,7 @@ impl Task {
     /// Returns the conversion from counts to angles.
     pub fn angles(&self) -> Angles {
         let mounted: Vec<Mounted> = self.designed.encoders().into_iter().map(|(_, mounted)| mounted).collect();
-        Angles { known: vec![None; mounted.len()], mounted }
+        Angles { known: vec![(0, 0); mounted.len()], mounted }
     }
 }
 
@@ -224,7 +224,7 @@ impl Task {
 pub struct Angles {
     mounted: Vec<Mounted>,
     /// Count of the last sample, and the counts since angle 0.
-    known: Vec<Option<(i32, i64)>>,
+    known: Vec<(i32, i64)>,
 }
 
 impl Angles {
@@ -233,10 +233,9 @@ impl Angles {
         let mut angles = [0.0; 2];
         for (i, mounted) in self.mounted.iter().enumerate() {
             let count = mounted.upright(*sample.get(i)?)?;
-            let above = 32 - mounted.encoder.bits;
-            let signed = |count: i32| i64::from((count << above) >> above);
-            let steps = self.known[i].map_or(signed(count), |(last, steps)| steps + signed(count.wrapping_sub(last)));
-            self.known[i] = Some((count, steps));
+            let (last, steps) = self.known[i];
+            let steps = steps + mounted.counts_since(count, last);
+            self.known[i] = (count, steps);
             angles[i] = steps as f64 * mounted.encoder.unit_rad();
         }
         Some(angles)
@@ -250,16 +249,20 @@ mod tests {
 
     #[test]
     fn angles_go_on_where_counters_wrap() {
-        let mounted =
-            Mounted { encoder: Encoder::absolute(12), mounting: Mounting { is_reversed: true, offset_counts: 77 } };
-        let mut angles = Angles { mounted: vec![mounted], known: vec![None] };
-        for k in -900..900 {
-            let angle = 0.05 * f64::from(k) + 40.0;
-            // The first count determines the angle within a turn, but not the turn.
-            let [read, _] = angles.read(&[mounted.count(angle)]).expect("a count");
-            let off = read - angle + 2.0 * std::f64::consts::PI * ((-900.0 * 0.05 + 40.0) / 6.3_f64).round();
-            assert!(off.abs() <= 0.51 * mounted.encoder.unit_rad(), "{k}: {off}");
+        // Also a counter whose states are no power of two.
+        for encoder in [Encoder::absolute(12), Encoder::incremental(14, 4096).wrapping_at(4096 * 3)] {
+            let mounted = Mounted { encoder, mounting: Mounting { is_reversed: true, offset_counts: 77 } };
+            let mut angles = Angles { mounted: vec![mounted], known: vec![(0, 0)] };
+            let mut first = None;
+            for k in -900..900 {
+                let angle = 0.05 * f64::from(k) + 40.0;
+                // The first count determines the angle within the counter, but not its revolutions.
+                let [read, _] = angles.read(&[mounted.count(angle)]).expect("a count");
+                let off = read - angle;
+                let from = *first.get_or_insert(off);
+                assert!((off - from).abs() <= 1.01 * mounted.encoder.unit_rad(), "{k}: {off} {from}");
+            }
+            assert_eq!(angles.read(&[f64::NAN]), None);
         }
-        assert_eq!(angles.read(&[f64::NAN]), None);
     }
 }

@@ -57,14 +57,12 @@ fn cells(line: &str) -> impl Iterator<Item = (usize, &str)> {
 
 /// Returns the angle of an encoder from its counts, with counter wraps removed.
 pub fn unwrapped(counts: impl IntoIterator<Item = f64>, mounted: &Mounted) -> Angle {
-    let unread = 32 - mounted.encoder.bits;
-    let signed = |count: i32| i64::from(count << unread >> unread);
-    let (mut last, mut at) = (None, 0_i64);
+    let (mut last, mut at) = (0, 0_i64);
     let step_rad = mounted.encoder.unit_rad();
     let angle = |count: f64| {
         let count = mounted.upright(count).unwrap_or_default();
-        at += signed(last.map_or(count, |last| count.wrapping_sub(last)));
-        last = Some(count);
+        at += mounted.counts_since(count, last);
+        last = count;
         at as f64 * step_rad
     };
     Angle { rad: counts.into_iter().map(angle).collect(), step_rad }

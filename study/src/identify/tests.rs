@@ -333,16 +333,20 @@ fn mistakes_in_a_file_are_told_with_their_place() {
     }
 }
 
-/// A counter of 14 bits that counts down passes its wrap and its offset.
+/// A counter that counts down passes its wrap and its offset.
 #[test]
 fn counts_wrap_and_angles_do_not() {
-    let encoder = Encoder::absolute(14);
-    let mounting = controller_core::drive::Mounting { is_reversed: true, offset_counts: 100 };
-    let mounted = Mounted { encoder, mounting };
-    let angles: Vec<f64> = (0..4000).map(|k| 20.0 * (1e-3 * f64::from(k)).sin()).collect();
-    let found = record::unwrapped(angles.iter().map(|angle| mounted.count(*angle)), &mounted);
-    for (found, angle) in found.rad.iter().zip(&angles) {
-        assert!((found - angle).abs() <= 0.5001 * found_step(&mounted), "{found} {angle}");
+    // 10 000 states of a timer behind 2500 lines, and 100 revolutions of 4096 counts.
+    let timers =
+        [Encoder::incremental(14, 10_000).wrapping_at(10_000), Encoder::incremental(19, 4096).wrapping_at(409_600)];
+    for encoder in [Encoder::absolute(14)].into_iter().chain(timers) {
+        let mounting = controller_core::drive::Mounting { is_reversed: true, offset_counts: 100 };
+        let mounted = Mounted { encoder, mounting };
+        let angles: Vec<f64> = (0..40_000).map(|k| 900.0 * (2e-4 * f64::from(k)).sin()).collect();
+        let found = record::unwrapped(angles.iter().map(|angle| mounted.count(*angle)), &mounted);
+        for (found, angle) in found.rad.iter().zip(&angles) {
+            assert!((found - angle).abs() <= 0.5001 * found_step(&mounted), "{encoder:?}: {found} {angle}");
+        }
     }
 }
 
