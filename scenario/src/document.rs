@@ -306,7 +306,13 @@ pub(super) fn read_once(source: &Source<'_>) -> Result<Node, ScenarioError> {
     // Some editors begin a file with a byte order mark.
     let toml = Toml::parse(source.text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start);
-        let message = error.message().lines().collect::<Vec<_>>().join(", ");
+        let mut message = error.message().lines().collect::<Vec<_>>().join(", ");
+        let (before, after) = source.text.split_at_checked(offset).unwrap_or_default();
+        let is_in_number = before.ends_with(|last: char| last.is_ascii_digit() || last == ',')
+            && after.trim_start_matches(',').starts_with(|first: char| first.is_ascii_digit());
+        if is_in_number && (before.ends_with(',') || after.starts_with(',')) {
+            message += "; a number has a decimal point, not a comma";
+        }
         source.error(Origin::Text { offset }, format!("not TOML: {message}"))
     })?;
     let root = table(toml.as_table(), Origin::Text { offset: 0 });

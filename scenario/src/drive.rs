@@ -84,7 +84,8 @@ pub struct MotorTable {
     /// Torque constant K_t, N m/A. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub torque_n_m_per_a: Option<f64>,
-    /// Current limit for both signs, A. Required.
+    /// Current limit for both signs, A: the smaller of the peak current of the motor and the limit of the inverter, not
+    /// the rated current. Peak or rms amperes, as for torque_n_m_per_a. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_current_a: Option<f64>,
     /// Supply voltage, V. It limits the current at speed. For a three-phase motor with space-vector modulation and K_t
@@ -131,6 +132,16 @@ pub enum NumberOrRange {
     Number(#[schemars(range(min = 0))] f64),
     /// Smallest and largest number.
     Range(#[schemars(inner(range(min = 0)))] [f64; 2]),
+}
+
+impl NumberOrRange {
+    /// Returns the number, or the middle of the range.
+    pub(super) const fn middle(self) -> f64 {
+        match self {
+            Self::Number(number) => number,
+            Self::Range([low, high]) => 0.5 * (low + high),
+        }
+    }
 }
 
 /// Schema of a [`NumberOrRange`] above 0.
@@ -567,7 +578,8 @@ pub struct JointTable {
     /// Torque constant K_t of the motor, N m/A. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub torque_n_m_per_a: Option<f64>,
-    /// Current limit for both signs, A. Required.
+    /// Current limit for both signs, A: the smaller of the peak current of the motor and the limit of the inverter, not
+    /// the rated current. Peak or rms amperes, as for torque_n_m_per_a. Required.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_current_a: Option<f64>,
     /// Supply voltage, V. It limits the current at speed. For a three-phase motor with space-vector modulation and K_t

@@ -577,6 +577,8 @@ pub fn parse_own(source: &Source<'_>, default_name: &str) -> Result<Experiment, 
     let tree = document::read(source)?;
     let is_there = |name: &&str| KeyPath::parse(name).is_some_and(|path| tree.get(&path).is_some());
     let says_what = ["plant", "motor", "joint"].iter().any(is_there);
+    // Without a plant the keys of a drive are unknown.
+    let is_of_drive = ["drive", "encoder"].iter().any(is_there);
     let parsed = built(source, tree, default_name);
     if says_what {
         return parsed;
@@ -584,7 +586,7 @@ pub fn parse_own(source: &Source<'_>, default_name: &str) -> Result<Experiment, 
     let message = "no plant is given: a file needs a table `motor`, `joint` or `plant`; `host-sim new NAME --plant \
                    motor` (or joint, chain, own) writes a template, and `[plant]` alone selects the paper's joint with \
                    its disturbance";
-    Err(ScenarioError::of_file(source.file, message).and(parsed.err()))
+    Err(ScenarioError::of_file(source.file, message).and(parsed.err().filter(|_| !is_of_drive)))
 }
 
 /// Reads a scenario from a text. `default_name` is the name of a scenario without the key `name`.

@@ -632,6 +632,11 @@ fn set_overrides_the_file_and_the_last_one_wins() {
 fn a_syntax_error_is_told_at_its_place() {
     assert_errors(&[
         ("a = = 1", "a.toml:1:5: not TOML: extra `=`, expected nothing"),
+        (
+            "a = 1,2e-5",
+            "a.toml:1:6: not TOML: unexpected key or value, expected newline, `#`; a number has a decimal point, not a \
+             comma",
+        ),
         ("title = \"x\"\na = [1,\n2\n", "a.toml:3:2: not TOML: unclosed array, expected `]`"),
     ]);
 }

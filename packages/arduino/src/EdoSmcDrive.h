@@ -38,7 +38,7 @@ public:
     /* Returns the control period, s. */
     static constexpr double period() { return EDO_SMC_PERIOD_S; }
 
-    /* Interrupt: computes the current for a count, A. The first 10 or so ticks give 0 A: the counts must agree first. */
+    /* Interrupt: computes the current for a count, A. The first 10 ms give 0 A: the counts must agree first. */
     float tick(uint32_t count, bool is_lost = false)
     {
         edo_smc_output output;

@@ -46,7 +46,7 @@
  * at start-up in the context of the tick. Under other modes u is still a number within its limits; its bits differ.
  *
  * Design 0xabea4f8c (FNV-1a; `design_hash` in the run.json of a run).
- * Scenario motor.toml (CRC-32 0x83987aed):
+ * Scenario motor.toml (CRC-32 0xf8c77f26):
  *
  *     # A motor with one encoder. Enter the numbers of its data sheet, then
  *     #
@@ -65,7 +65,7 @@
  *     [motor]                       # data sheet; the first three keys are required
  *     inertia_kg_m2 = 2e-4          # of rotor and load; or [smallest, largest] if it varies
  *     torque_n_m_per_a = 0.05       # torque constant K_t
- *     max_current_a = 10.0
+ *     max_current_a = 10.0          # peak of motor or inverter, not the rated current; rms or peak A as in K_t
  *     damping_n_m_s = 1e-5          # viscous friction; 0 if unknown
  *     # gear = [1, 1]               # motor revolutions, output revolutions
  *     # load_inertia_kg_m2 = 0.0    # at the output; or [smallest, largest], as 0.0 to 2e-3 for an axis with its load

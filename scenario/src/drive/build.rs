@@ -28,7 +28,7 @@ use super::supply::{self, Keys};
 use super::{
     EncoderKey, EncoderTable, FaultKind, FaultTable, FrictionModel, FrictionTable, JointDriveTable, JointErrorTable,
     JointScenario, JointTable, LimitsTable, ModeKey, MonitorTable, MotorDriveTable, MotorErrorTable, MotorScenario,
-    MotorTable, ReactionKey, ReferenceKind, ReferenceTable, RestBandKey, TuningKey,
+    MotorTable, NumberOrRange, ReactionKey, ReferenceKind, ReferenceTable, RestBandKey, TuningKey,
 };
 use crate::assemble::{AtRest, Corner, Drive, Experiment, InertiaRange, Sensed, ShaftOf, StateName, TopSpeed, Twin};
 use crate::error::shown;
@@ -201,6 +201,20 @@ fn friction_warnings(table: &FrictionTable, limit_a: f64, truth: &Shaft) -> Vec<
         ));
     }
     warnings
+}
+
+/// Returns a warning about a motor that no maker sells: a number in another unit.
+fn implausible(key: &str, inertia_kg_m2: f64, torque_n_m_per_a: f64, limit_a: f64) -> Option<String> {
+    // Largest acceleration of the motor alone, rad/s²: of a large direct drive, and of an ironless micro motor.
+    const USUAL: Range<f64> = 0.5..3e6;
+    let largest = torque_n_m_per_a.abs() * limit_a / inertia_kg_m2;
+    (largest > 0.0 && !USUAL.contains(&largest)).then(|| {
+        format!(
+            "the motor alone accelerates at up to {} rad/s^2, which no motor has: check the units of {key}, \
+             torque_n_m_per_a and max_current_a, for example 1 g cm^2 = 1e-7 kg m^2 and 1 mN m/A = 1e-3 N m/A",
+            shown(rounded(largest)),
+        )
+    })
 }
 
 fn resolved(
@@ -1298,6 +1312,8 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let mut warnings = common.warnings(limit * nominal.torque_n_m_per_a);
     warnings.extend(in_play.warning(&present));
     warnings.extend(asked_states(&file.encoder, "encoder"));
+    let rotor_kg_m2 = sheet.inertia_kg_m2.map_or(0.0, NumberOrRange::middle);
+    warnings.extend(implausible("motor.inertia_kg_m2", rotor_kg_m2, torque, limit));
     warnings.extend(friction_warnings(&file.friction, limit, &truth));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let asked = PlanLimits {
@@ -1725,6 +1741,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     warnings.extend((drive.margin.is_some() && designs.as_whole.is_none()).then(|| {
         "drive.margin has no effect on a joint with one observer per encoder: set drive.tuning = \"coupled\"".into()
     }));
+    let motor_kg_m2 = sheet.motor_inertia_kg_m2.unwrap_or(0.0);
+    warnings.extend(implausible("joint.motor_inertia_kg_m2", motor_kg_m2, nominal.torque_n_m_per_a / gear, limit));
     warnings.extend(friction_warnings(&file.friction, limit, &truth.motor));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let asked = PlanLimits {

@@ -75,12 +75,8 @@ impl Play {
             }
             return None;
         }
-        let mean = |given: NumberOrRange| match given {
-            NumberOrRange::Number(number) => number,
-            NumberOrRange::Range([low, high]) => 0.5 * (low + high),
-        };
-        let load = mean(sheet.load_inertia_kg_m2);
-        let rotor = sheet.inertia_kg_m2.map_or(1.0, mean);
+        let load = sheet.load_inertia_kg_m2.middle();
+        let rotor = sheet.inertia_kg_m2.map_or(1.0, NumberOrRange::middle);
         if load.is_nan() || load <= 0.0 {
             wrong("play_rad", "needs motor.load_inertia_kg_m2, the inertia behind the backlash");
             return None;

@@ -1135,3 +1135,20 @@ fn set_points_that_no_profile_takes_are_refused_with_what_it_takes() {
         assert!(error.contains(expected), "{keys}: {error}");
     }
 }
+
+/// Inertia in g cm², torque constant in mN m/A: the drive has a design, but no motor has its acceleration.
+#[test]
+fn a_number_in_another_unit_is_told() {
+    for (text, set) in [
+        (MOTOR, "motor.inertia_kg_m2=120.0"),
+        (MOTOR, "motor.torque_n_m_per_a=66.0"),
+        (JOINT, "joint.motor_inertia_kg_m2=500.0"),
+    ] {
+        let told = |sets: &[String]| {
+            let source = Source { file: "drive.toml", text, sets };
+            let warnings = crate::parse_own(&source, "drive").expect("a drive").warnings;
+            warnings.iter().any(|warning| warning.contains("check the units"))
+        };
+        assert_eq!((told(&[]), told(&[set.into()])), (false, true), "{set}");
+    }
+}
