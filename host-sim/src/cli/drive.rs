@@ -3,6 +3,7 @@
 use controller_core::Health;
 use controller_core::drive::{ALARMS, FENCED};
 use loop_sim::metrics::{Metrics, Noise, Tracking};
+use loop_sim::port::drive::Goal;
 use loop_sim::trace::{Ending, Trace};
 use scenario::{Drive, Experiment};
 use study::figures::{TorqueError, torque_errors};
@@ -37,6 +38,12 @@ pub(super) fn table(
     let unsettled = if trace.ending == Ending::Finished { "never" } else { "-" };
     let settled = metrics.settling_time_s.map_or_else(|| unsettled.into(), number);
     row("settling time (s)", settled, &format!("|y - r| within {band} {unit} from then on"));
+    if let Goal::Rest { .. } = drive.motion.goal
+        && drive.motion.ticks > 1
+    {
+        let taken_s = f64::from(drive.motion.ticks) * experiment.period_s;
+        row("duration of the move (s)", typed(taken_s, 6), "of the reference, from rest to rest");
+    }
     if let Some(arrival_s) = tracking.arrival_s {
         let after = number((arrival_s - drive.begins_s).max(0.0));
         let after = format!("within {band} {unit} of the goal, {after} s after it began");
