@@ -377,17 +377,15 @@ pub struct Form {
 
 impl Form {
     /// Returns three flags and the ticks of delay, for [`drives!`](controller_core::drives). The flags are speed
-    /// control, two gain sets, and observers with four states. A small program has the types for position control with
-    /// at most one tick of delay.
+    /// control, two gain sets, and observers with four states.
     #[inline]
     pub const fn types(self) -> ([bool; 3], usize) {
         let Self { follows, gain_sets, delay_ticks, observer_states } = self;
-        let is_speed = cfg!(not(feature = "drives-only")) && matches!(follows, Follows::Speed);
-        ([is_speed, gain_sets > 1, observer_states > 3], typed(delay_ticks))
+        ([matches!(follows, Follows::Speed), gain_sets > 1, observer_states > 3], delay_ticks)
     }
 }
 
-/// Returns the ticks of delay of the type for this delay.
+/// Returns the ticks of delay of the type for this delay. A small program has the types for at most one tick.
 pub const fn typed(delay_ticks: usize) -> usize {
     if cfg!(feature = "drives-only") && delay_ticks > 1 { 1 } else { delay_ticks }
 }
@@ -395,7 +393,7 @@ pub const fn typed(delay_ticks: usize) -> usize {
 /// Control mode of the type for a control mode.
 pub type Typed<A> = <A as Mode>::Typed;
 
-/// Control mode with a type. A small program has the type for position control alone, as in [`Form::types`].
+/// Control mode with a type. A small program has the type for position control alone.
 pub trait Mode {
     /// Control mode of the type.
     type Typed;
