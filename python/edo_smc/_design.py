@@ -9,6 +9,9 @@ import numpy as np
 
 from . import _text
 
+#: |z| below which a pole decays within a tick: the logarithm of its rounding noise is no rate.
+_DEADBEAT = 1e-5
+
 _MARGINS = [
     ("phase_deg", "phase margin", "deg"),
     ("delay_s", "delay margin", "s"),
@@ -32,14 +35,11 @@ class Design:
         self._facts = whole["facts"]
         self._matrices = whole["matrices"]
         self._unit = whole["control_unit"]
-        #: Gains by the keys of the scenario.
-        self.gains: dict[str, Any] = whole["gains"]
-        #: Bandwidths and their limiting factor, one line each.
-        self.chosen: list[str] = whole["chosen"]
-        #: Warnings of the design.
-        self.warnings: list[str] = whole["warnings"]
+        self._gains = whole["gains"]
+        self._chosen = whole["chosen"]
+        self._warnings = whole["warnings"]
         if self._is_weak("high"):
-            self.warnings.append(
+            self._warnings.append(
                 "the high gains are unstable in a corner if they stay on; the drive limits their time (docs/joints.md)"
             )
 
@@ -53,11 +53,30 @@ class Design:
         return self.data["period_s"]
 
     @property
+    def gains(self) -> dict[str, Any]:
+        """Gains by the keys of the scenario; for a drive each is a list."""
+        return self._gains
+
+    @property
+    def chosen(self) -> list[str]:
+        """Bandwidths and their limiting factor, one line each; empty for a chain."""
+        return self._chosen
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings of the design: an unstable loop or corner, missing limits of u, a reference beyond the current."""
+        return self._warnings
+
+    @property
     def poles(self) -> np.ndarray:
-        """Poles of the closed loop ln(z)/T, slowest first, rad/s, shape (n,), without the decay alpha of the start-up
-        offset, which `to_control` has.
+        """Poles of the closed loop ln(z)/T, slowest first, rad/s, shape (n,).
+
+        Complex poles come in pairs. A negative real z has no partner: its imaginary part is pi/T. A pole with
+        |z| < 1e-5, as of a delay, is left out: it decays within a tick, and its logarithm is rounding noise. So is the
+        decay alpha of the start-up offset, which `to_control` has. `data["poles"]` has all numbers.
         """
-        return _roots(self.data["poles"])
+        poles = _roots(self.data["poles"])
+        return poles[poles.real * self.period_s > np.log(_DEADBEAT)]
 
     @property
     def poles_asked(self) -> dict[str, np.ndarray]:

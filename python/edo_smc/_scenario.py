@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 import os
 import pathlib
+import re
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from . import _edo_smc, _progress, _studies, _toml
+from . import _edo_smc, _errors, _progress, _studies, _toml
 from ._design import Design
-from ._edo_smc import Controller
+from ._edo_smc import Controller, Refused, ScenarioError
 from ._trace import Trace
 
 
@@ -94,10 +97,18 @@ class Scenario:
         """Number of states of the plant."""
         return self._facts["order"]
 
+    @functools.cached_property
+    def _warnings(self) -> list[str]:
+        try:
+            return self.design().warnings
+        except (Refused, ScenarioError):
+            # A loop without margins has its other warnings.
+            return self._core.warnings()
+
     @property
     def warnings(self) -> list[str]:
-        """Warnings of the design."""
-        return self._facts["warnings"]
+        """Warnings of the design, as `design().warnings`. `export_c` emits each as a `UserWarning`."""
+        return list(self._warnings)
 
     @property
     def design_hash(self) -> str | None:
@@ -114,13 +125,17 @@ class Scenario:
         """Settings on top of the text, each `KEY=VALUE` as for `host-sim --set`."""
         return self._core.parts()[3]
 
-    def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
-        """Writes the text with its settings as a scenario file for `host-sim`. An existing file is an error."""
+    def save(self, path: str | os.PathLike[str], *, force: bool = False) -> pathlib.Path:
+        """Writes the text with its settings as a scenario file for `host-sim` and returns its path.
+
+        An existing file is an error unless `force` is set.
+        """
         text, _, _, sets, _ = self._core.parts()
         changes = [(key, it) for key, it in (entry.split("=", 1) for entry in sets)]
         path = pathlib.Path(path)
-        with path.open("x", encoding="utf-8") as file:
-            file.write(_edo_smc.rewritten(text, changes))
+        text = _edo_smc.rewritten(text, changes)
+        with _errors.opened(path, force) as file:
+            file.write(text)
         return path
 
     def design(self, *, margin: str | float | None = None, uncertain_percent: float | None = None) -> Design:
@@ -181,14 +196,20 @@ class Scenario:
         """Writes the controller as one C99 file and returns its path.
 
         The bytes are those of `host-sim export FILE --standalone`. The file is `NAME_drive.h`, for a chain `NAME.h`. An
-        existing file is an error unless `force` is set.
+        existing file is an error unless `force` is set. `prefix` begins every name of the file: a C identifier. Each of
+        `warnings` is emitted as a `UserWarning`.
         """
+        if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", prefix):
+            remedy = "expected a C identifier: letters, digits and underscores, with no digit first"
+            raise _errors.invalid("prefix", f"found {prefix!r}", remedy)
         text, _ = self._core.c_text(prefix, paper, no_limits)
         end = "" if self.kind == "chain" else "_drive"
         path = pathlib.Path(folder) / f"{self.name}{end}.h"
         path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("w" if force else "x", encoding="utf-8", newline="\n") as file:
+        with _errors.opened(path, force, "\n") as file:
             file.write(text)
+        for warning in self.warnings:
+            warnings.warn(f"{path.name}: {warning}", stacklevel=2)
         return path
 
     def compare(
@@ -196,10 +217,13 @@ class Scenario:
         *,
         evaluations: int = 150,
         seed: int = 1,
-        noise_a: Sequence[float] = (),
+        noise_a: float | Sequence[float] = (),
         progress: bool = True,
     ) -> _studies.Comparison:
-        """Compares edo-smc with baseline controllers, all tuned with the same search budget. Drives only."""
+        """Compares edo-smc with baseline controllers, all tuned with the same search budget. Drives only.
+
+        `noise_a` is a limit of the current noise or a list of them, A rms. The default is three limits by rule.
+        """
         return _studies.compare(self._core, evaluations, seed, noise_a, progress)
 
     def tune(
@@ -261,6 +285,8 @@ class Scenario:
 
         `uncertain_percent` is a number, or `"50:corners"`, `"50:sobol"`. Trial i depends on the seed and i only.
         """
+        if isinstance(vary, str):
+            vary = [vary]
         if isinstance(vary, Mapping):
             vary = [f"{key}={it}" for key, it in vary.items()]
         percent = None if uncertain_percent is None else str(uncertain_percent)
@@ -278,7 +304,8 @@ class Scenario:
         """Identifies the parameters of a motor or joint from a recording.
 
         `record` is a path of a CSV file, a `pandas.DataFrame`, or a dictionary of arrays, shape (K,): `tick` or `t_s`,
-        `count_motor`, `u_held_a`, and for a joint `count_link`.
+        `count_motor`, `u_held_a`, and for a joint `count_link`. The motion needs excitation: moves to and fro with a
+        multisine on the current, as docs/python.md describes.
 
         Raises `Refused` if the recording cannot support a design.
         """
@@ -303,36 +330,83 @@ def _restored(*parts: Any) -> Scenario:
 
 
 @functools.cache
-def _top_keys(plant: str) -> frozenset[str]:
-    """Returns the keys of a scenario outside of its tables, and the names of its tables."""
-    return frozenset(json.loads(_edo_smc.schema(plant))["properties"])
+def _known(plant: str, sheet: str) -> tuple[frozenset[str], frozenset[str]]:
+    """Returns the keys of a scenario outside of its tables with the names of its tables, and the keys of a table."""
+    schema = json.loads(_edo_smc.schema(plant))
+    table = schema["properties"][sheet]["$ref"].rsplit("/", 1)[1]
+    return frozenset(schema["properties"]), frozenset(schema["$defs"][table]["properties"])
 
 
-#: Tables of a template whose keys stay unless they are given. A given table replaces every other one.
-_MERGED = ("drive", "monitor")
+#: Names of other programs for the counts and for the lines of an encoder.
+_COUNTS = ("counts", "cpr", "counts_per_rev", "counts_per_revolution", "resolution")
+_LINES = ("lines", "ppr", "pulses", "pulses_per_turn", "pulses_per_rev", "pulses_per_revolution")
+
+
+def _refuse_encoder(encoder: Any, path: str) -> None:
+    """Refuses the keys of an encoder that other programs have, with their form here."""
+    if not isinstance(encoder, Mapping):
+        return
+    for key, it in encoder.items():
+        _refuse_encoder(it, f"{path}.{key}")
+        number = it if isinstance(it, int) else None
+        for names, factor, meaning in ((_COUNTS, 1, "counts"), (_LINES, 4, "four counts for each line")):
+            if key in names:
+                shown = f"counts_per_turn={factor * number}" if number else "counts_per_turn"
+                remedy = f"did you mean `{shown}` ({meaning}), with `bits` or `states` of the counter?"
+                raise _errors.invalid(f"{path}.{key}", f"unknown key `{path}.{key}`", remedy)
 
 
 class _OfDataSheet(Scenario):
-    """A scenario by its data sheet: the template of its plant with other values."""
+    """A scenario by its data sheet. No number of another plant is in it."""
 
     _plant: str
     _sheet: str
+    _title: str
+    #: Keywords without a default, and a call with them.
+    _required: tuple[str, ...]
+    _example: str
+    #: Tables that stay unless they are given. A given table replaces `reference` and `controller`, and changes the
+    #: given keys of the others.
+    _start: dict[str, dict[str, Any]] = {
+        "drive": {"period_s": 1e-3},
+        # The duration follows by rule from the current limit, so any motor can do it.
+        "reference": {"kind": "move", "to_rad": 1.0},
+        "monitor": {"reaction": "brake"},
+    }
+    _span_s = 2.0
 
     def __init__(self, **keys: Any) -> None:
-        top = _top_keys(self._plant)
+        top, known = _known(self._plant, self._sheet)
         sheet = {key: it for key, it in keys.items() if key not in top}
         tables = {key: it for key, it in keys.items() if key in top and it is not None}
-        name = str(tables.get("name", self._plant))
-        changes: list[tuple[str, str | None]] = [(key, None) for key in self._dropped(tables)]
-        changes += list(_toml.changes({**self._own(), **sheet}, f"{self._sheet}."))
-        changes += list(_toml.changes(tables))
-        text = _edo_smc.rewritten(_edo_smc.template(self._plant, self._plant), changes)
+        self._refuse(sheet, tables, known)
+        whole: dict[str, Any] = {"name": self._plant, "title": self._title, "span_s": self._span_s}
+        whole |= {self._sheet: {**self._own(), **sheet}, "encoder": None, **self._start}
+        for key, it in tables.items():
+            is_merged = key in ("drive", "monitor") and isinstance(it, Mapping)
+            whole[key] = {**whole.get(key, {}), **it} if is_merged else it
+        name = str(whole["name"])
+        text = f"# {self._title}. All keys: `host-sim schema --plant {self._plant}`, docs/reference/keys.md.\n\n"
+        text += _edo_smc.rewritten("", list(_toml.changes(whole)))
         self._core = _edo_smc.Core(text, f"{name}.toml", name, [], False)
 
-    def _dropped(self, tables: Mapping[str, Any]) -> list[str]:
-        # The numbers of the template belong to another plant.
-        given = [key for key, it in tables.items() if not isinstance(it, (str, int, float)) and key not in _MERGED]
-        return [self._sheet, "encoder", *given]
+    def _refuse(self, sheet: Mapping[str, Any], tables: Mapping[str, Any], known: frozenset[str]) -> None:
+        """Refuses missing keywords by their names, and keys of other programs with their form here."""
+        kind = type(self).__name__
+        for key, it in sheet.items():
+            if key not in known and re.fullmatch(r"current\w*_hz", key):
+                is_number = isinstance(it, (int, float)) and it > 0
+                of = f": {it:g} Hz are current_lag_s={1.0 / (2.0 * math.pi * it):.3g}" if is_number else ""
+                remedy = f"give `current_lag_s`, the time constant 1/(2 pi f) of the current loop{of}"
+                raise _errors.invalid(f"{self._sheet}.{key}", f"unknown key `{self._sheet}.{key}`", remedy)
+        _refuse_encoder(tables.get("encoder"), "encoder")
+        given = {**sheet, **tables}
+        missing = [key for key in self._required if given.get(key) is None]
+        # An unknown key may be a missing one with another name: the error of the scenario has both.
+        if missing and known.issuperset(sheet):
+            key = missing[0] if missing[0] == "encoder" else f"{self._sheet}.{missing[0]}"
+            cause = f"missing keyword{'s' if len(missing) > 1 else ''} of {kind}: {', '.join(missing)}"
+            raise _errors.invalid(key, cause, f"as in {self._example}")
 
     def _own(self) -> dict[str, Any]:
         return {}
@@ -354,10 +428,23 @@ class Motor(_OfDataSheet):
 
     Keywords are the keys of the table `motor`: `inertia_kg_m2`, `torque_n_m_per_a`, `max_current_a` (required),
     `damping_n_m_s`, `gear`, .. Other tables are dictionaries: `encoder=dict(bits=14)` (required), `drive=..`,
-    `limits=..`. Everything else is the template of `host-sim new --plant motor`.
+    `limits=..`.
+
+    `max_current_a` is the limit that the controller may demand: the smaller of the peak current of the motor and the
+    limit of the inverter, not the rated current. Of a three-phase motor, amperes are the peak of a phase current:
+    `torque_n_m_per_a` and `max_current_a` refer to them, and a K_t per ampere rms is divided by the square root of 2.
+    `resistance_ohm` of a three-phase motor is 1.5 times the resistance of a phase, or 0.75 times the resistance between
+    two terminals. Of a motor with brushes it is the resistance between the terminals.
+
+    A key that is not given has its default of docs/reference/keys.md: no damping, no friction, no load. Only three
+    tables are set besides: `drive=dict(period_s=1e-3)`, `monitor=dict(reaction="brake")`, and a move of 1 rad as
+    `reference`, whose duration follows from the current limit.
     """
 
     _plant = _sheet = "motor"
+    _title = "Motor by its data sheet"
+    _required = ("inertia_kg_m2", "torque_n_m_per_a", "max_current_a", "encoder")
+    _example = "Motor(inertia_kg_m2=3e-4, torque_n_m_per_a=0.07, max_current_a=8.0, encoder=dict(bits=15))"
 
     def __init__(
         self,
@@ -400,11 +487,33 @@ class Joint(_OfDataSheet):
 
     Keywords are the keys of the table `joint`: `link_inertia_kg_m2`, `motor_inertia_kg_m2`, `stiffness_n_m`,
     `torque_n_m_per_a`, `max_current_a` (required), `weight_n_m`, .. Other tables are dictionaries:
-    `encoder=dict(link=dict(bits=20), motor=dict(bits=20))` (required), `drive=..`, `limits=..`. Everything else is the
-    template of `host-sim new --plant joint`.
+    `encoder=dict(link=dict(bits=20), motor=dict(bits=20))` (required), `drive=..`, `limits=..`.
+
+    Motor values are at the motor shaft, link values and the stiffness behind the gear. `load` acts on the link.
+    `friction` acts on the motor shaft, with its torques behind the gear; friction of the link is `link_damping_n_m_s`.
+    `max_current_a`, `torque_n_m_per_a` and `resistance_ohm` are described for `Motor`.
+
+    A key that is not given has its default of docs/reference/keys.md: no damping, weight, friction or load, and a
+    sudden load of up to the largest motor torque. Only three tables are set besides: `drive=dict(period_s=1e-3)`,
+    `monitor=dict(reaction="brake")`, and a move of 1 rad in 1 s as `reference`.
     """
 
     _plant = _sheet = "joint"
+    # By rule, the duration of a joint follows from the current alone unless the supply is given: a warning of each joint.
+    _start = {**_OfDataSheet._start, "reference": {**_OfDataSheet._start["reference"], "duration_s": 1.0}}
+    _title = "Flexible joint by its data sheet"
+    _required = (
+        "link_inertia_kg_m2",
+        "motor_inertia_kg_m2",
+        "stiffness_n_m",
+        "torque_n_m_per_a",
+        "max_current_a",
+        "encoder",
+    )
+    _example = (
+        "Joint(link_inertia_kg_m2=0.2, motor_inertia_kg_m2=9e-4, stiffness_n_m=9.0, torque_n_m_per_a=0.12, "
+        "max_current_a=30.0, encoder=dict(link=dict(bits=20), motor=dict(bits=20)))"
+    )
 
     def __init__(
         self,
@@ -447,13 +556,25 @@ class Joint(_OfDataSheet):
 class Chain(_OfDataSheet):
     """A plant as a chain of n integrators.
 
-    Keywords are the keys of the table `plant`: `order`, `a`, `b`, `x0`, `disturbance`. The controller is a dictionary:
-    `controller=dict(surface_bandwidth_rad_s=4.0, observer=[dict(channel=2, order=1, bandwidth_rad_s=40.0)])`. Without one it is
-    the controller of the template of `host-sim new --plant chain`, which has order 3.
+    Keywords are the keys of the table `plant`: `order`, `a`, `b` (required), `x0`, `disturbance`. The controller is a
+    dictionary: `controller=dict(surface_bandwidth_rad_s=4.0, observer=[dict(channel=2, order=1, bandwidth_rad_s=40.0)])`.
+    Without one, a chain of order 3 or more has the bandwidths of the template of `host-sim new --plant chain`, and
+    neither a nominal model other than `a` and `b` nor limits of u.
     """
 
     _plant = "chain"
     _sheet = "plant"
+    _title = "Chain of integrators"
+    _required = ("order", "a", "b")
+    _example = "Chain(order=2, a=[0.0, -1.0], b=2.0, controller=dict(surface_bandwidth_rad_s=4.0))"
+    _start = {
+        "controller": {
+            "surface_bandwidth_rad_s": 4.0,
+            "k_l": 20.0,
+            "observer": [dict(channel=channel, order=2, bandwidth_rad_s=40.0) for channel in (2, 3)],
+        },
+    }
+    _span_s = 10.0
 
     def _own(self) -> dict[str, Any]:
         return {"kind": "chain"}

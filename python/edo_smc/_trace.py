@@ -8,14 +8,37 @@ from typing import Any
 
 import numpy as np
 
-from . import _text
+from . import _health, _text
+
+#: What a trace reads from a run.
+_FACTS = ("ending", "states", "units", "figures", "error", "title", "warnings", "window_s", "period_s", "follows")
+_ARRAYS = ("columns", "x", "d", "d_hat")
+
+
+class _Kept:
+    """A run as Python objects, for pickle and copies."""
+
+    def __init__(self, run: Any) -> None:
+        self._facts = {name: getattr(run, name)() for name in (*_FACTS, *_ARRAYS)}
+        self._columns = {name: run.column(name) for name in run.columns()}
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in self._facts:
+            raise AttributeError(name)
+        return lambda: self._facts[name]
+
+    def column(self, name: str) -> np.ndarray:
+        return self._columns[name]
+
+    def __len__(self) -> int:
+        return len(self._columns["t_s"])
 
 
 class Trace:
     """Rows of a run as numpy arrays, time last.
 
     `trace["u"]` is a column, shape (K,). `trace.x`, `trace.d` and `trace.d_hat` have a row per state or channel, shape
-    (n, K). The columns and their bits are those of `trace.csv` of `host-sim run`.
+    (n, K). The columns and their bits are those of `trace.csv` of `host-sim run`. A trace can be pickled and copied.
     """
 
     def __init__(self, run: Any) -> None:
@@ -23,14 +46,12 @@ class Trace:
         self._kept: dict[str, np.ndarray] = {}
         #: Numbers of the run, as in run.json.
         self.figures: dict[str, Any] = json.loads(run.figures()) or {}
-        #: Warnings of the design.
-        self.warnings: list[str] = run.warnings()
         #: `finished`, `diverged`, `broken off` or `interrupted`.
         self.ending: str = run.ending()[0]
         #: Time of an early end, s.
         self.ended_at_s: float | None = run.ending()[1]
-        #: Reason of a run that broke off.
-        self.error: str | None = run.error()
+        #: Reason of a run that broke off; `None` for every other run.
+        self.failure: str | None = run.error()
         #: Window of the ultimate metrics, s.
         self.window_s: tuple[float, float] = tuple(run.window_s())
         #: Sampling period, s.
@@ -42,6 +63,8 @@ class Trace:
         return self._run.columns()
 
     def __getitem__(self, name: str) -> np.ndarray:
+        if not isinstance(name, str):
+            raise TypeError(f"trace[{name!r}]: expected the name of a column, one of {', '.join(self.columns)}")
         if name not in self._kept:
             if name not in self.columns:
                 raise KeyError(_text.unknown(name, self.columns))
@@ -69,6 +92,39 @@ class Trace:
         return self["u"]
 
     @property
+    def error(self) -> np.ndarray:
+        """Tracking error, shape (K,): the column `error`, of a run with a reference. `failure` is another thing."""
+        if "error" not in self.columns:
+            raise AttributeError("a run without a reference has no column `error`; the reason of a broken run is `failure`")
+        return self["error"]
+
+    @property
+    def first_alarm(self) -> tuple[float, list[str]] | None:
+        """Time of the first alarm, s, and the names of its status flags; `None` without an alarm. Drives only.
+
+        With `monitor.reaction = "brake"`, the default of `Motor` and `Joint`, the drive follows no target from then on.
+        """
+        if self._run.follows() is None:
+            return None
+        alarms = self["health"] & int(_health.ALARMS)
+        at = np.flatnonzero(alarms)
+        return (float(self.t[at[0]]), _health.names(int(alarms[at[0]]))) if at.size else None
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings of the design, and the first alarm of the run."""
+        warnings = list(self._run.warnings())
+        if (alarm := self.first_alarm) is not None:
+            warnings.append(f"ALARM at t = {alarm[0]:g} s: {', '.join(alarm[1])}{self._reaction()}")
+        return warnings
+
+    def _reaction(self) -> str:
+        seen = int(np.bitwise_or.reduce(self["health"]))
+        if seen & _health.Health.STOPPED:
+            return "; the monitors stopped the drive"
+        return "; the monitors braked the drive" if seen & _health.Health.BRAKES else ""
+
+    @property
     def x(self) -> np.ndarray:
         """True states, shape (n, K)."""
         return self._run.x()
@@ -90,13 +146,23 @@ class Trace:
 
     @property
     def units(self) -> dict[str, str]:
-        """Unit of each column; empty if unknown."""
+        """Unit of each column; empty if unknown, and for `health`, which has bits."""
         output, control = self._run.units()
         states = [unit for _, unit in self._run.states()]
         names = self.columns
         units = dict.fromkeys(names, "")
         units.update(t_s="s", u=control, u_held=control)
         units.update(zip(names[1:], states))
+        # A disturbance is added to the derivative of its state.
+        rates = [f"{unit}/s" if "/" not in unit else f"{unit}^2" for unit in states]
+        for k, rate in enumerate(rates, 1):
+            units.update({name: rate for name in (f"d{k}", f"d_hat{k}") if name in units})
+        if output:
+            # sigma is a derivative of the angle: two for each shaft with an observer, less one. The order of a chain is
+            # the number of its states.
+            shafts = sum(name.startswith("d_hat") for name in names)
+            order = 2 * shafts - 1 if states else len(self.x) - 1
+            units["sigma"] = units["sigma_star"] = f"{'rad' if states else output}/s" + (f"^{order}" if order > 1 else "")
         if "r" in units:
             follows = self._run.follows()
             units["r"] = units["error"] = states[follows] if follows < len(states) else output
@@ -153,12 +219,30 @@ class Trace:
         observed = [name for name in names if name.startswith("d_hat")]
         return panels + [[name.replace("d_hat", "d"), name] for name in observed]
 
-    def __repr__(self) -> str:
-        output, control = self._run.units()
+    def __reduce__(self) -> Any:
+        return Trace, (_Kept(self._run),)
+
+    def _title(self) -> str:
         when = f" at t = {self.ended_at_s:g} s" if self.ended_at_s is not None else ""
-        title = f"{self._run.title()}: {self.ending}{when}, {len(self)} ticks of {self.period_s:g} s"
+        alarm = self.first_alarm
+        told = f", ALARM at t = {alarm[0]:g} s: {', '.join(alarm[1])}" if alarm is not None else ""
+        return f"{self._run.title()}: {self.ending}{when}{told}, {len(self)} ticks of {self.period_s:g} s"
+
+    def _sections(self) -> list[tuple[str, list[_text.Row]]]:
+        output, control = self._run.units()
         named = {"u_peak": control, "y_ultimate": output, "error_ultimate": output, "error_rms": output}
         unit = {"settling_time_s": "s", "arrival_s": "s", "u_total_variation_per_s": f"{control}/s", **named}
+        sections: list[tuple[str, list[_text.Row]]] = []
         rows = [(key, it, unit.get(key, "")) for key, it in self.metrics.items() if not isinstance(it, list)]
-        warnings = [(it, "", "") for it in self.warnings]
-        return _text.text(title, [("metrics", rows), ("warnings", warnings)])
+        sections.append(("metrics", rows))
+        counts = self.figures.get("ticks_with", {})
+        sections.append(("status flags", [(name.upper(), count, "ticks") for name, count in counts.items() if count]))
+        reason = [] if self.failure is None else [self.failure]
+        sections.append(("warnings", [(it, "", "") for it in [*reason, *self.warnings]]))
+        return sections
+
+    def __repr__(self) -> str:
+        return _text.text(self._title(), self._sections())
+
+    def _repr_html_(self) -> str:
+        return _text.page(self._title(), self._sections())

@@ -19,6 +19,9 @@ use crate::scenario::Text;
 /// Ticks between two looks for a signal, some milliseconds.
 const CHUNK: usize = 1 << 16;
 
+/// Largest angle of a target, rad: its revolution is a number of 32 bits.
+const MOST_RAD: f64 = std::f64::consts::TAU * 2_147_483_647.0;
+
 /// Controller with `E` encoders and `N` numbers per target.
 struct DriveTicks<const E: usize, const N: usize> {
     law: Box<dyn Law<E, N>>,
@@ -117,14 +120,16 @@ impl Inner {
         each!(self, _port => (), drive => drive.begin(target));
     }
 
-    /// Returns a count that is not a whole number of 32 bits, or a target that is not a number.
+    /// Returns a count that is not a whole number of 32 bits, or a target that no drive takes.
     fn unfit(&self, sample: &[f64], target: &[f64]) -> Option<(&'static str, f64)> {
         if matches!(self, Self::Chain(..)) {
             return None;
         }
         let is_count = |count: &f64| count.is_nan() || (count.fract() == 0.0 && count.abs() < 4_294_967_296.0);
         let count = sample.iter().find(|count| !is_count(count)).map(|count| ("sample", *count));
-        count.or_else(|| target.iter().find(|angle| !angle.is_finite()).map(|angle| ("target", *angle)))
+        // The target has its revolution as an i32 and its rates as f32.
+        let is_target = |(j, it): &(usize, &f64)| it.abs() < if *j == 0 { MOST_RAD } else { f64::from(f32::MAX) };
+        count.or_else(|| target.iter().enumerate().find(|it| !is_target(it)).map(|(_, it)| ("target", *it)))
     }
 
     fn state(&self) -> Vec<f64> {
@@ -162,7 +167,7 @@ fn refuse_unfit(unfit: Option<(&str, f64)>) -> PyResult<()> {
     let expected = if name == "sample" {
         "expected a count, a whole number of up to 32 bits; None is a lost count"
     } else {
-        "expected a finite number"
+        "expected a finite number; an angle has at most 2^31 - 1 revolutions"
     };
     Err(of_argument(name, &format!("found {value}"), expected))
 }
@@ -537,16 +542,27 @@ impl Controller {
             return Ok(());
         }
         let remedy = format!("expected the {} numbers that `state` of this controller returns", self.initial.len());
-        Err(of_argument("state", &format!("found {} numbers", state.len()), &remedy))
+        let cause = match state.iter().position(|it| !it.is_finite()) {
+            _ if state.len() != self.initial.len() => format!("found {} numbers", state.len()),
+            Some(k) => format!("found {} at index {k}", state[k]),
+            None => "found numbers that no state of this controller has".into(),
+        };
+        Err(of_argument("state", &cause, &remedy))
     }
 
-    /// Returns the count of an encoder at this angle, rad, with its sign and offset: a whole number.
+    /// Returns the count of an encoder at this angle, rad, with its sign and offset: a whole number. It wraps as the
+    /// counter of the encoder.
     #[pyo3(signature = (angle_rad, encoder = 0))]
     fn count(&self, angle_rad: f64, encoder: usize) -> PyResult<i64> {
+        if !angle_rad.is_finite() {
+            let remedy = "expected a finite angle; a lost count is None or NaN, in place of a count";
+            return Err(of_argument("angle_rad", &format!("found {angle_rad}"), remedy));
+        }
         Ok(self.encoder(encoder)?.count(angle_rad) as i64)
     }
 
-    /// Returns the counts of an encoder at these angles, shape (K,).
+    /// Returns the counts of an encoder at these angles, shape (K,). An angle of NaN gives NaN, a lost count for
+    /// `ticks`.
     #[pyo3(signature = (angles_rad, encoder = 0))]
     fn counts<'py>(
         &self,
@@ -556,6 +572,10 @@ impl Controller {
     ) -> PyResult<Bound<'py, PyAny>> {
         let mounted = self.encoder(encoder)?;
         let angles = Columns::of(angles_rad)?;
+        if let Some(infinite) = angles.numbers().find(|angle| angle.is_infinite()) {
+            let remedy = "expected finite angles; NaN is a lost count";
+            return Err(of_argument("angles_rad", &format!("found {infinite}"), remedy));
+        }
         array::floats(py, angles.numbers().map(|angle| mounted.count(angle)), &[angles.raw().len()])
     }
 

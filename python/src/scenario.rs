@@ -13,7 +13,7 @@ use study::margins::{Loop, Matrices};
 
 use crate::array;
 use crate::controller::Controller;
-use crate::error::{of_argument, of_scenario, of_study};
+use crate::error::{for_python, of_argument, of_scenario, of_study};
 use crate::task;
 use crate::trace::Run;
 
@@ -54,7 +54,6 @@ struct Facts {
     period_s: f64,
     span_s: f64,
     order: usize,
-    warnings: Vec<String>,
     design_hash: Option<String>,
 }
 
@@ -68,7 +67,6 @@ impl Facts {
             period_s: experiment.period_s,
             span_s: experiment.span_s,
             order: experiment.plant.order(),
-            warnings: experiment.warnings.clone(),
             design_hash: experiment.port.fingerprint().map(|hash| format!("{hash:08x}")),
         }
     }
@@ -108,6 +106,11 @@ fn gains(experiment: &Experiment) -> serde_json::Value {
     })
 }
 
+/// Returns messages of the crates in terms of this package.
+fn texts(texts: &[String]) -> Vec<String> {
+    texts.iter().map(|text| for_python(text)).collect()
+}
+
 fn design_of(experiment: &Experiment) -> Result<String, study::Error> {
     let design = study::design(experiment)?;
     let at_rest = experiment.at_rest.as_ref()?;
@@ -115,10 +118,10 @@ fn design_of(experiment: &Experiment) -> Result<String, study::Error> {
         facts: Facts::of(experiment),
         design,
         gains: gains(experiment),
-        chosen: experiment.drive.as_ref().map_or_else(Vec::new, |drive| drive.chosen.clone()),
+        chosen: texts(experiment.drive.as_ref().map_or(&[][..], |drive| &drive.chosen)),
         matrices: Loop::of(at_rest, at_rest.law.as_ref(), experiment.period_s)?.matrices(),
         control_unit: experiment.control_unit,
-        warnings: forms::warnings(experiment),
+        warnings: texts(&forms::warnings(experiment)),
     };
     json_of(&json)
 }
@@ -196,6 +199,11 @@ impl Core {
         &self.facts
     }
 
+    /// Returns the warnings before a controller drives hardware.
+    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.computed(py, None, |text, _| Ok(texts(&forms::warnings(&text.experiment()?))))
+    }
+
     fn design(&self, py: Python<'_>) -> PyResult<String> {
         self.computed(py, None, |text, _| Ok(design_of(&text.experiment()?)?))
     }
@@ -215,6 +223,10 @@ impl Core {
             let metrics = experiment.metrics(&trace);
             // A run that was stopped has no reader.
             let is_whole = !matches!(trace.ending, Ending::Interrupted { .. });
+            let mut warnings = texts(&experiment.warnings);
+            if is_whole {
+                warnings.extend(texts(&study::margins::warnings(&experiment)));
+            }
             let figures = is_whole.then(|| Figures::of(&mut experiment, &trace, &metrics));
             Ok(Run {
                 states: experiment.drive.as_ref().map_or(&[][..], |drive| drive.states),
@@ -222,7 +234,7 @@ impl Core {
                 figures: json_of(&figures)?,
                 error: error.map(|error| error.to_string()),
                 title: experiment.title.clone(),
-                warnings: experiment.warnings.clone(),
+                warnings,
                 window_s: experiment.window_s,
                 trace,
             })
@@ -248,7 +260,7 @@ impl Core {
             may_be_exported(&experiment, paper, no_limits)?;
             let form = forms::Form::Standalone(&prefix);
             let file = forms::export(&experiment, &text.source(), form);
-            Ok((file.map_err(|error| study::Error::input(error.to_string()))?, forms::warnings(&experiment)))
+            Ok((file.map_err(|error| study::Error::input(error.to_string()))?, texts(&forms::warnings(&experiment))))
         })
     }
 }

@@ -45,7 +45,7 @@ pub(crate) fn compare(
 ) -> PyResult<String> {
     core.get().computed(core.py(), progress, move |text, shared| {
         if let Some(limit) = noise_a.iter().find(|limit| !(**limit > 0.0 && limit.is_finite())) {
-            return Err(Error::input(format!("{limit}: expected a number above 0")).at("noise").into());
+            return Err(Error::input(format!("{limit}: expected a number above 0")).at("noise_a").into());
         }
         let bench = text.bench()?;
         let noise_a = if noise_a.is_empty() { bench.noise_limits_a().to_vec() } else { noise_a };

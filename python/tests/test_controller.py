@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import edo_smc
+from edo_smc import _health
 
 
 @pytest.fixture(params=["motor", "joint"])
@@ -167,7 +168,8 @@ def test_control_takes_the_tick_as_a_nonlinear_system():
 def test_the_exported_file_computes_the_same_bits(tmp_path):
     """The C file of the paper's joint, compiled, is the independent implementation."""
     scenario = edo_smc.Scenario.template("paper")
-    header = scenario.export_c(tmp_path, paper=True)
+    with pytest.warns(UserWarning, match="paper.h: u has no limits"):
+        header = scenario.export_c(tmp_path, paper=True)
     source = tmp_path / "tick.c"
     source.write_text(
         f'#include "{header.name}"\n'
@@ -196,7 +198,8 @@ def test_the_exported_file_computes_the_same_bits(tmp_path):
 
 def test_counts_and_targets_that_no_drive_takes_are_errors():
     controller = edo_smc.Scenario.template("motor").controller()
-    for sample, target in [(1.5, 0.1), (2**40, 0.1), (1, float("nan")), (1, [0.1, float("inf")])]:
+    counts, targets = [(1.5, 0.1), (2**40, 0.1)], [float("nan"), [0.1, float("inf")], 1e12, [0.1, 1e40]]
+    for sample, target in [*counts, *((1, target) for target in targets)]:
         with pytest.raises(edo_smc.ScenarioError, match="expected a"):
             controller.tick(sample, target)
         with pytest.raises(edo_smc.ScenarioError, match="expected a"):
@@ -207,7 +210,32 @@ def test_counts_and_targets_that_no_drive_takes_are_errors():
         edo_smc.Scenario.template("chain").controller().begin(0.0)
 
 
+def test_angles_without_a_count_are_errors_or_lost_counts():
+    controller = edo_smc.Scenario.template("motor").controller()
+    for angle in (float("nan"), float("inf")):
+        with pytest.raises(edo_smc.ScenarioError, match="angle_rad: found"):
+            controller.count(angle)
+    counts = controller.counts([0.0, float("nan")])
+    assert counts[0] == 0.0 and np.isnan(counts[1])
+    with pytest.raises(edo_smc.ScenarioError, match="angles_rad: found inf"):
+        controller.counts([float("inf")])
+    # NaN is a lost count of `ticks`.
+    controller.ticks(counts, [0.0, 0.0])
+
+
+def test_a_state_that_is_not_one_is_refused_with_its_cause(motor):
+    controller = motor.controller()
+    state = controller.state
+    state[0] = np.nan
+    with pytest.raises(edo_smc.ScenarioError, match="found NaN at index 0"):
+        controller.state = state
+    with pytest.raises(edo_smc.ScenarioError, match=f"found {len(state) - 1} numbers; expected the {len(state)} numbers"):
+        controller.state = state[:-1]
+
+
 def test_flags_have_the_names_of_their_page():
     page = pathlib.Path(__file__).parents[2] / "docs/reference/status.md"
     rows = [line.split("|") for line in page.read_text().splitlines() if line.startswith("| ") and "`" in line]
     assert {row[2].strip(" `"): 1 << int(row[1]) for row in rows} == {it.name: it.value for it in edo_smc.Health}
+    alarms = {row[2].strip(" `") for row in rows if row[3].strip() in ("alarm", "limit")}
+    assert alarms == set(_health.names(_health.ALARMS))

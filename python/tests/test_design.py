@@ -35,6 +35,23 @@ def test_a_design_shows_its_numbers_aligned(motor):
     assert "<table>" in design._repr_html_() and "phase margin" in design._repr_html_()
 
 
+def test_help_of_a_design_has_every_result():
+    for name in ("chosen", "gains", "warnings"):
+        assert isinstance(getattr(edo_smc.Design, name), property) and getattr(edo_smc.Design, name).__doc__, name
+
+
+@pytest.mark.parametrize("plant", ["motor", "joint", "chain"])
+def test_complex_poles_come_in_pairs(plant):
+    """The logarithm of a z that is rounding noise about 0 is no pole."""
+    scenario = edo_smc.Scenario.template(plant)
+    for settings in ({}, {"drive.delay_ticks": 2}) if plant != "chain" else ({},):
+        design = scenario.with_settings(settings).design()
+        z = np.exp(design.poles * design.period_s)
+        paired = design.poles[np.abs(z.imag) > 1e-6 * np.abs(z)]
+        assert np.allclose(np.sort_complex(paired), np.sort_complex(paired.conj()))
+        assert np.all(np.abs(z) > 1e-5) and len(design.poles) > 2
+
+
 @pytest.mark.parametrize("plant", ["motor", "joint", "chain"])
 def test_control_finds_the_poles_and_margins_of_the_design(plant):
     control = pytest.importorskip("control")

@@ -1,11 +1,14 @@
 """Runs against `host-sim run`, bit for bit."""
 
+import copy
 import json
+import pickle
 
 import numpy as np
 import pytest
 
 import edo_smc
+from edo_smc import _health
 
 
 def trace_of(host_sim, path, folder, *more):
@@ -56,6 +59,46 @@ def test_arrays_have_the_time_last(motor):
     assert "finished" in repr(trace)
     with pytest.raises(KeyError):
         trace["angle"]
+    with pytest.raises(TypeError, match="expected the name of a column, one of t_s"):
+        trace[0]
+    assert trace.failure is None and np.array_equal(trace.error, trace["error"])
+
+
+def test_every_column_with_a_unit_has_it(motor, joint):
+    units = motor.simulate().units
+    assert [name for name, unit in units.items() if not unit] == ["health"]
+    assert (units["d2"], units["d_hat2"], units["d3"], units["sigma"]) == ("rad/s^2", "rad/s^2", "A/s", "rad/s")
+    units = joint.simulate().units
+    assert [name for name, unit in units.items() if not unit] == ["health"]
+    assert (units["d4"], units["sigma_star"]) == ("rad/s^2", "rad/s^3")
+
+
+def test_the_estimate_is_a_torque_by_the_inertia(motor):
+    """torque = -inertia * d, as docs/python.md has it."""
+    trace = motor.simulate(reference=dict(kind="rest"), load=dict(kind="const", amplitude=0.05))
+    assert -3e-4 * trace["d2"][-1] == pytest.approx(0.05, rel=1e-3)
+    assert -3e-4 * trace["d_hat2"][-1] == pytest.approx(0.05, rel=0.05)
+
+
+def test_an_alarm_is_named_with_its_time(motor):
+    trace = motor.simulate(load=dict(kind="step", amplitude=0.8, t0_s=0.5))
+    t_s, flags = trace.first_alarm
+    at = np.flatnonzero(trace["health"] & int(edo_smc.Health[flags[0]]))[0]
+    assert trace.t[at] == t_s > 0.5 and at == np.flatnonzero(trace["health"] & int(_health.ALARMS))[0]
+    told = f"ALARM at t = {t_s:g} s: {', '.join(flags)}"
+    assert told in repr(trace).splitlines()[0] and told in trace._repr_html_() and told in trace.warnings[-1]
+    assert "stopped the drive" in trace.warnings[-1] and "STOPPED" in repr(trace)
+    calm = motor.simulate()
+    assert calm.first_alarm is None and calm.warnings == [] and "ALARM" not in repr(calm)
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda it: pickle.loads(pickle.dumps(it))])
+def test_a_trace_is_copied(motor, again):
+    trace = motor.simulate()
+    other = again(again(trace))
+    assert repr(other) == repr(trace) and other.columns == trace.columns and len(other) == len(trace)
+    assert all(np.array_equal(bits(other[name]), bits(trace[name])) for name in trace.columns)
+    assert np.array_equal(other.d_hat, trace.d_hat) and other.units == trace.units and other.figures == trace.figures
 
 
 def test_a_trace_goes_to_pandas_xarray_and_matplotlib(motor, tmp_path):

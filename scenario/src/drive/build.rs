@@ -204,10 +204,10 @@ fn friction_warnings(table: &FrictionTable, limit_a: f64, truth: &Shaft) -> Vec<
 }
 
 /// Returns a warning about a motor that no maker sells: a number in another unit.
-fn implausible(key: &str, inertia_kg_m2: f64, torque_n_m_per_a: f64, limit_a: f64) -> Option<String> {
+fn implausible(key: &str, inertia_kg_m2: Option<f64>, torque_n_m_per_a: f64, limit_a: f64) -> Option<String> {
     // Largest acceleration of the motor alone, rad/s²: of a large direct drive, and of an ironless micro motor.
     const USUAL: Range<f64> = 0.5..3e6;
-    let largest = torque_n_m_per_a.abs() * limit_a / inertia_kg_m2;
+    let largest = torque_n_m_per_a.abs() * limit_a / inertia_kg_m2?;
     (largest > 0.0 && !USUAL.contains(&largest)).then(|| {
         format!(
             "the motor alone accelerates at up to {} rad/s^2, which no motor has: check the units of {key}, \
@@ -1279,41 +1279,22 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let monitors = common.monitors(resolved.reaction, [nominal.inertia_kg_m2], 0.0);
     let drive_of =
         &|design: &MotorDesign| DriveDesign::Motor(DriveOf { design: *design, form, mounted: [mounted], monitors });
-    let peak = |design: &MotorDesign| {
-        let law = drive_of(design).at_rest().ok()?;
-        let plant = plant::Motor::new(believed, believed, lag, Signal::default());
-        margin::sensitivity_peak(law.law.as_ref(), &plant, design.period_s, form.delay_ticks)
-    };
+    let peak = |design: &MotorDesign| margin::motor_peak(&drive_of(design), believed, lag);
     let is_given = [drive.surface_rad_s, drive.observer_rad_s, drive.reaching_per_s].iter().any(Option::is_some);
     let with = |drive: &MotorDriveTable, gain_sets: usize| {
         motor_design(drive, sheet, nominal, (mounted, file.encoder.noise_rad, limit), gain_sets, &peak)
     };
     let by_rule = |period_s: f64| with(&MotorDriveTable { period_s, ..drive.clone() }, form.gain_sets);
-    let standard = MotorDriveTable { margin: Some(MarginKey::Rule(MarginRule::Standard)), ..drive.clone() };
-    let others = play.iter().flat_map(|_| {
-        [
-            ("drive.gain_sets = 1", with(drive, 1)),
-            ("drive.margin = \"standard\"", with(&standard, form.gain_sets)),
-            ("drive.margin = \"standard\" and drive.gain_sets = 1", with(&standard, 1)),
-        ]
-    });
-    let others: Vec<_> = others.collect();
-    let in_play = InPlay {
-        play: play.as_ref(),
-        follows: form.follows,
-        is_given,
-        drive_of,
-        shaft: believed,
-        lag,
-        others: &others,
-    };
+    let others = &play.iter().flat_map(|_| calmer(drive, form.gain_sets, &with)).collect::<Vec<_>>();
+    let play = play.as_ref();
+    let in_play = InPlay { play, follows: form.follows, is_given, drive_of, shaft: believed, lag, others };
     let design = |period_s: f64| inertia.with_gate(in_play.slowed(by_rule(period_s)));
     let present = by_rule(common.period_s);
     let mut warnings = common.warnings(limit * nominal.torque_n_m_per_a);
     warnings.extend(in_play.warning(&present));
     warnings.extend(asked_states(&file.encoder, "encoder"));
-    let rotor_kg_m2 = sheet.inertia_kg_m2.map_or(0.0, NumberOrRange::middle);
-    warnings.extend(implausible("motor.inertia_kg_m2", rotor_kg_m2, torque, limit));
+    let rotor = sheet.inertia_kg_m2.map(NumberOrRange::middle);
+    warnings.extend(implausible("motor.inertia_kg_m2", rotor, torque, limit));
     warnings.extend(friction_warnings(&file.friction, limit, &truth));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let asked = PlanLimits {
@@ -1339,7 +1320,7 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
     let imperfections = imperfections(&file.friction, sheet.current_lag_s, gear, supply);
     let is_slowed = in_play.allowed(&present).is_none_or(|share| share < 1.0);
     let chosen = motor_in_words(&inertia.with_gate(in_play.slowed(present)), drive, (common.lag_s, form, is_slowed));
-    let (states, x0, plant) = motor_plant(play.as_ref(), &common, [truth, believed], imperfections, load);
+    let (states, x0, plant) = motor_plant(play, &common, [truth, believed], imperfections, load);
     experiment(
         &common,
         Parts {
@@ -1360,13 +1341,28 @@ pub(crate) fn motor(file: &MotorScenario, default_name: &str, is_whole: bool) ->
             shafts: vec![ShaftOf { channel: 1, name: "shaft", inertia_kg_m2: nominal.inertia_kg_m2 }],
             states,
             x0,
-            measured: play.as_ref().map(Play::encoder_state),
+            measured: play.map(Play::encoder_state),
             plant,
             smooth: (Box::new(plant::Motor::new(truth, believed, lag, Signal::default())), truth.inertia_kg_m2),
             corners: motor_corners(&inertia, uncertain_percent, believed, lag),
             inertia_range: inertia_range(&inertia, uncertain_percent, believed, lag),
         },
     )
+}
+
+/// Returns designs with less gain for the motor alone, each with the keys that select it. `with` returns the design of
+/// a table and a number of gain sets.
+fn calmer(
+    drive: &MotorDriveTable,
+    gain_sets: usize,
+    with: &dyn Fn(&MotorDriveTable, usize) -> MotorDesign,
+) -> [(&'static str, MotorDesign); 3] {
+    let standard = MotorDriveTable { margin: Some(MarginKey::Rule(MarginRule::Standard)), ..drive.clone() };
+    [
+        ("drive.gain_sets = 1", with(drive, 1)),
+        ("drive.margin = \"standard\"", with(&standard, gain_sets)),
+        ("drive.margin = \"standard\" and drive.gain_sets = 1", with(&standard, 1)),
+    ]
 }
 
 /// Returns the data sheet, converted to the output side of the gear.
@@ -1741,8 +1737,8 @@ pub(crate) fn joint(file: &JointScenario, default_name: &str, is_whole: bool) ->
     warnings.extend((drive.margin.is_some() && designs.as_whole.is_none()).then(|| {
         "drive.margin has no effect on a joint with one observer per encoder: set drive.tuning = \"coupled\"".into()
     }));
-    let motor_kg_m2 = sheet.motor_inertia_kg_m2.unwrap_or(0.0);
-    warnings.extend(implausible("joint.motor_inertia_kg_m2", motor_kg_m2, nominal.torque_n_m_per_a / gear, limit));
+    let torque = nominal.torque_n_m_per_a / gear;
+    warnings.extend(implausible("joint.motor_inertia_kg_m2", sheet.motor_inertia_kg_m2, torque, limit));
     warnings.extend(friction_warnings(&file.friction, limit, &truth.motor));
     let (periods, uncertain_percent) = (resolved.periods, drive.uncertain_percent);
     let asked = PlanLimits {

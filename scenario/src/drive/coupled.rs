@@ -1,7 +1,8 @@
 //! Coupled design of a joint by rule, from the keys of a file.
 //!
 //! The rule (module `joint_rule`) searches for at least a tenth of a second. Its results are cached per data sheet, so
-//! that a tuning run or a sweep of other keys does not search again. A [`KnownRule`] carries a result to another process.
+//! that a tuning run or a sweep of other keys does not search again. A [`KnownRule`] carries a result to another
+//! process.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

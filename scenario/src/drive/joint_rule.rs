@@ -192,7 +192,7 @@ impl JointRule {
         if let Some(FastSet { ratios, calm_steps, peak, corner_peak, dip_ratio, radius }) = fast {
             all.extend(ratios.into_iter().chain(calm_steps).chain([peak, corner_peak, dip_ratio, radius]));
         }
-        all.iter().map(|number| format!("{number:?} ")).collect()
+        all.iter().map(|number| format!("{number:?}")).collect::<Vec<_>>().join(" ")
     }
 
     /// Returns the gains from the text of [`JointRule::to_text`]. `None` for another text.

@@ -6,7 +6,9 @@
 
 use controller_core::drive::{MotorBandwidths, MotorDesign, MotorMargin};
 use loop_sim::linear::{LawAtRest, LinearPlant, LinearTick};
-use loop_sim::plant::Plant;
+use loop_sim::plant::{Imperfections, Motor, Plant, Shaft};
+use loop_sim::port::drive::DriveDesign;
+use loop_sim::signal::Signal;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -86,8 +88,15 @@ pub(super) fn with_margin(
     at(low)
 }
 
+/// Returns the largest |S| of a drive with this shaft. `None` as in [`sensitivity_peak`].
+pub(super) fn motor_peak(designed: &DriveDesign, shaft: Shaft, lag: Imperfections) -> Option<f64> {
+    let law = designed.at_rest().ok()?.law;
+    let plant = Motor::new(shaft, shaft, lag, Signal::default());
+    sensitivity_peak(law.as_ref(), &plant, designed.period_s(), designed.form().delay_ticks)
+}
+
 /// Returns the largest |S| at the plant input. `None` if the loop cannot be computed or does not decay.
-pub(super) fn sensitivity_peak(
+fn sensitivity_peak(
     law: &dyn LawAtRest,
     plant: &dyn Plant,
     period_s: f64,

@@ -15,14 +15,14 @@ use controller_core::Health;
 use controller_core::drive::{MotorBandwidths, MotorDesign};
 use loop_sim::actuator::{Delayed, Ideal};
 use loop_sim::closed_loop::{Loop, close_loop};
-use loop_sim::plant::{Imperfections, JointBody, Loose, Motor, Plant as _, Shaft};
+use loop_sim::plant::{Imperfections, JointBody, Loose, Plant as _, Shaft};
 use loop_sim::port::drive::{DriveDesign, Follows, Motion};
 use loop_sim::sensor::encoder::Encoders;
 use loop_sim::signal::Signal;
 use loop_sim::trace::{Ending, Row};
 
 use super::build::rounded;
-use super::margin::sensitivity_peak;
+use super::margin::motor_peak;
 use super::{MotorTable, NumberOrRange};
 use crate::error::shown;
 use crate::resolve::{Problem, Problems};
@@ -168,16 +168,12 @@ impl InPlay<'_> {
     /// Returns true if both gain sets are stable while the motor turns without its load.
     fn stands_alone(&self, play: &Play, design: &MotorDesign) -> bool {
         let inertia_kg_m2 = LIGHT * (1.0 - play.load_share) * self.shaft.inertia_kg_m2;
-        let alone = Motor::new(Shaft { inertia_kg_m2, ..self.shaft }, self.shaft, self.lag, Signal::default());
+        let alone = Shaft { inertia_kg_m2, ..self.shaft };
         let MotorBandwidths { observer_rad_s, .. } = design.bandwidths;
         [1.0, design.fast_ratio].into_iter().all(|ratio| {
             let observer_rad_s = ratio * observer_rad_s;
             let set = design.with_bandwidths(MotorBandwidths { observer_rad_s, ..design.bandwidths });
-            let designed = (self.drive_of)(&set);
-            let delay_ticks = designed.form().delay_ticks;
-            designed
-                .at_rest()
-                .is_ok_and(|law| sensitivity_peak(law.law.as_ref(), &alone, design.period_s, delay_ticks).is_some())
+            motor_peak(&(self.drive_of)(&set), alone, self.lag).is_some()
         })
     }
 
