@@ -96,12 +96,7 @@ pub(super) fn motor_peak(designed: &DriveDesign, shaft: Shaft, lag: Imperfection
 }
 
 /// Returns the largest |S| at the plant input. `None` if the loop cannot be computed or does not decay.
-fn sensitivity_peak(
-    law: &dyn LawAtRest,
-    plant: &dyn Plant,
-    period_s: f64,
-    delay_ticks: usize,
-) -> Option<f64> {
+fn sensitivity_peak(law: &dyn LawAtRest, plant: &dyn Plant, period_s: f64, delay_ticks: usize) -> Option<f64> {
     let v = pulse(law, plant, period_s, delay_ticks)?;
     // 60 phases per factor of ten, down to a thousandth of the Nyquist rate.
     let size_at = |k: i32| {

@@ -459,3 +459,16 @@ fn random_data_sheets_have_gains_that_hold_or_are_refused() {
     assert_eq!(failures, 0);
     assert!(4 * (designs + slow) > 3 * sheets.len() && 2 * designs > sheets.len(), "{designs} + {slow} designs");
 }
+
+/// Another thread takes the gains as text, and must design the same drive to the bit.
+#[test]
+fn gains_as_text_keep_their_bits() {
+    let rules = on_two_threads(&ROWS[..3], |row| joint_rule(&row.sheet(2.4)).expect("gains"));
+    let single = rules.iter().map(|rule| JointRule { fast: None, ..*rule });
+    for rule in rules.iter().copied().chain(single) {
+        assert_eq!(JointRule::from_text(&rule.to_text()), Some(rule));
+    }
+    for wrong in ["", "1.0", &format!("{} 1.0", rules[0].to_text()), &rules[0].to_text().replacen('.', "x", 1)] {
+        assert_eq!(JointRule::from_text(wrong), None, "{wrong}");
+    }
+}
